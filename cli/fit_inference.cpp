@@ -24,42 +24,28 @@ std::string limit_text(double value) {
 /// Groups that fit on a screen; `--json` has them all.
 constexpr std::size_t kMostGroups = 40;
 
-void print_effects(const std::string& group,
-                   const std::vector<std::string>& labels,
-                   const std::vector<std::string>& names,
-                   const Eigen::MatrixXd& effects,
-                   const fit::EffectUncertainty& uncertainty) {
-  if (!uncertainty.is_known() || labels.size() > kMostGroups) return;
-  const Eigen::MatrixXd errors = fit::conditional_errors(uncertainty, effects.rows());
+void print_effects(const std::string& group, const fit::EstimatedEffects& term) {
+  if (!term.uncertainty.is_known() || term.labels.size() > kMostGroups) return;
+  const Eigen::MatrixXd errors = fit::conditional_errors(term.uncertainty, term.effects.rows());
   std::size_t width = std::max<std::size_t>(13, group.size());
-  for (const std::string& label : labels) width = std::max(width, label.size());
+  for (const std::string& label : term.labels) width = std::max(width, label.size());
   print_text("\n{:<{}}", group, width);
-  for (const std::string& name : names) print_text(" {:>12} {:>12}", name, "std. error");
+  for (const std::string& name : term.names) print_text(" {:>12} {:>12}", name, "std. error");
   print_text("\n");
-  for (std::size_t g = 0; g < labels.size(); ++g) {
-    print_text("{:<{}}", labels[g], width);
-    for (Eigen::Index k = 0; k < effects.rows(); ++k) {
+  for (std::size_t g = 0; g < term.labels.size(); ++g) {
+    print_text("{:<{}}", term.labels[g], width);
+    for (Eigen::Index k = 0; k < term.effects.rows(); ++k) {
       const auto at = static_cast<Eigen::Index>(g);
-      print_text(" {:>12.5g} {:>12.5g}", effects(k, at), errors(k, at));
+      print_text(" {:>12.5g} {:>12.5g}", term.effects(k, at), errors(k, at));
     }
     print_text("\n");
   }
 }
 
 void print_all_effects(const fit::FittedModel& fit) {
-  if (!fit.has_random_effects()) return;
-  if (!fit.outer.names.empty()) {
-    print_effects(fit.specification.outer_random->group,
-                  fit.outer.labels,
-                  fit.outer.names,
-                  fit.outer.effects,
-                  fit.outer_uncertainty);
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    print_effects(fit.specification.random[k].group, fit.random[k]);
   }
-  print_effects(fit.specification.random->group,
-                fit.group_labels,
-                fit.random_names,
-                fit.random_effects,
-                fit.uncertainty);
 }
 
 }  // namespace

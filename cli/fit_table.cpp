@@ -39,10 +39,11 @@ void print_random_structure(const fit::RandomEffects& random, const std::string&
 
 /// The coarser groups first, as --random has them.
 void print_random_structures(const fit::ModelSpecification& specification) {
-  const auto& outer = specification.outer_random;
-  if (outer) print_random_structure(*outer, outer->group);
-  const std::string& inner = specification.random->group;
-  print_random_structure(*specification.random, outer ? inner + " within " + outer->group : inner);
+  std::string within;
+  for (const fit::RandomEffects& term : specification.random) {
+    print_random_structure(term, term.group + within);
+    within = " within " + term.group;
+  }
 }
 
 /// "1 plot group", "7 plot groups".
@@ -56,20 +57,15 @@ void print_model(const FittedModel& fit) {
   for (const fit::ParameterModel& parameter : specification.parameters) {
     if (parameter.text() != "1") print_text("  {} ~ {}\n", parameter.name, parameter.text());
   }
-  if (fit.has_random_effects()) {
-    print_random_structures(specification);
-  }
+  print_random_structures(specification);
   if (!specification.variance.is_constant()) {
     print_text("  variance: {}\n", specification.variance.text());
   }
   print_text("{}\n\n", fit.convergence.verdict);
   print_text("method {}, {} rows", fit::method_text(fit.method), fit.observations);
   if (fit.excluded > 0) print_text(" ({} more with missing values)", fit.excluded);
-  if (!fit.outer.labels.empty()) {
-    print_text(", {}", groups_text(fit.outer.labels.size(), specification.outer_random->group));
-  }
-  if (fit.has_random_effects()) {
-    print_text(", {}", groups_text(fit.group_labels.size(), specification.random->group));
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    print_text(", {}", groups_text(fit.random[k].labels.size(), specification.random[k].group));
   }
   print_text(", {:.3g} s\n\n", fit.seconds);
 }
@@ -115,14 +111,13 @@ std::vector<std::size_t> blocks_of(const fit::RandomEffects& random, std::size_t
 /// \param title  of the first column
 void print_random_level(const std::string& title,
                         const fit::RandomEffects& random,
-                        const std::vector<std::string>& names,
-                        const Eigen::MatrixXd& covariance) {
+                        const fit::EstimatedEffects& term) {
+  const std::vector<std::string>& names = term.names;
   const std::vector<std::size_t> block = blocks_of(random, names.size());
   const bool has_correlation = std::ranges::adjacent_find(block) != block.end();
-  const fit::MixedEffectsFit level{.random_covariance = covariance};
   const std::size_t width = widest(names, std::max<std::size_t>(13, title.size()));
-  const Eigen::VectorXd deviations = level.random_sd();
-  const Eigen::MatrixXd correlation = level.random_correlation();
+  const Eigen::VectorXd deviations = term.sd();
+  const Eigen::MatrixXd correlation = term.correlation();
   print_text(
       "{:<{}} {:>12}{}\n", title, width, "std. dev.", has_correlation ? "  correlation" : "");
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -138,17 +133,11 @@ void print_random_level(const std::string& title,
 }
 
 void print_random_effects(const FittedModel& fit) {
-  if (!fit.has_random_effects()) return;
-  const fit::RandomEffects& random = *fit.specification.random;
-  if (fit.outer.names.empty()) {
-    print_random_level("random effect", random, fit.random_names, fit.random_covariance);
-    return;
+  const std::vector<fit::RandomEffects>& terms = fit.specification.random;
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    const std::string of = terms.size() > 1 ? " of " + terms[k].group : "";
+    print_random_level("random effect" + of, terms[k], fit.random[k]);
   }
-  const fit::RandomEffects& outer = *fit.specification.outer_random;
-  print_random_level(
-      "random effect of " + outer.group, outer, fit.outer.names, fit.outer.covariance);
-  print_random_level(
-      "random effect of " + random.group, random, fit.random_names, fit.random_covariance);
 }
 
 void print_variance_factor(const fit::VarianceFactorEstimate& estimate) {

@@ -95,7 +95,7 @@ Score score_of(const fit::FittedModel& fit,
                std::size_t sampled,
                std::size_t repeats,
                Random& random) {
-  const std::string group = fit.specification.random->group;
+  const std::string group = fit.specification.random.back().group;
   const std::string response = fit.specification.formula.left;
   std::vector<std::size_t> rows;
   std::vector<bool> is_sampled;
@@ -222,7 +222,7 @@ Total sum_of(const std::vector<std::optional<Scores>>& parts) {
 Total leave_out(const Arguments& arguments) {
   const data::Table table = measured_rows(arguments);
   const fit::ModelSpecification model = model_of(arguments, table);
-  const auto plots = rows_by(table, model.random->group);
+  const auto plots = rows_by(table, model.random.back().group);
   std::vector<std::vector<std::size_t>> of_plot;
   for (const auto& [label, rows] : plots) of_plot.push_back(rows);
   std::vector<std::size_t> order(of_plot.size());

@@ -84,9 +84,9 @@ void add_fit(const fit::FittedModel& fit, std::vector<Recovery>& recoveries) {
     const double quantile = boost::math::quantile(distribution, 0.975);
     recoveries[static_cast<std::size_t>(i)].add(fit.estimate[i], errors[i], quantile);
   }
-  recoveries[3].add(std::sqrt(fit.random_covariance(0, 0)));
-  recoveries[4].add(std::sqrt(fit.random_covariance(1, 1)));
-  recoveries[5].add(fit.random_covariance(0, 1));
+  recoveries[3].add(std::sqrt(fit.random.back().covariance(0, 0)));
+  recoveries[4].add(std::sqrt(fit.random.back().covariance(1, 1)));
+  recoveries[5].add(fit.random.back().covariance(0, 1));
   recoveries[6].add(fit.sigma);
   if (recoveries.size() > 7) recoveries[7].add(fit.variance.delta());
 }

@@ -43,7 +43,7 @@ void print_estimates(const fit::FittedModel& fit) {
                 fit.coefficient_names[k].c_str(),
                 fit.estimate[j],
                 fit.standard_errors()[j],
-                fit.random_sd()[j]);
+                fit.random.back().sd()[j]);
   }
   std::printf("sigma %.5f, delta %.5f\n", fit.sigma, fit.variance.delta());
   std::printf("log-likelihood %.6f, AIC %.4f\n\n", fit.log_likelihood, fit.aic());

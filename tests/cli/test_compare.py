@@ -80,8 +80,8 @@ class Intervals(ProgramTest):
         self.write("lines.csv", lines(2.0))
         fit = self.run_json("fit", "lines.csv", "--formula", "y ~ a + b*x", "--random", "a | plot")
         # Balanced one-way layout: Var(b | y) = 1 / (n / sigma^2 + 1 / tau^2).
-        expected = 1 / math.sqrt(7 / fit["sigma"] ** 2 + 1 / fit["random"]["sd"][0] ** 2)
-        for group in fit["random"]["eblup_se"].values():
+        expected = 1 / math.sqrt(7 / fit["sigma"] ** 2 + 1 / fit["random"][0]["sd"][0] ** 2)
+        for group in fit["random"][0]["eblup_se"].values():
             self.assertAlmostEqual(group["a"] / expected, 1.0, 8)
 
     def test_a_wrong_level_is_a_mistake_in_usage(self):

@@ -111,7 +111,7 @@ class LeastSquares(ProgramTest):
     def test_a_line_has_the_textbook_numbers(self):
         self.write("line.csv", LINE)
         fit = self.run_json("fit", "line.csv", "--formula", "y ~ a + b*x")
-        self.assertEqual(fit["schema"], "silvafit-fit/1")
+        self.assertEqual(fit["schema"], "silvafit-fit/2")
         self.assertEqual((fit["method"], fit["n"], fit["excluded"]), ("ols", 4, 0))
         self.assertIs(fit["converged"], True)
         self.assertAlmostEqual(fit["fixed"]["a"]["estimate"], 1.0, 12)
@@ -131,7 +131,7 @@ class LeastSquares(ProgramTest):
         self.assertAlmostEqual(fit["statistics"]["population"]["rmse"], math.sqrt(4 / 3), 12)
         self.assertAlmostEqual(fit["statistics"]["population"]["mae"], 1.0, 12)
         self.assertIsNone(fit["statistics"]["conditional"])
-        self.assertIsNone(fit["random"])
+        self.assertEqual(fit["random"], [])
         self.assertEqual(fit["ranges"], {"x": [1, 4]})
 
     def test_rows_with_missing_values_are_counted(self):
@@ -167,9 +167,9 @@ class MixedEffects(ProgramTest):
         self.assertEqual(fit["groups"], {"plot": 6})
         self.assertEqual(fit["parameters"], {"b": "1 + C"})
         self.assertEqual(list(fit["fixed"]), ["a", "b", "b:C"])
-        self.assertEqual(fit["random"]["effects"], ["a"])
-        self.assertEqual(list(fit["random"]["eblup"]), ["01", "02", "03", "04", "05", "06"])
-        self.assertAlmostEqual(fit["random"]["sd"][0] ** 2, fit["random"]["covariance"][0][0], 12)
+        self.assertEqual(fit["random"][0]["effects"], ["a"])
+        self.assertEqual(list(fit["random"][0]["eblup"]), ["01", "02", "03", "04", "05", "06"])
+        self.assertAlmostEqual(fit["random"][0]["sd"][0] ** 2, fit["random"][0]["covariance"][0][0], 12)
         self.assertEqual(fit["k"], 5)
         self.assertEqual(fit["fixed"]["a"]["df"], 120 - 6 - 2)
         for name, value in zip(fit["fixed"], (row for row in fit["fixed_covariance"])):
@@ -189,7 +189,7 @@ class MixedEffects(ProgramTest):
         self.write("stand.csv", stand_csv())
         fit = self.run_json("fit", "stand.csv", "--formula", MEYER, "--variance", "power")
         self.assertEqual(fit["method"], "gnls")
-        self.assertIsNone(fit["random"])
+        self.assertEqual(fit["random"], [])
         self.assertEqual(fit["k"], 4)
 
     def test_threads_do_not_change_a_byte(self):

@@ -91,7 +91,7 @@ class Impute(ProgramTest):
         summary = self.run_json("impute", "other.csv", "--columns", "dbh=DBH_cm",
                                 "--model", "M4", "--random", "a | plot", "--variance", "none")
         self.assertEqual(summary["models"][0]["fit"]["model"], "M4")
-        self.assertEqual(summary["models"][0]["fit"]["random"]["effects"], ["a"])
+        self.assertEqual(summary["models"][0]["fit"]["random"][0]["effects"], ["a"])
         plain = self.run_json("impute", "inventory.csv", "--formula", "h ~ p + q*log(dbh)",
                               "--random", "none")
         self.assertEqual(plain["imputed"], {"plot": 0, "stand": 0, "population": 85})

@@ -67,7 +67,7 @@ def parameters_of(model, trees, plot):
     own = [tree for tree in trees if plot is None or tree["plot"] == plot]
     coefficients = {name: entry["estimate"] for name, entry in model["fixed"].items()}
     if plot is not None and model["random"]:
-        for name, value in model["random"]["eblup"].get(plot, {}).items():
+        for name, value in model["random"][-1]["eblup"].get(plot, {}).items():
             coefficients[name] += value
     # Parameters without a sub-model are coefficients themselves.
     values = {name: value for name, value in coefficients.items() if ":" not in name}

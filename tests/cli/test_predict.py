@@ -33,7 +33,7 @@ class Predictions(ProgramTest):
         return list(csv.DictReader(io.StringIO(output)))
 
     def height(self, fit, dbh, plot=None):
-        a = fit["fixed"]["a"]["estimate"] + (fit["random"]["eblup"][plot]["a"] if plot else 0.0)
+        a = fit["fixed"]["a"]["estimate"] + (fit["random"][0]["eblup"][plot]["a"] if plot else 0.0)
         return 1.3 + a * (1 - math.exp(-fit["fixed"]["b"]["estimate"] * dbh))
 
     def calibrated(self, new, *arguments):
@@ -75,7 +75,7 @@ class Predictions(ProgramTest):
         # One tree of a model that is linear in its random effect: shrinkage of its residual.
         a, b = (fit["fixed"][name]["estimate"] for name in "ab")
         z = 1 - math.exp(-b * 20)
-        psi, sigma = fit["random"]["covariance"][0][0], fit["sigma"]
+        psi, sigma = fit["random"][0]["covariance"][0][0], fit["sigma"]
         effect = psi * z / (psi * z * z + sigma ** 2) * (25.5 - 1.3 - a * z)
         expected = 1.3 + (a + effect) * (1 - math.exp(-b * 30))
         self.assertAlmostEqual(float(rows[1]["h_pred"]), expected, 8)

@@ -26,7 +26,7 @@ class UsualColumns(ProgramTest):
         ours = self.run_json("fit", "ours.csv", "--model", "M4", "--random", "a | plot")
         usual = self.run_json("fit", "usual.csv", "--model", "M4", "--random", "a | plot")
         self.assertEqual(ours["fixed"], usual["fixed"])
-        self.assertEqual(sorted(usual["random"]["eblup"]), ["01", "02", "03", "04", "05", "06"])
+        self.assertEqual(sorted(usual["random"][0]["eblup"]), ["01", "02", "03", "04", "05", "06"])
         said = self.run_program("fit", "usual.csv", "--model", "M4").stderr
         self.assertIn("note: plot is read from column Plot_ID, tree from Tree, species from Species, dbh from DBH_cm, "
                       "h from Height\n", said)
@@ -80,7 +80,7 @@ class UsualColumns(ProgramTest):
 
     def test_a_mapped_plot_keeps_its_zeros(self):
         labels = self.run_json("fit", "usual.csv", "--model", "M4", "--columns", "plot=Plot_ID", "--random",
-                               "a | plot")["random"]["eblup"]
+                               "a | plot")["random"][0]["eblup"]
         self.assertEqual(sorted(labels)[0], "01")
 
 

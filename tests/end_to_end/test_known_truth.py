@@ -89,7 +89,7 @@ class KnownTruth(ProgramTest):
             drawn, found = [], []
             for plot, values in model["random"]["drawn"].items():
                 drawn.append(self.mean_height(species, model, dict(zip(effects, values))))
-                found.append(self.mean_height(species, found_model, fit["random"]["eblup"][plot]))
+                found.append(self.mean_height(species, found_model, fit["random"][0]["eblup"][plot]))
             self.assertGreater(correlation(drawn, found), 0.9, (species, drawn, found))
 
 

@@ -129,13 +129,13 @@ class StudyFiles(unittest.TestCase):
             self.assert_close(row["r2_left_out"], float(left_out[f"r2_{role}"]))
             if role == "nlme":
                 effects = row["random_effects"].split(", ")
-                self.assertEqual(effects, fit["random"]["effects"])
-                for place, sd in enumerate(fit["random"]["sd"], 1):
+                self.assertEqual(effects, fit["random"][0]["effects"])
+                for place, sd in enumerate(fit["random"][0]["sd"], 1):
                     self.assert_close(row[f"psi2_{place}"], sd ** 2)
 
     def test_random_effects_of_each_plot_are_a_table(self):
         for row in self.folder.tables["plot_effects"]:
-            random = self.folder.fits()["SM", row["response"], "nlme"]["random"]
+            random = self.folder.fits()["SM", row["response"], "nlme"]["random"][0]
             self.assert_close(row["eblup"], random["eblup"][row["plot"]][row["effect"]])
         names = {(row["response"], row["plot"]) for row in self.folder.tables["plot_effects"]
                  if float(row["p"] or 1) < 0.05}
@@ -249,7 +249,7 @@ class StudyFiles(unittest.TestCase):
             components = {row["component"]: float(row["value"])
                           for row in self.folder.table("variance_components", species, response)}
             self.assertEqual(components["sigma"], fit["sigma"])
-            for name, deviation in zip(fit["random"]["effects"], fit["random"]["sd"]):
+            for name, deviation in zip(fit["random"][0]["effects"], fit["random"][0]["sd"]):
                 self.assertEqual(components[f"sd({name})"], deviation)
 
     def test_one_row_of_each_level_is_chosen_and_is_the_model_of_the_library(self):
@@ -276,8 +276,9 @@ class StudyFiles(unittest.TestCase):
                 kept = dict(self.folder.fits()[("SM", result["response"], role)])
                 kept.pop("seconds")
                 # Matrices of each group, which the page does not show.
-                for key in ("eblup_covariance", "eblup_by_fixed"):
-                    (kept["random"] or {}).pop(key, None)
+                hidden = ("eblup_covariance", "eblup_by_fixed")
+                kept["random"] = [{key: value for key, value in term.items() if key not in hidden}
+                                  for term in kept["random"]]
                 self.assertEqual(shown, kept)
             observations = result["observations"]
             pairs = self.folder.pairs("SM", result["response"], "conditional")

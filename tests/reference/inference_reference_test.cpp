@@ -79,7 +79,7 @@ fit::FittedModel fitted_record(const json& record,
   if (const std::string random = record.value("random", ""); !random.empty()) {
     fit::add_random_effects(specification, random, table);
     if (record.value("covariance", json()) == "diagonal") {
-      specification.random->covariance = fit::Covariance::kDiagonal;
+      specification.random.back().covariance = fit::Covariance::kDiagonal;
     }
   }
   specification.variance = fit::parse_variance_function(record.value("variance", "none"));

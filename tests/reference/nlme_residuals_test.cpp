@@ -28,18 +28,16 @@ fit::ModelSpecification model_with_residuals(const json& reference, const data::
 }
 
 /// A level's effects, by the groups' labels.
-void take_effects(const json& level,
-                  const std::vector<std::string>& names,
-                  std::vector<std::string>& labels,
-                  Eigen::MatrixXd& effects) {
-  labels.clear();
-  effects.resize(static_cast<Eigen::Index>(names.size()), static_cast<Eigen::Index>(level.size()));
+void take_effects(const json& level, fit::EstimatedEffects& term) {
+  term.labels.clear();
+  term.effects.resize(static_cast<Eigen::Index>(term.names.size()),
+                      static_cast<Eigen::Index>(level.size()));
   for (const auto& [label, values] : level.items()) {
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      effects(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(labels.size())) =
-          values[names[k]].get<double>();
+    for (std::size_t k = 0; k < term.names.size(); ++k) {
+      term.effects(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(term.labels.size())) =
+          values[term.names[k]].get<double>();
     }
-    labels.push_back(label);
+    term.labels.push_back(label);
   }
 }
 
@@ -48,10 +46,9 @@ fit::FittedModel with_estimates(fit::FittedModel fit, const json& reference) {
   fit.estimate = Eigen::Vector2d(reference["fixed"]["a"], reference["fixed"]["b"]);
   fit.sigma = reference["sigma"];
   if (!fit.variance.factors.empty()) fit.variance.factors[0].delta[0] = reference["delta"];
-  take_effects(reference["random"]["plot"], fit.random_names, fit.group_labels, fit.random_effects);
+  take_effects(reference["random"]["plot"], fit.random.back());
   if (reference["random"].contains("stand")) {
-    take_effects(
-        reference["random"]["stand"], fit.outer.names, fit.outer.labels, fit.outer.effects);
+    take_effects(reference["random"]["stand"], fit.random.front());
   }
   return fit;
 }

@@ -116,8 +116,8 @@ void check_fit(const json& reference) {
   if (!random.is_null()) {
     const bool is_nested = random.size() == 2;
     const std::string inner = is_nested ? "plot" : random.begin().key();
-    specification.random = random_of(inner, random[inner]);
-    if (is_nested) specification.outer_random = random_of("stand", random["stand"]);
+    if (is_nested) specification.random.push_back(random_of("stand", random["stand"]));
+    specification.random.push_back(random_of(inner, random[inner]));
   }
   const fit::NonlinearModel model(specification, table);
   const bool reml = reference["method"] == "REML";
@@ -150,9 +150,9 @@ void check_fit(const json& reference) {
   CHECK(ours.sigma == Approx(exact["sigma"].get<double>()).epsilon(1e-5));
   check_variance(exact["variance_parameters"], ours.variance);
   if (random.is_null() || !exact.contains("random_covariance")) return;
-  check_covariance(exact["random_covariance"][specification.random->group], ours.random_covariance);
-  if (specification.outer_random) {
-    check_covariance(exact["random_covariance"]["stand"], ours.outer.covariance);
+  for (std::size_t k = 0; k < ours.random.size(); ++k) {
+    check_covariance(exact["random_covariance"][specification.random[k].group],
+                     ours.random[k].covariance);
   }
 }
 

@@ -65,32 +65,33 @@ TEST_CASE("predictions at all levels are nlme's") {
 TEST_CASE("random effects of new plots are those of the definition in R") {
   const json reference = test::read_expected("nlme_predict.json")["new_plots"];
   data::Table table = test::stands();
-  fit::FittedModel fit{.specification = model_to_predict("a + b | plot", table),
-                       .method = fit::Method::kLindstromBates};
+  fit::FittedModel fit(model_to_predict("a + b | plot", table));
+  fit.method = fit::Method::kLindstromBates;
   fit.coefficient_names = {"a", "b"};
   fit.estimate =
       Eigen::Vector2d(reference["fixed"]["a"].get<double>(), reference["fixed"]["b"].get<double>());
   fit.covariance.setZero(2, 2);
-  fit.random_names = {"a", "b"};
+  fit.random = {{.names = {"a", "b"}}};
   const json& psi = reference["covariance"];
-  fit.random_covariance.resize(2, 2);
+  fit.random.back().covariance.resize(2, 2);
   for (std::size_t i = 0; i < 2; ++i) {
     for (std::size_t j = 0; j < 2; ++j) {
-      fit.random_covariance(static_cast<Index>(i), static_cast<Index>(j)) = psi[i][j].get<double>();
+      fit.random.back().covariance(static_cast<Index>(i), static_cast<Index>(j)) =
+          psi[i][j].get<double>();
     }
   }
-  fit.random_effects.resize(2, 0);
+  fit.random.back().effects.resize(2, 0);
   fit.sigma = reference["sigma"].get<double>();
   fit.variance = fit::VarianceEstimate::missing(fit::parse_variance_function("power"));
   fit.variance.factors[0].delta[0] = reference["power"].get<double>();
   for (const auto& [label, plot] : reference["plots"].items()) {
     INFO(label);
     const fit::Calibration calibration = fit::calibrate(fit, table.select(rows_of(plot["rows"])));
-    REQUIRE(calibration.group_labels == std::vector<std::string>{label});
+    REQUIRE(calibration.random.back().labels == std::vector<std::string>{label});
     CHECK(calibration.measured == std::vector<Index>{4});
     for (std::size_t k = 0; k < 2; ++k) {
       // R's search has a Jacobian by differences: its fixed point is good to about 1e-9.
-      CHECK(calibration.effects(static_cast<Index>(k), 0) ==
+      CHECK(calibration.random.back().effects(static_cast<Index>(k), 0) ==
             Approx(plot["effects"][k].get<double>()).epsilon(1e-7));
     }
   }

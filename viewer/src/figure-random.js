@@ -16,9 +16,9 @@ const AXIS_HEIGHT = 62;
 
 /** @param {import("./types.js").Result} result  null without random effects */
 export function randomFigure({ fits: { nlme }, outlying = [] }) {
-  const random = nlme?.random ?? null;
+  const random = nlme?.random.at(-1);
   const groups = Object.keys(random?.eblup ?? {});
-  if (random === null || groups.length === 0) return null;
+  if (random === undefined || groups.length === 0) return null;
   const hasErrors = random.eblup_se !== undefined;
   const panels = random.effects.map((effect, index) => panel(random, effect, random.sd[index], new Set(outlying.map(({ plot }) => plot))));
   return figure({

@@ -145,13 +145,10 @@ export function varianceText(variance) {
   return variance.function.replaceAll("-", " ") + of;
 }
 
-/** "random: a + b | plot"; of two groupings the coarser first, since the finer is within it. */
-export function randomTexts(random) {
-  if (random === null) return [];
-  const effects = ({ effects }) => effects.join(" + ");
-  if (!random.outer) return [`random: ${effects(random)} | ${random.group}`];
-  const { outer } = random;
-  return [`random: ${effects(outer)} | ${outer.group}`, `random: ${effects(random)} | ${random.group} within ${outer.group}`];
+/** "random: a + b | plot" of each term; a finer grouping is within the one before it. */
+export function randomTexts(terms) {
+  const within = (index) => (index === 0 ? "" : ` within ${terms[index - 1].group}`);
+  return terms.map(({ effects, group }, index) => `random: ${effects.join(" + ")} | ${group}${within(index)}`);
 }
 
 function summary(report) {
@@ -175,7 +172,7 @@ function summary(report) {
     length("RMSE NLME conditional", (result) => stat(result.fits.nlme, "conditional", "rmse")),
     { title: "Base model", text: true, value: ({ base }) => baseText(chosen(base)) },
     { title: "Covariates", text: true, value: covariateText },
-    { title: "Random effects", text: true, value: ({ fits }) => fits.nlme?.random?.effects.join(", ") ?? MISSING },
+    { title: "Random effects", text: true, value: ({ fits }) => fits.nlme?.random.at(-1)?.effects.join(", ") ?? MISSING },
     { title: "Variance function", text: true, value: ({ fits }) => varianceText(fits.nlme?.variance ?? null) },
     numeric("Trees", ({ n }) => n, count),
   ];

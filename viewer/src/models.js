@@ -92,8 +92,9 @@ function coefficients(fits) {
 }
 
 function components(fit, unit) {
-  if (fit === null || fit.random === null) return [];
-  const { effects, sd, correlation } = fit.random;
+  const random = fit?.random.at(-1);
+  if (random === undefined) return [];
+  const { effects, sd, correlation } = random;
   const rows = effects.map((effect, index) => ({ effect, sd: sd[index], correlation: correlation[index] ?? [], index }));
   const columns = [
     { title: "Random effect on", text: true, value: ({ effect }) => element("code", {}, effect) },

@@ -26,8 +26,9 @@ const estimates = (results) =>
   fitsOf(results).flatMap(({ fit, ...subject }) => Object.entries(fit.fixed).map(([coefficient, values]) => ({ ...subject, coefficient, ...values })));
 
 function components({ species, response, fits: { nlme } }) {
-  if (nlme === null || nlme.random === null) return [];
-  const { effects, sd, correlation } = nlme.random;
+  const random = nlme?.random.at(-1);
+  if (random === undefined) return [];
+  const { effects, sd, correlation } = random;
   const pairs = effects.flatMap((effect, row) => effects.slice(0, row).map((other, column) => [`cor(${other}, ${effect})`, correlation[row][column]]));
   const variance = [["delta", nlme.variance.delta], ["constant", nlme.variance.constant]].filter(([, value]) => value !== null);
   const values = [...effects.map((effect, row) => [`sd(${effect})`, sd[row]]), ...pairs, ["sigma", nlme.sigma], ...variance];

@@ -12,11 +12,11 @@
  * @typedef {{function: string, of: string|null, delta: number|null, constant: number|null}} Variance
  * @typedef {Criteria & LikelihoodRatio & Variance} VarianceCandidate
  * @typedef {{group: string, effects: string[], sd: number[], correlation: number[][],
- *   eblup: Record<string, Record<string, number>>, eblup_se?: Record<string, Record<string, number|null>>, outer?: {group: string, effects: string[]}}} Random
+ *   eblup: Record<string, Record<string, number>>, eblup_se?: Record<string, Record<string, number|null>>}} Random
  * @typedef {{gradient: number|null, iterations: number, boundary: string[], rank: number}} Evidence
  * @typedef {{formula: string, parameters: Record<string, string>, method: string, n: number, converged: boolean,
  *   verdict: string, evidence?: Evidence, fixed: Record<string, {estimate: number, se: number, df: number, t: number, p: number}>,
- *   random: Random|null, variance: Variance, sigma: number, log_likelihood: number, k: number, aic: number, bic: number,
+ *   random: Random[], variance: Variance, sigma: number, log_likelihood: number, k: number, aic: number, bic: number,
  *   statistics: {population: Accuracy|null, conditional: Accuracy|null}}} Fit
  * @typedef {{plot: string[], tree: string[], dbh: number[], covariates: Record<string, (number|null)[]>, observed: number[], ols: number[], population: number[],
  *   conditional: number[], residual_ols: number[], residual_nlme: number[]}} Observations

@@ -45,7 +45,8 @@ test("nested effects name both groupings, and what has no unit has no comma", { 
   const data = comparison();
   const [pair] = data.pairs;
   Object.assign(pair, { species: "", role: "", unit: "" });
-  Object.assign(pair.fits[0].random, { group: "plot", effects: ["a"], outer: { group: "stand", effects: ["a", "b"] } });
+  const [term] = pair.fits[0].random;
+  pair.fits[0].random = [{ ...term, group: "stand", effects: ["a", "b"] }, { ...term, group: "plot", effects: ["a"] }];
   return withPage(data, {}, async (page) => {
     const codes = await page.locator("#pair-1 dl.formulas code").allTextContents();
     assert.deepEqual(codes.filter((code) => code.startsWith("random")), ["random: a + b | stand", "random: a | plot within stand"]);

@@ -95,7 +95,7 @@ test("random effects are sorted, and have intervals only where standard errors a
   await withPage(data, {}, async (page) => {
     assert.match(await figureOf(page, "#result-1", "Random effects by plot").textContent(), /Intervals need/);
   });
-  const { random } = data.results[0].fits.nlme;
+  const [random] = data.results[0].fits.nlme.random;
   random.eblup_se = Object.fromEntries(Object.entries(random.eblup).map(([plot, values]) => [plot, Object.fromEntries(Object.keys(values).map((effect) => [effect, 0.5]))]));
   await withPage(data, {}, async (page) => {
     const figure = figureOf(page, "#result-1", "Random effects by plot");

@@ -27,9 +27,9 @@ test("a comparison obeys its own schema, which refuses a difference without its 
 
 test("standard errors of random effects may be there", () => {
   const data = example();
-  data.results[0].fits.nlme.random.eblup_se = { 1: { a: 0.4, b: null } };
+  data.results[0].fits.nlme.random[0].eblup_se = { 1: { a: 0.4, b: null } };
   assert.deepEqual(schemaErrors(data), []);
-  data.results[0].fits.nlme.random.eblup_se = { 1: { a: "0.4" } };
+  data.results[0].fits.nlme.random[0].eblup_se = { 1: { a: "0.4" } };
   assert.notDeepEqual(schemaErrors(data), []);
 });
 

@@ -319,10 +319,7 @@ class Library:
         return {"json": self._core.to_json()}
 
     def __setstate__(self, state: dict) -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            file = pathlib.Path(folder) / "library.json"
-            file.write_text(state["json"], encoding="utf-8")
-            self._core = _core.Library.read(str(file), _location.models_directory())
+        self._core = _core.Library.from_json(state["json"])
 
     def __repr__(self) -> str:
         return repr(self._shown())
@@ -423,10 +420,22 @@ def study(
         file = _settings_file(settings, dict(options, **{k: _absolute(v) for k, v in given.items() if k == "window"}),
                               pathlib.Path(folder))
         keywords = {"settings": file, "out": None if out is None else os.fspath(out), "threads": threads,
-                    "call": "silvafit.study()", "windows": given.get("windows"),
+                    "call": _call(out, settings, window, options), "windows": given.get("windows"),
                     "page": _location.page("report.html") if out is not None else None}
         found = _core.study(source, _location.catalogue(), keywords, listener)
     return Study(found, frame, None if out is None else os.fspath(out), listener.notes)
+
+
+def _call(out: Optional[Path], settings: Any, window: Any, options: Dict[str, Any]) -> str:
+    """The call for the report, which shows how to repeat a study."""
+    def text_of(value: Any) -> str:
+        if hasattr(value, "geom_type"):  # polygons
+            return "..."
+        return repr(os.fspath(value) if isinstance(value, os.PathLike) else value)
+
+    given = {"out": out, "settings": settings, "window": window, **options}
+    texts = [f"{name}={text_of(value)}" for name, value in given.items() if value is not None]
+    return f"silvafit.study({', '.join(['trees', *texts])})"
 
 
 def _absolute(path: str) -> str:

@@ -145,9 +145,10 @@ py::dict calibrate(const FitPointer& fit,
   const fit::Calibration found =
       run(py::none(), [&](Work& /*work*/) { return fit::calibrate(*fit, *table, options); });
   py::dict result;
-  result["labels"] = found.group_labels;
+  const fit::CalibratedEffects& term = found.random.back();
+  result["labels"] = term.labels;
   result["measured"] = found.measured;
-  result["effects"] = Eigen::MatrixXd(found.effects.transpose());
+  result["effects"] = Eigen::MatrixXd(term.effects.transpose());
   return result;
 }
 

@@ -30,34 +30,32 @@ py::object errors_of(const fit::EffectUncertainty& uncertainty, Index effects) {
   return py::cast(errors);
 }
 
-/// The labels `outer/inner` as two lists, without the escapes of the coarser ones.
-Labels labels_of_nested(const fit::FittedModel& fit) {
-  std::map<std::string, std::string, std::less<>> outer;
-  for (const std::string& label : fit.outer.labels) outer[fit::outer_part(label)] = label;
+/// The labels `coarser/finer` as two lists, without the escapes of the coarser ones.
+Labels labels_of_nested(const fit::EstimatedEffects& coarser, const fit::EstimatedEffects& finer) {
+  std::map<std::string, std::string, std::less<>> known_labels;
+  for (const std::string& label : coarser.labels) known_labels[fit::outer_part(label)] = label;
   Labels labels(2);
-  for (const std::string& label : fit.group_labels) {
+  for (const std::string& label : finer.labels) {
     const fit::NestedParts parts = fit::nested_parts(label);
-    const auto known = outer.find(parts.outer);
-    labels[0].push_back(known == outer.end() ? std::string(parts.outer) : known->second);
+    const auto known = known_labels.find(parts.outer);
+    labels[0].push_back(known == known_labels.end() ? std::string(parts.outer) : known->second);
     labels[1].emplace_back(parts.inner);
   }
   return labels;
 }
 
-py::dict term(const fit::RandomEffects& effects,
+py::dict term(const fit::RandomEffects& specification,
+              const fit::EstimatedEffects& estimated,
               const std::vector<std::string>& columns,
-              const Labels& labels,
-              const Eigen::MatrixXd& covariance,
-              const Eigen::MatrixXd& modes,
-              const fit::EffectUncertainty& uncertainty) {
+              const Labels& labels) {
   py::dict result;
   result["columns"] = columns;
-  result["names"] = effects.coefficients;
-  result["form"] = fit::covariance_text(effects.covariance);
-  result["covariance"] = covariance;
+  result["names"] = specification.coefficients;
+  result["form"] = fit::covariance_text(specification.covariance);
+  result["covariance"] = estimated.covariance;
   result["labels"] = labels;
-  result["effects"] = Eigen::MatrixXd(modes.transpose());
-  result["se"] = errors_of(uncertainty, covariance.rows());
+  result["effects"] = Eigen::MatrixXd(estimated.effects.transpose());
+  result["se"] = errors_of(estimated.uncertainty, estimated.covariance.rows());
   return result;
 }
 
@@ -65,34 +63,23 @@ py::dict term(const fit::RandomEffects& effects,
 
 py::list random_terms(const fit::FittedModel& fit) {
   py::list terms;
-  const fit::ModelSpecification& specification = fit.specification;
-  if (!fit.has_random_effects() || !specification.random) return terms;
   std::vector<std::string> columns;
-  if (specification.outer_random) {
-    columns.push_back(specification.outer_random->group);
-    terms.append(term(*specification.outer_random,
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    const fit::RandomEffects& specification = fit.specification.random[k];
+    columns.push_back(specification.group);
+    terms.append(term(specification,
+                      fit.random[k],
                       columns,
-                      {fit.outer.labels},
-                      fit.outer.covariance,
-                      fit.outer.effects,
-                      fit.outer_uncertainty));
+                      k == 0 ? Labels{fit.random[k].labels}
+                             : labels_of_nested(fit.random[k - 1], fit.random[k])));
   }
-  columns.push_back(specification.random->group);
-  terms.append(term(*specification.random,
-                    columns,
-                    specification.outer_random ? labels_of_nested(fit) : Labels{fit.group_labels},
-                    fit.random_covariance,
-                    fit.random_effects,
-                    fit.uncertainty));
   return terms;
 }
 
 std::string random_text(const fit::FittedModel& fit) {
   std::string text;
-  for (const auto* const effects : {&fit.specification.outer_random, &fit.specification.random}) {
-    if (!*effects) continue;
-    text +=
-        fmt::format("{}{} | {}", text.empty() ? "" : "; ", (*effects)->text(), (*effects)->group);
+  for (const fit::RandomEffects& term : fit.specification.random) {
+    text += fmt::format("{}{} | {}", text.empty() ? "" : "; ", term.text(), term.group);
   }
   return text;
 }

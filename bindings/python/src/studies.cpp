@@ -256,6 +256,12 @@ void add_studies(py::module_& module) {
           },
           py::arg("name_or_file"),
           py::arg("models"))
+      .def_static(
+          "from_json",
+          [](const std::string& text) {
+            return study::read_library(data::JsonReader::parse(text, ""));
+          },
+          py::arg("text"))
       .def_static("of", &library_of, py::arg("fits"))
       .def("models", &models_of)
       .def("to_json", [](const study::ModelLibrary& self) { return study::to_json(self); })

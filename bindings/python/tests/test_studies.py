@@ -108,6 +108,9 @@ def test_a_study_writes_its_files_and_predicts(small, tmp_path):
     study = sf.study(small, out, responses=["h"], minimum_trees=80, candidates={"h": ["M4", "M5"]},
                      covariates=["C"], maximum_random_effects=1, variance_functions=["none"], progress=False)
     assert study.report.is_file() and (out / "library.json").is_file()
+    run = json.loads((out / "run.json").read_text())
+    assert run["command"].startswith("silvafit.study(trees, out=") and "covariates=['C']" in run["command"]
+    assert "silvafit.study(trees, out=" in study.report.read_text(encoding="utf-8")
     assert not study.results.empty and set(study.results["response"]) == {"h"}
     assert set(study.predictions.index) <= set(small.index)
     library = sf.read_library(out / "library.json")

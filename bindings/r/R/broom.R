@@ -108,8 +108,8 @@ as_tibble_if_there <- function(data) if (requireNamespace("tibble", quietly = TR
 #' @name emmeans-methods
 #' @examples
 #' if (requireNamespace("emmeans", quietly = TRUE)) {
-#'   fit <- silvafit(weight ~ a / (1 + exp((m - Time) / s)), data = nlme::Soybean, parameters = a ~ Variety,
-#'                   random = a ~ 1 | Plot)
+#'   fit <- silvafit(weight ~ a / (1 + exp((m - Time) / s)), data = nlme::Soybean,
+#'                   parameters = a ~ Variety, random = a ~ 1 | Plot)
 #'   emmeans::emmeans(fit, ~ Variety, param = "a")
 #' }
 NULL

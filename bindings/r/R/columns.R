@@ -56,6 +56,8 @@ without_geometry <- function(data) {
 check_data <- function(data, argument = "data") {
   if (!is.data.frame(data)) stop_usage("`", argument, "` has to be a data frame, not an object of class ", class(data)[1])
   data <- without_geometry(data)
+  # Tibbles and groupedData of nlme are plain data frames from here on.
+  if (!identical(class(data), "data.frame")) data <- as.data.frame(data)
   if (nrow(data) == 0) stop_input("`", argument, "` has no rows")
   twice <- names(data)[duplicated(names(data))]
   if (length(twice) > 0) stop_input("`", argument, "` has two columns '", twice[1], "'", column = twice[1])

@@ -170,6 +170,14 @@ df.residual.silvafit <- function(object, ...) nobs(object) - sum(!is.na(fixed_ta
 deviance.silvafit <- function(object, ...) -2 * number_or_na(object$fit$log_likelihood)
 
 #' @rdname likelihood
+#' @param fit a fit of [silvafit()]
+#' @param scale not used
+#' @param k penalty of a parameter: 2 for AIC
+#' @export
+#' @importFrom stats extractAIC
+extractAIC.silvafit <- function(fit, scale, k = 2, ...) c(fit$fit$k, -2 * number_or_na(fit$fit$log_likelihood) + k * fit$fit$k)
+
+#' @rdname likelihood
 #' @export
 formula.silvafit <- function(x, ...) x$formula
 

@@ -6,6 +6,7 @@
 #' predictions for new plots by a few measured trees. [structural_units()], [stand_summary()], [impute()], [fit_study()], [read_library()],
 #' [grow_trees()] and [view_stand()] analyze inventories. `vignette("from-nlme", package = "silvafit")` is for users of nlme.
 #'
+#' @name silvafit-package
 #' @useDynLib silvafit, .registration = TRUE
 #' @keywords internal
-"_PACKAGE"
+NULL

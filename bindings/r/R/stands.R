@@ -100,7 +100,8 @@ rings_of <- function(geometry) {
 #'   `trees` is a path, the columns of the inventory as it was read. The attribute `summary` has the means.
 #' @export
 #' @examples
-#' trees <- data.frame(x = c(1, 3, 6, 4, 8, 9, 2, 7), y = c(1, 7, 2, 5, 9, 4, 9, 7), dbh = c(20, 15, 30, 22, 18, 25, 28, 14),
+#' trees <- data.frame(x = c(1, 3, 6, 4, 8, 9, 2, 7), y = c(1, 7, 2, 5, 9, 4, 9, 7),
+#'                     dbh = c(20, 15, 30, 22, 18, 25, 28, 14),
 #'                     species = c("A", "B", "A", "A", "B", "B", "A", "B"))
 #' units <- structural_units(trees, edge = "none")
 #' units
@@ -134,7 +135,8 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 #' @return List of class `silvafit_stand` with data frames: `plots`, `strata`, `species`, `diameters` and, with positions, `classes`.
 #' @export
 #' @examples
-#' trees <- data.frame(plot = rep(1:2, each = 4), species = c("A", "A", "B", "A"), dbh = c(20, 31, 14, 25, 22, 18, 40, 33),
+#' trees <- data.frame(plot = rep(1:2, each = 4), species = c("A", "A", "B", "A"),
+#'                     dbh = c(20, 31, 14, 25, 22, 18, 40, 33),
 #'                     h = c(18, 24, 12, 20, 19, 16, 27, 25))
 #' stand_summary(trees, plot_area = 400)
 stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL,
@@ -226,7 +228,8 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #' set.seed(1)
 #' plots <- rep(1:12, each = 25)
 #' trees <- data.frame(plot = plots, species = "A", dbh = round(runif(300, 8, 45), 1))
-#' trees$h <- round(1.3 + (24 + rnorm(12)[plots]) * (1 - exp(-0.06 * trees$dbh)) + rnorm(300), 1)
+#' a <- 24 + rnorm(12)[plots]
+#' trees$h <- round(1.3 + a * (1 - exp(-0.06 * trees$dbh)) + rnorm(300), 1)
 #' study <- fit_study(trees, tempfile("study"), responses = "h", progress = FALSE)
 #' study
 #' }
@@ -278,7 +281,7 @@ print.silvafit_study <- function(x, ...) {
 #' @examples
 #' library <- read_library("shanxia-2023")
 #' library
-#' predict(library, data.frame(species = "SM", dbh = c(10, 20), h = NA_real_, hcb = NA_real_, cw = NA_real_))
+#' predict(library, data.frame(species = "SM", dbh = c(10, 20), C = 0.5, M = 0.2, U = 0.5))
 read_library <- function(file) {
   if (inherits(file, "silvafit_study")) file <- file.path(file$out, "library.json")
   if (inherits(file, "silvafit")) {
@@ -338,7 +341,8 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #' @return Data frame with a row for each tree, invisibly: its file and the measurements of its mesh.
 #' @export
 #' @examples
-#' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1), dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
+#' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1),
+#'                     dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
 #' file <- tempfile(fileext = ".glb")
 #' grow_trees(trees, file, level = 3)
 #' file.size(file) > 0
@@ -379,7 +383,8 @@ grown_trees <- function(json) {
 #' @return The path of the page, invisibly.
 #' @export
 #' @examples
-#' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1), dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
+#' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1),
+#'                     dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
 #' page <- view_stand(trees, open = FALSE)
 view_stand <- function(trees, file = tempfile("stand", fileext = ".html"), title = "Stand", plots = NULL, seed = 1, columns = NULL, trust_units = FALSE,
                        open = interactive(), threads = 0, progress = interactive()) {

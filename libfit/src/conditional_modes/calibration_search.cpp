@@ -7,6 +7,7 @@
 #include "conditional_modes/calibration_block.hpp"
 #include "model/covariance_factor.hpp"
 #include "result/group_coefficients.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/parallel.hpp"
 
@@ -101,7 +102,7 @@ EffectPlaces::EffectPlaces(const FittedModel& fit) {
   const auto place_of = [&](const std::string& name) -> Index {
     return std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin();
   };
-  for (const auto& names : {fit.outer.names, fit.random_names}) {
+  for (const auto& names : {coarser(fit).names, finer(fit).names}) {
     for (const std::string& name : names) random.push_back(place_of(name));
   }
   std::ranges::sort(random);
@@ -109,17 +110,17 @@ EffectPlaces::EffectPlaces(const FittedModel& fit) {
   const auto row_of = [&](const std::string& name) -> Index {
     return std::ranges::find(random, place_of(name)) - random.begin();
   };
-  for (const std::string& name : fit.outer.names) outer_rows.push_back(row_of(name));
-  for (const std::string& name : fit.random_names) inner_rows.push_back(row_of(name));
+  for (const std::string& name : coarser(fit).names) outer_rows.push_back(row_of(name));
+  for (const std::string& name : finer(fit).names) inner_rows.push_back(row_of(name));
 }
 
 EffectPriors unseen_priors(const NonlinearModel& model, const FittedModel& fit) {
-  const auto q = static_cast<Index>(fit.random_names.size());
-  const auto s = static_cast<Index>(fit.outer.names.size());
+  const auto q = static_cast<Index>(finer(fit).names.size());
+  const auto s = static_cast<Index>(coarser(fit).names.size());
   EffectPriors priors;
-  priors.roots.push_back({.outer = covariance_factor(fit.outer.covariance),
+  priors.roots.push_back({.outer = covariance_factor(coarser(fit).covariance),
                           .coupling = MatrixXd::Zero(q, s),
-                          .inner = covariance_factor(fit.random_covariance)});
+                          .inner = covariance_factor(finer(fit).covariance)});
   priors.roots_of.assign(static_cast<std::size_t>(model.group_count()), 0);
   priors.inner_mean.setZero(q, model.group_count());
   priors.outer_mean.setZero(s, s > 0 ? model.cluster_count() : 0);
@@ -137,8 +138,8 @@ EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel
   const EffectPlaces places(fit);
   MatrixXd effects = MatrixXd::Zero(static_cast<Index>(places.random.size()), model.group_count());
   add_group_effects(model,
-                    {.rows = places.inner_rows, .effects = fit.random_effects},
-                    {.rows = places.outer_rows, .effects = fit.outer.effects},
+                    {.rows = places.inner_rows, .effects = finer(fit).effects},
+                    {.rows = places.outer_rows, .effects = coarser(fit).effects},
                     effects);
   return run(model, fit, unseen_priors(model, fit), model.threads(), &effects);
 }

@@ -19,7 +19,7 @@ namespace {
 std::string name_of(Index j) { return "x" + std::to_string(j); }
 
 FitResult result_at(const VectorXd& x, double value) {
-  FitResult result{.fit = {.specification = {.formula = data::parse_formula("y ~ x0")}}};
+  FitResult result{.fit = FittedModel({.formula = data::parse_formula("y ~ x0")})};
   FittedModel& fit = result.fit;
   fit.estimate = x;
   for (Index j = 0; j < x.size(); ++j) fit.coefficient_names.push_back(name_of(j));

@@ -53,7 +53,7 @@ FitResult expanded(FitResult result, const ModelSpecification& whole, const Valu
 
 /// The result where the formula has no value with these coefficients held.
 FitResult impossible(const ModelSpecification& whole, const Values& held, const Error& reason) {
-  FitResult result{.fit = {.specification = whole}};
+  FitResult result{.fit = FittedModel(whole)};
   FittedModel& fit = result.fit;
   const auto p = static_cast<Index>(whole.coefficient_names().size() - held.size());
   fit.estimate = VectorXd::Constant(p, kNaN);

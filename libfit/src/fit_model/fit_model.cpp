@@ -14,6 +14,7 @@
 #include "model/response_fingerprint.hpp"
 #include "optimum_search/optimum_search.hpp"
 #include "result/earlier_fit.hpp"
+#include "result/nested_effects.hpp"
 #include "result/variance_shares.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -28,11 +29,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 void check_method(const ModelSpecification& specification, Method method, bool reml) {
-  if (specification.random && !is_mixed(method)) {
+  if (!specification.random.empty() && !is_mixed(method)) {
     throw UsageError(fmt::format("the method {} does not fit random effects; use lb or laplace",
                                  method_text(method)));
   }
-  if (!specification.random && is_mixed(method)) {
+  if (specification.random.empty() && is_mixed(method)) {
     throw UsageError(fmt::format(
         "the method {} needs random effects; for a model without random effects use ols or gnls",
         method_text(method)));
@@ -72,7 +73,7 @@ std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
 }
 
 FitResult described(const NonlinearModel& model, Method method, const FitModelOptions& options) {
-  FitResult result{.fit = {.specification = model.specification()}};
+  FitResult result{.fit = FittedModel(model.specification())};
   FittedModel& fit = result.fit;
   fit.method = method;
   fit.reml = options.reml;
@@ -86,57 +87,30 @@ FitResult described(const NonlinearModel& model, Method method, const FitModelOp
     fit.levels.push_back({.column = column, .labels = {labels.begin(), labels.end()}});
   }
   fit.variance = VarianceEstimate::missing(model.specification().variance);
-  if (model.specification().random) {
-    fit.random_names = model.specification().random->coefficients;
-    fit.group_labels = model.group_labels();
-    const auto q = static_cast<Index>(fit.random_names.size());
-    fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
-    fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
-  }
-  if (model.specification().outer_random) {
-    fit.outer.names = model.specification().outer_random->coefficients;
-    fit.outer.labels = model.outer_labels();
-    const auto r = static_cast<Index>(fit.outer.names.size());
-    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
-    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
-  }
+  fit.random = missing_terms(model);
   result.rows = model.rows();
   return result;
 }
 
+/// Estimates take the place of missing ones, which stay where a method has none.
+void take_estimates(FittedModel& fit, Estimates&& found) {
+  if (found.random.empty()) found.random = std::move(fit.random);
+  if (found.variance.factors.empty()) found.variance = std::move(fit.variance);
+  static_cast<Estimates&>(fit) = std::move(found);
+}
+
 void take_over(FitResult& result, LeastSquaresFit&& found) {
   // Fewer observations than coefficients leave no degrees of freedom to tell of.
-  const double freedom = found.degrees_of_freedom() < 0.0 ? kNaN : found.degrees_of_freedom();
-  FittedModel& fit = result.fit;
-  fit.estimate = std::move(found.estimate);
-  fit.degrees_of_freedom.setConstant(fit.estimate.size(), freedom);
-  fit.covariance = std::move(found.covariance);
-  fit.sigma = found.sigma;
-  fit.log_likelihood = found.log_likelihood;
-  fit.parameter_count = found.parameter_count;
-  fit.convergence = std::move(found.convergence);
-  result.residual_sd = VectorXd::Constant(fit.observations, fit.sigma);
+  const double freedom = found.residual_degrees_of_freedom();
+  found.degrees_of_freedom.setConstant(found.estimate.size(), freedom < 0.0 ? kNaN : freedom);
+  take_estimates(result.fit, std::move(found));
+  result.residual_sd = VectorXd::Constant(result.fit.observations, result.fit.sigma);
   result.fitted_population = std::move(found.fitted);
   result.fitted_conditional = result.fitted_population;
 }
 
 void take_over(FitResult& result, MixedEffectsFit&& found) {
-  FittedModel& fit = result.fit;
-  fit.estimate = std::move(found.estimate);
-  fit.covariance = std::move(found.covariance);
-  fit.degrees_of_freedom = std::move(found.degrees_of_freedom);
-  fit.coefficients_between = std::move(found.coefficients_between);
-  if (fit.has_random_effects()) {
-    fit.random_covariance = std::move(found.random_covariance);
-    fit.random_effects = std::move(found.random_effects);
-  }
-  if (!fit.outer.names.empty()) fit.outer = std::move(found.outer);
-  fit.variance = std::move(found.variance);
-  fit.sigma = found.sigma;
-  fit.log_likelihood = found.log_likelihood;
-  fit.parameter_count = found.parameter_count;
-  fit.convergence = std::move(found.convergence);
-  fit.optima = std::move(found.optima);
+  take_estimates(result.fit, std::move(found));
   result.fitted_population = std::move(found.fitted_population);
   result.fitted_conditional = std::move(found.fitted_conditional);
   result.residual_sd = std::move(found.residual_sd);
@@ -161,10 +135,12 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
 
 /// Keeps what the data leave open of the random effects, for predictions without the data.
 void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
-  if (!fit.has_random_effects() || !fit.random_effects.allFinite() || !(fit.sigma > 0.0)) return;
+  if (!fit.has_random_effects() || !finer(fit).effects.allFinite() || !(fit.sigma > 0.0)) return;
   EffectPosteriors described = describe_effects(model, fit);
-  fit.uncertainty = std::move(described.inner_uncertainty);
-  fit.outer_uncertainty = std::move(described.outer_uncertainty);
+  fit.random.back().uncertainty = std::move(described.inner_uncertainty);
+  if (fit.random.size() > 1) {
+    fit.random.front().uncertainty = std::move(described.outer_uncertainty);
+  }
 }
 
 void compute_statistics(FitResult& result, const NonlinearModel& model) {

@@ -55,7 +55,7 @@ TEST_CASE("a straight line by least squares has the estimates of the normal equa
 }
 
 TEST_CASE("p-values are those of Student's t, two-sided") {
-  FittedModel fit{.specification = {.formula = data::parse_formula("y ~ a + b + c + d")}};
+  FittedModel fit({.formula = data::parse_formula("y ~ a + b + c + d")});
   fit.estimate = Eigen::Vector4d(2.5, -12.5, 0.0, NAN);
   fit.covariance = Eigen::Matrix4d::Identity();
   // Closed forms: 1 - 2 atan(|t|)/pi with one degree of freedom, 1 - |t|/sqrt(2 + t^2) with two.
@@ -71,7 +71,7 @@ TEST_CASE("p-values are those of Student's t, two-sided") {
 }
 
 TEST_CASE("residual standard deviations follow nlme's variance functions") {
-  FittedModel fit{.specification = {.formula = data::parse_formula("y ~ a*x")}};
+  FittedModel fit({.formula = data::parse_formula("y ~ a*x")});
   fit.sigma = 2.0;
   const Eigen::Vector3d v(4.0, -4.0, NAN);
   data::Table table(3);
@@ -92,7 +92,7 @@ TEST_CASE("residual standard deviations follow nlme's variance functions") {
 }
 
 TEST_CASE("residual standard deviations by stratum are those of the row's stratum") {
-  FittedModel fit{.specification = {.formula = data::parse_formula("y ~ a*x")}};
+  FittedModel fit({.formula = data::parse_formula("y ~ a*x")});
   fit.sigma = 2.0;
   data::Table table(3);
   data::TextColumn species;
@@ -142,7 +142,7 @@ TEST_CASE("a fit with nowhere to start says why") {
   CHECK_THAT(result.fit.convergence.verdict,
              Contains("3 coefficients need at least as many observations, but there are 2"));
   CHECK(std::isnan(result.fit.log_likelihood));
-  CHECK(result.fit.random_effects.cols() == 2);
+  CHECK(result.fit.random.back().effects.cols() == 2);
 }
 
 TEST_CASE("a held exponent that suits the data badly is weighted least squares all the same") {

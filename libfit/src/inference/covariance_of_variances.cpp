@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "likelihood/linearization.hpp"
+#include "model/nested_terms.hpp"
 #include "model/variance_weights.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -27,8 +29,9 @@ bool contains(const Effects& names, const std::string& name) {
 
 /// The smaller model with room for the effects of the larger one.
 ModelSpecification joined(const FittedModel& larger, const FittedModel& smaller) {
-  const bool is_nested = larger.specification.outer_random || smaller.specification.outer_random;
-  if (!larger.specification.random || is_nested) {
+  const bool is_nested =
+      larger.specification.random.size() > 1 || smaller.specification.random.size() > 1;
+  if (larger.specification.random.empty() || is_nested) {
     throw UsageError("variances are compared only if the larger model has one grouping");
   }
   if (larger.coefficient_names != smaller.coefficient_names) {
@@ -49,19 +52,19 @@ struct Elements {
 };
 
 Elements elements(const FittedModel& larger, const FittedModel& smaller) {
-  const Effects& names = larger.random_names;
+  const Effects& names = finer(larger).names;
   Elements result;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!contains(smaller.random_names, names[i])) result.all.emplace_back(i, i);
+    if (!contains(finer(smaller).names, names[i])) result.all.emplace_back(i, i);
   }
   result.new_variances = static_cast<Index>(result.all.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
-      if (!contains(smaller.random_names, names[i]) || !contains(smaller.random_names, names[j])) {
+      if (!contains(finer(smaller).names, names[i]) || !contains(finer(smaller).names, names[j])) {
         continue;
       }
       const bool is_free =
-          i == j || smaller.specification.random->covariance == Covariance::kGeneral;
+          i == j || finer_term(smaller.specification)->covariance == Covariance::kGeneral;
       if (is_free) result.all.emplace_back(i, j);
     }
   }
@@ -86,8 +89,8 @@ Linearization linearized(const NonlinearModel& model,
       .effects = MatrixXd::Zero(model.coefficient_count(), model.group_count()),
       .variance = variance.parameters(smaller.variance),
       .units = VectorXd::Ones(model.coefficient_count())};
-  const std::vector<Index> random = model.coefficients_of(smaller.specification.random);
-  if (!random.empty()) point.effects(random, Eigen::all) = smaller.random_effects;
+  const std::vector<Index> random = model.coefficients_of(finer_term(smaller.specification));
+  if (!random.empty()) point.effects(random, Eigen::all) = finer(smaller).effects;
   Linearization at;
   if (!Linearizer(model, variance).linearize(point, false, nullptr, at)) {
     throw UsageError(
@@ -197,21 +200,21 @@ MatrixXd covariance_of_variances(const FittedModel& larger,
   }
   const VarianceModel variance(smaller.specification.variance, VarianceData::of(model));
   const double sigma = smaller.sigma / variance.sigma_factor(variance.parameters(smaller.variance));
-  const auto q = static_cast<Index>(larger.random_names.size());
+  const auto q = static_cast<Index>(finer(larger).names.size());
   MatrixXd psi = MatrixXd::Zero(q, q);
-  const std::vector<Index> known = places_among(larger.random_names, smaller.random_names);
-  if (!known.empty()) psi(known, known) = smaller.random_covariance;
+  const std::vector<Index> known = places_among(finer(larger).names, finer(smaller).names);
+  if (!known.empty()) psi(known, known) = finer(smaller).covariance;
   const Linearization at = linearized(model, variance, smaller);
 
   VarianceInformation information(parameters.all, psi * (1.0 / (sigma * sigma)), sigma);
-  const std::vector<Index> places = model.coefficients_of(model.specification().random);
+  const std::vector<Index> places = model.coefficients_of(finer_term(model.specification()));
   const Index width = at.model.moments.width();
   for (Index g = 0; g < model.group_count(); ++g) {
     const Eigen::Map<const MatrixXd> products(at.model.moments.term(g, 0), width, width);
     information.add_group(products(places, places),
                           model.group_begin(g + 1) - model.group_begin(g));
   }
-  return inverse_of(information.sum(), parameters, larger.random_names)
+  return inverse_of(information.sum(), parameters, finer(larger).names)
       .topLeftCorner(parameters.new_variances, parameters.new_variances);
 }
 

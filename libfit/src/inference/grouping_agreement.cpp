@@ -8,6 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "model/nested_terms.hpp"
+#include "result/nested_effects.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -21,15 +24,15 @@ struct Grouping {
   /// "plot (5 groups)", "plot within stand (30 groups)".
   std::string text(const std::string& group) const {
     const std::string where =
-        within == nullptr ? "" : " within " + within->specification.outer_random->group;
+        within == nullptr ? "" : " within " + coarser_term(within->specification)->group;
     return fmt::format("{}{} ({} groups)", group, where, labels->size());
   }
 };
 
 Grouping grouping_of(const FittedModel& fit, const std::string& group) {
-  const auto& outer = fit.specification.outer_random;
-  if (outer && outer->group == group) return {.labels = &fit.outer.labels};
-  return {.labels = &fit.group_labels, .within = outer ? &fit : nullptr};
+  const RandomEffects* const outer = coarser_term(fit.specification);
+  if (outer != nullptr && outer->group == group) return {.labels = &coarser(fit).labels};
+  return {.labels = &finer(fit).labels, .within = outer != nullptr ? &fit : nullptr};
 }
 
 bool have_same_labels(Labels a, Labels b) {
@@ -41,11 +44,11 @@ bool have_same_labels(Labels a, Labels b) {
 /// Whether groups that are told apart in coarser ones are told apart without these: if each nested
 /// group is in a coarser one that the fit has, and each inner label is that of one nested group.
 bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
-  if (inner.size() != nested.group_labels.size()) return false;
+  if (inner.size() != finer(nested).labels.size()) return false;
   std::unordered_set<std::string> outer;
-  for (const std::string& label : nested.outer.labels) outer.insert(outer_part(label));
+  for (const std::string& label : coarser(nested).labels) outer.insert(outer_part(label));
   Labels own;
-  for (const std::string& label : nested.group_labels) {
+  for (const std::string& label : finer(nested).labels) {
     const NestedParts parts = nested_parts(label);
     if (!outer.contains(std::string(parts.outer))) return false;
     own.emplace_back(parts.inner);
@@ -57,8 +60,8 @@ bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
 bool are_same(const Grouping& a, const Grouping& b) {
   if ((a.within == nullptr) == (b.within == nullptr)) {
     const bool is_nested_alike =
-        a.within == nullptr ||
-        a.within->specification.outer_random->group == b.within->specification.outer_random->group;
+        a.within == nullptr || coarser_term(a.within->specification)->group ==
+                                   coarser_term(b.within->specification)->group;
     return is_nested_alike && have_same_labels(*a.labels, *b.labels);
   }
   return a.within != nullptr ? are_unique_labels(*a.within, *b.labels)

@@ -9,6 +9,7 @@
 #include "model/symmetric_eigen.hpp"
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
@@ -85,8 +86,8 @@ EdgeGroupings edge_groupings(const SurfaceLayout& layout, const VectorXd& x) {
 
 ConfoundedVariances confounded_variances(const SurfaceSetting& setting) {
   if (setting.fit.method == Method::kOrdinary) return {};
-  VariancePoint point{.outer = setting.fit.outer.covariance,
-                      .inner = setting.fit.random_covariance,
+  VariancePoint point{.outer = coarser(setting.fit).covariance,
+                      .inner = finer(setting.fit).covariance,
                       .variance = setting.internal,
                       .is_restricted = setting.fit.reml};
   point.coefficients = group_effects(setting).colwise() + setting.estimate;

@@ -59,7 +59,7 @@ FittedModel fitted_by_method(const data::Table& table,
                              Covariance covariance = Covariance::kGeneral) {
   ModelSpecification model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table);
   if (*random != '\0') add_random_effects(model, random, table);
-  if (model.random) model.random->covariance = covariance;
+  for (RandomEffects& term : model.random) term.covariance = covariance;
   model.variance = parse_variance_function(variance);
   FitModelOptions options;
   options.method = parse_method(method);

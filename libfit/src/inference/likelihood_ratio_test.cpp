@@ -55,7 +55,7 @@ FittedModel fitted(const data::Table& table,
                    const FitModelOptions& options = {}) {
   ModelSpecification model = specify_model("y ~ a + b*x", sub_models, table);
   if (*random != '\0') add_random_effects(model, random, table);
-  if (model.random) model.random->covariance = covariance;
+  for (RandomEffects& term : model.random) term.covariance = covariance;
   model.variance = parse_variance_function(variance);
   return fit_model(model, table, options).fit;
 }

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "model/nested_terms.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -120,9 +122,10 @@ void add_random(const SurfaceSetting& setting,
                 bool is_outer,
                 std::vector<NaturalParameter>& result) {
   const ModelSpecification& specification = setting.model.specification();
-  const auto& random = is_outer ? specification.outer_random : specification.random;
-  if (!random) return;
-  const std::string group = specification.outer_random ? random->group : "";
+  const RandomEffects* const random =
+      is_outer ? coarser_term(specification) : finer_term(specification);
+  if (random == nullptr) return;
+  const std::string group = specification.random.size() > 1 ? random->group : "";
   const std::vector<std::string>& names = random->coefficients;
   // What one unit of each coordinate of the factor makes together.
   const VectorXd unit = layout.frame().effects(is_outer).rowwise().norm();

@@ -170,24 +170,23 @@ class Comparer {
   /// The random effects of a specification by one grouping, or null.
   static const RandomEffects* by_group(const ModelSpecification& specification,
                                        const std::string& group) {
-    for (const auto* const random : {&specification.outer_random, &specification.random}) {
-      if (*random && (*random)->group == group) return &**random;
+    for (const RandomEffects& term : specification.random) {
+      if (term.group == group) return &term;
     }
     return nullptr;
   }
 
   void compare_levels() {
-    for (const auto* const random : {&smaller_.outer_random, &smaller_.random}) {
-      if (!*random) continue;
-      const std::string& group = (*random)->group;
+    for (const RandomEffects& term : smaller_.random) {
+      const std::string& group = term.group;
       if (by_group(larger_, group) == nullptr) {
         fail(fmt::format("only the smaller model has random effects by {}", group));
         return;
       }
       fail(obstacle_to_same_groups(larger_fit_, smaller_fit_, group));
     }
-    for (const auto* const random : {&larger_.outer_random, &larger_.random}) {
-      if (*random) compare_level(**random, by_group(smaller_, (*random)->group));
+    for (const RandomEffects& term : larger_.random) {
+      compare_level(term, by_group(smaller_, term.group));
     }
   }
 

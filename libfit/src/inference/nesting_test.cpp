@@ -85,10 +85,10 @@ FittedModel fitted_case(const data::Table& table, const Case& of) {
 TEST_CASE("groupings are one where their groups are, not where their columns are") {
   const data::Table table = stand_lines();
   const FittedModel within = fitted_case(table, {.random = "a | stand/plot"});
-  REQUIRE(within.group_labels.size() == std::size_t{kStands} * kPlotsOfStand);
+  REQUIRE(within.random.back().labels.size() == std::size_t{kStands} * kPlotsOfStand);
   // Plot 1 of all stands together is no group of the nested model.
   const FittedModel crossing = fitted_case(table, {.random = "a | plot"});
-  REQUIRE(crossing.group_labels.size() == kPlotsOfStand);
+  REQUIRE(crossing.random.back().labels.size() == kPlotsOfStand);
   CHECK_FALSE(nesting(within, crossing).is_nested);
   CHECK_THAT(nesting(within, crossing).reason,
              Contains("plot within stand (20 groups)") && Contains("plot (4 groups)"));
@@ -118,9 +118,9 @@ TEST_CASE("groups of the same column with other labels, or without, are not know
       fitted_case(table, {.sub_models = {"a ~ 1 + z"}, .random = "a | stand"});
   FittedModel smaller = fitted_case(table, {.random = "a | stand"});
   CHECK(nesting(larger, smaller).is_nested);
-  smaller.group_labels.back() = "elsewhere";
+  smaller.random.back().labels.back() = "elsewhere";
   CHECK_THAT(nesting(larger, smaller).reason, Contains("the groups may differ"));
-  smaller.group_labels.clear();
+  smaller.random.back().labels.clear();
   CHECK_THAT(nesting(larger, smaller).reason, Contains("does not store its groups by stand"));
 }
 
@@ -142,11 +142,11 @@ TEST_CASE("labels that may be of two stands prove nothing") {
   FittedModel nested = fitted_case(table, {.random = "a | stand/place"});
   FittedModel alone = fitted_case(table, {.random = "a | place"});
   // "n/1/2" is plot 1/2 of stand n, or plot 2 of stand n/1.
-  nested.outer.labels = {"n", "n/1"};
-  nested.group_labels = {"n/1/2", "n/3"};
-  alone.group_labels = {"1/2", "3"};
+  nested.random.front().labels = {"n", "n/1"};
+  nested.random.back().labels = {"n/1/2", "n/3"};
+  alone.random.back().labels = {"1/2", "3"};
   CHECK(nesting(nested, alone).is_nested);
-  alone.group_labels = {"1/2", "2"};
+  alone.random.back().labels = {"1/2", "2"};
   CHECK_FALSE(nesting(nested, alone).is_nested);
 }
 
@@ -154,21 +154,21 @@ TEST_CASE("many nested groups are compared in time that grows as their number") 
   const data::Table table = stand_lines();
   FittedModel nested = fitted_case(table, {.random = "a | stand/place"});
   FittedModel alone = fitted_case(table, {.random = "a | place"});
-  nested.outer.labels.clear();
-  nested.group_labels.clear();
-  alone.group_labels.clear();
+  nested.random.front().labels.clear();
+  nested.random.back().labels.clear();
+  alone.random.back().labels.clear();
   constexpr int kManyStands = 25000;
   for (int plot = 0; plot < 4 * kManyStands; ++plot) {
     const std::string stand = std::to_string(plot / 4);
-    if (plot % 4 == 0) nested.outer.labels.push_back(stand);
-    nested.group_labels.push_back(nested_label(stand, std::to_string(plot)));
-    alone.group_labels.push_back(std::to_string(plot));
+    if (plot % 4 == 0) nested.random.front().labels.push_back(stand);
+    nested.random.back().labels.push_back(nested_label(stand, std::to_string(plot)));
+    alone.random.back().labels.push_back(std::to_string(plot));
   }
   const auto start = std::chrono::steady_clock::now();
   CHECK(nesting(nested, alone).is_nested);
-  nested.group_labels[1] = nested_label("0", "0");
+  nested.random.back().labels[1] = nested_label("0", "0");
   CHECK_FALSE(nesting(nested, alone).is_nested);
-  nested.group_labels[1] = nested_label("elsewhere", "1");
+  nested.random.back().labels[1] = nested_label("elsewhere", "1");
   CHECK_FALSE(nesting(nested, alone).is_nested);
   // Tenths of a second; each plot against each stand would be 2.5e9 labels, minutes.
   CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(20));
@@ -288,13 +288,13 @@ TEST_CASE("the identity of one effect is that effect's variance") {
   const data::Table table = stand_lines();
   const FittedModel both = fitted_case(table, {.random = "a + b | stand"});
   FittedModel one = fitted_case(table, {.random = "a | stand"});
-  one.specification.random->covariance = Covariance::kIdentity;
+  one.specification.random.back().covariance = Covariance::kIdentity;
   const Nesting how = nesting(both, one);
   CHECK(how.is_nested);
   CHECK(how.correlated_effects == 1);
   CHECK(nesting(one, fitted_case(table, {.random = "a | stand"})).is_nested);
   FittedModel joint = both;
-  joint.specification.random->covariance = Covariance::kIdentity;
+  joint.specification.random.back().covariance = Covariance::kIdentity;
   CHECK_THAT(nesting(joint, one).reason,
              Contains("does not contain a model with one random effect"));
   CHECK(nesting(both, joint).is_nested);

@@ -229,16 +229,15 @@ Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
 
 LeastSquaresFit empty_fit(const NonlinearModel& model) {
   const Index p = model.coefficient_count();
-  return {.coefficient_names = model.coefficient_names(),
-          .estimate = VectorXd::Constant(p, kNaN),
-          .covariance = MatrixXd::Constant(p, p, kNaN),
-          .sum_of_squares = kNaN,
-          .sigma = kNaN,
-          .log_likelihood = kNaN,
-          .parameter_count = static_cast<int>(p) + 1,
-          .observations = model.observations(),
-          .convergence = {},
-          .fitted = VectorXd::Constant(model.observations(), kNaN)};
+  LeastSquaresFit fit;
+  fit.coefficient_names = model.coefficient_names();
+  fit.estimate = VectorXd::Constant(p, kNaN);
+  fit.covariance = MatrixXd::Constant(p, p, kNaN);
+  fit.sum_of_squares = fit.sigma = fit.log_likelihood = kNaN;
+  fit.parameter_count = static_cast<int>(p) + 1;
+  fit.observations = model.observations();
+  fit.fitted = VectorXd::Constant(model.observations(), kNaN);
+  return fit;
 }
 
 /// A model whose coefficients are all numbers already.
@@ -251,7 +250,7 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
     return fit;
   }
   fit.sum_of_squares = (model.response() - fit.fitted).squaredNorm();
-  fit.sigma = std::sqrt(fit.sum_of_squares / fit.degrees_of_freedom());
+  fit.sigma = std::sqrt(fit.sum_of_squares / fit.residual_degrees_of_freedom());
   fit.log_likelihood = is_exact(model, fit.sum_of_squares)
                            ? std::numeric_limits<double>::infinity()
                            : least_squares_log_likelihood(fit.sum_of_squares, fit.observations);
@@ -293,7 +292,7 @@ LeastSquaresFit described(const NonlinearModel& model,
   fit.fitted = point.mean;
   fit.sum_of_squares = point.sum_of_squares;
   const bool exact = is_exact(model, point.sum_of_squares);
-  const double freedom = fit.degrees_of_freedom();
+  const double freedom = fit.residual_degrees_of_freedom();
   if (freedom > 0.0) fit.sigma = std::sqrt(point.sum_of_squares / freedom);
   fit.log_likelihood = exact ? std::numeric_limits<double>::infinity()
                              : least_squares_log_likelihood(point.sum_of_squares, fit.observations);
@@ -346,15 +345,7 @@ VectorXd spread_constants(const NonlinearModel& model,
   return coefficients;
 }
 
-double LeastSquaresFit::aic() const { return fit::aic(log_likelihood, parameter_count); }
-double LeastSquaresFit::aicc() const {
-  return fit::aicc(log_likelihood, parameter_count, observations);
-}
-double LeastSquaresFit::bic() const {
-  return fit::bic(log_likelihood, parameter_count, observations);
-}
-VectorXd LeastSquaresFit::standard_errors() const { return covariance.diagonal().cwiseSqrt(); }
-double LeastSquaresFit::degrees_of_freedom() const {
+double LeastSquaresFit::residual_degrees_of_freedom() const {
   return static_cast<double>(observations - estimate.size());
 }
 

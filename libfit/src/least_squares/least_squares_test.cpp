@@ -82,7 +82,7 @@ TEST_CASE("a linear model has the closed-form solution") {
           Approx(std::sqrt(sum_of_squares / 117.0 * inverse(j, j))).epsilon(1e-8));
   }
   CHECK(fit.sum_of_squares == Approx(sum_of_squares).epsilon(1e-13));
-  CHECK(fit.degrees_of_freedom() == 117.0);
+  CHECK(fit.residual_degrees_of_freedom() == 117.0);
   CHECK(fit.sigma == Approx(std::sqrt(sum_of_squares / 117.0)).epsilon(1e-13));
   // The normal density's logarithm, summed over the observations.
   const double variance = sum_of_squares / 120.0;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "likelihood/group_effects.hpp"
 
+#include "model/nested_terms.hpp"
 #include "result/group_coefficients.hpp"
+#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 
@@ -12,12 +14,12 @@ MatrixXd group_effects(const SurfaceSetting& setting) {
   const NonlinearModel& model = setting.model;
   MatrixXd effects = MatrixXd::Zero(model.coefficient_count(), model.group_count());
   const ModelSpecification& specification = model.specification();
-  add_group_effects(
-      model,
-      {.rows = model.coefficients_of(specification.random), .effects = setting.fit.random_effects},
-      {.rows = model.coefficients_of(specification.outer_random),
-       .effects = setting.fit.outer.effects},
-      effects);
+  add_group_effects(model,
+                    {.rows = model.coefficients_of(finer_term(specification)),
+                     .effects = finer(setting.fit).effects},
+                    {.rows = model.coefficients_of(coarser_term(specification)),
+                     .effects = coarser(setting.fit).effects},
+                    effects);
   return effects;
 }
 

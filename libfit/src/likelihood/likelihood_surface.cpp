@@ -10,6 +10,7 @@
 
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -96,7 +97,7 @@ SurfaceSetting::SurfaceSetting(const FittedModel& of,
 
 VectorXd SurfaceSetting::coordinates(const SurfaceLayout& layout, double at_log_sigma) const {
   return layout.coordinates(
-      estimate, fit.outer.covariance, fit.random_covariance, internal, at_log_sigma);
+      estimate, coarser(fit).covariance, finer(fit).covariance, internal, at_log_sigma);
 }
 
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/nested_terms.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/row_sums.hpp"
 
@@ -43,8 +44,8 @@ VectorXd mixed_effects(const LinearizationPoint& point,
 Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& variance)
     : model_(model),
       variance_(variance),
-      random_({.inner = model.coefficients_of(model.specification().random),
-               .outer = model.coefficients_of(model.specification().outer_random)}) {
+      random_({.inner = model.coefficients_of(finer_term(model.specification())),
+               .outer = model.coefficients_of(coarser_term(model.specification()))}) {
   for (Index c = 0; c <= model.cluster_count(); ++c) {
     random_.cluster_begin.push_back(model.cluster_begin(c));
   }

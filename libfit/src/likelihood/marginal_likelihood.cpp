@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "model/nested_terms.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 
@@ -47,8 +48,8 @@ SmallMatrix placed(const MatrixXd& factor, const std::vector<Index>& rows, Index
 
 RandomPlaces places_of(const NonlinearModel& model) {
   const ModelSpecification& specification = model.specification();
-  RandomPlaces result{.outer = model.coefficients_of(specification.outer_random),
-                      .inner = model.coefficients_of(specification.random)};
+  RandomPlaces result{.outer = model.coefficients_of(coarser_term(specification)),
+                      .inner = model.coefficients_of(finer_term(specification))};
   const std::vector<Index> both = united(result.outer, result.inner);
   result.outer_rows = positions(result.outer, both);
   result.inner_rows = positions(result.inner, both);

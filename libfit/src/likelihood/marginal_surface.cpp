@@ -5,6 +5,7 @@
 #include "likelihood/likelihood_surface.hpp"
 #include "likelihood/marginal_coordinates.hpp"
 #include "likelihood/marginal_likelihood.hpp"
+#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -28,11 +29,11 @@ class MarginalSurface : public LikelihoodSurface {
         coordinates_(setting.model, setting.variance, setting.frame),
         optimum_(setting.coordinates(coordinates_.layout(), setting.log_sigma)) {
     const MarginalPoint point = coordinates_.point(optimum_);
-    const bool is_nested = setting.model.specification().outer_random.has_value();
+    const bool is_nested = setting.model.specification().random.size() > 1;
     likelihood_.set_modes(
-        {.outer = is_nested ? coordinates_.spherical(optimum_, true, setting.fit.outer.effects)
+        {.outer = is_nested ? coordinates_.spherical(optimum_, true, coarser(setting.fit).effects)
                             : MatrixXd(0, setting.model.cluster_count()),
-         .inner = coordinates_.spherical(optimum_, false, setting.fit.random_effects)});
+         .inner = coordinates_.spherical(optimum_, false, finer(setting.fit).effects)});
     likelihood_.evaluate(point, false);
     modes_ = likelihood_.modes();
   }

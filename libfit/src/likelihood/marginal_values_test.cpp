@@ -157,7 +157,7 @@ TEST_CASE("maxima of marginal likelihoods are those of their definitions") {
     }
     const MatrixXd covariance = matrix_of((--reference["random"].end()).value()["covariance"]);
     for (Index k = 0; k < covariance.rows(); ++k) {
-      CHECK(fit.random_covariance(k, k) == Approx(covariance(k, k)).epsilon(1e-4));
+      CHECK(fit.random.back().covariance(k, k) == Approx(covariance(k, k)).epsilon(1e-4));
     }
   }
 }
@@ -183,7 +183,7 @@ TEST_CASE("nested groups have TMB's maximum of Laplace's likelihood") {
     }
     const MatrixXd outer = matrix_of(reference["random"]["stand"]["covariance"]);
     const MatrixXd inner = matrix_of(reference["random"]["plot"]["covariance"]);
-    CHECK(fit.outer.covariance(0, 0) == Approx(outer(0, 0)).epsilon(1e-4));
-    CHECK(fit.random_covariance(1, 1) == Approx(inner(1, 1)).epsilon(1e-4));
+    CHECK(fit.random.front().covariance(0, 0) == Approx(outer(0, 0)).epsilon(1e-4));
+    CHECK(fit.random.back().covariance(1, 1) == Approx(inner(1, 1)).epsilon(1e-4));
   }
 }

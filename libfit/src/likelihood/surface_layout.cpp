@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "model/nested_terms.hpp"
+
 namespace silvafit::fit {
 
 using Eigen::Index;
@@ -20,8 +22,8 @@ SurfaceLayout::SurfaceLayout(const NonlinearModel& model,
     : frame_(std::move(frame)),
       beta_(beta_count),
       variance_(variance.parameter_count()),
-      outer_(model.specification().outer_random.value_or(RandomEffects{}), frame_.outer.diagonal()),
-      inner_(model.specification().random.value_or(RandomEffects{}), frame_.inner.diagonal()) {}
+      outer_(or_none(coarser_term(model.specification())), frame_.outer.diagonal()),
+      inner_(or_none(finer_term(model.specification())), frame_.inner.diagonal()) {}
 
 MatrixXd SurfaceLayout::own_factor(const VectorXd& x, bool is_outer) const {
   return frame_.effects(is_outer) * factor(is_outer).factor(factor_part(x, is_outer));
@@ -58,7 +60,7 @@ std::string SurfaceLayout::name(const NonlinearModel& model, Index at) const {
   form.factor(only).cwiseAbs().maxCoeff(&row, &column);
   const ModelSpecification& specification = model.specification();
   const std::vector<std::string>& effects =
-      (is_outer ? specification.outer_random : specification.random)->coefficients;
+      (is_outer ? coarser_term(specification) : finer_term(specification))->coefficients;
   const std::string& of_row = effects[static_cast<std::size_t>(row)];
   if (row == column) return fmt::format("sd({})", of_row);
   return fmt::format("cor({}, {})", effects[static_cast<std::size_t>(column)], of_row);

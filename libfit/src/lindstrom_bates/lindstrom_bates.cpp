@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "model/coefficient_frame.hpp"
+#include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "result/group_coefficients.hpp"
@@ -21,8 +22,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-RelativeFactor factor_of(const std::optional<RandomEffects>& random, const VectorXd& scales) {
-  return {random.value_or(RandomEffects{}), scales};
+RelativeFactor factor_of(const RandomEffects* term, const VectorXd& scales) {
+  return {or_none(term), scales};
 }
 
 /// (p x p) cross products of the columns of X.
@@ -128,14 +129,15 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
     : model_(model),
       options_(options),
       variance_text_(variance.text()),
-      random_(model.coefficients_of(model.specification().random)),
-      outer_random_(model.coefficients_of(model.specification().outer_random)),
+      random_(model.coefficients_of(finer_term(model.specification()))),
+      outer_random_(model.coefficients_of(coarser_term(model.specification()))),
       pooled_(pooled),
       all_(static_cast<std::size_t>(pooled.scale.size())),
       scale_(pooled.scale),
       mixing_(pooled.mixing),
-      inner_factor_(factor_of(model.specification().random, VectorXd(scale_(random_)))),
-      outer_factor_(factor_of(model.specification().outer_random, VectorXd(scale_(outer_random_)))),
+      inner_factor_(factor_of(finer_term(model.specification()), VectorXd(scale_(random_)))),
+      outer_factor_(
+          factor_of(coarser_term(model.specification()), VectorXd(scale_(outer_random_)))),
       variance_(variance, VarianceData::of(model)),
       is_normalized_(normalized(variance)),
       linearizer_(model, variance_) {
@@ -276,8 +278,8 @@ void LindstromBates::adopt_units(const VectorXd& scale, const MatrixXd& mixing) 
   scale_ = scale;
   mixing_ = mixing;
   const ModelSpecification& specification = model_.specification();
-  inner_factor_ = factor_of(specification.random, VectorXd(scale_(random_)));
-  outer_factor_ = factor_of(specification.outer_random, VectorXd(scale_(outer_random_)));
+  inner_factor_ = factor_of(finer_term(specification), VectorXd(scale_(random_)));
+  outer_factor_ = factor_of(coarser_term(specification), VectorXd(scale_(outer_random_)));
 }
 
 bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {

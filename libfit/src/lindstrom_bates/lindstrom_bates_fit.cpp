@@ -6,6 +6,7 @@
 #include "lindstrom_bates/lindstrom_bates.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
@@ -13,24 +14,14 @@
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, Convergence reason) {
-  const auto q = model.specification().random
-                     ? static_cast<Index>(model.specification().random->coefficients.size())
-                     : 0;
   MixedEffectsFit fit;
   fit.estimate = start;
   fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
-  fit.random_covariance = MatrixXd::Constant(q, q, kNaN);
-  fit.random_effects = MatrixXd::Constant(q, model.group_count(), kNaN);
-  if (model.specification().outer_random) {
-    const auto r = static_cast<Index>(model.specification().outer_random->coefficients.size());
-    fit.outer.covariance = MatrixXd::Constant(r, r, kNaN);
-    fit.outer.effects = MatrixXd::Constant(r, model.cluster_count(), kNaN);
-  }
+  fit.random = missing_terms(model);
   fit.sigma = kNaN;
   fit.log_likelihood = kNaN;
   fit.observations = model.observations();

@@ -87,12 +87,15 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
       value.sum_of_squares / (static_cast<double>(model_.observations()) - static_cast<double>(p));
   fit.covariance = adjusted * own_values(all_, own_values(all_, inverse).transpose());
   const MatrixXd factor = own_values(random_, now.inner);
-  fit.random_covariance = value.sigma2 * factor * factor.transpose();
-  fit.random_effects = factor * state.spherical;
+  fit.random.resize(model_.specification().random.size());
+  if (!random_.empty()) {
+    fit.random.back().covariance = value.sigma2 * factor * factor.transpose();
+    fit.random.back().effects = factor * state.spherical;
+  }
   if (!outer_random_.empty()) {
     const MatrixXd outer = own_values(outer_random_, now.outer);
-    fit.outer.covariance = value.sigma2 * outer * outer.transpose();
-    fit.outer.effects = outer * state.outer_spherical;
+    fit.random.front().covariance = value.sigma2 * outer * outer.transpose();
+    fit.random.front().effects = outer * state.outer_spherical;
   }
   const double sigma = std::sqrt(value.sigma2);
   fit.sigma = sigma * variance_.sigma_factor(variance_parameters(state.theta));

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
+#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -36,14 +37,16 @@ LindstromBatesState LindstromBates::start_at(const MixedEffectsFit& fit) {
     return MatrixXd(scaled_values(which, half.transpose()) / (sigma * sigma));
   };
   state.theta.resize(random_parameter_count() + parameters.size());
-  state.theta << inner_factor_.from_covariance(relative(fit.random_covariance, random_)),
-      outer_factor_.from_covariance(relative(fit.outer.covariance, outer_random_)), parameters;
+  state.theta << inner_factor_.from_covariance(relative(finer(fit).covariance, random_)),
+      outer_factor_.from_covariance(relative(coarser(fit).covariance, outer_random_)), parameters;
   const RelativeFactors now = factors(state.theta);
-  state.spherical = spherical_of(now.inner, scaled_values(random_, fit.random_effects));
+  state.spherical = random_.empty()
+                        ? MatrixXd::Zero(0, model_.group_count())
+                        : spherical_of(now.inner, scaled_values(random_, finer(fit).effects));
   state.outer_spherical =
       outer_random_.empty()
           ? MatrixXd::Zero(0, 0)
-          : spherical_of(now.outer, scaled_values(outer_random_, fit.outer.effects));
+          : spherical_of(now.outer, scaled_values(outer_random_, coarser(fit).effects));
   return state;
 }
 

@@ -66,14 +66,15 @@ void check_marginal(const NonlinearModel& model,
                     Integration integration,
                     const MarginalOptions& options) {
   const ModelSpecification& specification = model.specification();
-  if (!specification.random) {
+  if (specification.random.empty()) {
     throw UsageError(
         "a marginal likelihood needs random effects; for a model without random effects use ols or "
         "gnls");
   }
   if (integration != Integration::kQuadrature) return;
   constexpr std::size_t kMostQuadrature = 3;
-  if (specification.outer_random || specification.random->coefficients.size() > kMostQuadrature) {
+  const std::size_t effects = specification.random.back().coefficients.size();
+  if (specification.random.size() > 1 || effects > kMostQuadrature) {
     throw UsageError(fmt::format(
         "quadrature (agq) supports at most {} random effects of one grouping; use laplace",
         kMostQuadrature));
@@ -83,7 +84,6 @@ void check_marginal(const NonlinearModel& model,
     throw UsageError(fmt::format("quadrature needs 1 to {} points per random effect", kMostPoints));
   }
   constexpr double kMostNodes = 20000.0;
-  const std::size_t effects = specification.random->coefficients.size();
   const double nodes = std::pow(options.quadrature_points, static_cast<double>(effects));
   if (nodes > kMostNodes) {
     throw UsageError(

@@ -11,6 +11,7 @@
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "result/group_coefficients.hpp"
+#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -114,11 +115,12 @@ MixedEffectsFit MarginalSearch::result() {
   MixedEffectsFit fit;
   fit.estimate = point.observation.beta;
   fit.covariance = fixed_covariance();
-  fit.random_covariance = point.inner_factor * point.inner_factor.transpose();
-  fit.random_effects = point.inner_factor * best_.modes.inner;
+  fit.random.resize(model_.specification().random.size());
+  fit.random.back().covariance = point.inner_factor * point.inner_factor.transpose();
+  fit.random.back().effects = point.inner_factor * best_.modes.inner;
   if (outer_count() > 0) {
-    fit.outer.covariance = point.outer_factor * point.outer_factor.transpose();
-    fit.outer.effects = point.outer_factor * best_.modes.outer;
+    fit.random.front().covariance = point.outer_factor * point.outer_factor.transpose();
+    fit.random.front().effects = point.outer_factor * best_.modes.outer;
   }
   const VectorXd& parameters = point.observation.variance;
   const double scale = std::exp(point.observation.log_sigma);
@@ -154,18 +156,18 @@ VectorXd MarginalSearch::coordinates_of(const MixedEffectsFit& fit) const {
       .beta = fit.estimate,
       .variance = parameters,
       .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
-  return coordinates_.coordinates(observation, outer_of(fit), fit.random_covariance);
+  return coordinates_.coordinates(observation, outer_of(fit), finer(fit).covariance);
 }
 
 MatrixXd MarginalSearch::outer_of(const MixedEffectsFit& fit) const {
-  return outer_count() > 0 ? fit.outer.covariance : MatrixXd(0, 0);
+  return outer_count() > 0 ? coarser(fit).covariance : MatrixXd(0, 0);
 }
 
 Modes MarginalSearch::modes_of(const MixedEffectsFit& fit, const VectorXd& x) const {
   const MatrixXd outer =
-      outer_count() > 0 ? fit.outer.effects : MatrixXd(0, model_.cluster_count());
+      outer_count() > 0 ? coarser(fit).effects : MatrixXd(0, model_.cluster_count());
   return {.outer = coordinates_.spherical(x, true, outer),
-          .inner = coordinates_.spherical(x, false, fit.random_effects)};
+          .inner = coordinates_.spherical(x, false, finer(fit).effects)};
 }
 
 Obstacle MarginalSearch::ended_by() const {
@@ -371,8 +373,8 @@ void MarginalSearch::predict(MixedEffectsFit& fit, double scale, const VectorXd&
   model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
   MatrixXd coefficients = fit.estimate.replicate(1, model_.group_count());
   add_group_effects(model_,
-                    {.rows = likelihood_.places().inner, .effects = fit.random_effects},
-                    {.rows = likelihood_.places().outer, .effects = fit.outer.effects},
+                    {.rows = likelihood_.places().inner, .effects = finer(fit).effects},
+                    {.rows = likelihood_.places().outer, .effects = coarser(fit).effects},
                     coefficients);
   model_.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
   const ResidualScale residual = variance_.scale(fit.fitted_conditional, parameters, false);

@@ -49,10 +49,6 @@ std::vector<Evidence> vanished_effects(const NonlinearModel& model,
 // Smallest eigenvalue of a correlation matrix below which the effects are linearly dependent.
 constexpr double kDependence = 1e-6;
 
-MatrixXd correlation_of(const MatrixXd& covariance) {
-  return MixedEffectsFit{.random_covariance = covariance}.random_correlation();
-}
-
 /// Whether the covariance of the effects is positive definite in orthogonal coordinates. A
 /// covariate with a large mean makes correlations nearly 1 in the coordinates of the coefficients.
 bool is_inside_in_frame(const GroupingCovariance& level) {
@@ -92,15 +88,12 @@ std::vector<Evidence> boundary_of(const NonlinearModel& model,
                                   const MixedEffectsFit& fit) {
   const ModelSpecification& specification = model.specification();
   std::vector<GroupingCovariance> levels;
-  if (specification.random) {
-    levels.push_back({fit.random_names, fit.random_covariance, slopes.frame.inner});
-  }
-  if (specification.outer_random) {
-    levels.front().group = " | " + specification.random->group;
-    levels.push_back({fit.outer.names,
-                      fit.outer.covariance,
-                      slopes.frame.outer,
-                      " | " + specification.outer_random->group});
+  const std::size_t terms = specification.random.size();
+  for (std::size_t k = terms; k-- > 0;) {
+    levels.push_back({fit.random[k].names,
+                      fit.random[k].covariance,
+                      k + 1 == terms ? slopes.frame.inner : slopes.frame.outer,
+                      terms > 1 ? " | " + specification.random[k].group : ""});
   }
   std::vector<Evidence> result;
   for (const GroupingCovariance& level : levels) {

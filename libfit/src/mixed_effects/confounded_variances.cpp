@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "mixed_effects/effect_columns.hpp"
+#include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
 
 namespace silvafit::fit {
@@ -61,8 +62,8 @@ class Components {
     is_finite_ = weighted.allFinite() && by_residual_.allFinite() && point.outer.allFinite() &&
                  point.inner.allFinite();
     if (!is_finite_) return;
-    outer_ = effect_columns(model, specification.outer_random, point.outer, weighted);
-    inner_ = effect_columns(model, specification.random, point.inner, weighted);
+    outer_ = effect_columns(model, coarser_term(specification), point.outer, weighted);
+    inner_ = effect_columns(model, finer_term(specification), point.inner, weighted);
     is_finite_ = outer_.columns.allFinite() && inner_.columns.allFinite();
     if (point.is_restricted && weighted.cols() > 0) {
       const Eigen::HouseholderQR<MatrixXd> qr(weighted);

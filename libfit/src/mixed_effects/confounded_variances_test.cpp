@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "model/nested_terms.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
@@ -67,7 +68,7 @@ ModelSpecification specified(const data::Table& table,
                              Covariance covariance = Covariance::kGeneral) {
   ModelSpecification model = specify_model("y ~ a + b*x", sub_models, table);
   if (*random != '\0') add_random_effects(model, random, table);
-  if (model.random) model.random->covariance = covariance;
+  for (RandomEffects& term : model.random) term.covariance = covariance;
   return model;
 }
 
@@ -80,8 +81,8 @@ ConfoundedVariances at(const data::Table& table,
   const NonlinearModel model(specification, table);
   const VarianceModel variance(specification.variance, VarianceData::of(model));
   VectorXd beta = VectorXd::Constant(model.coefficient_count(), 0.5);
-  const auto q = static_cast<Index>(model.coefficients_of(specification.random).size());
-  const auto r = static_cast<Index>(model.coefficients_of(specification.outer_random).size());
+  const auto q = static_cast<Index>(model.coefficients_of(finer_term(specification)).size());
+  const auto r = static_cast<Index>(model.coefficients_of(coarser_term(specification)).size());
   VariancePoint point{.coefficients = beta.replicate(1, model.group_count()),
                       .outer = outer * MatrixXd::Identity(r, r),
                       .inner = inner * MatrixXd::Identity(q, q),
@@ -120,8 +121,8 @@ TEST_CASE("of one plot a stand only the sum of the two variances is seen") {
     const FittedModel simpler = confounded_fit(table, specified(table, "a | stand"), method);
     REQUIRE(simpler.convergence.converged());
     CHECK(fit.log_likelihood == Approx(simpler.log_likelihood).epsilon(1e-9));
-    CHECK(fit.random_covariance(0, 0) + fit.outer.covariance(0, 0) ==
-          Approx(simpler.random_covariance(0, 0)).epsilon(1e-4));
+    CHECK(fit.random.back().covariance(0, 0) + fit.random.front().covariance(0, 0) ==
+          Approx(simpler.random.back().covariance(0, 0)).epsilon(1e-4));
     // The coefficients are as well known as in the simpler model.
     CHECK(fit.standard_errors().isApprox(simpler.standard_errors(), 1e-4));
   }
@@ -156,7 +157,7 @@ TEST_CASE("of one tree a plot only the sum of both variances is seen") {
                    Contains("each group of plot has one observation"));
     CHECK(fit.convergence.rank == 1);
     // Maximum likelihood has SSE / n for the variance of one observation, however it is split.
-    CHECK(fit.random_covariance(0, 0) + fit.sigma * fit.sigma ==
+    CHECK(fit.random.back().covariance(0, 0) + fit.sigma * fit.sigma ==
           Approx(pooled.sigma * pooled.sigma * (n - 2.0) / n).epsilon(1e-6));
     CHECK(fit.log_likelihood == Approx(pooled.log_likelihood).epsilon(1e-9));
   }

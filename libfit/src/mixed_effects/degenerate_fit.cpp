@@ -8,7 +8,9 @@
 #include <limits>
 #include <vector>
 
+#include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
+#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -41,20 +43,21 @@ double typical_residual(const MixedEffectsFit& fit) {
 std::string exactness(const NonlinearModel& model, const MixedEffectsFit& fit, double spread) {
   const double residual = typical_residual(fit);
   const ModelSpecification& specification = model.specification();
-  const bool is_single = specification.random && model.group_count() == model.observations();
+  const bool is_single =
+      !specification.random.empty() && model.group_count() == model.observations();
   if (is_single && residual < kNothingLeft * spread) {
     return fmt::format(
         "each group of {} has one observation, so its random effects fit it perfectly and the "
         "residual standard deviation goes to 0. Remove the random effects, or use groups with "
         "several observations.",
-        specification.random->group);
+        finer_term(specification)->group);
   }
   if (!(residual < kRoundedResidual * spread)) return {};
   return fmt::format(
       "perfect fit: the model{} goes through all observations, so the residual standard deviation "
       "goes to 0 and the likelihood has no maximum. Check whether the response was computed from "
       "the covariates instead of measured.",
-      specification.random ? " with its random effects" : "");
+      !specification.random.empty() ? " with its random effects" : "");
 }
 
 /// The curves of the population and of groups whose effects lie along one direction.
@@ -221,20 +224,20 @@ Degeneracy degeneracy(const NonlinearModel& model,
   const double spread = spread_of(model.response());
   Degeneracy exact{.text = exactness(model, fit, spread)};
   const ModelSpecification& specification = model.specification();
-  if (!exact.text.empty() || !specification.random) return exact;
+  if (!exact.text.empty() || specification.random.empty()) return exact;
   Curves curves(model, fit.estimate);
   const Index p = fit.estimate.size();
-  const EffectLevel inner{.names = fit.random_names,
-                          .covariance = fit.random_covariance,
+  const EffectLevel inner{.names = finer(fit).names,
+                          .covariance = finer(fit).covariance,
                           .frame = frame.inner,
-                          .places = model.coefficients_of(specification.random)};
+                          .places = model.coefficients_of(finer_term(specification))};
   Degeneracy of_inner = unbounded_effect(inner, curves, p, spread);
   if (of_inner.text.empty()) of_inner = impossible_error(model, fit, inner, model.group_count());
-  if (!of_inner.text.empty() || !specification.outer_random) return of_inner;
-  const EffectLevel outer{.names = fit.outer.names,
-                          .covariance = fit.outer.covariance,
+  if (!of_inner.text.empty() || specification.random.size() < 2) return of_inner;
+  const EffectLevel outer{.names = coarser(fit).names,
+                          .covariance = coarser(fit).covariance,
                           .frame = frame.outer,
-                          .places = model.coefficients_of(specification.outer_random)};
+                          .places = model.coefficients_of(coarser_term(specification))};
   Degeneracy of_outer = unbounded_effect(outer, curves, p, spread);
   if (!of_outer.text.empty()) return of_outer;
   return impossible_error(model, fit, outer, model.cluster_count());

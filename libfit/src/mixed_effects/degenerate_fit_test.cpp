@@ -63,8 +63,7 @@ std::string at(const char* formula, const VectorXd& estimate, double deviation) 
   const NonlinearModel model(specification, table);
   MixedEffectsFit fit;
   fit.estimate = estimate;
-  fit.random_names = {"a"};
-  fit.random_covariance = MatrixXd::Constant(1, 1, deviation * deviation);
+  fit.random = {{.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, deviation * deviation)}};
   fit.residual_sd = VectorXd::Constant(model.observations(), 0.5);
   return degeneracy(model, frame_at(model, estimate), fit).text;
 }
@@ -102,8 +101,7 @@ TEST_CASE("groups of one observation whose random effects take up the residual a
   const NonlinearModel model(specification, table);
   MixedEffectsFit fit;
   fit.estimate = Eigen::Vector2d(23.0, 0.06);
-  fit.random_names = {"a"};
-  fit.random_covariance = MatrixXd::Constant(1, 1, 4.0);
+  fit.random = {{.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, 4.0)}};
   fit.residual_sd = VectorXd::Constant(model.observations(), 1e-4);
   const std::string what = degeneracy(model, frame_at(model, fit.estimate), fit).text;
   CHECK_THAT(what, Contains("each group of plot has one observation"));

@@ -22,8 +22,8 @@ using Cuts = std::vector<Index>;
 /// The groupings from the coarsest in.
 std::vector<Cuts> groupings(const NonlinearModel& model) {
   std::vector<Cuts> result;
-  if (!model.specification().random) return result;
-  if (model.specification().outer_random) {
+  if (model.specification().random.empty()) return result;
+  if (model.specification().random.size() > 1) {
     Cuts& cuts = result.emplace_back();
     for (Index c = 0; c <= model.cluster_count(); ++c) {
       cuts.push_back(model.group_begin(model.cluster_begin(c)));

@@ -10,12 +10,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 EffectColumns effect_columns(const NonlinearModel& model,
-                             const std::optional<RandomEffects>& random,
+                             const RandomEffects* random,
                              const MatrixXd& psi,
                              const MatrixXd& jacobian) {
   EffectColumns result;
-  if (!random) return result;
-  result.effects = &*random;
+  if (random == nullptr) return result;
+  result.effects = random;
   result.columns = jacobian(Eigen::all, model.coefficients_of(random));
   const Index q = result.columns.cols();
   const double root = std::sqrt(static_cast<double>(jacobian.rows()));

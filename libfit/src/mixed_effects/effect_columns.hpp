@@ -25,7 +25,7 @@ struct EffectColumns {
 /// \param jacobian  (N x p) of the mean by the coefficients, divided by the residual standard
 ///                  deviations
 EffectColumns effect_columns(const NonlinearModel& model,
-                             const std::optional<RandomEffects>& random,
+                             const RandomEffects* random,
                              const Eigen::MatrixXd& psi,
                              const Eigen::MatrixXd& jacobian);
 

@@ -17,9 +17,11 @@
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "model/coefficient_frame.hpp"
+#include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "result/group_coefficients.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/text.hpp"
 
@@ -42,8 +44,8 @@ MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& 
   MatrixXd result = fit.estimate.replicate(1, model.group_count());
   add_group_effects(
       model,
-      {.rows = model.coefficients_of(specification.random), .effects = fit.random_effects},
-      {.rows = model.coefficients_of(specification.outer_random), .effects = fit.outer.effects},
+      {.rows = model.coefficients_of(finer_term(specification)), .effects = finer(fit).effects},
+      {.rows = model.coefficients_of(coarser_term(specification)), .effects = coarser(fit).effects},
       result);
   return result;
 }
@@ -81,8 +83,8 @@ Confounded confounded_parameters(const NonlinearModel& model,
   result.variances = confounded_variances(model,
                                           variance,
                                           {.coefficients = coefficients,
-                                           .outer = fit.outer.covariance,
-                                           .inner = fit.random_covariance,
+                                           .outer = coarser(fit).covariance,
+                                           .inner = finer(fit).covariance,
                                            .variance = variance.parameters(fit.variance),
                                            .fitted = fit.fitted_conditional,
                                            .residual_sd = fit.residual_sd,
@@ -113,17 +115,17 @@ double distance(const MixedEffectsFit& fit) {
 
 /// Whether random effects compete with the residual for each observation.
 bool has_single_observations(const NonlinearModel& model) {
-  return model.specification().random && model.group_count() == model.observations();
+  return !model.specification().random.empty() && model.group_count() == model.observations();
 }
 
 /// What else to try where a search did not end.
 std::string advice(const NonlinearModel& model, const std::string& usual) {
-  if (!model.specification().random) {
+  if (model.specification().random.empty()) {
     return "Use a simpler variance function or other start values; --method ols shows whether the "
            "curve itself fits the data.";
   }
   if (!has_single_observations(model)) return "Try " + usual + ".";
-  const std::string& group = model.specification().random->group;
+  const std::string& group = finer_term(model.specification())->group;
   return fmt::format(
       "Each group of {} has one observation, so random effects and residuals are hardly "
       "identifiable. Remove the random effects, or use groups with several observations.",
@@ -204,13 +206,14 @@ std::string remedy(const NonlinearModel& model, bool is_of_effects) {
     return fmt::format(
         ": each group of {} has one observation. Remove the random effects by {}, or use groups "
         "with several observations.",
-        specification.random->group,
-        specification.random->group);
+        finer_term(specification)->group,
+        finer_term(specification)->group);
   }
-  if (is_of_effects && specification.outer_random && model.group_count() == model.cluster_count()) {
+  if (is_of_effects && specification.random.size() > 1 &&
+      model.group_count() == model.cluster_count()) {
     return fmt::format(": each group of {} has one of {}. Remove one of the two groupings.",
-                       specification.outer_random->group,
-                       specification.random->group);
+                       coarser_term(specification)->group,
+                       finer_term(specification)->group);
   }
   return is_of_effects ? ". Remove one of them, or one of their random effects."
                        : ". Remove one of them.";
@@ -353,14 +356,8 @@ std::string success_verdict(const NonlinearModel& model, MixedEffectsFit& fit, R
 }  // namespace
 
 void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
-  const ModelSpecification& specification = model.specification();
   fit.coefficient_names = model.coefficient_names();
-  fit.group_labels = model.group_labels();
-  if (specification.random) fit.random_names = specification.random->coefficients;
-  if (specification.outer_random) {
-    fit.outer.names = specification.outer_random->coefficients;
-    fit.outer.labels = model.outer_labels();
-  }
+  name_terms(model, fit);
   FixedFreedom freedom = fixed_freedom_at(model, fit.estimate);
   fit.degrees_of_freedom = std::move(freedom.of_tests);
   fit.coefficients_between = std::move(freedom.coefficients_between);

@@ -64,7 +64,7 @@ struct OneWay {
 
 ModelSpecification one_way_model(const Table& table) {
   ModelSpecification model = specify_model("y ~ mu", {}, table);
-  model.random = RandomEffects{.coefficients = {"mu"}, .group = "plot"};
+  model.random = {{.coefficients = {"mu"}, .group = "plot"}};
   return model;
 }
 
@@ -92,7 +92,7 @@ Table scaled_curves(double scale) {
 
 MixedEffectsFit fit_curves(const Table& table, double scale, const char* variance) {
   ModelSpecification model = specify_model("h ~ a*(1 - exp(-b*dbh))", {}, table);
-  model.random = RandomEffects{.coefficients = {"a"}, .group = "plot"};
+  model.random = {{.coefficients = {"a"}, .group = "plot"}};
   model.variance = parse_variance_function(variance);
   return fit_lindstrom_bates(NonlinearModel(model, table), Eigen::Vector2d(20.0 * scale, 0.1));
 }
@@ -111,7 +111,7 @@ TEST_CASE("a balanced one-way layout has the closed-form solution") {
   // Converged means within 1e-6 standard errors.
   CHECK(fit.estimate[0] == Approx(sums.mean).epsilon(1e-12));
   CHECK(fit.sigma * fit.sigma == Approx(sigma2).epsilon(1e-6));
-  CHECK(fit.random_covariance(0, 0) == Approx(psi).epsilon(1e-6));
+  CHECK(fit.random.back().covariance(0, 0) == Approx(psi).epsilon(1e-6));
   const double n = kGroups * kRows;
   const double log_likelihood =
       -0.5 * (n * std::log(2.0 * std::numbers::pi) + kGroups * (kRows - 1) * std::log(sigma2) +
@@ -188,8 +188,8 @@ TEST_CASE("a balanced nested layout has the closed-form solution") {
     // Converged means within 1e-6 standard errors.
     CHECK(fit.estimate[0] == Approx(layout.mean).epsilon(1e-12));
     CHECK(fit.sigma == Approx(std::sqrt(within)).epsilon(1e-6));
-    CHECK(fit.random_covariance(0, 0) == Approx((plots - within) / n).epsilon(1e-5));
-    CHECK(fit.outer.covariance(0, 0) == Approx((stands - plots) / (b * n)).epsilon(1e-5));
+    CHECK(fit.random.back().covariance(0, 0) == Approx((plots - within) / n).epsilon(1e-5));
+    CHECK(fit.random.front().covariance(0, 0) == Approx((stands - plots) / (b * n)).epsilon(1e-5));
     const double freedom = kObservations - (reml ? 1.0 : 0.0);
     const double log_likelihood =
         -0.5 * (freedom * (std::log(2.0 * std::numbers::pi) + 1.0) +
@@ -201,13 +201,13 @@ TEST_CASE("a balanced nested layout has the closed-form solution") {
         stands / kObservations * (reml ? 1.0 : kObservations / (kObservations - 1.0));
     CHECK(fit.standard_errors()[0] == Approx(std::sqrt(variance)).epsilon(1e-6));
     CHECK(fit.parameter_count == 4);
-    CHECK(fit.outer.names == std::vector<std::string>{"mu"});
-    CHECK(fit.outer.labels.size() == 6);
-    CHECK(fit.random_effects.cols() == 24);
+    CHECK(fit.random.front().names == std::vector<std::string>{"mu"});
+    CHECK(fit.random.front().labels.size() == 6);
+    CHECK(fit.random.back().effects.cols() == 24);
     // The trees' fitted values have both effects.
-    CHECK(fit.fitted_conditional[0] ==
-          Approx(fit.estimate[0] + fit.outer.effects(0, 0) + fit.random_effects(0, 0))
-              .epsilon(1e-12));
+    CHECK(fit.fitted_conditional[0] == Approx(fit.estimate[0] + fit.random.front().effects(0, 0) +
+                                              fit.random.back().effects(0, 0))
+                                           .epsilon(1e-12));
   }
 }
 
@@ -299,7 +299,8 @@ TEST_CASE("a change of unit rescales the answer and nothing else") {
     // order there.
     CHECK(millimeters.estimate[0] == Approx(1000.0 * meters.estimate[0]).epsilon(1e-7));
     CHECK(millimeters.estimate[1] == Approx(meters.estimate[1]).epsilon(1e-7));
-    CHECK(millimeters.random_sd()[0] == Approx(1000.0 * meters.random_sd()[0]).epsilon(1e-5));
+    CHECK(millimeters.random.back().sd()[0] ==
+          Approx(1000.0 * meters.random.back().sd()[0]).epsilon(1e-5));
     CHECK(millimeters.log_likelihood + 300.0 * std::log(1000.0) ==
           Approx(meters.log_likelihood).epsilon(1e-9));
   }
@@ -312,7 +313,7 @@ TEST_CASE("simulated curves give their truth back") {
   const VectorXd errors = fit.standard_errors();
   CHECK(fit.estimate[0] == Approx(25.0).margin(3.0 * errors[0]));
   CHECK(fit.estimate[1] == Approx(0.07).margin(3.0 * errors[1]));
-  CHECK(fit.random_sd()[0] == Approx(3.0).margin(3.0 * 3.0 / std::sqrt(28.0)));
+  CHECK(fit.random.back().sd()[0] == Approx(3.0).margin(3.0 * 3.0 / std::sqrt(28.0)));
   CHECK(fit.variance.delta() == Approx(1.0).margin(0.3));
   // The variance function contains a constant variance.
   CHECK(fit.log_likelihood > fit_curves(scaled_curves(1.0), 1.0, "none").log_likelihood);
@@ -381,7 +382,7 @@ TEST_CASE("strata and products are never below what they contain") {
 TEST_CASE("a trace has a line for each round and ends at the result") {
   const Table table = scaled_curves(1.0);
   ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*dbh))", {}, table);
-  specification.random = RandomEffects{.coefficients = {"a"}, .group = "plot"};
+  specification.random = {{.coefficients = {"a"}, .group = "plot"}};
   std::vector<std::string> lines;
   const MixedEffectsFit fit =
       fit_lindstrom_bates(NonlinearModel(specification, table),
@@ -417,7 +418,7 @@ TEST_CASE("a factor holds the covariance that its form can hold") {
 TEST_CASE("confounded coefficients are no result") {
   const Table table = one_way(2.0, 1.0);
   ModelSpecification model = specify_model("y ~ mu + nu", {}, table);
-  model.random = RandomEffects{.coefficients = {"mu"}, .group = "plot"};
+  model.random = {{.coefficients = {"mu"}, .group = "plot"}};
   const MixedEffectsFit fit =
       fit_lindstrom_bates(NonlinearModel(model, table), Eigen::Vector2d(5.0, 5.0));
   CHECK_FALSE(fit.convergence.converged());

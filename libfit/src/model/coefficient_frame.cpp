@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "model/nested_terms.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -94,7 +96,7 @@ void for_each_free_block(const RandomEffects& random, const Visit& visit) {
 
 /// (q x q) U of a grouping.
 MatrixXd effect_frame(const NonlinearModel& model,
-                      const std::optional<RandomEffects>& random,
+                      const RandomEffects* random,
                       const MatrixXd& columns,
                       double length) {
   const std::vector<Index> places = model.coefficients_of(random);
@@ -103,7 +105,7 @@ MatrixXd effect_frame(const NonlinearModel& model,
   for (Index k = 0; k < q; ++k) {
     result(k, k) = unit_of(columns.col(places[static_cast<std::size_t>(k)]), length);
   }
-  if (!random) return result;
+  if (random == nullptr) return result;
   for_each_free_block(*random, [&](Index begin, Index end) {
     Orthogonalizer block(columns);
     MatrixXd mixed = result;
@@ -120,18 +122,18 @@ MatrixXd effect_frame(const NonlinearModel& model,
 /// groupings only where their blocks are the same.
 std::vector<std::vector<Index>> blocks_of_columns(const NonlinearModel& model) {
   const ModelSpecification& specification = model.specification();
-  const auto blocks_of = [&](const std::optional<RandomEffects>& random) {
+  const auto blocks_of = [&](const RandomEffects* random) {
     std::vector<std::vector<Index>> blocks;
     const std::vector<Index> places = model.coefficients_of(random);
-    if (!random) return blocks;
+    if (random == nullptr) return blocks;
     for_each_free_block(*random, [&](Index begin, Index end) {
       blocks.emplace_back(places.begin() + begin, places.begin() + end);
     });
     return blocks;
   };
-  std::vector<std::vector<Index>> inner = blocks_of(specification.random);
-  if (!specification.outer_random) return inner;
-  const std::vector<std::vector<Index>> outer = blocks_of(specification.outer_random);
+  std::vector<std::vector<Index>> inner = blocks_of(finer_term(specification));
+  if (specification.random.size() < 2) return inner;
+  const std::vector<std::vector<Index>> outer = blocks_of(coarser_term(specification));
   std::erase_if(inner, [&](const std::vector<Index>& block) {
     return std::ranges::find(outer, block) == outer.end();
   });
@@ -154,8 +156,8 @@ MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, do
     }
   }
   // Columns without random effects come last: they may be mixed with all others.
-  std::vector<Index> random = model.coefficients_of(model.specification().random);
-  const std::vector<Index> outer = model.coefficients_of(model.specification().outer_random);
+  std::vector<Index> random = model.coefficients_of(finer_term(model.specification()));
+  const std::vector<Index> outer = model.coefficients_of(coarser_term(model.specification()));
   random.insert(random.end(), outer.begin(), outer.end());
   Orthogonalizer all(columns);
   for (const Index j : random) all.add(j);
@@ -174,8 +176,8 @@ CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian
   const Index p = columns.cols();
   CoefficientFrame frame{
       .beta = MatrixXd(p, p),
-      .outer = effect_frame(model, model.specification().outer_random, columns, length),
-      .inner = effect_frame(model, model.specification().random, columns, length)};
+      .outer = effect_frame(model, coarser_term(model.specification()), columns, length),
+      .inner = effect_frame(model, finer_term(model.specification()), columns, length)};
   Orthogonalizer all(columns);
   for (Index j = 0; j < p; ++j) {
     const OrthogonalColumn column = all.add(j);
@@ -187,8 +189,8 @@ CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian
 
 CoefficientFrame shared_frame(const NonlinearModel& model, MatrixXd jacobian, double length) {
   const MatrixXd columns = same_angles(jacobian);
-  const std::vector<Index> outer = model.coefficients_of(model.specification().outer_random);
-  const std::vector<Index> inner = model.coefficients_of(model.specification().random);
+  const std::vector<Index> outer = model.coefficients_of(coarser_term(model.specification()));
+  const std::vector<Index> inner = model.coefficients_of(finer_term(model.specification()));
   const MatrixXd frame = shared_columns(model, columns, length);
   return {.beta = frame, .outer = frame(outer, outer), .inner = frame(inner, inner)};
 }

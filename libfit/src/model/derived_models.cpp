@@ -60,8 +60,7 @@ NonlinearModel NonlinearModel::pooled() const {
     parameter = {.name = parameter.name, .has_intercept = true};
     model.slots_.push_back({.parameter = static_cast<Index>(model.slots_.size())});
   }
-  model.specification_.random.reset();
-  model.specification_.outer_random.reset();
+  model.specification_.random.clear();
   model.names_ = model.specification_.coefficient_names();
   model.covariates_.resize(observations(), 0);
   model.compile();
@@ -76,12 +75,10 @@ NonlinearModel NonlinearModel::with_equation(data::Expression mean,
   return model.pooled();
 }
 
-NonlinearModel NonlinearModel::with_random_effects(std::optional<RandomEffects> random,
-                                                   std::optional<RandomEffects> outer) const {
+NonlinearModel NonlinearModel::with_random_effects(std::vector<RandomEffects> terms) const {
   NonlinearModel model = *this;
-  model.specification_.random = std::move(random);
-  model.specification_.outer_random = std::move(outer);
-  if (model.specification_.random) return model;
+  model.specification_.random = std::move(terms);
+  if (!model.specification_.random.empty()) return model;
   model.group_labels_.assign(1, {});
   model.group_begin_ = {0, observations()};
   model.outer_labels_.clear();

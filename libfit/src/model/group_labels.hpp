@@ -38,8 +38,8 @@ class GroupLabels {
  public:
   /// \throws UsageError if a column of groups is not there
   GroupLabels(const ModelSpecification& specification, const data::Table& table)
-      : inner_(table.labels(specification.random->group)) {
-    if (specification.outer_random) outer_ = table.labels(specification.outer_random->group);
+      : inner_(table.labels(specification.random.back().group)) {
+    if (specification.random.size() > 1) outer_ = table.labels(specification.random.front().group);
   }
 
   std::string outer(std::size_t row) const {

@@ -43,15 +43,13 @@ void check_holdable(const ModelSpecification& specification, const std::string& 
     throw UsageError(
         fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", ")));
   }
-  for (const auto& random : {specification.random, specification.outer_random}) {
-    if (!random || std::ranges::find(random->coefficients, name) == random->coefficients.end()) {
-      continue;
-    }
+  for (const RandomEffects& term : specification.random) {
+    if (std::ranges::find(term.coefficients, name) == term.coefficients.end()) continue;
     throw UsageError(
         fmt::format("{} has a random effect by {}, so it cannot be fixed or bounded; remove the "
                     "random effect or the fixed value",
                     name,
-                    random->group));
+                    term.group));
   }
 }
 

@@ -190,9 +190,7 @@ std::vector<std::string> ModelSpecification::label_columns() const {
     add(factor.column, numbers);
     add(factor.stratum, labels);
   }
-  for (const auto& effects : {outer_random, random}) {
-    if (effects) add(effects->group, labels);
-  }
+  for (const RandomEffects& term : random) add(term.group, labels);
   std::erase_if(labels, [&](const std::string& name) {
     return std::ranges::find(numbers, name) != numbers.end();
   });
@@ -284,13 +282,11 @@ void check_response(const ModelSpecification& specification, const data::Table& 
 void add_random_effects(ModelSpecification& specification,
                         std::string_view text,
                         const data::Table& table) {
-  std::vector<RandomEffects> groupings = parse_random_effects(text);
-  for (const RandomEffects& random : groupings) {
-    check_random_effects(random, specification.coefficient_names(), text, table);
+  std::vector<RandomEffects> terms = parse_random_effects(text);
+  for (const RandomEffects& term : terms) {
+    check_random_effects(term, specification.coefficient_names(), text, table);
   }
-  specification.outer_random.reset();
-  if (groupings.size() > 1) specification.outer_random = std::move(groupings.front());
-  specification.random = std::move(groupings.back());
+  specification.random = std::move(terms);
 }
 
 }  // namespace silvafit::fit

@@ -102,7 +102,7 @@ TEST_CASE("what a fit needs is checked where it is written") {
   CHECK_THROWS_WITH(add_random_effects(model, "a | site", table),
                     Catch::Matchers::Contains("column 5: unknown column 'site'"));
   add_random_effects(model, "a + b | plot", table);
-  CHECK(model.random->coefficients == Names{"a", "b"});
+  CHECK(model.random.front().coefficients == Names{"a", "b"});
 }
 
 TEST_CASE("blocks and nested groupings of random effects are read") {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "model/nested_terms.hpp"
 #include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -123,12 +124,13 @@ void require_few_strata(const NonlinearModel::Strata& strata, const Place& place
       place);
 }
 
-std::size_t size_of(const std::optional<RandomEffects>& random) {
+std::size_t size_of(const RandomEffects* random) {
   return random ? random->coefficients.size() : 0;
 }
 
 void check_effect_count(const ModelSpecification& specification) {
-  const std::size_t effects = size_of(specification.outer_random) + size_of(specification.random);
+  const std::size_t effects =
+      size_of(coarser_term(specification)) + size_of(finer_term(specification));
   if (effects <= kMostRandomEffects) return;
   throw UsageError(fmt::format("there are {} random effects per group; at most {} can be fitted",
                                effects,
@@ -189,8 +191,8 @@ void NonlinearModel::choose_rows(const data::Table& table) {
 void NonlinearModel::sort_by_group(const data::Table& table, const std::vector<bool>& complete) {
   std::optional<Grouping> inner;
   std::optional<Grouping> outer;
-  if (specification_.random) inner.emplace(table, specification_.random->group);
-  if (specification_.outer_random) outer.emplace(table, specification_.outer_random->group);
+  if (finer_term(specification_)) inner.emplace(table, finer_term(specification_)->group);
+  if (coarser_term(specification_)) outer.emplace(table, coarser_term(specification_)->group);
   std::vector<std::map<std::size_t, std::vector<std::size_t>>> members(outer ? outer->levels() : 1);
   for (std::size_t row = 0; row < complete.size(); ++row) {
     if (!complete[row] || (inner && inner->is_missing(row)) || (outer && outer->is_missing(row))) {
@@ -315,11 +317,10 @@ Index NonlinearModel::coefficient_index(std::string_view name) const {
   return found - names_.begin();
 }
 
-std::vector<Index> NonlinearModel::coefficients_of(
-    const std::optional<RandomEffects>& random) const {
+std::vector<Index> NonlinearModel::coefficients_of(const RandomEffects* term) const {
   std::vector<Index> positions;
-  if (!random) return positions;
-  for (const std::string& name : random->coefficients) {
+  if (term == nullptr) return positions;
+  for (const std::string& name : term->coefficients) {
     positions.push_back(coefficient_index(name));
   }
   return positions;

@@ -23,7 +23,7 @@ Table five_trees() {
 
 NonlinearModel by_plot(const Table& table) {
   ModelSpecification specification = specify_model("h ~ a + b*dbh", {"b ~ 1 + C"}, table);
-  specification.random = parse_random_effects("a | plot").front();
+  specification.random = parse_random_effects("a | plot");
   return {specification, table};
 }
 
@@ -40,13 +40,10 @@ TEST_CASE("more random effects than a group can have are refused") {
   const Table table = five_trees();
   ModelSpecification specification = specify_model("h ~ a + b*dbh", {"b ~ 1 + C"}, table);
   const auto with = [&](std::size_t inner, std::size_t outer) {
-    const std::vector<RandomEffects> groupings = parse_random_effects("a | plot; a | dbh");
-    specification.random = groupings.back();
-    specification.random->coefficients.assign(inner, "a");
-    specification.outer_random.reset();
-    if (outer == 0) return specification;
-    specification.outer_random = groupings.front();
-    specification.outer_random->coefficients.assign(outer, "a");
+    specification.random = parse_random_effects("a | plot; a | dbh");
+    specification.random.back().coefficients.assign(inner, "a");
+    specification.random.front().coefficients.assign(outer, "a");
+    if (outer == 0) specification.random.erase(specification.random.begin());
     return specification;
   };
   CHECK_NOTHROW(NonlinearModel(with(6, 6), table));

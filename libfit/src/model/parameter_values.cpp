@@ -13,9 +13,8 @@ void add_covariance(const std::vector<std::string>& names,
                     const Eigen::MatrixXd& covariance,
                     const std::string& group,
                     std::vector<NamedValue>& values) {
-  const MixedEffectsFit level{.random_covariance = covariance};
-  const Eigen::VectorXd deviations = level.random_sd();
-  const Eigen::MatrixXd correlation = level.random_correlation();
+  const Eigen::VectorXd deviations = covariance.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd correlation = correlation_of(covariance);
   const auto count = static_cast<Index>(names.size());
   const auto name = [&](Index k) { return names[static_cast<std::size_t>(k)]; };
   for (Index k = 0; k < count; ++k) {
@@ -66,11 +65,10 @@ std::vector<NamedValue> parameter_values(const FittedModel& fit) {
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     values.push_back({fit.coefficient_names[k], fit.estimate[static_cast<Index>(k)]});
   }
-  const auto& outer = fit.specification.outer_random;
-  if (outer) add_level(*outer, fit.outer.covariance, " | " + outer->group, values);
-  if (fit.has_random_effects()) {
-    const RandomEffects& random = *fit.specification.random;
-    add_level(random, fit.random_covariance, outer ? " | " + random.group : "", values);
+  const std::vector<RandomEffects>& terms = fit.specification.random;
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    const std::string group = terms.size() > 1 ? " | " + terms[k].group : "";
+    add_level(terms[k], fit.random[k].covariance, group, values);
   }
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     const bool is_only = fit.variance.factors.size() == 1;

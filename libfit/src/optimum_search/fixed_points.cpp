@@ -30,21 +30,18 @@ VectorXd drawn_group(const NonlinearModel& model,
   constexpr std::uint64_t kSeed = 2;
   Random random(kSeed, number);
   VectorXd result = fit.estimate;
-  const ModelSpecification& specification = model.specification();
-  const auto add = [&](const std::optional<RandomEffects>& effects,
-                       const Eigen::MatrixXd& covariance) {
-    if (!effects) return;
-    const std::vector<Index> places = model.coefficients_of(effects);
-    const SymmetricEigen of = symmetric_eigen(covariance);
+  const std::vector<RandomEffects>& terms = model.specification().random;
+  for (std::size_t term = 0; term < terms.size(); ++term) {
+    const std::vector<Index> places = model.coefficients_of(&terms[term]);
+    const SymmetricEigen of = symmetric_eigen(fit.random[term].covariance);
     VectorXd draw(of.values.size());
     for (double& value : draw) value = random.normal();
     const VectorXd sizes = of.values.cwiseMax(0.0).cwiseSqrt();
     const VectorXd change = of.vectors * sizes.cwiseProduct(draw);
-    for (Index k = 0; k < change.size(); ++k)
+    for (Index k = 0; k < change.size(); ++k) {
       result[places[static_cast<std::size_t>(k)]] += change[k];
-  };
-  add(specification.random, fit.random_covariance);
-  add(specification.outer_random, fit.outer.covariance);
+    }
+  }
   return result;
 }
 
@@ -249,7 +246,7 @@ void FixedPoints::follow_to_maximum(const MixedEffectsFit& start) {
 }
 
 void FixedPoints::add_without_random_effects(std::vector<ContainedModel>& contained) const {
-  const NonlinearModel fixed = model_.with_random_effects(std::nullopt, std::nullopt);
+  const NonlinearModel fixed = model_.with_random_effects({});
   // A restricted likelihood does not compare with the marginal one of the whole model.
   MixedEffectsOptions options = linearized_;
   options.reml = false;

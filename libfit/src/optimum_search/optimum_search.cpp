@@ -40,7 +40,7 @@ class OptimumSearch {
     if (model_.observations() >= kManyObservations) learn_from_part();
     points_.search();
     if (points_.all().empty()) return usual_fit();
-    if (!model_.specification().random) return best_without_random_effects();
+    if (model_.specification().random.empty()) return best_without_random_effects();
     return options_.integration ? marginal_maximum(*options_.integration) : best_fixed_point();
   }
 
@@ -48,7 +48,7 @@ class OptimumSearch {
   std::optional<VectorXd> best_coefficients() {
     points_.search();
     if (points_.all().empty()) return std::nullopt;
-    if (model_.specification().random) points_.compare();
+    if (!model_.specification().random.empty()) points_.compare();
     return best_of(points_.all()).fit.estimate;
   }
 

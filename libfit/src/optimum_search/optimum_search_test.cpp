@@ -96,7 +96,7 @@ TEST_CASE("of interchangeable terms the one that varies has the random effect") 
       // Five standard errors, of about 0.15 and 0.05.
       CHECK(fit.estimate[0] == Approx(2.8).margin(0.8));
       CHECK(fit.estimate[1] == Approx(0.8).margin(0.25));
-      CHECK(fit.random_sd()[0] == Approx(0.6).margin(0.4));
+      CHECK(fit.random.back().sd()[0] == Approx(0.6).margin(0.4));
       REQUIRE(fit.optima.size() >= 2);
       CHECK(fit.optima[0].estimate == fit.estimate);
       CHECK(fit.optima[0].log_likelihood > fit.optima[1].log_likelihood + 5.0);
@@ -206,30 +206,32 @@ TEST_CASE("smaller structures leave out each effect, and correlations") {
   const std::vector<SmallerStructure> smaller = smaller_structures(model);
   REQUIRE(smaller.size() == 4);
   CHECK(smaller[0].text == "without the random effect of A1");
-  CHECK(smaller[1].model.specification().random->coefficients ==
+  CHECK(smaller[1].model.specification().random.back().coefficients ==
         std::vector<std::string>{"A1", "A2"});
-  CHECK(smaller[3].model.specification().random->covariance == Covariance::kDiagonal);
+  CHECK(smaller[3].model.specification().random.back().covariance == Covariance::kDiagonal);
 
   MixedEffectsFit fit;
-  fit.random_covariance.resize(3, 3);
-  fit.random_covariance << 4.0, 1.0, 0.5, 1.0, 9.0, 0.2, 0.5, 0.2, 16.0;
-  fit.random_effects = Eigen::MatrixXd::Constant(3, 15, 1.0);
+  fit.random.resize(1);
+  fit.random.back().covariance.resize(3, 3);
+  fit.random.back().covariance << 4.0, 1.0, 0.5, 1.0, 9.0, 0.2, 0.5, 0.2, 16.0;
+  fit.random.back().effects = Eigen::MatrixXd::Constant(3, 15, 1.0);
   const MixedEffectsFit less = reduced(fit, smaller[1]);
-  CHECK(less.random_covariance == Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.5}, {0.5, 16.0}}));
+  CHECK(less.random.back().covariance == Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.5}, {0.5, 16.0}}));
   const MixedEffectsFit whole = enlarged(less, smaller[1], 0.3);
-  CHECK(whole.random_covariance(1, 1) == Approx(0.09).epsilon(1e-15));
-  CHECK(whole.random_covariance(0, 2) == 0.5);
-  CHECK(whole.random_effects.row(1).isZero());
+  CHECK(whole.random.back().covariance(1, 1) == Approx(0.09).epsilon(1e-15));
+  CHECK(whole.random.back().covariance(0, 2) == 0.5);
+  CHECK(whole.random.back().effects.row(1).isZero());
   const MixedEffectsFit independent = reduced(fit, smaller[3]);
-  CHECK(independent.random_covariance.isDiagonal());
+  CHECK(independent.random.back().covariance.isDiagonal());
 }
 
 TEST_CASE("a fit with independent effects keeps their variances") {
   MixedEffectsFit fit;
-  fit.random_covariance = Eigen::Matrix2d{{4.0, 1.0}, {1.0, 9.0}};
+  fit.random.resize(1);
+  fit.random.back().covariance = Eigen::Matrix2d{{4.0, 1.0}, {1.0, 9.0}};
   const MixedEffectsFit independent = with_independent_effects(fit);
-  CHECK(independent.random_covariance == Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.0}, {0.0, 9.0}}));
-  CHECK(independent.outer.covariance.size() == 0);
+  CHECK(independent.random.back().covariance ==
+        Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.0}, {0.0, 9.0}}));
 }
 
 TEST_CASE("a search puts into the verdict what it has found") {
@@ -289,5 +291,5 @@ TEST_CASE("many observations are searched on a part, with the same end") {
   REQUIRE(fit.convergence.converged());
   // Five standard errors of means of 2,100 groups.
   CHECK(fit.estimate[0] == Approx(2.8).margin(0.1));
-  CHECK(fit.random_sd()[0] == Approx(0.6).margin(0.06));
+  CHECK(fit.random.back().sd()[0] == Approx(0.6).margin(0.06));
 }

@@ -16,8 +16,8 @@ class SearchBudget {
   SearchBudget(const NonlinearModel& model, int points) {
     const ModelSpecification& specification = model.specification();
     double effects = 0.0;
-    for (const auto* const random : {&specification.random, &specification.outer_random}) {
-      if (*random) effects += static_cast<double>((*random)->coefficients.size());
+    for (const RandomEffects& term : specification.random) {
+      effects += static_cast<double>(term.coefficients.size());
     }
     const auto p = static_cast<double>(model.coefficient_count());
     const auto n = static_cast<double>(model.observations());

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "model/nested_terms.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -39,16 +41,17 @@ std::vector<Index> others(Index count, Index left_out) {
 }
 
 NonlinearModel with_level(const NonlinearModel& model, bool is_outer, const RandomEffects& random) {
-  const ModelSpecification& specification = model.specification();
-  return is_outer ? model.with_random_effects(specification.random, random)
-                  : model.with_random_effects(random, specification.outer_random);
+  std::vector<RandomEffects> terms = model.specification().random;
+  (is_outer ? terms.front() : terms.back()) = random;
+  return model.with_random_effects(std::move(terms));
 }
 
 void add_level(const NonlinearModel& model, bool is_outer, std::vector<SmallerStructure>& result) {
-  const std::optional<RandomEffects>& random =
-      is_outer ? model.specification().outer_random : model.specification().random;
-  if (!random || random->coefficients.size() < 2) return;
-  const std::string of = model.specification().outer_random ? " by " + random->group : "";
+  const ModelSpecification& specification = model.specification();
+  const RandomEffects* const random =
+      is_outer ? coarser_term(specification) : finer_term(specification);
+  if (random == nullptr || random->coefficients.size() < 2) return;
+  const std::string of = specification.random.size() > 1 ? " by " + random->group : "";
   for (std::size_t k = 0; k < random->coefficients.size(); ++k) {
     result.push_back(
         {.model = with_level(model, is_outer, without(*random, k)),
@@ -77,16 +80,17 @@ std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model) {
 
 MixedEffectsFit with_independent_effects(const MixedEffectsFit& fit) {
   MixedEffectsFit result = fit;
-  for (MatrixXd* const covariance : {&result.random_covariance, &result.outer.covariance}) {
-    *covariance = MatrixXd(covariance->diagonal().asDiagonal());
+  for (EstimatedEffects& term : result.random) {
+    term.covariance = MatrixXd(term.covariance.diagonal().asDiagonal());
   }
   return result;
 }
 
 MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller) {
   MixedEffectsFit result = fit;
-  MatrixXd& covariance = smaller.is_outer ? result.outer.covariance : result.random_covariance;
-  MatrixXd& effects = smaller.is_outer ? result.outer.effects : result.random_effects;
+  EstimatedEffects& term = smaller.is_outer ? result.random.front() : result.random.back();
+  MatrixXd& covariance = term.covariance;
+  MatrixXd& effects = term.effects;
   if (smaller.left_out < 0) {
     covariance = MatrixXd(covariance.diagonal().asDiagonal());
     return result;
@@ -102,8 +106,8 @@ double small_deviation(const NonlinearModel& model,
                        const MixedEffectsFit& fit) {
   if (smaller.left_out < 0) return 0.0;
   const ModelSpecification& specification = model.specification();
-  const std::vector<Index> places =
-      model.coefficients_of(smaller.is_outer ? specification.outer_random : specification.random);
+  const std::vector<Index> places = model.coefficients_of(
+      smaller.is_outer ? coarser_term(specification) : finer_term(specification));
   NonlinearModel::Workspace workspace;
   Eigen::VectorXd mean;
   MatrixXd jacobian;
@@ -120,8 +124,9 @@ MixedEffectsFit enlarged(const MixedEffectsFit& fit,
                          double deviation) {
   MixedEffectsFit result = fit;
   if (smaller.left_out < 0) return result;
-  MatrixXd& covariance = smaller.is_outer ? result.outer.covariance : result.random_covariance;
-  MatrixXd& effects = smaller.is_outer ? result.outer.effects : result.random_effects;
+  EstimatedEffects& term = smaller.is_outer ? result.random.front() : result.random.back();
+  MatrixXd& covariance = term.covariance;
+  MatrixXd& effects = term.effects;
   const Index count = covariance.rows() + 1;
   const std::vector<Index> known = others(count, smaller.left_out);
   MatrixXd whole = MatrixXd::Zero(count, count);

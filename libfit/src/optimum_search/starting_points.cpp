@@ -145,7 +145,7 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
   for (const VectorXd& other : pooled.other_minima) {
     collection.add(other, "other least-squares minimum");
   }
-  if (model.specification().random) {
+  if (!model.specification().random.empty()) {
     if (auto medians = medians_of_group_fits(model, model.pooled(), pooled.estimate)) {
       collection.add_constants(medians, "medians of single groups");
     } else if (auto typical = start_of_strata(model, pooled.estimate)) {

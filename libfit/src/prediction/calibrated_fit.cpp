@@ -4,39 +4,22 @@
 #include <vector>
 
 namespace silvafit::fit {
-namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-
-void take_groups(const std::vector<std::string>& labels,
-                 const MatrixXd& effects,
-                 std::vector<std::string>& known_labels,
-                 MatrixXd& known_effects) {
-  std::vector<Index> known;
-  known_labels.clear();
-  for (Index g = 0; g < effects.cols(); ++g) {
-    if (!effects.col(g).allFinite()) continue;
-    known.push_back(g);
-    known_labels.push_back(labels[static_cast<std::size_t>(g)]);
-  }
-  known_effects = effects(Eigen::all, known);
-}
-
-}  // namespace
 
 FittedModel with_groups(const FittedModel& fit, const Calibration& calibration) {
   FittedModel result = fit;
-  take_groups(
-      calibration.group_labels, calibration.effects, result.group_labels, result.random_effects);
-  if (fit.specification.outer_random) {
-    take_groups(calibration.outer_labels,
-                calibration.outer_effects,
-                result.outer.labels,
-                result.outer.effects);
+  for (std::size_t k = 0; k < result.random.size(); ++k) {
+    const CalibratedEffects& found = calibration.random[k];
+    EstimatedEffects& term = result.random[k];
+    std::vector<Eigen::Index> known;
+    term.labels.clear();
+    for (Eigen::Index g = 0; g < found.effects.cols(); ++g) {
+      if (!found.effects.col(g).allFinite()) continue;
+      known.push_back(g);
+      term.labels.push_back(found.labels[static_cast<std::size_t>(g)]);
+    }
+    term.effects = found.effects(Eigen::all, known);
+    term.uncertainty = {};
   }
-  result.uncertainty = {};
-  result.outer_uncertainty = {};
   return result;
 }
 

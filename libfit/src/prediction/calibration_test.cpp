@@ -84,9 +84,10 @@ double distance(const MatrixXd& effects, const MatrixXd& others, const MatrixXd&
 
 /// The effects of calibration in the order of the fit's groups.
 MatrixXd in_order_of_fit(const Calibration& calibration, Index groups) {
-  MatrixXd result(calibration.effects.rows(), groups);
-  for (std::size_t g = 0; g < calibration.group_labels.size(); ++g) {
-    result.col(calibration.fitted_group[g]) = calibration.effects.col(static_cast<Index>(g));
+  MatrixXd result(calibration.random.back().effects.rows(), groups);
+  for (std::size_t g = 0; g < calibration.random.back().labels.size(); ++g) {
+    result.col(calibration.random.back().fitted_group[g]) =
+        calibration.random.back().effects.col(static_cast<Index>(g));
   }
   return result;
 }
@@ -106,12 +107,14 @@ TEST_CASE("calibration on a fit's own trees returns its own random effects") {
       INFO(method_text(method) << " " << variance);
       const FittedModel fit = fitted(table, {.variance = variance, .method = method});
       const Calibration calibration = calibrate(fit, table, {.seen_groups = SeenGroups::kNew});
-      CHECK(distance(in_order_of_fit(calibration, fit.random_effects.cols()),
-                     fit.random_effects,
-                     fit.random_covariance) < 1e-8);
+      CHECK(distance(in_order_of_fit(calibration, fit.random.back().effects.cols()),
+                     fit.random.back().effects,
+                     fit.random.back().covariance) < 1e-8);
       // What the fit keeps is what calibration finds.
-      CHECK(calibration.uncertainty.covariances.isApprox(fit.uncertainty.covariances, 1e-7));
-      CHECK(calibration.uncertainty.sensitivities.isApprox(fit.uncertainty.sensitivities, 1e-7));
+      CHECK(calibration.random.back().uncertainty.covariances.isApprox(
+          fit.random.back().uncertainty.covariances, 1e-7));
+      CHECK(calibration.random.back().uncertainty.sensitivities.isApprox(
+          fit.random.back().uncertainty.sensitivities, 1e-7));
     }
   }
 }
@@ -123,13 +126,15 @@ TEST_CASE("calibration returns a nested fit's own random effects of both groupin
     const FittedModel fit =
         fitted(table, {.random = "a | stand; a + b | plot", .variance = "power", .method = method});
     const Calibration calibration = calibrate(fit, table, {.seen_groups = SeenGroups::kNew});
-    CHECK(calibration.outer_labels == fit.outer.labels);
+    CHECK(calibration.random.front().labels == fit.random.front().labels);
     // The alternation of lb ends at a decrement of 1e-12: a millionth of a standard error.
     const double tolerance = method == Method::kLindstromBates ? 1e-6 : 1e-8;
-    CHECK(distance(in_order_of_fit(calibration, fit.random_effects.cols()),
-                   fit.random_effects,
-                   fit.random_covariance) < tolerance);
-    CHECK(distance(calibration.outer_effects, fit.outer.effects, fit.outer.covariance) < tolerance);
+    CHECK(distance(in_order_of_fit(calibration, fit.random.back().effects.cols()),
+                   fit.random.back().effects,
+                   fit.random.back().covariance) < tolerance);
+    CHECK(distance(calibration.random.front().effects,
+                   fit.random.front().effects,
+                   fit.random.front().covariance) < tolerance);
   }
 }
 
@@ -137,22 +142,22 @@ namespace {
 
 /// A line with random intercept and slope by plot and a random intercept by stand.
 FittedModel line(bool is_nested) {
-  FittedModel fit{.specification = {.formula = silvafit::data::parse_formula("y ~ a + b*x")}};
+  FittedModel fit({.formula = silvafit::data::parse_formula("y ~ a + b*x")});
   fit.specification.parameters = {parse_parameter_model("a ~ 1"), parse_parameter_model("b ~ 1")};
-  fit.specification.random = parse_random_effects("a + b | plot").front();
+  fit.specification.random =
+      parse_random_effects(is_nested ? "a | stand; a + b | plot" : "a + b | plot");
   fit.method = Method::kLaplace;
   fit.coefficient_names = {"a", "b"};
   fit.estimate = Eigen::Vector2d(2.0, 0.5);
   fit.covariance = Eigen::Matrix2d{{0.04, -0.003}, {-0.003, 0.002}};
-  fit.random_names = {"a", "b"};
-  fit.random_covariance = Eigen::Matrix2d{{1.0, -0.1}, {-0.1, 0.05}};
-  fit.random_effects.resize(2, 0);
-  fit.sigma = 0.4;
   if (is_nested) {
-    fit.specification.outer_random = parse_random_effects("a | stand").front();
-    fit.outer = {.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, 0.5)};
-    fit.outer.effects.resize(1, 0);
+    fit.random.push_back(
+        {.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, 0.5), .effects = MatrixXd(1, 0)});
   }
+  fit.random.push_back({.names = {"a", "b"},
+                        .covariance = Eigen::Matrix2d{{1.0, -0.1}, {-0.1, 0.05}},
+                        .effects = MatrixXd(2, 0)});
+  fit.sigma = 0.4;
   return fit;
 }
 
@@ -194,12 +199,12 @@ struct DenseLine {
     x.col(1) = Eigen::Map<const VectorXd>(table.numbers("x").data(), 7);
     residual = Eigen::Map<const VectorXd>(table.numbers("y").data(), 7) - x * fit.estimate;
     z.col(0).setOnes();
-    psi(0, 0) = fit.outer.names.empty() ? 0.0 : fit.outer.covariance(0, 0);
+    psi(0, 0) = fit.random.size() < 2 ? 0.0 : fit.random.front().covariance(0, 0);
     Index row = 0;
     for (Index plot = 0; plot < 3; ++plot) {
       const Index trees = plot == 2 ? 4 : plot + 1;
       z.block(row, 1 + 2 * plot, trees, 2) = x.middleRows(row, trees);
-      psi.block(1 + 2 * plot, 1 + 2 * plot, 2, 2) = fit.random_covariance;
+      psi.block(1 + 2 * plot, 1 + 2 * plot, 2, 2) = fit.random.back().covariance;
       row += trees;
     }
     const MatrixXd v = z * psi * z.transpose() + fit.sigma * fit.sigma * MatrixXd::Identity(7, 7);
@@ -225,21 +230,24 @@ TEST_CASE("in a linear model calibration is the best linear unbiased prediction"
   constexpr double kRounding = 1e-11;
   for (Index plot = 0; plot < 3; ++plot) {
     const Index k = 1 + 2 * plot;
-    CHECK(calibration.effects.col(plot).isApprox(blup.segment(k, 2), kRounding));
-    CHECK(calibration.uncertainty.covariance(plot, 2).isApprox(covariance.block(k, k, 2, 2),
-                                                               kRounding));
-    CHECK(calibration.uncertainty.sensitivity(plot, 2, 2)
+    CHECK(calibration.random.back().effects.col(plot).isApprox(blup.segment(k, 2), kRounding));
+    CHECK(calibration.random.back().uncertainty.covariance(plot, 2).isApprox(
+        covariance.block(k, k, 2, 2), kRounding));
+    CHECK(calibration.random.back()
+              .uncertainty.sensitivity(plot, 2, 2)
               .isApprox(slope.middleRows(k, 2), kRounding));
     if (!is_nested) continue;
-    CHECK(calibration.uncertainty.cross_covariance(plot, 2, 1)
+    CHECK(calibration.random.back()
+              .uncertainty.cross_covariance(plot, 2, 1)
               .isApprox(covariance.block(k, 0, 2, 1), kRounding));
   }
   CHECK(calibration.measured == std::vector<Index>{1, 2, 4});
   if (!is_nested) return;
-  CHECK(calibration.outer_effects(0, 0) == Approx(blup[0]).epsilon(kRounding));
-  CHECK(calibration.outer_uncertainty.covariances(0, 0) ==
+  CHECK(calibration.random.front().effects(0, 0) == Approx(blup[0]).epsilon(kRounding));
+  CHECK(calibration.random.front().uncertainty.covariances(0, 0) ==
         Approx(covariance(0, 0)).epsilon(kRounding));
-  CHECK(calibration.outer_uncertainty.sensitivity(0, 1, 2).isApprox(slope.topRows(1), kRounding));
+  CHECK(calibration.random.front().uncertainty.sensitivity(0, 1, 2).isApprox(slope.topRows(1),
+                                                                             kRounding));
 }
 
 TEST_CASE("conditional covariance and sensitivity are the inverse of Henderson's matrix") {
@@ -259,10 +267,11 @@ TEST_CASE("conditional covariance and sensitivity are the inverse of Henderson's
   CHECK(inverse.topLeftCorner(2, 2).isApprox(of_beta, kRounding));
   for (Index plot = 0; plot < 3; ++plot) {
     const Index k = 3 + 2 * plot;
-    const MatrixXd s = calibration.uncertainty.sensitivity(plot, 2, 2);
+    const MatrixXd s = calibration.random.back().uncertainty.sensitivity(plot, 2, 2);
     CHECK(inverse.block(k, 0, 2, 2).isApprox(s * of_beta, kRounding));
     CHECK(inverse.block(k, k, 2, 2)
-              .isApprox(calibration.uncertainty.covariance(plot, 2) + s * of_beta * s.transpose(),
+              .isApprox(calibration.random.back().uncertainty.covariance(plot, 2) +
+                            s * of_beta * s.transpose(),
                         kRounding));
   }
 }
@@ -284,16 +293,17 @@ TEST_CASE("random effects follow the coefficients as their sensitivity says") {
     const Calibration up = calibrate(moved, table, options);
     moved.estimate[j] -= 2.0 * step;
     const Calibration down = calibrate(moved, table, options);
-    const MatrixXd slope = (up.effects - down.effects) / (2.0 * step);
-    const MatrixXd outer_slope = (up.outer_effects - down.outer_effects) / (2.0 * step);
+    const MatrixXd slope = (up.random.back().effects - down.random.back().effects) / (2.0 * step);
+    const MatrixXd outer_slope =
+        (up.random.front().effects - down.random.front().effects) / (2.0 * step);
     // Differences of effects that are exact to 1e-9 standard deviations, over 2e-4 of them.
     for (Index g = 0; g < slope.cols(); ++g) {
-      const VectorXd expected = here.uncertainty.sensitivity(g, 2, 3).col(j);
+      const VectorXd expected = here.random.back().uncertainty.sensitivity(g, 2, 3).col(j);
       CHECK((slope.col(g) - expected).cwiseAbs().maxCoeff() <
             1e-4 * (1e-3 + expected.cwiseAbs().maxCoeff()));
     }
     for (Index c = 0; c < outer_slope.cols(); ++c) {
-      const double expected = here.outer_uncertainty.sensitivity(c, 1, 3)(0, j);
+      const double expected = here.random.front().uncertainty.sensitivity(c, 1, 3)(0, j);
       CHECK(outer_slope(0, c) == Approx(expected).epsilon(1e-4).margin(1e-6));
     }
   }
@@ -301,17 +311,19 @@ TEST_CASE("random effects follow the coefficients as their sensitivity says") {
 
 TEST_CASE("a singular covariance of the random effects is an ordinary point") {
   FittedModel fit = line(false);
-  fit.random_covariance = Eigen::Matrix2d{{1.0, -0.2}, {-0.2, 0.04}};
+  fit.random.back().covariance = Eigen::Matrix2d{{1.0, -0.2}, {-0.2, 0.04}};
   const Table table = line_data(1);
   const DenseLine dense(fit, table);
   const VectorXd blup = dense.psi * dense.z.transpose() * dense.inverse * dense.residual;
   const Calibration calibration = calibrate(fit, table);
   for (Index plot = 0; plot < 3; ++plot) {
-    CHECK(calibration.effects.col(plot).isApprox(blup.segment(1 + 2 * plot, 2), 1e-7));
-    CHECK(calibration.effects(1, plot) == Approx(-0.2 * calibration.effects(0, plot)));
+    CHECK(
+        calibration.random.back().effects.col(plot).isApprox(blup.segment(1 + 2 * plot, 2), 1e-7));
+    CHECK(calibration.random.back().effects(1, plot) ==
+          Approx(-0.2 * calibration.random.back().effects(0, plot)));
   }
-  fit.random_covariance.setZero();
-  CHECK(calibrate(fit, table).effects.isZero(0.0));
+  fit.random.back().covariance.setZero();
+  CHECK(calibrate(fit, table).random.back().effects.isZero(0.0));
 }
 
 namespace {
@@ -319,12 +331,11 @@ namespace {
 /// A fit that has seen the groups of a table.
 FittedModel that_has_seen(FittedModel fit, const Table& table) {
   const Calibration calibration = calibrate(fit, table);
-  fit.group_labels = calibration.group_labels;
-  fit.random_effects = calibration.effects;
-  fit.uncertainty = calibration.uncertainty;
-  fit.outer.labels = calibration.outer_labels;
-  fit.outer.effects = calibration.outer_effects;
-  fit.outer_uncertainty = calibration.outer_uncertainty;
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    fit.random[k].labels = calibration.random[k].labels;
+    fit.random[k].effects = calibration.random[k].effects;
+    fit.random[k].uncertainty = calibration.random[k].uncertainty;
+  }
   return fit;
 }
 
@@ -351,16 +362,18 @@ TEST_CASE("earlier and new trees combine to what all of them together say") {
   const Calibration all = calibrate(unseen, table);
   // In a linear model the two are the same.
   constexpr double kRounding = 1e-9;
-  CHECK(both.group_labels == all.group_labels);
-  CHECK(both.effects.isApprox(all.effects, kRounding));
-  CHECK(both.uncertainty.covariances.isApprox(all.uncertainty.covariances, kRounding));
-  CHECK(both.uncertainty.sensitivities.isApprox(all.uncertainty.sensitivities, kRounding));
-  CHECK(both.outer_effects.isApprox(all.outer_effects, kRounding));
-  CHECK(both.outer_uncertainty.sensitivities.isApprox(all.outer_uncertainty.sensitivities,
-                                                      kRounding));
+  CHECK(both.random.back().labels == all.random.back().labels);
+  CHECK(both.random.back().effects.isApprox(all.random.back().effects, kRounding));
+  CHECK(both.random.back().uncertainty.covariances.isApprox(
+      all.random.back().uncertainty.covariances, kRounding));
+  CHECK(both.random.back().uncertainty.sensitivities.isApprox(
+      all.random.back().uncertainty.sensitivities, kRounding));
+  CHECK(both.random.front().effects.isApprox(all.random.front().effects, kRounding));
+  CHECK(both.random.front().uncertainty.sensitivities.isApprox(
+      all.random.front().uncertainty.sensitivities, kRounding));
   if (is_nested) {
-    CHECK(
-        both.uncertainty.cross_covariances.isApprox(all.uncertainty.cross_covariances, kRounding));
+    CHECK(both.random.back().uncertainty.cross_covariances.isApprox(
+        all.random.back().uncertainty.cross_covariances, kRounding));
   }
 }
 
@@ -369,17 +382,18 @@ TEST_CASE("by default a seen group keeps the fit's random effects, and a new one
   const FittedModel seen =
       that_has_seen(line(true), table.select(std::vector<std::size_t>{0, 1, 2}));
   const Calibration calibration = calibrate(seen, table);
-  REQUIRE(calibration.group_labels ==
+  REQUIRE(calibration.random.back().labels ==
           std::vector<std::string>{"S0/P1", "S0/P2", "S0/P4", "S1/P1", "S1/P2", "S1/P4"});
-  CHECK(calibration.fitted_group == std::vector<Index>{0, 1, -1, -1, -1, -1});
-  CHECK(calibration.fitted_outer == std::vector<Index>{0, -1});
+  CHECK(calibration.random.back().fitted_group == std::vector<Index>{0, 1, -1, -1, -1, -1});
+  CHECK(calibration.random.front().fitted_group == std::vector<Index>{0, -1});
   CHECK(calibration.measured == std::vector<Index>{0, 0, 4, 1, 2, 4});
   CHECK_FALSE(calibration.is_used[0]);
   CHECK(calibration.is_used[3]);
   // Of the first stand, three trees were fitted to and four are new: together all of its trees.
   const Calibration all = calibrate(line(true), table);
-  CHECK(calibration.effects.col(2).isApprox(all.effects.col(2), 1e-9));
-  CHECK(calibration.effects.rightCols(3).isApprox(all.effects.rightCols(3), 1e-12));
+  CHECK(calibration.random.back().effects.col(2).isApprox(all.random.back().effects.col(2), 1e-9));
+  CHECK(calibration.random.back().effects.rightCols(3).isApprox(
+      all.random.back().effects.rightCols(3), 1e-12));
 }
 
 TEST_CASE("a group without measured trees has what is known of any group") {
@@ -390,14 +404,14 @@ TEST_CASE("a group without measured trees has what is known of any group") {
   table.set("y", y);
   const Calibration calibration = calibrate(fit, table);
   CHECK(calibration.measured == std::vector<Index>{1, 0, 4});
-  CHECK(calibration.effects.col(1).isZero(0.0));
-  CHECK(calibration.uncertainty.covariance(1, 2) == fit.random_covariance);
-  CHECK(calibration.uncertainty.sensitivities.col(1).isZero(0.0));
+  CHECK(calibration.random.back().effects.col(1).isZero(0.0));
+  CHECK(calibration.random.back().uncertainty.covariance(1, 2) == fit.random.back().covariance);
+  CHECK(calibration.random.back().uncertainty.sensitivities.col(1).isZero(0.0));
   // A table without the response is one without measured trees.
   Table unmeasured;
   unmeasured.set("plot", table.text("plot"));
   unmeasured.set("x", std::vector<double>(table.numbers("x").begin(), table.numbers("x").end()));
-  CHECK(calibrate(fit, unmeasured).effects.isZero(0.0));
+  CHECK(calibrate(fit, unmeasured).random.back().effects.isZero(0.0));
 }
 
 TEST_CASE("calibration does not depend on the number of threads") {
@@ -405,9 +419,9 @@ TEST_CASE("calibration does not depend on the number of threads") {
   const FittedModel fit = fitted(trees_of({}), {.variance = "power"});
   const Calibration one = calibrate(fit, table, {.threads = 1});
   const Calibration two = calibrate(fit, table, {.threads = 2});
-  CHECK(one.effects == two.effects);
-  CHECK(one.uncertainty.covariances == two.uncertainty.covariances);
-  CHECK(one.effects.allFinite());
+  CHECK(one.random.back().effects == two.random.back().effects);
+  CHECK(one.random.back().uncertainty.covariances == two.random.back().uncertainty.covariances);
+  CHECK(one.random.back().effects.allFinite());
 }
 
 TEST_CASE("what cannot be calibrated is refused") {
@@ -415,18 +429,21 @@ TEST_CASE("what cannot be calibrated is refused") {
   Table table = line_data(1);
   CHECK_THROWS_WITH(calibrate(fit, table, {.seen_groups = SeenGroups::kCombined}),
                     Contains("fit the model again"));
-  fit.random_names.clear();
+  fit.random.clear();
   CHECK_THROWS_WITH(calibrate(fit, table), Contains("no random effects"));
 }
 
 TEST_CASE("a fit's file keeps what its data leave open of the random effects") {
   const FittedModel fit = fitted(trees_of({.stands = 6, .plots = 4}),
                                  {.random = "a | stand; a + b | plot", .variance = "power"});
-  REQUIRE(fit.uncertainty.is_known());
+  REQUIRE(fit.random.back().uncertainty.is_known());
   const FittedModel read = from_json(to_json(fit), "fit.json");
-  CHECK(read.uncertainty.covariances == fit.uncertainty.covariances);
-  CHECK(read.uncertainty.sensitivities == fit.uncertainty.sensitivities);
-  CHECK(read.uncertainty.cross_covariances == fit.uncertainty.cross_covariances);
-  CHECK(read.outer_uncertainty.covariances == fit.outer_uncertainty.covariances);
-  CHECK(read.outer_uncertainty.sensitivities == fit.outer_uncertainty.sensitivities);
+  CHECK(read.random.back().uncertainty.covariances == fit.random.back().uncertainty.covariances);
+  CHECK(read.random.back().uncertainty.sensitivities ==
+        fit.random.back().uncertainty.sensitivities);
+  CHECK(read.random.back().uncertainty.cross_covariances ==
+        fit.random.back().uncertainty.cross_covariances);
+  CHECK(read.random.front().uncertainty.covariances == fit.random.front().uncertainty.covariances);
+  CHECK(read.random.front().uncertainty.sensitivities ==
+        fit.random.front().uncertainty.sensitivities);
 }

@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "model/group_labels.hpp"
+#include "model/nested_terms.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -49,8 +51,8 @@ class SetBuilder {
       : fit_(fit),
         with_covariances_(with_covariances),
         result_(result),
-        inner_(placement(fit, fit.random_names)),
-        outer_(placement(fit, fit.outer.names)),
+        inner_(placement(fit, finer(fit).names)),
+        outer_(placement(fit, coarser(fit).names)),
         fixed_(fixed_covariance(fit)) {
     const Index p = fit.estimate.size();
     result.coefficients = fit.estimate.replicate(1, sets);
@@ -111,7 +113,7 @@ class SetBuilder {
 };
 
 void require_uncertainty(const FittedModel& fit) {
-  if (fit.uncertainty.is_known()) return;
+  if (finer(fit).uncertainty.is_known()) return;
   throw UsageError(
       "the fit does not store the covariances of its random effects, which conditional intervals "
       "need; an older version of silvafit wrote it; fit the model again");
@@ -129,7 +131,7 @@ class NewGroupRows {
 
   void mark(std::size_t row, std::string_view label, Index set) {
     if (choice_ == NewGroups::kError) {
-      refuse_group(table_, row, fit_.specification.random->group, label, is_calibrated_);
+      refuse_group(table_, row, finer_term(fit_.specification)->group, label, is_calibrated_);
     }
     result_.is_new_group[row] = true;
     result_.is_missing[row] = choice_ == NewGroups::kMissing;
@@ -147,10 +149,10 @@ class NewGroupRows {
 
 /// Number of each group's coarser group in the fit, -1 without.
 std::vector<Index> outer_numbers(const FittedModel& fit) {
-  std::vector<Index> result(fit.group_labels.size(), -1);
-  const LabelNumbers outer = numbered(outer_parts(fit.outer.labels));
+  std::vector<Index> result(finer(fit).labels.size(), -1);
+  const LabelNumbers outer = numbered(outer_parts(coarser(fit).labels));
   for (std::size_t g = 0; g < result.size() && !outer.empty(); ++g) {
-    const auto found = outer.find(std::string(nested_parts(fit.group_labels[g]).outer));
+    const auto found = outer.find(std::string(nested_parts(finer(fit).labels[g]).outer));
     if (found != outer.end()) result[g] = found->second;
   }
   return result;
@@ -163,25 +165,25 @@ void add_conditional(const FittedModel& fit,
                      bool with_covariances,
                      CoefficientSets& result) {
   if (with_covariances) require_uncertainty(fit);
-  const auto groups = static_cast<Index>(fit.group_labels.size());
-  const auto clusters = static_cast<Index>(fit.outer.labels.size());
+  const auto groups = static_cast<Index>(finer(fit).labels.size());
+  const auto clusters = static_cast<Index>(coarser(fit).labels.size());
   SetBuilder builder(fit, groups + clusters + 1, with_covariances, result);
   const std::vector<Index> outer_of = outer_numbers(fit);
   for (Index g = 0; g < groups; ++g) {
     const Index c = outer_of[static_cast<std::size_t>(g)];
     builder.set_inner(g,
-                      fit.random_effects.col(g),
-                      fit.uncertainty,
+                      finer(fit).effects.col(g),
+                      finer(fit).uncertainty,
                       g,
-                      c < 0 ? VectorXd() : VectorXd(fit.outer.effects.col(c)),
-                      fit.outer_uncertainty,
+                      c < 0 ? VectorXd() : VectorXd(coarser(fit).effects.col(c)),
+                      coarser(fit).uncertainty,
                       c);
   }
   for (Index c = 0; c < clusters; ++c) {
-    builder.set_outer(groups + c, fit.outer.effects.col(c), fit.outer_uncertainty, c);
+    builder.set_outer(groups + c, coarser(fit).effects.col(c), coarser(fit).uncertainty, c);
   }
-  const LabelNumbers inner = numbered(fit.group_labels);
-  const LabelNumbers outer = numbered(fit.outer.labels);
+  const LabelNumbers inner = numbered(finer(fit).labels);
+  const LabelNumbers outer = numbered(coarser(fit).labels);
   const GroupLabels labels(fit.specification, table);
   NewGroupRows new_rows(fit, table, options.new_groups, false, result);
   for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -209,8 +211,10 @@ class CalibratedSets {
         result_(result),
         calibration_(calibrate(
             fit, table, {.seen_groups = options.seen_groups, .threads = options.threads})),
-        groups_(static_cast<Index>(calibration_.group_labels.size())),
-        clusters_(static_cast<Index>(calibration_.outer_labels.size())),
+        inner_(calibration_.random.back()),
+        outer_(calibration_.random.size() > 1 ? calibration_.random.front() : none_),
+        groups_(static_cast<Index>(inner_.labels.size())),
+        clusters_(static_cast<Index>(outer_.labels.size())),
         builder_(fit, groups_ + clusters_ + 1, with_covariances, result),
         new_rows_(fit, table, options.new_groups, true, result) {}
 
@@ -221,26 +225,24 @@ class CalibratedSets {
     }
     for (Index c = 0; c < clusters_; ++c) {
       if (!is_outer_known_[static_cast<std::size_t>(c)]) continue;
-      builder_.set_outer(
-          groups_ + c, calibration_.outer_effects.col(c), calibration_.outer_uncertainty, c);
+      builder_.set_outer(groups_ + c, outer_.effects.col(c), outer_.uncertainty, c);
     }
-    result_.calibrated_from.assign(calibration_.group_of_row.size(), 0);
-    for (std::size_t row = 0; row < calibration_.group_of_row.size(); ++row) set_row(row);
+    result_.calibrated_from.assign(inner_.group_of_row.size(), 0);
+    for (std::size_t row = 0; row < inner_.group_of_row.size(); ++row) set_row(row);
   }
 
  private:
   /// Which groups have trees, here or, where they count, in the fit.
   void find_known() {
     const bool counts_fitted = seen_ != SeenGroups::kNew;
-    is_outer_known_.assign(calibration_.outer_labels.size(), false);
+    is_outer_known_.assign(outer_.labels.size(), false);
     for (std::size_t c = 0; c < is_outer_known_.size(); ++c) {
-      is_outer_known_[c] = counts_fitted && calibration_.fitted_outer[c] >= 0;
+      is_outer_known_[c] = counts_fitted && outer_.fitted_group[c] >= 0;
     }
-    is_known_.assign(calibration_.group_labels.size(), false);
+    is_known_.assign(inner_.labels.size(), false);
     for (std::size_t g = 0; g < is_known_.size(); ++g) {
-      is_known_[g] =
-          calibration_.measured[g] > 0 || (counts_fitted && calibration_.fitted_group[g] >= 0);
-      const Index c = calibration_.outer_of[g];
+      is_known_[g] = calibration_.measured[g] > 0 || (counts_fitted && inner_.fitted_group[g] >= 0);
+      const Index c = inner_.coarser_group[g];
       if (c >= 0 && calibration_.measured[g] > 0) {
         is_outer_known_[static_cast<std::size_t>(c)] = true;
       }
@@ -249,46 +251,44 @@ class CalibratedSets {
 
   /// Whether a group keeps the effects of the fit, without those of its further trees.
   bool keeps_fitted(Index g) const {
-    return seen_ == SeenGroups::kFitted &&
-           calibration_.fitted_group[static_cast<std::size_t>(g)] >= 0;
+    return seen_ == SeenGroups::kFitted && inner_.fitted_group[static_cast<std::size_t>(g)] >= 0;
   }
 
   void set_group(Index g) {
-    const Index c = calibration_.outer_of[static_cast<std::size_t>(g)];
+    const Index c = inner_.coarser_group[static_cast<std::size_t>(g)];
     if (!keeps_fitted(g)) {
       builder_.set_inner(g,
-                         calibration_.effects.col(g),
-                         calibration_.uncertainty,
+                         inner_.effects.col(g),
+                         inner_.uncertainty,
                          g,
-                         c < 0 ? VectorXd() : VectorXd(calibration_.outer_effects.col(c)),
-                         calibration_.outer_uncertainty,
+                         c < 0 ? VectorXd() : VectorXd(outer_.effects.col(c)),
+                         outer_.uncertainty,
                          c);
       return;
     }
     // A seen group without further trees keeps the fit's effects of its coarser group, too.
-    const Index k = calibration_.fitted_group[static_cast<std::size_t>(g)];
-    const Index fitted_c = c < 0 ? -1 : calibration_.fitted_outer[static_cast<std::size_t>(c)];
+    const Index k = inner_.fitted_group[static_cast<std::size_t>(g)];
+    const Index fitted_c = c < 0 ? -1 : outer_.fitted_group[static_cast<std::size_t>(c)];
     builder_.set_inner(g,
-                       fit_.random_effects.col(k),
-                       fit_.uncertainty,
+                       finer(fit_).effects.col(k),
+                       finer(fit_).uncertainty,
                        k,
-                       c < 0 ? VectorXd() : VectorXd(fit_.outer.effects.col(fitted_c)),
-                       fit_.outer_uncertainty,
+                       c < 0 ? VectorXd() : VectorXd(coarser(fit_).effects.col(fitted_c)),
+                       coarser(fit_).uncertainty,
                        fitted_c);
   }
 
   void set_row(std::size_t row) {
-    const Index g = calibration_.group_of_row[row];
+    const Index g = inner_.group_of_row[row];
     if (g >= 0 && is_known_[static_cast<std::size_t>(g)]) {
       result_.set_of_row[row] = g;
       result_.calibrated_from[row] =
           keeps_fitted(g) ? -1 : calibration_.measured[static_cast<std::size_t>(g)];
       return;
     }
-    const Index c = calibration_.outer_of_row[row];
+    const Index c = outer_.group_of_row.empty() ? -1 : outer_.group_of_row[row];
     const bool has_outer = c >= 0 && is_outer_known_[static_cast<std::size_t>(c)];
-    const std::string label =
-        g < 0 ? std::string() : calibration_.group_labels[static_cast<std::size_t>(g)];
+    const std::string label = g < 0 ? std::string() : inner_.labels[static_cast<std::size_t>(g)];
     new_rows_.mark(row, label, groups_ + (has_outer ? c : clusters_));
   }
 
@@ -296,6 +296,9 @@ class CalibratedSets {
   SeenGroups seen_;
   CoefficientSets& result_;
   Calibration calibration_;
+  CalibratedEffects none_{};  ///< of the coarser grouping, where there is none
+  const CalibratedEffects& inner_;
+  const CalibratedEffects& outer_;
   Index groups_;
   Index clusters_;
   SetBuilder builder_;
@@ -339,9 +342,9 @@ MatrixXd open_covariance(const FittedModel& fit, CoefficientSets::Open open) {
   const Index p = fit.estimate.size();
   MatrixXd result = MatrixXd::Zero(p, p);
   if (open == Open::kNothing || !fit.has_random_effects()) return result;
-  result += among_coefficients(fit, fit.random_names, fit.random_covariance);
-  if (open == Open::kAll && !fit.outer.names.empty()) {
-    result += among_coefficients(fit, fit.outer.names, fit.outer.covariance);
+  result += among_coefficients(fit, finer(fit).names, finer(fit).covariance);
+  if (open == Open::kAll && !coarser(fit).names.empty()) {
+    result += among_coefficients(fit, coarser(fit).names, coarser(fit).covariance);
   }
   return result;
 }

@@ -18,8 +18,8 @@ TEST_CASE("marginal means are the expectations over random effects") {
   SECTION("of an exponential, over two groupings") {
     FittedModel fit = model("y ~ exp(a + 0*x)", {"a"}, "a | stand; a | plot");
     fit.estimate = VectorXd::Constant(1, 0.7);
-    fit.random_covariance = MatrixXd::Constant(1, 1, 0.09);
-    fit.outer.covariance = MatrixXd::Constant(1, 1, 0.16);
+    fit.random.back().covariance = MatrixXd::Constant(1, 1, 0.09);
+    fit.random.front().covariance = MatrixXd::Constant(1, 1, 0.16);
     Table table;
     table.set("x", std::vector<double>{1.0});
     const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
@@ -30,7 +30,7 @@ TEST_CASE("marginal means are the expectations over random effects") {
     FittedModel fit = model("h ~ a*(1 - exp(-b*dbh))^1.5", {"a", "b"}, "b | plot");
     fit.estimate = Eigen::Vector2d(25.0, 0.05);
     fit.covariance = MatrixXd::Identity(2, 2) * 1e-4;
-    fit.random_covariance = MatrixXd::Constant(1, 1, 1e-4);
+    fit.random.back().covariance = MatrixXd::Constant(1, 1, 1e-4);
     Table table;
     table.set("dbh", std::vector<double>{20.0});
     const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
@@ -52,7 +52,7 @@ TEST_CASE("marginal means are the expectations over random effects") {
     FittedModel fit = model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"a", "b"}, "a + b | plot");
     fit.estimate = Eigen::Vector2d(25.0, 0.06);
     fit.covariance = Eigen::Matrix2d{{0.3, -5e-4}, {-5e-4, 4e-6}};
-    fit.random_covariance = Eigen::Matrix2d{{9.0, -0.015}, {-0.015, 2e-4}};
+    fit.random.back().covariance = Eigen::Matrix2d{{9.0, -0.015}, {-0.015, 2e-4}};
     Table table;
     const std::vector<double> diameters{5.0, 15.0, 40.0};
     table.set("dbh", diameters);

@@ -9,6 +9,7 @@
 #include "model/group_labels.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "prediction/coefficient_sets.hpp"
+#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -27,7 +28,7 @@ double residual_freedom(const FittedModel& fit) {
   for (const double value : fit.degrees_of_freedom) {
     if (std::isfinite(value)) freedom = std::max(freedom, value);
   }
-  const auto within = fit.observations - static_cast<Index>(fit.group_labels.size());
+  const auto within = fit.observations - static_cast<Index>(finer(fit).labels.size());
   if (fit.has_random_effects() && within > 0) {
     freedom = std::min(freedom, static_cast<double>(within));
   }
@@ -52,18 +53,18 @@ MatrixXd inverse_reliability(const MatrixXd& reliability) {
 /// What is left open of the effects of the finer groups if those of the coarser ones are known, as
 /// in the comparison of groups within coarser ones.
 EffectUncertainty within_outer(const FittedModel& fit) {
-  EffectUncertainty result = fit.uncertainty;
-  if (!result.is_known() || !fit.outer_uncertainty.is_known()) return result;
-  const LabelNumbers outer = numbered(outer_parts(fit.outer.labels));
-  const auto q = static_cast<Index>(fit.random_names.size());
-  const auto s = static_cast<Index>(fit.outer.names.size());
+  EffectUncertainty result = finer(fit).uncertainty;
+  if (!result.is_known() || !coarser(fit).uncertainty.is_known()) return result;
+  const LabelNumbers outer = numbered(outer_parts(coarser(fit).labels));
+  const auto q = static_cast<Index>(finer(fit).names.size());
+  const auto s = static_cast<Index>(coarser(fit).names.size());
   for (Index g = 0; g < result.covariances.cols(); ++g) {
-    const std::string& label = fit.group_labels[static_cast<std::size_t>(g)];
+    const std::string& label = finer(fit).labels[static_cast<std::size_t>(g)];
     const auto found = outer.find(std::string(nested_parts(label).outer));
     if (found == outer.end() || result.cross_covariances.cols() <= g) continue;
     const Index c = found->second;
     const MatrixXd cross = result.cross_covariance(g, q, s);
-    const MatrixXd slopes = regression_on(cross, fit.outer_uncertainty.covariance(c, s));
+    const MatrixXd slopes = regression_on(cross, coarser(fit).uncertainty.covariance(c, s));
     result.covariances.col(g) -= (slopes * cross.transpose()).reshaped();
   }
   return result;
@@ -77,20 +78,20 @@ double share_of(double part, double whole) {
 
 Freedom::Freedom(const FittedModel& fit) : residual_(residual_freedom(fit)) {
   if (!fit.has_random_effects()) return;
-  const auto groups = static_cast<double>(fit.group_labels.size());
-  const auto clusters = static_cast<double>(fit.outer.labels.size());
-  const bool is_nested = !fit.outer.names.empty();
+  const auto groups = static_cast<double>(finer(fit).labels.size());
+  const auto clusters = static_cast<double>(coarser(fit).labels.size());
+  const bool is_nested = !coarser(fit).names.empty();
   inner_ = grouping(fit,
-                    fit.random_names,
-                    fit.random_covariance,
-                    is_nested ? within_outer(fit) : fit.uncertainty,
+                    finer(fit).names,
+                    finer(fit).covariance,
+                    is_nested ? within_outer(fit) : finer(fit).uncertainty,
                     is_nested ? freedom_between(fit, 1, groups - clusters)
                               : freedom_between(fit, 0, groups - 1.0));
   if (!is_nested) return;
   outer_ = grouping(fit,
-                    fit.outer.names,
-                    fit.outer.covariance,
-                    fit.outer_uncertainty,
+                    coarser(fit).names,
+                    coarser(fit).covariance,
+                    coarser(fit).uncertainty,
                     freedom_between(fit, 0, clusters - 1.0));
 }
 

@@ -34,12 +34,12 @@ FittedModel one_way() {
   FittedModel fit = model("y ~ mu + 0*x", {"mu"}, "mu | plot");
   fit.estimate = VectorXd::Constant(1, 10.0);
   fit.covariance.setConstant(7.0 / 6.0);
-  fit.random_covariance = MatrixXd::Constant(1, 1, 4.0);
+  fit.random.back().covariance = MatrixXd::Constant(1, 1, 4.0);
   fit.sigma = 3.0;
-  fit.group_labels = {"1", "2", "3", "4", "5", "6"};
-  fit.random_effects.setZero(1, 6);
-  fit.uncertainty = {.covariances = MatrixXd::Constant(1, 6, 12.0 / 7.0),
-                     .sensitivities = MatrixXd::Constant(1, 6, -4.0 / 7.0)};
+  fit.random.back().labels = {"1", "2", "3", "4", "5", "6"};
+  fit.random.back().effects.setZero(1, 6);
+  fit.random.back().uncertainty = {.covariances = MatrixXd::Constant(1, 6, 12.0 / 7.0),
+                                   .sensitivities = MatrixXd::Constant(1, 6, -4.0 / 7.0)};
   return fit;
 }
 
@@ -48,17 +48,17 @@ FittedModel curve() {
   FittedModel fit = model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"a", "b"}, "a + b | plot");
   fit.estimate = Eigen::Vector2d(25.0, 0.06);
   fit.covariance = Eigen::Matrix2d{{0.3, -5e-4}, {-5e-4, 4e-6}};
-  fit.random_covariance = Eigen::Matrix2d{{9.0, -0.015}, {-0.015, 2e-4}};
+  fit.random.back().covariance = Eigen::Matrix2d{{9.0, -0.015}, {-0.015, 2e-4}};
   fit.sigma = 0.3;
   fit.variance = VarianceEstimate::missing(parse_variance_function("power"));
   fit.variance.factors[0].delta[0] = 0.6;
   fit.degrees_of_freedom = Eigen::VectorXd::Constant(1, 1e6);
-  fit.group_labels.assign(100001, "");
-  for (std::size_t g = 0; g < fit.group_labels.size(); ++g)
-    fit.group_labels[g] = fmt::format("{}", g);
-  fit.random_effects.setZero(2, 100001);
-  fit.uncertainty.covariances.setZero(4, 100001);
-  fit.uncertainty.sensitivities.setZero(4, 100001);
+  fit.random.back().labels.assign(100001, "");
+  for (std::size_t g = 0; g < fit.random.back().labels.size(); ++g)
+    fit.random.back().labels[g] = fmt::format("{}", g);
+  fit.random.back().effects.setZero(2, 100001);
+  fit.random.back().uncertainty.covariances.setZero(4, 100001);
+  fit.random.back().uncertainty.sensitivities.setZero(4, 100001);
   return fit;
 }
 
@@ -118,7 +118,7 @@ TEST_CASE("population prediction intervals hold what simulation draws") {
   table.set("dbh", diameters);
   const Prediction prediction = predict(fit, table, Level::kPopulation, {.interval = 0.95});
   const MatrixXd of_fixed = fit.covariance.llt().matrixL();
-  const MatrixXd of_random = fit.random_covariance.llt().matrixL();
+  const MatrixXd of_random = fit.random.back().covariance.llt().matrixL();
   Random random(3);
   constexpr int kDraws = 200000;
   Eigen::Vector3d below = Eigen::Vector3d::Zero();
@@ -145,7 +145,7 @@ TEST_CASE("population prediction intervals hold what simulation draws") {
 TEST_CASE("calibrated intervals hold new trees of many simulated plots") {
   const FittedModel fit = curve();
   const MatrixXd of_fixed = fit.covariance.llt().matrixL();
-  const MatrixXd of_random = fit.random_covariance.llt().matrixL();
+  const MatrixXd of_random = fit.random.back().covariance.llt().matrixL();
   const int measured = GENERATE(1, 4);
   Random random(8);
   constexpr int kPlots = 5000;
@@ -191,7 +191,7 @@ TEST_CASE("the error of a predictor that is a prediction is in errors and interv
   FittedModel fit = model("hcb ~ c + d*h", {"c", "d"}, "c | plot");
   fit.estimate = Eigen::Vector2d(1.0, 0.5);
   fit.covariance = Eigen::Matrix2d{{0.04, 0.0}, {0.0, 0.0001}};
-  fit.random_covariance = MatrixXd::Constant(1, 1, 0.25);
+  fit.random.back().covariance = MatrixXd::Constant(1, 1, 0.25);
   Table table;
   table.set("h", std::vector<double>{20.0, 20.0});
   const UncertainColumn height_error{.name = "h",
@@ -212,7 +212,7 @@ TEST_CASE("confidence intervals stay within the range of the curve") {
   FittedModel fit = model("hcb ~ h/(1 + exp(a))", {"a"}, "a | plot");
   fit.estimate = VectorXd::Constant(1, 0.3);
   fit.covariance.setConstant(4.0);
-  fit.random_covariance = MatrixXd::Constant(1, 1, 1.0);
+  fit.random.back().covariance = MatrixXd::Constant(1, 1, 1.0);
   Table table;
   table.set("h", std::vector<double>{20.0});
   const Prediction prediction =
@@ -229,7 +229,7 @@ TEST_CASE("without a known error a mean has no interval, without any error one o
   FittedModel fit = model("y ~ sqrt(a*x)", {"a"}, "a | plot");
   fit.estimate = VectorXd::Constant(1, 4.0);
   fit.covariance.setConstant(1.0);
-  fit.random_covariance = MatrixXd::Constant(1, 1, 0.5);
+  fit.random.back().covariance = MatrixXd::Constant(1, 1, 0.5);
   Table table;
   table.set("x", std::vector<double>{0.0});
   const PredictionOptions options{.interval = 0.95, .interval_kind = IntervalKind::kConfidence};
@@ -270,7 +270,7 @@ TEST_CASE("an interval needs a sensible level and a fit that keeps what it needs
   table.set("x", std::vector<double>{0.0});
   CHECK_THROWS_WITH(predict(fit, table, Level::kPopulation, {.interval = 1.0}),
                     Contains("between 0 and 1"));
-  fit.uncertainty = {};
+  fit.random.back().uncertainty = {};
   CHECK(predict(fit, table, Level::kConditional).value[0] == 10.0);
   CHECK_THROWS_WITH(predict(fit, table, Level::kConditional, {.interval = 0.9}),
                     Contains("fit the model again"));
@@ -317,8 +317,8 @@ namespace {
 FittedModel separated(double between) {
   FittedModel fit = model("y ~ mu + 0*x", {"mu"}, "mu | plot");
   fit.estimate = VectorXd::Constant(1, 100.0);
-  fit.random_covariance = MatrixXd::Constant(1, 1, between * between);
-  fit.group_labels.assign(40, "");
+  fit.random.back().covariance = MatrixXd::Constant(1, 1, between * between);
+  fit.random.back().labels.assign(40, "");
   return fit;
 }
 
@@ -331,7 +331,7 @@ FittedModel naslund() {
   fit.estimate = Eigen::Vector2d(1.0752270, 0.2331406);
   fit.covariance.setZero();
   const double joint = -0.45603 * 0.27553578 * 0.05962333;
-  fit.random_covariance = Eigen::Matrix2d{{0.075919966, joint}, {joint, 0.003554941}};
+  fit.random.back().covariance = Eigen::Matrix2d{{0.075919966, joint}, {joint, 0.003554941}};
   fit.sigma = 0.3983975;
   fit.variance = VarianceEstimate::missing(parse_variance_function("power(dbh)"));
   fit.variance.factors[0].delta[0] = 0.386452;
@@ -340,7 +340,7 @@ FittedModel naslund() {
 
 /// P(value < each limit) over both random effects, by the trapezoid rule with steps of 1/50.
 VectorXd probabilities_below(const FittedModel& fit, double dbh, const VectorXd& limits) {
-  const MatrixXd root = fit.random_covariance.llt().matrixL();
+  const MatrixXd root = fit.random.back().covariance.llt().matrixL();
   constexpr int kSide = 300;
   constexpr double kStep = 0.02;
   VectorXd below = VectorXd::Zero(limits.size());

@@ -15,15 +15,13 @@ namespace {
 
 /// h ~ 1.3 + a*dbh^b with a = 1.5 + 0.4 C + u and b = 0.7; u is 0.2 in plot 07 and -0.1 in plot 8.
 FittedModel power_curve() {
-  FittedModel fit{.specification = {.formula = data::parse_formula("h ~ 1.3 + a*dbh^b")}};
+  FittedModel fit({.formula = data::parse_formula("h ~ 1.3 + a*dbh^b")});
   fit.specification.parameters = {parse_parameter_model("a ~ 1 + C"),
                                   parse_parameter_model("b ~ 1")};
-  fit.specification.random = parse_random_effects("a | plot").front();
+  fit.specification.random = parse_random_effects("a | plot");
   fit.coefficient_names = {"a", "a:C", "b"};
   fit.estimate = Eigen::Vector3d(1.5, 0.4, 0.7);
-  fit.random_names = {"a"};
-  fit.group_labels = {"07", "8"};
-  fit.random_effects = Eigen::RowVector2d(0.2, -0.1);
+  fit.random = {{.names = {"a"}, .labels = {"07", "8"}, .effects = Eigen::RowVector2d(0.2, -0.1)}};
   fit.sigma = 0.5;
   fit.variance = VarianceEstimate::missing(parse_variance_function("power"));
   fit.variance.factors[0].delta[0] = 2.0;
@@ -78,9 +76,8 @@ TEST_CASE("groups that the fit has not seen are an explicit choice") {
 
 TEST_CASE("without random effects both levels are the same") {
   FittedModel fit = power_curve();
-  fit.specification.random.reset();
-  fit.random_names.clear();
-  fit.group_labels.clear();
+  fit.specification.random.clear();
+  fit.random.clear();
   const Prediction prediction = predict(fit, trees(), Level::kConditional);
   CHECK(prediction.value[0] == Approx(height(1.6, 10.0)).epsilon(1e-14));
 }
@@ -128,11 +125,11 @@ TEST_CASE("a missing value cannot be hidden by the formula") {
 
 TEST_CASE("nested groups have the effects of both groupings, as far as they are known") {
   FittedModel fit = power_curve();
-  fit.specification.outer_random = parse_random_effects("b | stand").front();
-  fit.outer.names = {"b"};
-  fit.outer.labels = {"S", "T"};
-  fit.outer.effects = Eigen::RowVector2d(0.05, -0.02);
-  fit.group_labels = {"S/07", "T/8"};
+  fit.specification.random = parse_random_effects("b | stand; a | plot");
+  fit.random.insert(
+      fit.random.begin(),
+      {.names = {"b"}, .labels = {"S", "T"}, .effects = Eigen::RowVector2d(0.05, -0.02)});
+  fit.random.back().labels = {"S/07", "T/8"};
   data::Table table = trees();
   data::TextColumn stand;
   for (const char* label : {"S", "T", "T", "S", "S"}) stand.append(label);
@@ -149,10 +146,10 @@ TEST_CASE("nested groups have the effects of both groupings, as far as they are 
 TEST_CASE("effects of a coarser group are found in spite of a slash in its label") {
   FittedModel fit = model("y ~ a + 0*x", {"a"}, "a | stand; a | plot");
   fit.estimate = Eigen::VectorXd::Constant(1, 10.0);
-  fit.outer.labels = {"S", "S/1"};
-  fit.outer.effects = Eigen::RowVector2d(1.0, 2.0);
-  fit.group_labels = {nested_label("S", "1/1"), nested_label("S/1", "1")};
-  fit.random_effects = Eigen::RowVector2d(0.1, 0.2);
+  fit.random.front().labels = {"S", "S/1"};
+  fit.random.front().effects = Eigen::RowVector2d(1.0, 2.0);
+  fit.random.back().labels = {nested_label("S", "1/1"), nested_label("S/1", "1")};
+  fit.random.back().effects = Eigen::RowVector2d(0.1, 0.2);
   data::Table table;
   table.set("x", std::vector<double>{0.0, 0.0});
   table.set("stand", texts({"S", "S/1"}));
@@ -166,7 +163,7 @@ TEST_CASE("what only the variance function reads may be missing: predictions go 
   FittedModel fit = power_curve();
   fit.degrees_of_freedom = Eigen::Vector3d::Constant(50.0);
   fit.covariance = Eigen::Vector3d(0.01, 0.01, 1e-4).asDiagonal();
-  fit.random_covariance = Eigen::MatrixXd::Constant(1, 1, 0.02);
+  fit.random.back().covariance = Eigen::MatrixXd::Constant(1, 1, 0.02);
   SECTION("a column that is not there") {
     fit.variance.factors[0].factor.column = "noise";
     const Prediction prediction = predict(fit, trees(), Level::kPopulation, {.interval = 0.95});

@@ -25,7 +25,7 @@ constexpr double kFreedom = 1e9;  // t is normal
 
 /// A fit without random effects.
 FittedModel model(const std::string& right, const std::vector<std::string>& coefficients) {
-  FittedModel fit{.specification = {.formula = silvafit::data::parse_formula("y ~ " + right)}};
+  FittedModel fit({.formula = silvafit::data::parse_formula("y ~ " + right)});
   for (const std::string& name : coefficients) {
     fit.specification.parameters.push_back(parse_parameter_model(name + " ~ 1"));
   }

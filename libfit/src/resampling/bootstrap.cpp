@@ -58,12 +58,10 @@ std::vector<NamedValue> estimated_parameters(FittedModel fit) {
   return parameter_values(fit);
 }
 
-RandomEffects& outermost(ModelSpecification& specification) {
-  return specification.outer_random ? *specification.outer_random : *specification.random;
-}
+RandomEffects& outermost(ModelSpecification& specification) { return specification.random.front(); }
 
 const RandomEffects& outermost(const ModelSpecification& specification) {
-  return specification.outer_random ? *specification.outer_random : *specification.random;
+  return specification.random.front();
 }
 
 /// Gives groups that were drawn the name that they have in the file, by which parameters are known.

@@ -83,7 +83,7 @@ TEST_CASE("the parametric bootstrap has the standard errors of linear mixed mode
   const Bootstrap result = bootstrap(fit, table, {.replicates = count, .seed = 3});
   REQUIRE(result.converged == count);
   const double sigma2 = fit.sigma * fit.sigma;
-  const double psi = fit.random_covariance(0, 0);
+  const double psi = fit.random.back().covariance(0, 0);
   const double error = std::sqrt((psi + sigma2 / kRows) / kGroups);
   const BootstrapParameter& mean = named(result, "mu");
   CHECK(mean.estimate == fit.estimate[0]);

@@ -30,8 +30,7 @@ using Eigen::VectorXd;
 std::string group_column(const FittedModel& fit, const CrossValidationOptions& options) {
   if (!options.group.empty()) return options.group;
   const ModelSpecification& specification = fit.specification;
-  if (specification.outer_random) return specification.outer_random->group;
-  if (specification.random) return specification.random->group;
+  if (!specification.random.empty()) return specification.random.front().group;
   throw UsageError(
       "cross-validation leaves out groups, and this model has none; name their column, for example "
       "plot");

@@ -216,7 +216,7 @@ TEST_CASE("measured trees of a left-out group calibrate a linear model as BLUP t
       ++drawn;
     }
     REQUIRE(drawn == measured);
-    const double psi = without.random_covariance(0, 0);
+    const double psi = without.random.back().covariance(0, 0);
     const double effect = psi * sum / (psi * measured + without.sigma * without.sigma);
     for (std::size_t i = 0; i < result.rows.size(); ++i) {
       const auto at = static_cast<Index>(i);

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "model/covariance_factor.hpp"
+#include "model/nested_terms.hpp"
 #include "result/group_coefficients.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -38,10 +40,10 @@ ParametricDraw::ParametricDraw(const FittedModel& fit, const data::Table& table)
     : fit_(fit),
       model_(fit.specification, table),
       table_(table.select(model_.rows())),
-      inner_places_(model_.coefficients_of(fit.specification.random)),
-      outer_places_(model_.coefficients_of(fit.specification.outer_random)),
-      inner_root_(symmetric_root(fit.random_covariance)),
-      outer_root_(symmetric_root(fit.outer.covariance)) {}
+      inner_places_(model_.coefficients_of(finer_term(fit.specification))),
+      outer_places_(model_.coefficients_of(coarser_term(fit.specification))),
+      inner_root_(symmetric_root(finer(fit).covariance)),
+      outer_root_(symmetric_root(coarser(fit).covariance)) {}
 
 Resampled ParametricDraw::draw(Random& random) const {
   Resampled result{.table = table_, .specification = fit_.specification, .start = fit_};
@@ -54,10 +56,9 @@ Resampled ParametricDraw::draw(Random& random) const {
                       {.rows = inner_places_, .effects = inner},
                       {.rows = outer_places_, .effects = outer},
                       coefficients);
-    result.start.group_labels = model_.group_labels();
-    result.start.random_effects = inner;
-    result.start.outer.labels = model_.outer_labels();
-    result.start.outer.effects = outer;
+    name_terms(model_, result.start);
+    result.start.random.back().effects = inner;
+    if (result.start.random.size() > 1) result.start.random.front().effects = outer;
   }
   NonlinearModel::Workspace workspace;
   VectorXd mean;
@@ -92,7 +93,7 @@ CaseDraw::CaseDraw(const FittedModel& fit, const data::Table& table, const std::
 }
 
 void CaseDraw::add_groups(const NonlinearModel& model) {
-  if (fit_.group_labels != model.group_labels()) {
+  if (finer(fit_).labels != model.group_labels()) {
     throw UsageError("the groups of the table differ from those of the fit");
   }
   for (Index c = 0; c < model.cluster_count(); ++c) {
@@ -146,14 +147,12 @@ Resampled CaseDraw::draw(Random& random) const {
 
 /// A group that was drawn twice is two groups, each of which starts from the effects of the first.
 void CaseDraw::relabel(const std::vector<std::size_t>& drawn, Resampled& result) const {
-  auto& random = result.specification.outer_random ? result.specification.outer_random
-                                                   : result.specification.random;
-  random->group = drawn_name(random->group);
-  const bool is_nested = result.specification.outer_random.has_value();
+  std::string& group = result.specification.random.front().group;
+  group = drawn_name(group);
+  const bool is_nested = result.specification.random.size() > 1;
   FittedModel& start = result.start;
   start.specification = result.specification;
-  start.group_labels.clear();
-  start.outer.labels.clear();
+  for (EstimatedEffects& term : start.random) term.labels.clear();
   data::TextColumn column;
   std::vector<Index> inner;
   std::vector<Index> outer;
@@ -162,17 +161,17 @@ void CaseDraw::relabel(const std::vector<std::size_t>& drawn, Resampled& result)
     for (std::size_t i = 0; i < members_[drawn[k]].size(); ++i) column.append(label);
     for (const std::size_t g : inner_groups_[drawn[k]]) {
       inner.push_back(static_cast<Index>(g));
-      const NestedParts known = nested_parts(fit_.group_labels[g]);
-      start.group_labels.push_back(is_nested ? nested_label(label, known.inner) : label);
+      const NestedParts known = nested_parts(finer(fit_).labels[g]);
+      start.random.back().labels.push_back(is_nested ? nested_label(label, known.inner) : label);
     }
     if (!is_nested) continue;
     outer.push_back(static_cast<Index>(drawn[k]));
-    start.outer.labels.push_back(label);
+    start.random.front().labels.push_back(label);
   }
-  start.random_effects = fit_.random_effects(Eigen::all, inner);
-  if (is_nested) start.outer.effects = fit_.outer.effects(Eigen::all, outer);
-  result.table.set(random->group, std::move(column));
-  result.drawn_group = random->group;
+  start.random.back().effects = finer(fit_).effects(Eigen::all, inner);
+  if (is_nested) start.random.front().effects = coarser(fit_).effects(Eigen::all, outer);
+  result.table.set(group, std::move(column));
+  result.drawn_group = group;
 }
 
 }  // namespace silvafit::fit

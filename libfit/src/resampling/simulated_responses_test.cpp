@@ -37,7 +37,7 @@ FittedModel known_fit(const data::Table& table) {
   add_random_effects(model, "mu | plot", table);
   FittedModel fit = fit_model(model, table).fit;
   fit.estimate << 5.0;
-  fit.random_covariance << 9.0;
+  fit.random.back().covariance << 9.0;
   fit.sigma = 0.5;
   return fit;
 }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "result/earlier_fit.hpp"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "model/group_labels.hpp"
 #include "result/group_coefficients.hpp"
+#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -60,15 +62,13 @@ void take_variance(const FittedModel& earlier, const NonlinearModel& model, Mixe
   }
 }
 
-bool have_same_effects(const std::optional<RandomEffects>& a,
-                       const std::optional<RandomEffects>& b) {
-  if (!a || !b) return !a && !b;
-  return a->coefficients == b->coefficients;
-}
-
 bool is_like(const FittedModel& earlier, const ModelSpecification& specification) {
-  return have_same_effects(earlier.specification.random, specification.random) &&
-         have_same_effects(earlier.specification.outer_random, specification.outer_random) &&
+  const bool has_same_effects = std::ranges::equal(earlier.specification.random,
+                                                   specification.random,
+                                                   {},
+                                                   &RandomEffects::coefficients,
+                                                   &RandomEffects::coefficients);
+  return has_same_effects && earlier.random.size() == specification.random.size() &&
          earlier.variance.function().text() == specification.variance.text();
 }
 
@@ -81,21 +81,16 @@ std::optional<MixedEffectsFit> as_start(const FittedModel& earlier, const Nonlin
   if (!coefficients) return std::nullopt;
   MixedEffectsFit fit;
   fit.estimate = *coefficients;
-  fit.random_effects = MatrixXd::Zero(0, model.group_count());
-  fit.outer.effects = MatrixXd::Zero(0, model.cluster_count());
-  if (specification.random) {
-    fit.random_covariance = earlier.random_covariance;
-    fit.random_effects =
-        effects_by_label(earlier.group_labels, earlier.random_effects, model.group_labels());
-  }
-  if (specification.outer_random) {
-    fit.outer.covariance = earlier.outer.covariance;
-    fit.outer.effects =
-        effects_by_label(earlier.outer.labels, earlier.outer.effects, model.outer_labels());
+  name_terms(model, fit);
+  bool is_known = true;
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    const EstimatedEffects& known = earlier.random[k];
+    EstimatedEffects& term = fit.random[k];
+    term.covariance = known.covariance;
+    term.effects = effects_by_label(known.labels, known.effects, term.labels);
+    is_known = is_known && term.covariance.allFinite() && term.effects.allFinite();
   }
   take_variance(earlier, model, fit);
-  const bool is_known = fit.random_covariance.allFinite() && fit.random_effects.allFinite() &&
-                        fit.outer.covariance.allFinite() && fit.outer.effects.allFinite();
   return is_known ? std::optional(std::move(fit)) : std::nullopt;
 }
 

@@ -32,17 +32,23 @@ auto read_with(const JsonReader& json, Parse parse) {
   }
 }
 
-void check_schema(const JsonReader& json) {
+/// The schemas that can be read. Files of the first have the finer grouping's random effects as an
+/// object, with those of the coarser one in its key `outer`.
+enum class Schema { kFirst, kTerms };
+
+Schema read_schema(const JsonReader& json) {
   constexpr std::string_view kPrefix = "silvafit-fit/";
   const std::string schema = json.text();
-  if (schema == "silvafit-fit/1") return;
+  if (schema == "silvafit-fit/1") return Schema::kFirst;
+  if (schema == "silvafit-fit/2") return Schema::kTerms;
   if (schema.starts_with(kPrefix)) {
     json.fail(fmt::format(
-        "{} was written by a newer version of silvafit; this version ({}) reads silvafit-fit/1",
+        "{} was written by a newer version of silvafit; this version ({}) reads silvafit-fit/1 "
+        "and silvafit-fit/2",
         schema,
         SILVAFIT_VERSION));
   }
-  json.fail(fmt::format("must be \"silvafit-fit/1\", not \"{}\"", schema));
+  json.fail(fmt::format("must be \"silvafit-fit/2\", not \"{}\"", schema));
 }
 
 /// Names of the formula that have a sub-model or an estimate are its parameters; the others are
@@ -88,14 +94,6 @@ void read_fixed(const JsonReader& json, FittedModel& fit) {
   }
 }
 
-/// What the JSON of one grouping holds.
-struct RandomLevel {
-  RandomEffects effects{};
-  std::vector<std::string> labels{};
-  Eigen::MatrixXd covariance{};
-  Eigen::MatrixXd eblups{};
-};
-
 /// Matrices of each group, column by column.
 Eigen::MatrixXd read_matrices(const JsonReader& json,
                               const std::vector<std::string>& labels,
@@ -123,84 +121,94 @@ Eigen::MatrixXd read_matrices(const JsonReader& json,
   return result;
 }
 
-/// What a fit of this or a later version keeps of its random effects; nothing of an older one.
-/// \param outer_size  effects of the coarser of two groupings, for the finer one
+/// The covariances with the effects of the coarser group; none in files without uncertainty.
+std::optional<JsonReader> cross_covariances(const JsonReader& term) {
+  if (auto found = term.find("eblup_cross_covariance")) return found;
+  return term.find("eblup_outer_covariance");  // silvafit-fit/1
+}
+
+/// What a fit keeps of the uncertainty of its random effects; nothing of an older one.
+/// \param coarser  effects of the term before, 0 of the first
 EffectUncertainty read_uncertainty(const JsonReader& json,
-                                   const std::vector<std::string>& labels,
-                                   Index size,
+                                   const EstimatedEffects& term,
                                    Index coefficients,
-                                   Index outer_size) {
+                                   Index coarser) {
   EffectUncertainty result;
   if (!json.has("eblup_covariance")) return result;
-  result.covariances = read_matrices(json.at("eblup_covariance"), labels, size, size);
-  result.sensitivities = read_matrices(json.at("eblup_by_fixed"), labels, size, coefficients);
-  if (outer_size > 0) {
-    result.cross_covariances =
-        read_matrices(json.at("eblup_outer_covariance"), labels, size, outer_size);
-  }
+  const auto size = static_cast<Index>(term.names.size());
+  result.covariances = read_matrices(json.at("eblup_covariance"), term.labels, size, size);
+  result.sensitivities = read_matrices(json.at("eblup_by_fixed"), term.labels, size, coefficients);
+  if (coarser == 0) return result;
+  const auto cross = cross_covariances(json);
+  result.cross_covariances =
+      read_matrices(cross ? *cross : json.at("eblup_cross_covariance"), term.labels, size, coarser);
   return result;
 }
 
-RandomLevel read_random_level(const JsonReader& json, const std::vector<std::string>& known) {
-  RandomLevel level;
-  level.effects = {.coefficients = json.at("effects").texts(), .group = json.at("group").text()};
-  const std::string form = json.at("form").text();
-  if (form == covariance_text(Covariance::kBlock)) {
-    level.effects.covariance = Covariance::kBlock;
+RandomEffects read_term(const JsonReader& json, const std::vector<std::string>& known) {
+  RandomEffects term{.coefficients = json.at("effects").texts(), .group = json.at("group").text()};
+  if (json.at("form").text() == covariance_text(Covariance::kBlock)) {
+    term.covariance = Covariance::kBlock;
     for (const JsonReader& size : json.at("blocks").items()) {
-      level.effects.blocks.push_back(size.count_or_zero());
+      term.blocks.push_back(size.count_or_zero());
     }
   } else {
-    level.effects.covariance = read_with(json.at("form"), parse_covariance);
+    term.covariance = read_with(json.at("form"), parse_covariance);
   }
   for (const JsonReader& effect : json.at("effects").items()) {
     if (std::ranges::find(known, effect.text()) == known.end()) {
       effect.fail(fmt::format("unknown coefficient '{}'", effect.text()));
     }
   }
-  const std::vector<std::string>& names = level.effects.coefficients;
-  const std::vector<int> blocks = level.effects.block_sizes();
-  if (std::accumulate(blocks.begin(), blocks.end(), std::size_t{0}) != names.size()) {
+  const std::vector<int> blocks = term.block_sizes();
+  if (std::accumulate(blocks.begin(), blocks.end(), std::size_t{0}) != term.coefficients.size()) {
     json.at("blocks").fail("must sum to the number of random effects");
   }
-  level.covariance = json.at("covariance").square_matrix(static_cast<Index>(names.size()));
-  const auto groups = json.at("eblup").members();
-  level.eblups.resize(static_cast<Index>(names.size()), static_cast<Index>(groups.size()));
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    level.labels.push_back(groups[g].first);
-    for (std::size_t k = 0; k < names.size(); ++k) {
-      level.eblups(static_cast<Index>(k), static_cast<Index>(g)) =
-          groups[g].second.at(names[k]).number_or_missing();
-    }
-  }
-  return level;
+  return term;
 }
 
-void read_random(const JsonReader& json, FittedModel& fit) {
-  if (json.is_null()) return;
-  RandomLevel inner = read_random_level(json, fit.coefficient_names);
-  fit.random_names = inner.effects.coefficients;
-  fit.group_labels = std::move(inner.labels);
-  fit.random_covariance = std::move(inner.covariance);
-  fit.random_effects = std::move(inner.eblups);
-  fit.specification.random = std::move(inner.effects);
-  const Index p = fit.estimate.size();
-  const bool is_nested = json.has("outer");
-  const Index outer_size =
-      is_nested ? static_cast<Index>(json.at("outer").at("effects").items().size()) : 0;
-  if (static_cast<Index>(fit.random_names.size()) + outer_size > kMostRandomEffects) {
-    json.fail(fmt::format("has more than {} random effects per group", kMostRandomEffects));
+EstimatedEffects read_effects(const JsonReader& json, const RandomEffects& specification) {
+  EstimatedEffects term{.names = specification.coefficients};
+  const auto size = static_cast<Index>(term.names.size());
+  term.covariance = json.at("covariance").square_matrix(size);
+  const auto groups = json.at("eblup").members();
+  term.effects.resize(size, static_cast<Index>(groups.size()));
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    term.labels.push_back(groups[g].first);
+    for (std::size_t k = 0; k < term.names.size(); ++k) {
+      term.effects(static_cast<Index>(k), static_cast<Index>(g)) =
+          groups[g].second.at(term.names[k]).number_or_missing();
+    }
   }
-  fit.uncertainty = read_uncertainty(
-      json, fit.group_labels, static_cast<Index>(fit.random_names.size()), p, outer_size);
-  if (!is_nested) return;
-  RandomLevel outer = read_random_level(json.at("outer"), fit.coefficient_names);
-  fit.outer = {.names = outer.effects.coefficients,
-               .labels = std::move(outer.labels),
-               .covariance = std::move(outer.covariance),
-               .effects = std::move(outer.eblups)};
-  fit.outer_uncertainty = read_uncertainty(json.at("outer"), fit.outer.labels, outer_size, p, 0);
-  fit.specification.outer_random = std::move(outer.effects);
+  return term;
+}
+
+/// The objects of the terms, the coarser grouping first.
+std::vector<JsonReader> terms_of(const JsonReader& json, Schema schema) {
+  if (schema == Schema::kTerms) return json.items();
+  std::vector<JsonReader> terms;
+  if (json.is_null()) return terms;
+  if (const auto outer = json.find("outer")) terms.push_back(*outer);
+  terms.push_back(json);
+  return terms;
+}
+
+void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
+  const std::vector<JsonReader> terms = terms_of(json, schema);
+  if (terms.size() > 2) json.fail("has more than two terms; at most two nested groupings are read");
+  Index effects = 0;
+  Index coarser = 0;
+  for (const JsonReader& item : terms) {
+    const RandomEffects& specification =
+        fit.specification.random.emplace_back(read_term(item, fit.coefficient_names));
+    effects += static_cast<Index>(specification.coefficients.size());
+    if (effects > kMostRandomEffects) {
+      json.fail(fmt::format("has more than {} random effects per group", kMostRandomEffects));
+    }
+    EstimatedEffects& term = fit.random.emplace_back(read_effects(item, specification));
+    term.uncertainty = read_uncertainty(item, term, fit.estimate.size(), coarser);
+    coarser = static_cast<Index>(term.names.size());
+  }
 }
 
 /// One value, or one a stratum.
@@ -344,8 +352,8 @@ std::vector<ColumnRange> read_ranges(const JsonReader& json) {
 }  // namespace
 
 FittedModel from_json(const JsonReader& json) {
-  check_schema(json.at("schema"));
-  FittedModel fit{.specification = read_specification(json)};
+  const Schema schema = read_schema(json.at("schema"));
+  FittedModel fit(read_specification(json));
   if (!json.at("model").is_null()) fit.model = json.at("model").any_text();
   fit.method = read_with(json.at("method"), parse_method);
   fit.reml = json.at("reml").boolean();
@@ -357,7 +365,7 @@ FittedModel from_json(const JsonReader& json) {
   }
   fit.convergence = read_convergence(json);
   read_fixed(json, fit);
-  read_random(json.at("random"), fit);
+  read_random(json.at("random"), schema, fit);
   fit.variance = read_variance(json.at("variance"));
   fit.specification.variance = fit.variance.function();
   fit.sigma = json.at("sigma").number_or_missing();

@@ -74,10 +74,13 @@ void check_same(const FittedModel& a, const FittedModel& b) {
   CHECK(a.coefficient_names == b.coefficient_names);
   CHECK(same_bits(a.estimate, b.estimate));
   CHECK(same_bits(a.covariance, b.covariance));
-  CHECK(a.random_names == b.random_names);
-  CHECK(a.group_labels == b.group_labels);
-  CHECK(same_bits(a.random_covariance, b.random_covariance));
-  CHECK(same_bits(a.random_effects, b.random_effects));
+  REQUIRE(a.random.size() == b.random.size());
+  for (std::size_t k = 0; k < a.random.size(); ++k) {
+    CHECK(a.random[k].names == b.random[k].names);
+    CHECK(a.random[k].labels == b.random[k].labels);
+    CHECK(same_bits(a.random[k].covariance, b.random[k].covariance));
+    CHECK(same_bits(a.random[k].effects, b.random[k].effects));
+  }
   CHECK(a.specification.variance.text() == b.specification.variance.text());
   CHECK(same_bits(a.variance.delta(), b.variance.delta()));
   CHECK(same_bits(a.variance.constant(), b.variance.constant()));
@@ -190,19 +193,19 @@ TEST_CASE("the keys are those of the contract, in its order") {
   CHECK(keys == expected);
   CHECK(json["parameters"]["b"] == "1 + C");
   CHECK(json["groups"]["plot"] == 8);
-  CHECK(json["random"]["eblup"].begin().key() == "8");
+  CHECK(json["random"][0]["eblup"].begin().key() == "8");
   CHECK(json["variance"]["of"] == "fitted");
   CHECK(json["variance"]["constant"].is_null());
   CHECK(json["levels"] == ordered_json{{"species", {"BHN", "SM"}}});
 }
 
-TEST_CASE("without random effects their keys are null") {
+TEST_CASE("without random effects their list is empty") {
   const data::Table table = stand();
   const FittedModel fit =
       fit_model(specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table), table).fit;
   const ordered_json json = ordered_json::parse(to_json(fit));
   CHECK(json["model"].is_null());
-  CHECK(json["random"].is_null());
+  CHECK(json["random"] == ordered_json::array());
   CHECK(json["parameters"].empty());
   CHECK(json["groups"].empty());
   CHECK(json["statistics"]["conditional"].is_null());
@@ -228,15 +231,14 @@ TEST_CASE("a fit that failed is still an object") {
     CHECK(json[key].is_null());
   }
   CHECK(json["fixed"]["a"]["estimate"].is_null());
-  CHECK(json["random"]["covariance"][0][0].is_null());
+  CHECK(json["random"][0]["covariance"][0][0].is_null());
   CHECK(json["variance"]["constant"].is_null());
   check_same(round_trip(fit), fit);
 }
 
 TEST_CASE("a fit that never began has its coefficients, without values") {
-  FittedModel fit{.specification =
-                      specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand())};
-  fit.specification.random = parse_random_effects("a | plot").front();
+  FittedModel fit(specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand()));
+  fit.specification.random = parse_random_effects("a | plot");
   fit.convergence.verdict = "The data do not suit it.";
   const FittedModel read = round_trip(fit);
   CHECK(read.coefficient_names == std::vector<std::string>{"a", "b", "b:C"});
@@ -246,8 +248,7 @@ TEST_CASE("a fit that never began has its coefficients, without values") {
 }
 
 TEST_CASE("nested groups, blocks, strata and products are kept") {
-  FittedModel fit{.specification =
-                      specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand())};
+  FittedModel fit(specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand()));
   add_random_effects(fit.specification, "a | species; (a + b) + b:C | plot", stand());
   fit.specification.variance =
       parse_variance_function("stratum(species) * power(fitted | plot) * power(dbh, delta = 0.5)");
@@ -255,14 +256,14 @@ TEST_CASE("nested groups, blocks, strata and products are kept") {
   fit.coefficient_names = fit.specification.coefficient_names();
   fit.estimate = Eigen::Vector3d(20.0, 0.05, -0.01);
   fit.covariance = Eigen::Matrix3d::Identity();
-  fit.random_names = fit.specification.random->coefficients;
-  fit.group_labels = {"SM/1", "SM/2"};
-  fit.random_covariance = Eigen::Matrix3d::Identity();
-  fit.random_effects = Eigen::MatrixXd::Constant(3, 2, 0.25);
-  fit.outer = {.names = {"a"},
-               .labels = {"SM"},
-               .covariance = Eigen::MatrixXd::Constant(1, 1, 4.0),
-               .effects = Eigen::MatrixXd::Constant(1, 1, -1.5)};
+  fit.random = {{.names = {"a"},
+                 .labels = {"SM"},
+                 .covariance = Eigen::MatrixXd::Constant(1, 1, 4.0),
+                 .effects = Eigen::MatrixXd::Constant(1, 1, -1.5)},
+                {.names = fit.specification.random.back().coefficients,
+                 .labels = {"SM/1", "SM/2"},
+                 .covariance = Eigen::Matrix3d::Identity(),
+                 .effects = Eigen::MatrixXd::Constant(3, 2, 0.25)}};
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.variance.factors[0].strata = {"SM", "MH"};
   fit.variance.factors[0].ratio = Eigen::Vector2d(1.0, 1.4);
@@ -271,16 +272,47 @@ TEST_CASE("nested groups, blocks, strata and products are kept") {
   const FittedModel read = round_trip(fit);
   check_same(read, fit);
   CHECK(read.method == Method::kLaplace);
-  CHECK(read.specification.random->text() == "(a + b) + b:C");
-  REQUIRE(read.specification.outer_random);
-  CHECK(read.specification.outer_random->group == "species");
-  CHECK(read.outer.labels == fit.outer.labels);
-  CHECK(read.outer.effects == fit.outer.effects);
-  CHECK(read.outer.covariance == fit.outer.covariance);
+  CHECK(read.specification.random.back().text() == "(a + b) + b:C");
+  REQUIRE(read.specification.random.size() == 2);
+  CHECK(read.specification.random.front().group == "species");
   CHECK(read.variance.factors[0].ratio == fit.variance.factors[0].ratio);
   CHECK(read.variance.factors[1].strata == fit.variance.factors[1].strata);
   CHECK(read.variance.factors[1].delta == fit.variance.factors[1].delta);
   CHECK(read.variance.factors[2].factor.delta == 0.5);
+}
+
+namespace {
+
+/// A fit as the first version of the schema has it: the object of the finer grouping holds that of
+/// the coarser one.
+ordered_json of_first_schema(ordered_json json) {
+  json["schema"] = "silvafit-fit/1";
+  const ordered_json terms = json["random"];
+  ordered_json& random = json["random"];
+  random = nullptr;
+  if (terms.empty()) return json;
+  random = terms.back();
+  if (terms.size() == 1) return json;
+  random["outer"] = terms.front();
+  random["eblup_outer_covariance"] = random["eblup_cross_covariance"];
+  random.erase("eblup_cross_covariance");
+  return json;
+}
+
+}  // namespace
+
+TEST_CASE("fits of the first schema are read") {
+  const data::Table table = stand();
+  ModelSpecification model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, table);
+  for (const char* const random : {"", "a | plot", "a | species/plot"}) {
+    INFO(random);
+    if (*random != '\0') add_random_effects(model, random, table);
+    const FittedModel fit = fit_model(model, table).fit;
+    const ordered_json old = of_first_schema(ordered_json::parse(to_json(fit)));
+    const FittedModel read = from_json(old.dump(), "fit.json");
+    check_same(read, fit);
+    CHECK(ordered_json::parse(to_json(read)) == ordered_json::parse(to_json(fit)));
+  }
 }
 
 TEST_CASE("a variance that has become constant keeps its meaning") {
@@ -293,8 +325,8 @@ TEST_CASE("what does not fit is named by file and key") {
   CHECK_THROWS_WITH(from_json("{\n\"schema\": ", "a.json"), Contains("a.json:2: not valid JSON"));
   CHECK_THROWS_WITH(from_json("[]", "a.json"), Contains("a.json: must be an object"));
   CHECK_THROWS_WITH(
-      from_json(changed("/schema", "silvafit-fit/2"), "a.json"),
-      Contains("a.json: schema: silvafit-fit/2 was written by a newer version of silvafit"));
+      from_json(changed("/schema", "silvafit-fit/3"), "a.json"),
+      Contains("a.json: schema: silvafit-fit/3 was written by a newer version of silvafit"));
   const auto library =
       data::JsonReader::parse("{\"models\": [" + without("sigma") + "]}", "a.json");
   CHECK_THROWS_WITH(from_json(library.at("models").items()[0]),
@@ -307,16 +339,17 @@ TEST_CASE("what does not fit is named by file and key") {
                     Contains("a.json: fixed_covariance[1]: must have 4 numbers, not 2"));
   CHECK_THROWS_WITH(from_json(changed("/sigma", "large"), "a.json"),
                     Contains("a.json: sigma: must be a number or null, not \"large\""));
-  CHECK_THROWS_WITH(from_json(changed("/random/effects/0", "z"), "a.json"),
-                    Contains("a.json: random.effects[0]: unknown coefficient 'z'"));
+  CHECK_THROWS_WITH(from_json(changed("/random/0/effects/0", "z"), "a.json"),
+                    Contains("a.json: random[0].effects[0]: unknown coefficient 'z'"));
   CHECK_THROWS_WITH(from_json(changed("/fixed/z", ordered_json::object()), "a.json"),
                     Contains("a.json: fixed: must name the coefficients"));
 }
 
 TEST_CASE("a fit of more random effects than a group can have is refused") {
   ordered_json json = ordered_json::parse(to_json(mixed_fit("none")));
-  json["random"]["effects"] = std::vector<std::string>(13, "a");
-  json["random"]["covariance"] = std::vector<std::vector<double>>(13, std::vector<double>(13, 0.0));
+  json["random"][0]["effects"] = std::vector<std::string>(13, "a");
+  json["random"][0]["covariance"] =
+      std::vector<std::vector<double>>(13, std::vector<double>(13, 0.0));
   CHECK_THROWS_AS(from_json(json.dump(), "fit.json"), InputError);
   CHECK_THROWS_WITH(from_json(json.dump(), "fit.json"), Contains("more than 12 random effects"));
 }

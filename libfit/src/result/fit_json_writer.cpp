@@ -16,6 +16,8 @@ using Eigen::Index;
 using nlohmann::ordered_json;
 using Kind = VarianceFactor::Kind;
 
+constexpr const char* kSchema = "silvafit-fit/2";
+
 ordered_json number(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
 }
@@ -42,11 +44,8 @@ ordered_json parameters(const ModelSpecification& specification) {
 
 ordered_json groups(const FittedModel& fit) {
   ordered_json result = ordered_json::object();
-  if (fit.has_random_effects()) {
-    if (fit.specification.outer_random) {
-      result[fit.specification.outer_random->group] = fit.outer.labels.size();
-    }
-    result[fit.specification.random->group] = fit.group_labels.size();
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    result[fit.specification.random[k].group] = fit.random[k].labels.size();
   }
   return result;
 }
@@ -130,53 +129,35 @@ ordered_json matrices(const std::vector<std::string>& labels,
   });
 }
 
-void add_uncertainty(const std::vector<std::string>& labels,
-                     const EffectUncertainty& uncertainty,
-                     Index size,
-                     ordered_json& result) {
+void add_uncertainty(const EstimatedEffects& term, ordered_json& result) {
+  const EffectUncertainty& uncertainty = term.uncertainty;
   if (!uncertainty.is_known()) return;
-  result["eblup_covariance"] = matrices(labels, uncertainty.covariances, size);
-  result["eblup_by_fixed"] = matrices(labels, uncertainty.sensitivities, size);
+  const Index size = term.effects.rows();
+  result["eblup_se"] = eblups(term.labels, term.names, conditional_errors(uncertainty, size));
+  result["eblup_covariance"] = matrices(term.labels, uncertainty.covariances, size);
+  result["eblup_by_fixed"] = matrices(term.labels, uncertainty.sensitivities, size);
   if (uncertainty.cross_covariances.size() > 0) {
-    result["eblup_outer_covariance"] = matrices(labels, uncertainty.cross_covariances, size);
+    result["eblup_cross_covariance"] = matrices(term.labels, uncertainty.cross_covariances, size);
   }
 }
 
-ordered_json random_level(const RandomEffects& effects,
-                          const std::vector<std::string>& labels,
-                          const Eigen::MatrixXd& covariance,
-                          const Eigen::MatrixXd& eblup,
-                          const EffectUncertainty& uncertainty) {
-  const MixedEffectsFit fit{.random_covariance = covariance};
-  ordered_json result{{"group", effects.group},
-                      {"effects", effects.coefficients},
-                      {"form", covariance_text(effects.covariance)}};
-  if (effects.covariance == Covariance::kBlock) result["blocks"] = effects.blocks;
-  result["covariance"] = rows(covariance);
-  result["sd"] = list(fit.random_sd());
-  result["correlation"] = rows(fit.random_correlation());
-  result["eblup"] = eblups(labels, effects.coefficients, eblup);
-  if (uncertainty.is_known()) {
-    result["eblup_se"] =
-        eblups(labels, effects.coefficients, conditional_errors(uncertainty, eblup.rows()));
-  }
-  add_uncertainty(labels, uncertainty, eblup.rows(), result);
+ordered_json random_term(const RandomEffects& specification, const EstimatedEffects& term) {
+  ordered_json result{{"group", specification.group},
+                      {"effects", specification.coefficients},
+                      {"form", covariance_text(specification.covariance)}};
+  if (specification.covariance == Covariance::kBlock) result["blocks"] = specification.blocks;
+  result["covariance"] = rows(term.covariance);
+  result["sd"] = list(term.sd());
+  result["correlation"] = rows(term.correlation());
+  result["eblup"] = eblups(term.labels, term.names, term.effects);
+  add_uncertainty(term, result);
   return result;
 }
 
 ordered_json random(const FittedModel& fit) {
-  if (!fit.has_random_effects()) return nullptr;
-  ordered_json result = random_level(*fit.specification.random,
-                                     fit.group_labels,
-                                     fit.random_covariance,
-                                     fit.random_effects,
-                                     fit.uncertainty);
-  if (fit.specification.outer_random) {
-    result["outer"] = random_level(*fit.specification.outer_random,
-                                   fit.outer.labels,
-                                   fit.outer.covariance,
-                                   fit.outer.effects,
-                                   fit.outer_uncertainty);
+  ordered_json result = ordered_json::array();
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    result.push_back(random_term(fit.specification.random[k], fit.random[k]));
   }
   return result;
 }
@@ -257,17 +238,13 @@ FittedModel with_sizes(FittedModel fit) {
   const auto p = static_cast<Index>(fit.coefficient_names.size());
   fit.estimate.setConstant(p, kNaN);
   fit.covariance.setConstant(p, p, kNaN);
-  if (fit.specification.random) {
-    fit.random_names = fit.specification.random->coefficients;
-    const auto q = static_cast<Index>(fit.random_names.size());
-    fit.random_covariance.setConstant(q, q, kNaN);
-    fit.random_effects.setConstant(q, static_cast<Index>(fit.group_labels.size()), kNaN);
-  }
-  if (fit.specification.outer_random) {
-    fit.outer.names = fit.specification.outer_random->coefficients;
-    const auto r = static_cast<Index>(fit.outer.names.size());
-    fit.outer.covariance.setConstant(r, r, kNaN);
-    fit.outer.effects.setConstant(r, static_cast<Index>(fit.outer.labels.size()), kNaN);
+  fit.random.resize(fit.specification.random.size());
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    EstimatedEffects& term = fit.random[k];
+    term.names = fit.specification.random[k].coefficients;
+    const auto q = static_cast<Index>(term.names.size());
+    term.covariance.setConstant(q, q, kNaN);
+    term.effects.setConstant(q, static_cast<Index>(term.labels.size()), kNaN);
   }
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.degrees_of_freedom.setConstant(p, kNaN);
@@ -283,7 +260,7 @@ FittedModel with_sizes(FittedModel fit) {
 ordered_json json_of(const FittedModel& model) {
   const FittedModel fit = with_sizes(model);
   ordered_json result{
-      {"schema", "silvafit-fit/1"},
+      {"schema", kSchema},
       {"silvafit", SILVAFIT_VERSION},
       {"model", text_or_null(fit.model)},
       {"formula", fit.specification.formula.text},

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "model/group_labels.hpp"
+#include "model/nested_terms.hpp"
+#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 using Eigen::Index;
@@ -39,13 +41,15 @@ void add_group_effects(const NonlinearModel& model,
 MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model) {
   MatrixXd result = MatrixXd::Zero(model.coefficient_count(), model.group_count());
   if (!fit.has_random_effects()) return result;
-  add_group_effects(
-      model,
-      {.rows = model.coefficients_of(fit.specification.random),
-       .effects = effects_by_label(fit.group_labels, fit.random_effects, model.group_labels())},
-      {.rows = model.coefficients_of(fit.specification.outer_random),
-       .effects = effects_by_label(fit.outer.labels, fit.outer.effects, model.outer_labels())},
-      result);
+  const auto by_label = [](const EstimatedEffects& term, const std::vector<std::string>& labels) {
+    return effects_by_label(term.labels, term.effects, labels);
+  };
+  add_group_effects(model,
+                    {.rows = model.coefficients_of(finer_term(fit.specification)),
+                     .effects = by_label(finer(fit), model.group_labels())},
+                    {.rows = model.coefficients_of(coarser_term(fit.specification)),
+                     .effects = by_label(coarser(fit), model.outer_labels())},
+                    result);
   return result;
 }
 

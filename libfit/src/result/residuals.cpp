@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/nested_terms.hpp"
 #include "result/group_coefficients.hpp"
+#include "result/nested_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -22,10 +24,10 @@ class Decorrelation {
  public:
   Decorrelation(const FittedModel& fit, const NonlinearModel& model)
       : model_(model),
-        outer_(model.coefficients_of(fit.specification.outer_random)),
-        inner_(model.coefficients_of(fit.specification.random)),
-        outer_covariance_(fit.outer.covariance),
-        inner_covariance_(fit.random_covariance) {}
+        outer_(model.coefficients_of(coarser_term(fit.specification))),
+        inner_(model.coefficients_of(finer_term(fit.specification))),
+        outer_covariance_(coarser(fit).covariance),
+        inner_covariance_(finer(fit).covariance) {}
 
   /// \param errors    (N) residuals of the linear model, in the model's order
   /// \param slopes    (N x p)
@@ -87,7 +89,7 @@ class Decorrelation {
 
 std::vector<std::string> group_labels(const NonlinearModel& model) {
   std::vector<std::string> labels(static_cast<std::size_t>(model.observations()));
-  if (!model.specification().random) return labels;
+  if (model.specification().random.empty()) return labels;
   for (Index g = 0; g < model.group_count(); ++g) {
     for (Index i = model.group_begin(g); i < model.group_begin(g + 1); ++i) {
       labels[static_cast<std::size_t>(i)] = model.group_labels()[static_cast<std::size_t>(g)];

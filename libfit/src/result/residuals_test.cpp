@@ -38,7 +38,7 @@ TEST_CASE("marginal residuals are decorrelated by the Cholesky factor of Z Psi Z
     const FittedModel fit = line_fit(table, random.c_str());
     REQUIRE(fit.convergence.converged());
     const Residuals all = residuals(fit, table);
-    const bool is_nested = fit.specification.outer_random.has_value();
+    const bool is_nested = fit.random.size() > 1;
     const data::TextColumn clusters = table.labels(is_nested ? "stand" : "plot");
     const data::TextColumn plots = table.labels("plot");
     for (const std::string cluster : {is_nested ? "S3" : "S3P2"}) {
@@ -59,10 +59,12 @@ TEST_CASE("marginal residuals are decorrelated by the Cholesky factor of Z Psi Z
         for (Index j = 0; j < n; ++j) {
           const std::size_t row = rows[static_cast<std::size_t>(i)];
           const std::size_t other = rows[static_cast<std::size_t>(j)];
-          double value = is_nested ? design(i, 1) * fit.outer.covariance(0, 0) * design(j, 1) : 0.0;
+          double value =
+              is_nested ? design(i, 1) * fit.random.front().covariance(0, 0) * design(j, 1) : 0.0;
           if (plots[row] == plots[other]) {
-            value += is_nested ? fit.random_covariance(0, 0)
-                               : design.row(i) * fit.random_covariance * design.row(j).transpose();
+            value += is_nested
+                         ? fit.random.back().covariance(0, 0)
+                         : design.row(i) * fit.random.back().covariance * design.row(j).transpose();
           }
           if (i == j) {
             value += std::pow(fit.sigma * std::pow(design(i, 1), fit.variance.delta()), 2);
@@ -119,7 +121,7 @@ TEST_CASE("R2 of a linear random-intercept model are worked from its variances")
   const Eigen::Map<const Eigen::ArrayXd> x(dbh.data(), static_cast<Index>(dbh.size()));
   const double fixed = std::pow(fit.estimate[1], 2) * (x - x.mean()).square().sum() /
                        static_cast<double>(dbh.size() - 1);
-  const double psi = fit.random_covariance(0, 0);
+  const double psi = fit.random.back().covariance(0, 0);
   const double total = fixed + psi + fit.sigma * fit.sigma;
   CHECK(fit.r2_marginal == Approx(fixed / total).epsilon(1e-12));
   CHECK(fit.r2_conditional == Approx((fixed + psi) / total).epsilon(1e-12));

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "result/variance_shares.hpp"
 
+#include "model/nested_terms.hpp"
+#include "result/nested_effects.hpp"
+
 namespace silvafit::fit {
 namespace {
 
@@ -14,13 +17,13 @@ VectorXd variance_of_effects(const FittedModel& fit,
                              const NonlinearModel& model,
                              const MatrixXd& slopes) {
   VectorXd result = VectorXd::Zero(model.observations());
-  const auto add = [&](const std::optional<RandomEffects>& random, const MatrixXd& covariance) {
-    if (!random) return;
+  const auto add = [&](const RandomEffects* random, const MatrixXd& covariance) {
+    if (random == nullptr) return;
     const MatrixXd chosen = slopes(Eigen::all, model.coefficients_of(random));
     result += (chosen * covariance).cwiseProduct(chosen).rowwise().sum();
   };
-  add(fit.specification.random, fit.random_covariance);
-  add(fit.specification.outer_random, fit.outer.covariance);
+  add(finer_term(fit.specification), finer(fit).covariance);
+  add(coarser_term(fit.specification), coarser(fit).covariance);
   return result;
 }
 

@@ -21,7 +21,7 @@ inline data::TextColumn texts(const std::vector<std::string>& labels) {
 inline FittedModel model(const std::string& formula,
                          const std::vector<std::string>& coefficients,
                          const std::string& random) {
-  FittedModel fit{.specification = {.formula = data::parse_formula(formula)}};
+  FittedModel fit({.formula = data::parse_formula(formula)});
   for (const std::string& name : coefficients) {
     fit.specification.parameters.push_back(parse_parameter_model(name + " ~ 1"));
   }
@@ -29,14 +29,10 @@ inline FittedModel model(const std::string& formula,
   const auto p = static_cast<Eigen::Index>(coefficients.size());
   fit.covariance.setZero(p, p);
   fit.method = Method::kLaplace;
-  const std::vector<RandomEffects> effects = parse_random_effects(random);
-  fit.specification.random = effects.back();
-  fit.random_names = effects.back().coefficients;
-  fit.random_effects.resize(static_cast<Eigen::Index>(fit.random_names.size()), 0);
-  if (effects.size() > 1) {
-    fit.specification.outer_random = effects.front();
-    fit.outer.names = effects.front().coefficients;
-    fit.outer.effects.resize(static_cast<Eigen::Index>(fit.outer.names.size()), 0);
+  fit.specification.random = parse_random_effects(random);
+  for (const RandomEffects& term : fit.specification.random) {
+    const auto q = static_cast<Eigen::Index>(term.coefficients.size());
+    fit.random.push_back({.names = term.coefficients, .effects = Eigen::MatrixXd(q, 0)});
   }
   fit.degrees_of_freedom = Eigen::VectorXd::Constant(1, 100.0);
   fit.sigma = 1.0;

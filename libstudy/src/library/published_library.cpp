@@ -67,20 +67,20 @@ void set_random_effects(const JsonReader& random, fit::FittedModel& fit) {
       random.at("effects").fail(effect + " is not a coefficient of the model");
     }
   }
-  fit.specification.random =
-      fit::RandomEffects{.coefficients = effects, .group = random.at("group").text()};
-  fit.random_names = effects;
-  fit.random_covariance.resize(q, q);
+  fit.specification.random = {{.coefficients = effects, .group = random.at("group").text()}};
+  fit::EstimatedEffects& term = fit.random.emplace_back();
+  term.names = effects;
+  term.covariance.resize(q, q);
   for (Index i = 0; i < q; ++i) {
     const std::vector<double> correlations = rows[static_cast<std::size_t>(i)].numbers();
     if (static_cast<Index>(correlations.size()) != q)
       random.at("correlation").fail("is not square");
     for (Index j = 0; j < q; ++j) {
-      fit.random_covariance(i, j) =
+      term.covariance(i, j) =
           correlations[static_cast<std::size_t>(j)] * deviations[i] * deviations[j];
     }
   }
-  fit.random_effects.resize(q, 0);
+  term.effects.resize(q, 0);
 }
 
 void set_statistics(const JsonReader& statistics, fit::FittedModel& fit) {
@@ -109,7 +109,7 @@ constexpr std::array<std::string_view, 3> kRoles{"ols", "covariates", "nlme"};
 LibraryModel library_model(const JsonReader& model, const std::string& source) {
   LibraryModel result{.species = model.at("species").text(),
                       .response = model.at("response").text(),
-                      .fit = {.specification = specification_of(model)}};
+                      .fit = fit::FittedModel(specification_of(model))};
   result.unit = unit_of(result.response);
   result.role = kRoles[model.at("level").one_of({kLevels[0], kLevels[1], kLevels[2]})];
   fit::FittedModel& fit = result.fit;

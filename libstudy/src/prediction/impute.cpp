@@ -116,34 +116,33 @@ class Groups {
  public:
   Groups(const fit::FittedModel& fit, const data::Table& rows)
       : fit_(fit), found_(fit::calibrate(fit, rows)) {
-    const std::size_t groups = found_.group_labels.size();
-    is_measured_.resize(groups);
-    is_outer_measured_.resize(found_.outer_labels.size());
-    for (std::size_t c = 0; c < found_.outer_labels.size(); ++c) {
-      is_outer_measured_[c] = found_.fitted_outer[c] >= 0;
+    for (const fit::CalibratedEffects& term : found_.random) {
+      std::vector<bool>& is_measured = is_measured_.emplace_back();
+      for (const Index known : term.fitted_group) is_measured.push_back(known >= 0);
     }
-    for (std::size_t g = 0; g < groups; ++g) {
-      is_measured_[g] = found_.fitted_group[g] >= 0 || found_.measured[g] > 0;
-      if (is_measured_[g] && found_.outer_of[g] >= 0) {
-        is_outer_measured_[static_cast<std::size_t>(found_.outer_of[g])] = true;
+    const std::vector<Index>& coarser = found_.random.back().coarser_group;
+    for (std::size_t g = 0; g < found_.measured.size(); ++g) {
+      if (found_.measured[g] > 0) is_measured_.back()[g] = true;
+      if (is_measured_.back()[g] && coarser[g] >= 0) {
+        is_measured_.front()[static_cast<std::size_t>(coarser[g])] = true;
       }
     }
   }
 
   /// Random effects of the groups without measured trees, from their distribution.
   void draw(Random& random) {
-    draw(is_outer_measured_, fit_.outer.covariance, random, found_.outer_effects);
-    draw(is_measured_, fit_.random_covariance, random, found_.effects);
+    for (std::size_t k = 0; k < found_.random.size(); ++k) {
+      draw(is_measured_[k], fit_.random[k].covariance, random, found_.random[k].effects);
+    }
   }
 
   /// The fit with the random effects of these groups.
   fit::FittedModel known() const { return with_groups(fit_, found_); }
 
   ImputeLevel level(std::size_t row) const {
-    if (is_known(found_.group_of_row[row], is_measured_, found_.effects)) return ImputeLevel::kPlot;
-    if (is_known(found_.outer_of_row[row], is_outer_measured_, found_.outer_effects)) {
-      return ImputeLevel::kStand;
-    }
+    const std::size_t last = found_.random.size() - 1;
+    if (is_known(last, row)) return ImputeLevel::kPlot;
+    if (last > 0 && is_known(0, row)) return ImputeLevel::kStand;
     return ImputeLevel::kPopulation;
   }
 
@@ -165,18 +164,16 @@ class Groups {
     }
   }
 
-  /// Whether effects of a group come from trees; they are NaN if they were not found.
-  static bool is_known(Index group,
-                       const std::vector<bool>& is_measured,
-                       const Eigen::MatrixXd& effects) {
-    return group >= 0 && is_measured[static_cast<std::size_t>(group)] &&
-           effects.col(group).allFinite();
+  /// Whether the effects of a row's group come from trees; they are NaN if they were not found.
+  bool is_known(std::size_t term, std::size_t row) const {
+    const Index group = found_.random[term].group_of_row[row];
+    return group >= 0 && is_measured_[term][static_cast<std::size_t>(group)] &&
+           found_.random[term].effects.col(group).allFinite();
   }
 
   const fit::FittedModel& fit_;
   fit::Calibration found_;
-  std::vector<bool> is_measured_{};        ///< (G) in the fit or these rows
-  std::vector<bool> is_outer_measured_{};  ///< (C)
+  std::vector<std::vector<bool>> is_measured_{};  ///< by term and group
 };
 
 /// Fills in the rows of one part.

@@ -121,9 +121,9 @@ double mean_square(const std::map<std::string, double>& values, const Choice& is
 /// The fit's curve with effects of a plot added, written out.
 double curve(const fit::FittedModel& fit, const std::string& plot, double dbh) {
   Eigen::VectorXd coefficients = fit.estimate;
-  for (std::size_t g = 0; g < fit.group_labels.size(); ++g) {
-    if (fit.group_labels[g] == plot) {
-      coefficients += fit.random_effects.col(static_cast<Eigen::Index>(g));
+  for (std::size_t g = 0; g < fit.random.back().labels.size(); ++g) {
+    if (fit.random.back().labels[g] == plot) {
+      coefficients += fit.random.back().effects.col(static_cast<Eigen::Index>(g));
     }
   }
   return 1.3 + dbh * dbh / std::pow(coefficients[0] * dbh + coefficients[1], 2);
@@ -138,7 +138,7 @@ TEST_CASE("heights are imputed with the effects of their plot, measured ones are
   const fit::FittedModel& fit = result.models[0].fit;
   CHECK(fit.model == "M1");
   CHECK(fit.specification.variance.text() == "power(dbh)");
-  REQUIRE(fit.random_names.size() == 2);
+  REQUIRE(fit.random.back().names.size() == 2);
   const data::TextColumn plots = table.labels("plot");
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const double measured = table.numbers("h")[row];
@@ -236,13 +236,13 @@ TEST_CASE("plots without measured trees get random effects drawn from their dist
   options.add_residual = true;
   const Imputation drawn = impute(table, catalogue(), options);
   const fit::FittedModel& fit = plain.models[0].fit;
-  REQUIRE(fit.random_covariance(0, 0) > 1.0);
+  REQUIRE(fit.random.back().covariance(0, 0) > 1.0);
   const double residual = fit.sigma * fit.sigma / kFewTrees;
   // The mean square of n normal numbers has a relative standard deviation of sqrt(2/n).
   const auto by_plot = mean_differences(table, "plot", plain, drawn);
   const double unmeasured = mean_square(by_plot, [](const auto& plot) { return plot >= "S5"; });
-  CHECK(unmeasured ==
-        Approx(fit.random_covariance(0, 0) + residual).epsilon(4.0 * std::sqrt(2.0 / kUnmeasured)));
+  CHECK(unmeasured == Approx(fit.random.back().covariance(0, 0) + residual)
+                          .epsilon(4.0 * std::sqrt(2.0 / kUnmeasured)));
   CHECK(drawn.count(ImputeLevel::kPopulation) == std::size_t{kUnmeasured} * kFewTrees);
   // Those of measured plots are not drawn; half of their trees are imputed.
   const double measured = mean_square(by_plot, [](const auto& plot) { return plot < "S5"; });
@@ -261,8 +261,9 @@ TEST_CASE("nested groupings take the plot's effects, the stand's, or the populat
   const data::TextColumn stands = table.labels("stand");
   const data::TextColumn plots = table.labels("plot");
   std::map<std::string, double> stand_effect;
-  for (std::size_t c = 0; c < fit.outer.labels.size(); ++c) {
-    stand_effect[fit.outer.labels[c]] = fit.outer.effects(0, static_cast<Eigen::Index>(c));
+  for (std::size_t c = 0; c < fit.random.front().labels.size(); ++c) {
+    stand_effect[fit.random.front().labels[c]] =
+        fit.random.front().effects(0, static_cast<Eigen::Index>(c));
   }
   REQUIRE(stand_effect.size() == kMeasuredStands);
   for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -282,7 +283,7 @@ TEST_CASE("nested groupings take the plot's effects, the stand's, or the populat
   const Imputation drawn = impute(table, catalogue(), options);
   const double residual = fit.sigma * fit.sigma / kFewTrees;
   const double expected =
-      fit.outer.covariance(0, 0) + (fit.random_covariance(0, 0) + residual) / 3.0;
+      fit.random.front().covariance(0, 0) + (fit.random.back().covariance(0, 0) + residual) / 3.0;
   const double found = mean_square(mean_differences(table, "stand", plain, drawn),
                                    [](const auto& stand) { return stand >= "S5"; });
   CHECK(found == Approx(expected).epsilon(4.0 * std::sqrt(2.0 / kUnmeasured)));

@@ -180,9 +180,10 @@ class Predictor {
     if (is_calibrated() && by_group) hide_responses(fit, rows, part);
     if (by_group) {
       require_groups(fit.specification);
-      const auto& outer = fit.specification.outer_random;
-      if (outer) unify_spelling(outer->group, fit.outer.labels, part);
-      unify_spelling(fit.specification.random->group, inner_labels(fit), part);
+      if (fit.random.size() > 1) {
+        unify_spelling(fit.specification.random.front().group, fit.random.front().labels, part);
+      }
+      unify_spelling(fit.specification.random.back().group, inner_labels(fit), part);
     }
     unify_spelling(fit, part);
     flag_columns(fit, part, rows);
@@ -218,7 +219,8 @@ class Predictor {
              PredictedResponse& result) {
     const bool is_mean = options_.interval_kind == fit::IntervalKind::kConfidence;
     const bool is_spread_unknown = options_.level == fit::Level::kMarginal &&
-                                   fit.has_random_effects() && !fit.random_covariance.allFinite();
+                                   fit.has_random_effects() &&
+                                   !fit.random.back().covariance.allFinite();
     Errors& errors = errors_.at(result.response);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);
@@ -279,7 +281,7 @@ class Predictor {
                    const data::Table& part,
                    const std::vector<std::size_t>& rows,
                    const fit::Prediction& prediction) {
-    const std::string& group = fit.specification.random->group;
+    const std::string& group = fit.specification.random.back().group;
     const data::TextColumn labels = part.labels(group);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (!prediction.is_new_group[i]) continue;
@@ -295,8 +297,8 @@ class Predictor {
 
   /// The labels of the finer grouping without those of the coarser one before them.
   static Names inner_labels(const fit::FittedModel& fit) {
-    Names labels = fit.group_labels;
-    if (!fit.specification.outer_random) return labels;
+    Names labels = fit.random.back().labels;
+    if (fit.random.size() < 2) return labels;
     for (std::string& label : labels) {
       // The coarser label has no slash of its own there.
       label.erase(0, label.find('/') + 1);
@@ -305,10 +307,10 @@ class Predictor {
   }
 
   void require_groups(const fit::ModelSpecification& specification) const {
-    for (const auto& effects : {specification.outer_random, specification.random}) {
-      if (!effects || table_.has(effects->group)) continue;
+    for (const fit::RandomEffects& term : specification.random) {
+      if (table_.has(term.group)) continue;
       throw InputError(fmt::format("the column '{}' is missing; {} predictions need it",
-                                   effects->group,
+                                   term.group,
                                    is_calibrated() ? "calibrated" : "conditional"),
                        {.file = table_.file()});
     }

@@ -93,7 +93,7 @@ ordered_json random_rows(const ResponseStudy& result) {
   for (const Candidate& candidate : result.random) {
     ordered_json row{
         {"effects", candidate.terms},
-        {"covariance", fit::covariance_text(candidate.fit.specification.random->covariance)}};
+        {"covariance", fit::covariance_text(candidate.fit.specification.random.back().covariance)}};
     add_test(row, candidate);
     add_criteria(row, candidate);
     rows.push_back(std::move(row));

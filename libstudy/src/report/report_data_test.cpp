@@ -192,20 +192,20 @@ TEST_CASE("names from the inventory stay texts, whatever is in them") {
 TEST_CASE("random effects have conditional standard errors, smaller than their spread") {
   test::RecordedStudy recorded({});
   const fit::FittedModel& fit = recorded.record.study.results.front().nlme->fit;
-  REQUIRE(fit.uncertainty.is_known());
-  const json random = data_of(recorded.record)["results"][0]["fits"]["nlme"]["random"];
-  CHECK(random["eblup_se"].size() == fit.group_labels.size());
+  REQUIRE(fit.random.back().uncertainty.is_known());
+  const json random = data_of(recorded.record)["results"][0]["fits"]["nlme"]["random"].at(0);
+  CHECK(random["eblup_se"].size() == fit.random.back().labels.size());
   CHECK_FALSE(random.contains("eblup_covariance"));
-  const Eigen::Index q = fit.random_effects.rows();
-  for (std::size_t group = 0; group < fit.group_labels.size(); ++group) {
+  const Eigen::Index q = fit.random.back().effects.rows();
+  for (std::size_t group = 0; group < fit.random.back().labels.size(); ++group) {
     const auto g = static_cast<Eigen::Index>(group);
     for (Eigen::Index k = 0; k < q; ++k) {
-      const std::string& effect = fit.random_names[static_cast<std::size_t>(k)];
-      const double se = random["eblup_se"][fit.group_labels[group]][effect].get<double>();
+      const std::string& effect = fit.random.back().names[static_cast<std::size_t>(k)];
+      const double se = random["eblup_se"][fit.random.back().labels[group]][effect].get<double>();
       // Given the plot's trees, V; text and back leave the double as it is.
-      CHECK(se == std::sqrt(fit.uncertainty.covariance(g, q)(k, k)));
+      CHECK(se == std::sqrt(fit.random.back().uncertainty.covariance(g, q)(k, k)));
       // Thirty trees of a plot say more of it than the spread of plots does.
-      CHECK(se < fit.random_sd()[k]);
+      CHECK(se < fit.random.back().sd()[k]);
     }
   }
 }

@@ -77,8 +77,9 @@ SimulatedResponse::SimulatedResponse(const ResponseDesign& design,
                                      Random& random)
     : design_(&design), random_effects_(draw_random_effects(design, plots, random)) {
   const std::vector<std::string> names = design.model.coefficient_names();
-  const std::vector<std::string> effects =
-      design.model.random ? design.model.random->coefficients : std::vector<std::string>{};
+  const std::vector<std::string> effects = design.model.random.empty()
+                                               ? std::vector<std::string>{}
+                                               : design.model.random.front().coefficients;
   std::vector<data::Program::Input> inputs;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto effect = std::find(effects.begin(), effects.end(), names[i]);

@@ -296,7 +296,7 @@ void read_random(const JsonReader& json, ResponseDesign& response) {
       effects.fail(fmt::format("'{}' is given twice", names[i]));
     }
   }
-  response.model.random = fit::RandomEffects{.coefficients = names, .group = "plot"};
+  response.model.random = {{.coefficients = names, .group = "plot"}};
   response.random_covariance = read_covariance(json, names.size());
   if (!covariance_root(response.random_covariance)) {
     json.fail("the covariance matrix of the random effects is not positive semidefinite");

@@ -29,7 +29,7 @@ Json random_effects(const ResponseDesign& design,
         list(drawn.random_effects.row(static_cast<Eigen::Index>(plot)).transpose());
   }
   return {{"group", "plot"},
-          {"effects", design.model.random->coefficients},
+          {"effects", design.model.random.front().coefficients},
           {"covariance", matrix(design.random_covariance)},
           {"drawn", by_plot}};
 }
@@ -45,7 +45,7 @@ Json response(const ResponseDesign& design,
   for (std::size_t i = 0; i < names.size(); ++i) {
     result["fixed"][names[i]] = design.fixed[static_cast<Eigen::Index>(i)];
   }
-  if (design.model.random) result["random"] = random_effects(design, drawn, plots);
+  if (!design.model.random.empty()) result["random"] = random_effects(design, drawn, plots);
   result["variance"]["function"] = design.model.variance.text();
   const int parameters = design.model.variance.parameter_count();
   if (parameters >= 1) result["variance"]["delta"] = design.delta;

@@ -16,7 +16,8 @@ namespace silvafit::study {
 namespace {
 
 fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
-  fit::FitResult result{.fit = {.model = trial.model, .specification = trial.specification}};
+  fit::FitResult result{.fit = fit::FittedModel(trial.specification)};
+  result.fit.model = trial.model;
   if (trial.options.method) result.fit.method = *trial.options.method;
   for (const fit::VarianceFactor& factor : trial.specification.variance.factors) {
     result.fit.variance.factors.push_back({.factor = factor});
@@ -113,7 +114,7 @@ void LevelFits::add(std::size_t work, std::vector<Trial> trials) {
   for (Trial& trial : trials) {
     tasks_.push_back({.trial = std::move(trial), .work = work, .position = results_[work].size()});
     results_[work].emplace_back(
-        fit::FitResult{.fit = {.specification = tasks_.back().trial.specification}});
+        fit::FitResult{.fit = fit::FittedModel(tasks_.back().trial.specification)});
     cross_validated_[work].emplace_back();
   }
 }
@@ -169,7 +170,7 @@ fit::FitResult LevelFits::result(std::size_t work, std::size_t position) const {
   const Trial& trial = task_of(work, position).trial;
   const data::Table& table = works_[work].table;
   if (works_[work].is_sampled()) return fit_trial(trial, table, kQuick, &known.fit);
-  if (trial.specification.random) return fit_trial(trial, table, kThorough);
+  if (!trial.specification.random.empty()) return fit_trial(trial, table, kThorough);
   if (std::ranges::find(whole_[work], position) != whole_[work].end()) return known;
   fit::FitResult again = fit_trial(trial, table, kQuick);
   again.fit = known.fit;

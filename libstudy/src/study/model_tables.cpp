@@ -108,21 +108,28 @@ void add_component_columns(std::size_t effects, FormattedTable& table) {
   }
 }
 
+/// The random effects of the plots; empty ones of a fit without random effects.
+fit::EstimatedEffects plot_effects(const fit::FittedModel& fit) {
+  return fit.has_random_effects() ? fit.random.back() : fit::EstimatedEffects{};
+}
+
 /// The variance of a random effect: zero where the fit has ended there, but for rounding.
-double variance_of(const fit::FittedModel& fit, Eigen::Index effect) {
-  const std::string zero =
-      fmt::format("sd({}) = 0", fit.random_names[static_cast<std::size_t>(effect)]);
+double variance_of(const fit::FittedModel& fit,
+                   const fit::EstimatedEffects& term,
+                   Eigen::Index effect) {
+  const std::string zero = fmt::format("sd({}) = 0", term.names[static_cast<std::size_t>(effect)]);
   const Names& boundary = fit.convergence.boundary();
   const bool is_zero = std::ranges::find(boundary, zero) != boundary.end();
-  return is_zero ? 0.0 : fit.random_covariance(effect, effect);
+  return is_zero ? 0.0 : term.covariance(effect, effect);
 }
 
 void add_components(const fit::FittedModel& fit, std::size_t effects, TableRow& row) {
-  const Eigen::MatrixXd correlation = fit.random_correlation();
-  const auto own = static_cast<Eigen::Index>(fit.random_names.size());
+  const fit::EstimatedEffects term = plot_effects(fit);
+  const Eigen::MatrixXd correlation = term.correlation();
+  const auto own = static_cast<Eigen::Index>(term.names.size());
   const auto all = static_cast<Eigen::Index>(effects);
   for (Eigen::Index i = 0; i < all; ++i) {
-    row.emplace_back(i < own ? variance_of(fit, i) : kNoValue);
+    row.emplace_back(i < own ? variance_of(fit, term, i) : kNoValue);
   }
   for (Eigen::Index i = 1; i < all; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
@@ -158,26 +165,27 @@ TableRow left_out_cells(const ResponseStudy& result, const std::string& level) {
 std::size_t most_random_effects(const Study& study) {
   std::size_t most = 0;
   for (const ResponseStudy& result : study.results) {
-    if (result.nlme) most = std::max(most, result.nlme->fit.random_names.size());
+    if (result.nlme) most = std::max(most, plot_effects(result.nlme->fit).names.size());
   }
   return most;
 }
 
 void add_plot_effects(const ResponseStudy& result, FormattedTable& table) {
   const fit::FittedModel& fit = result.nlme->fit;
+  const fit::EstimatedEffects& term = fit.random.back();
   const std::vector<PlotDistance> distances = plot_distances(fit);
-  const auto q = static_cast<Eigen::Index>(fit.random_names.size());
-  const bool is_known = fit.uncertainty.is_known();
+  const auto q = static_cast<Eigen::Index>(term.names.size());
+  const bool is_known = term.uncertainty.is_known();
   const Eigen::MatrixXd errors =
-      is_known ? fit::conditional_errors(fit.uncertainty, q) : Eigen::MatrixXd();
-  for (std::size_t plot = 0; plot < fit.group_labels.size(); ++plot) {
+      is_known ? fit::conditional_errors(term.uncertainty, q) : Eigen::MatrixXd();
+  for (std::size_t plot = 0; plot < term.labels.size(); ++plot) {
     for (Eigen::Index effect = 0; effect < q; ++effect) {
       const auto column = static_cast<Eigen::Index>(plot);
       table.rows.push_back({result.species,
                             result.response,
-                            fit.group_labels[plot],
-                            fit.random_names[static_cast<std::size_t>(effect)],
-                            fit.random_effects(effect, column),
+                            term.labels[plot],
+                            term.names[static_cast<std::size_t>(effect)],
+                            term.effects(effect, column),
                             is_known ? errors(effect, column) : kNoValue,
                             distances[plot].distance,
                             distances[plot].p});
@@ -248,7 +256,7 @@ FormattedTable variance_and_fit_table(const Study& study) {
     for (const ChosenFit& chosen : distinct_fits(result)) {
       const fit::FittedModel& fit = *chosen.fit;
       TableRow row = model_cells(result, chosen);
-      row.emplace_back(fmt::format("{}", fmt::join(fit.random_names, ", ")));
+      row.emplace_back(fmt::format("{}", fmt::join(plot_effects(fit).names, ", ")));
       row.emplace_back(fit.sigma * fit.sigma);
       add_components(fit, effects, row);
       const fit::FitStatistics& values =

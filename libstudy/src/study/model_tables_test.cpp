@@ -68,7 +68,7 @@ TEST_CASE("variances stand beside accuracy, and that of plots left out") {
   const auto number = [&](std::size_t row, const std::string& name) {
     return std::get<double>(table.rows[row][column_of(table, name)]);
   };
-  CHECK(number(1, "psi2_1") == nlme.random_covariance(0, 0));
+  CHECK(number(1, "psi2_1") == nlme.random.back().covariance(0, 0));
   CHECK(number(1, "sigma2") == nlme.sigma * nlme.sigma);
   CHECK(number(1, "r2") == nlme.conditional.r2);
   CHECK(number(0, "r2") == result.ols->fit.population.r2);
@@ -80,8 +80,10 @@ TEST_CASE("each plot has a row for each of its random effects") {
   const test::RecordedStudy recorded({});
   const fit::FittedModel& nlme = recorded.record.study.results.front().nlme->fit;
   const FormattedTable table = plot_effects_table(recorded.record.study);
-  REQUIRE(table.rows.size() == nlme.group_labels.size() * nlme.random_names.size());
-  CHECK(std::get<std::string>(table.rows[0][column_of(table, "plot")]) == nlme.group_labels[0]);
-  CHECK(std::get<double>(table.rows[0][column_of(table, "eblup")]) == nlme.random_effects(0, 0));
+  REQUIRE(table.rows.size() == nlme.random.back().labels.size() * nlme.random.back().names.size());
+  CHECK(std::get<std::string>(table.rows[0][column_of(table, "plot")]) ==
+        nlme.random.back().labels[0]);
+  CHECK(std::get<double>(table.rows[0][column_of(table, "eblup")]) ==
+        nlme.random.back().effects(0, 0));
   CHECK(std::get<double>(table.rows[0][column_of(table, "se")]) > 0.0);
 }

@@ -12,19 +12,16 @@ namespace {
 void set_covariance(fit::ModelSpecification& specification,
                     const std::vector<std::string>& covariance) {
   if (covariance.empty()) return;
-  std::vector<fit::RandomEffects*> groupings;
-  for (auto* const random : {&specification.outer_random, &specification.random}) {
-    if (*random) groupings.push_back(&**random);
-  }
-  if (covariance.size() != 1 && covariance.size() != groupings.size()) {
+  std::vector<fit::RandomEffects>& terms = specification.random;
+  if (covariance.size() != 1 && covariance.size() != terms.size()) {
     throw UsageError(fmt::format("give one form of the covariance, or one for each of the {} "
                                  "groupings, not {}",
-                                 groupings.size(),
+                                 terms.size(),
                                  covariance.size()),
                      {.column = "covariance"});
   }
-  for (std::size_t i = 0; i < groupings.size(); ++i) {
-    groupings[i]->covariance = fit::parse_covariance(covariance[covariance.size() == 1 ? 0 : i]);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    terms[i].covariance = fit::parse_covariance(covariance[covariance.size() == 1 ? 0 : i]);
   }
 }
 

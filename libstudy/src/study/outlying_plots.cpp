@@ -41,14 +41,14 @@ Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& covariance) {
 }
 
 /// (r x G) EBLUPs with unit covariance under the model.
-Eigen::MatrixXd standardised_effects(const fit::FittedModel& fit) {
-  const Eigen::MatrixXd whiten = whitening(fit.random_covariance);
-  Eigen::MatrixXd effects = whiten * fit.random_effects;
-  if (!fit.uncertainty.is_known()) return effects;
-  const Eigen::Index q = fit.random_effects.rows();
+Eigen::MatrixXd standardised_effects(const fit::EstimatedEffects& term) {
+  const Eigen::MatrixXd whiten = whitening(term.covariance);
+  Eigen::MatrixXd effects = whiten * term.effects;
+  if (!term.uncertainty.is_known()) return effects;
+  const Eigen::Index q = term.effects.rows();
   for (Eigen::Index plot = 0; plot < effects.cols(); ++plot) {
     const Eigen::MatrixXd conditional =
-        whiten * fit.uncertainty.covariance(plot, q) * whiten.transpose();
+        whiten * term.uncertainty.covariance(plot, q) * whiten.transpose();
     const Eigen::MatrixXd own =
         Eigen::MatrixXd::Identity(effects.rows(), effects.rows()) - conditional;
     effects.col(plot) = inverse_root(own) * effects.col(plot);
@@ -60,8 +60,8 @@ Eigen::MatrixXd standardised_effects(const fit::FittedModel& fit) {
 
 std::vector<PlotDistance> plot_distances(const fit::FittedModel& fit) {
   std::vector<PlotDistance> result;
-  for (const std::string& plot : fit.group_labels) result.push_back({.plot = plot});
-  const Eigen::MatrixXd effects = standardised_effects(fit);
+  for (const std::string& plot : fit.random.back().labels) result.push_back({.plot = plot});
+  const Eigen::MatrixXd effects = standardised_effects(fit.random.back());
   const auto r = static_cast<double>(effects.rows());
   const auto plots = static_cast<double>(effects.cols());
   const double freedom = plots - r - 1.0;

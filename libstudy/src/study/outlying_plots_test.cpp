@@ -15,15 +15,16 @@ namespace {
 
 /// A mixed model with given effects, of which the plots' trees leave nothing open.
 fit::FittedModel mixed_model(const Eigen::MatrixXd& psi, const Eigen::MatrixXd& effects) {
-  fit::FittedModel model{.specification = {.formula = data::parse_formula("h ~ 1.3 + a*dbh^b")}};
+  fit::FittedModel model({.formula = data::parse_formula("h ~ 1.3 + a*dbh^b")});
+  model.random.resize(1);
   for (Eigen::Index k = 0; k < effects.rows(); ++k) {
-    model.random_names.push_back(std::string(1, static_cast<char>('a' + k)));
+    model.random.back().names.push_back(std::string(1, static_cast<char>('a' + k)));
   }
   for (Eigen::Index plot = 0; plot < effects.cols(); ++plot) {
-    model.group_labels.push_back(std::to_string(plot + 1));
+    model.random.back().labels.push_back(std::to_string(plot + 1));
   }
-  model.random_covariance = psi;
-  model.random_effects = effects;
+  model.random.back().covariance = psi;
+  model.random.back().effects = effects;
   return model;
 }
 
@@ -104,8 +105,8 @@ TEST_CASE("a plot with few trees is shrunk towards zero, which its standardised 
   fit::FittedModel model = mixed_model(Eigen::MatrixXd::Constant(1, 1, 1.0), effects);
   const double before = plot_distances(model).back().distance;
   // Of the last plot 0.91 of the variance is left open: its standardised effect is 0.6 / 0.3.
-  model.uncertainty.covariances = Eigen::MatrixXd::Zero(1, 6);
-  model.uncertainty.covariances(0, 5) = 0.91;
+  model.random.back().uncertainty.covariances = Eigen::MatrixXd::Zero(1, 6);
+  model.random.back().uncertainty.covariances(0, 5) = 0.91;
   const double after = plot_distances(model).back().distance;
   effects(0, 5) = 2.0;
   CHECK(after == Approx(std::sqrt(hotelling(effects, 5))).epsilon(1e-8));

@@ -129,13 +129,15 @@ std::map<std::string, double> parameters_of(const fit::FittedModel& fit,
 /// Fixed effects with the random effects of a group, if the fit has seen it.
 Eigen::VectorXd coefficients_of(const fit::FittedModel& fit, std::string_view group) {
   Eigen::VectorXd coefficients = fit.estimate;
-  const auto seen = std::ranges::find(fit.group_labels, group);
-  if (!fit.has_random_effects() || seen == fit.group_labels.end()) return coefficients;
-  const Eigen::Index at = seen - fit.group_labels.begin();
-  for (std::size_t k = 0; k < fit.random_names.size(); ++k) {
-    const auto place = std::ranges::find(fit.coefficient_names, fit.random_names[k]);
+  if (!fit.has_random_effects()) return coefficients;
+  const fit::EstimatedEffects& term = fit.random.back();
+  const auto seen = std::ranges::find(term.labels, group);
+  if (seen == term.labels.end()) return coefficients;
+  const Eigen::Index at = seen - term.labels.begin();
+  for (std::size_t k = 0; k < term.names.size(); ++k) {
+    const auto place = std::ranges::find(fit.coefficient_names, term.names[k]);
     coefficients[place - fit.coefficient_names.begin()] +=
-        fit.random_effects(static_cast<Eigen::Index>(k), at);
+        term.effects(static_cast<Eigen::Index>(k), at);
   }
   return coefficients;
 }

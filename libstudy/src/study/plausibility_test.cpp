@@ -47,7 +47,7 @@ data::Table plausible_trees() {
 fit::FittedModel model(const std::string& formula,
                        const std::vector<double>& coefficients,
                        const std::vector<std::string>& sub_models = {}) {
-  fit::FittedModel fit{.specification = fit::specify_model(formula, sub_models, plausible_trees())};
+  fit::FittedModel fit(fit::specify_model(formula, sub_models, plausible_trees()));
   fit.coefficient_names = fit.specification.coefficient_names();
   fit.estimate = Eigen::Map<const Eigen::VectorXd>(coefficients.data(),
                                                    static_cast<Eigen::Index>(coefficients.size()));
@@ -63,13 +63,14 @@ fit::FittedModel with_effects(fit::FittedModel fit,
                               const std::string& name,
                               double first,
                               double second) {
-  fit.specification.random = fit::RandomEffects{.coefficients = {name}, .group = "plot"};
+  fit.specification.random = {{.coefficients = {name}, .group = "plot"}};
+  fit.random.resize(1);
   fit.method = fit::Method::kLindstromBates;
-  fit.random_names = {name};
-  fit.group_labels = {"1", "2"};
-  fit.random_covariance = Eigen::MatrixXd::Identity(1, 1);
-  fit.random_effects.resize(1, 2);
-  fit.random_effects << first, second;
+  fit.random.back().names = {name};
+  fit.random.back().labels = {"1", "2"};
+  fit.random.back().covariance = Eigen::MatrixXd::Identity(1, 1);
+  fit.random.back().effects.resize(1, 2);
+  fit.random.back().effects << first, second;
   return fit;
 }
 
@@ -167,7 +168,7 @@ TEST_CASE("several curves with a flaw are counted") {
 TEST_CASE("responses of one's own must be finite, no more") {
   data::Table table = plausible_trees();
   table.set("growth", std::vector<double>(2 * kTrees, -1.0));
-  fit::FittedModel fit{.specification = fit::specify_model("growth ~ a + b*dbh", {}, table)};
+  fit::FittedModel fit(fit::specify_model("growth ~ a + b*dbh", {}, table));
   fit.coefficient_names = {"a", "b"};
   fit.estimate = Eigen::Vector2d(1.0, -1.0);
   fit.covariance = Eigen::Matrix2d::Identity();

@@ -221,7 +221,7 @@ std::optional<Curves> curves_of(const ResponseStudy& result, const StudyRecord& 
   const fit::FittedModel& mixed = result.nlme->fit;
   curves.population = predicted(mixed, grid.table(), fit::Level::kPopulation);
   curves.population_band = band_of(mixed, grid.table());
-  for (const std::string& plot : mixed.group_labels) {
+  for (const std::string& plot : mixed.random.back().labels) {
     const auto [low, high] = grid.range_of(plot);
     std::vector<double> values = predicted(mixed, grid.for_plot(plot), fit::Level::kConditional);
     for (std::size_t i = 0; i < values.size(); ++i) {

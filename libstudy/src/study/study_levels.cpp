@@ -240,7 +240,7 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
                 .model = fixed.model,
                 .specification = fixed.specification};
     if (trial.terms.size() > largest) continue;
-    trial.specification.random = fit::RandomEffects{.coefficients = trial.terms, .group = group};
+    trial.specification.random = {{.coefficients = trial.terms, .group = group}};
     trial.options.method = fit::Method::kLindstromBates;
     for (Eigen::Index k = 0; k < fixed.estimate.size(); ++k) {
       trial.options.start[fixed.coefficient_names[static_cast<std::size_t>(k)]] = fixed.estimate[k];

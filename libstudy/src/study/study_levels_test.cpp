@@ -26,8 +26,8 @@ constexpr int kObservations = 1000;
 
 /// A fit of which only what the choices look at is filled in.
 Candidate candidate(double log_likelihood, int parameters) {
-  Candidate result{.fit = {.specification = fit::specify_model(
-                               "h ~ 1.3 + a*dbh^b", {}, trees_of_two_species())}};
+  Candidate result{
+      .fit = fit::FittedModel(fit::specify_model("h ~ 1.3 + a*dbh^b", {}, trees_of_two_species()))};
   result.fit.coefficient_names = result.fit.specification.coefficient_names();
   result.fit.estimate = Eigen::Vector2d(1.0, 0.5);
   result.fit.covariance = Eigen::Matrix2d::Identity();
@@ -199,8 +199,8 @@ TEST_CASE("a parsimonious choice takes fewer parameters within two of the best")
 
 TEST_CASE("the intercept is left out of the sub-model with covariates only") {
   Candidate chosen{.terms = {"b ~ 1 + W"},
-                   .fit = {.specification = fit::specify_model(
-                               "h ~ 1.3 + a*dbh^b", {"b ~ 1 + W"}, trees_of_two_species())}};
+                   .fit = fit::FittedModel(fit::specify_model(
+                       "h ~ 1.3 + a*dbh^b", {"b ~ 1 + W"}, trees_of_two_species()))};
   const auto trial = without_intercept(chosen, trees_of_two_species());
   REQUIRE(trial);
   CHECK(trial->terms == std::vector<std::string>{"b ~ 0 + W"});
@@ -220,7 +220,7 @@ TEST_CASE("level 3 tries all 2^p - 1 subsets of coefficients, or those up to a s
   REQUIRE(capped.size() == 5 + 10 + 10);
   CHECK(capped.front().terms.size() == 1);
   CHECK(capped.back().terms.size() == 3);
-  CHECK(capped.front().specification.random->group == "plot");
+  CHECK(capped.front().specification.random.back().group == "plot");
 }
 
 TEST_CASE("the four variance functions are tried on the chosen random effects, none first") {
@@ -341,7 +341,7 @@ TEST_CASE("a mixed model farther from the observations than least squares has an
   fit::FittedModel least_squares = plain.fit;
   least_squares.population.rmse = 2.0;
   fit::FittedModel mixed = plain.fit;
-  mixed.random_names = {"a"};
+  mixed.random = {{.names = {"a"}}};
   mixed.conditional.rmse = 1.9;
   CHECK(objection_to_error(mixed, least_squares).empty());
   mixed.conditional.rmse = 2.01;

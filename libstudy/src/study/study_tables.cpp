@@ -140,7 +140,7 @@ FormattedTable random_effects_table(const Study& study) {
           kCriteria)};
   for (const ResponseStudy& result : study.results) {
     for (const Candidate& candidate : result.random) {
-      const fit::Covariance form = candidate.fit.specification.random->covariance;
+      const fit::Covariance form = candidate.fit.specification.random.back().covariance;
       table.rows.push_back(joined(
           joined(
               joined(subject(result), {joined_terms(candidate, " + "), fit::covariance_text(form)}),
@@ -212,14 +212,15 @@ void add_components(const ResponseStudy& result,
   const auto add = [&](const std::string& component, double value) {
     table.rows.push_back(joined(subject(result), {component, value}));
   };
-  const Eigen::VectorXd deviations = fit.random_sd();
-  const Eigen::MatrixXd correlation = fit.random_correlation();
-  for (std::size_t i = 0; i < fit.random_names.size(); ++i) {
-    add(fmt::format("sd({})", fit.random_names[i]), deviations[static_cast<Eigen::Index>(i)]);
+  const fit::EstimatedEffects& term = fit.random.back();
+  const Eigen::VectorXd deviations = term.sd();
+  const Eigen::MatrixXd correlation = term.correlation();
+  for (std::size_t i = 0; i < term.names.size(); ++i) {
+    add(fmt::format("sd({})", term.names[i]), deviations[static_cast<Eigen::Index>(i)]);
   }
-  for (std::size_t i = 0; i < fit.random_names.size(); ++i) {
+  for (std::size_t i = 0; i < term.names.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      add(fmt::format("cor({}, {})", fit.random_names[j], fit.random_names[i]),
+      add(fmt::format("cor({}, {})", term.names[j], term.names[i]),
           correlation(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
     }
   }

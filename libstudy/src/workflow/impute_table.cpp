@@ -50,13 +50,11 @@ std::map<std::string, std::size_t> flag_counts(const Imputation& result) {
 
 /// Such as ", random a | stand; a + b | plot"; empty without.
 std::string random_text(const fit::ModelSpecification& specification) {
-  if (!specification.random) return {};
-  const auto text = [](const fit::RandomEffects& random) {
-    return fmt::format("{} | {}", random.text(), random.group);
-  };
-  const auto& outer = specification.outer_random;
-  return fmt::format(
-      ", random {}{}", outer ? text(*outer) + "; " : "", text(*specification.random));
+  std::string text;
+  for (const fit::RandomEffects& term : specification.random) {
+    text += fmt::format("{}{} | {}", text.empty() ? ", random " : "; ", term.text(), term.group);
+  }
+  return text;
 }
 
 /// Whom a model is for, where there are several.

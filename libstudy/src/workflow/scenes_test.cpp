@@ -68,9 +68,9 @@ TEST_CASE("what a publication does not say is missing from its library") {
   CHECK(mixed.standard_errors().array().isNaN().all());
   CHECK(std::isnan(mixed.sigma));
   // Table 5: variances 4.99 and 7.51e-5, correlation -0.986.
-  CHECK(mixed.random_covariance(0, 1) == Approx(-0.986 * std::sqrt(4.99 * 7.51e-5)));
+  CHECK(mixed.random.back().covariance(0, 1) == Approx(-0.986 * std::sqrt(4.99 * 7.51e-5)));
   const fit::FittedModel& unprinted = fit_of(library, "BHN", "h", "nlme");
-  CHECK(std::isnan(unprinted.random_covariance(1, 1)));
+  CHECK(std::isnan(unprinted.random.back().covariance(1, 1)));
   // Of a base model sigma^2 = SSE / (n - p); RMSE^2 = SSE / n but for the mean error of 0.02 m and
   // n - 1, which are below a thousandth.
   const fit::FittedModel& base = fit_of(library, "SM", "h", "ols");

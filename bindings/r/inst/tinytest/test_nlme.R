@@ -82,3 +82,27 @@ if (file == "") {
   higher <- near(list(fixed = fixef(own), random = as.matrix(ranef(own))))
   agree(own, higher, newdata = spati[1:20, ])
 }
+
+# Plots in stands: all levels of prediction, and the sums of coefficients and random effects
+file <- reference("data", "stands.csv")
+if (file == "") {
+  skipped("nested groups need the checkout")
+} else {
+  stands <- read.csv(file, stringsAsFactors = TRUE)
+  nested <- nlme::nlme(h ~ 1.3 + a * (1 - exp(-b * dbh)), data = stands, fixed = a + b ~ 1, random = list(stand = a ~ 1, plot = a + b ~ 1),
+                       start = c(a = 29, b = 0.047), control = tight)
+  own <- silvafit(h ~ 1.3 + a * (1 - exp(-b * dbh)), data = stands, random = list(stand = a ~ 1, plot = a + b ~ 1))
+  expect_equal(as.numeric(logLik(own)), as.numeric(logLik(nested)), tolerance = 1e-6)
+  theirs <- predict(nested, stands, level = 0:2)
+  ours <- predict(own, stands, level = 0:2)
+  for (column in c("predict.fixed", "predict.stand", "predict.plot")) expect_true(relative(ours[[column]], theirs[[column]]) < 1e-4)
+  expect_true(relative(as.matrix(coef(own)[rownames(coef(nested)), ]), as.matrix(coef(nested))) < 1e-4)
+  expect_equal(names(ranef(own)), c("stand", "plot"))
+  expect_equal(names(intervals(own)$reStruct), c("stand", "plot"))
+  # Groups of the finer grouping have the names stand/plot.
+  expect_equal(sort(rownames(ranef(own)$plot)), sort(rownames(nlme::ranef(nested, level = 2))))
+  covariate <- nlme::nlme(h ~ 1.3 + a * (1 - exp(-b * dbh)), data = stands, fixed = list(a ~ species * crowding, b ~ 1), random = a ~ 1 | plot,
+                          start = c(29, 0, 0, 0, 0.047), control = tight)
+  own <- silvafit(h ~ 1.3 + a * (1 - exp(-b * dbh)), data = stands, parameters = a ~ species * crowding, random = a ~ 1 | plot)
+  agree(own, covariate)
+}

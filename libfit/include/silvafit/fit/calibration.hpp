@@ -29,25 +29,23 @@ struct CalibrationOptions {
   unsigned threads = 1;
 };
 
+/// The random effects of one term for a table: G groups in the order of their first appearance, N
+/// rows, p coefficients, q random effects in the order of the fit's. Values of a group whose mode
+/// was not found are NaN.
+struct CalibratedEffects {
+  std::vector<std::string> labels{};          ///< (G) as in EstimatedEffects
+  std::vector<Eigen::Index> group_of_row{};   ///< (N) -1 where the group is missing
+  std::vector<Eigen::Index> coarser_group{};  ///< (G) that of the term before; -1 in the first
+  std::vector<Eigen::Index> fitted_group{};   ///< (G) its number in the fit, -1 if not seen
+  Eigen::MatrixXd effects{};                  ///< (q x G) EBLUPs
+  EffectUncertainty uncertainty{};            ///< of effects
+};
+
 /// The random effects of all groups of a table given its measured trees, at a fit's estimates.
-///
-/// G groups of the only or the finer grouping and C of the coarser one, in the order of their first
-/// appearance; N rows of the table; p coefficients, q random effects in the order of the fit's
-/// random_names, s of the coarser grouping. Values of a group whose mode was not found are NaN.
 struct Calibration {
-  std::vector<std::string>
-      group_labels{};  ///< (G) as in FittedModel: nested ones are `outer/inner`
-  std::vector<std::string> outer_labels{};   ///< (C)
-  std::vector<Eigen::Index> group_of_row{};  ///< (N) -1 where the group is missing
-  std::vector<Eigen::Index> outer_of_row{};  ///< (N) -1 without a coarser group
-  std::vector<Eigen::Index> outer_of{};      ///< (G) coarser group of each; -1 without
-  std::vector<Eigen::Index> fitted_group{};  ///< (G) its number in the fit, -1 if not seen
-  std::vector<Eigen::Index> fitted_outer{};  ///< (C)
-  std::vector<Eigen::Index> measured{};      ///< (G) trees of the table that were used
-  Eigen::MatrixXd effects{};                 ///< (q x G) EBLUPs
-  EffectUncertainty uncertainty{};           ///< of effects
-  Eigen::MatrixXd outer_effects{};           ///< (s x C)
-  EffectUncertainty outer_uncertainty{};     ///< of outer_effects
+  std::vector<CalibratedEffects> random{};  ///< the terms of the fit, in their order
+  /// (groups of the last term) trees of the table that were used.
+  std::vector<Eigen::Index> measured{};
   /// (N) whether the row's response was used.
   std::vector<bool> is_used{};
 };

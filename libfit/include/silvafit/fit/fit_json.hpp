@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fits as JSON, schema silvafit-fit/1: what the program prints and model libraries hold.
+// Fits as JSON, schema silvafit-fit/2: what the program prints and model libraries hold.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -19,7 +19,7 @@ std::string to_json(const FittedModel& fit, int indent = -1);
 /// The object itself.
 nlohmann::ordered_json json_of(const FittedModel& fit);
 
-/// The fit of a JSON object. Unknown keys are ignored.
+/// The fit of a JSON object, schema silvafit-fit/1 or silvafit-fit/2. Unknown keys are ignored.
 /// \throws InputError that names file and key if a key is missing or does not fit to the others, or
 ///   a newer version of silvafit wrote it
 FittedModel from_json(const data::JsonReader& json);

@@ -10,11 +10,11 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
-#include "silvafit/fit/convergence.hpp"
-#include "silvafit/fit/effect_uncertainty.hpp"
+#include "silvafit/fit/estimates.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/model_specification.hpp"
@@ -55,70 +55,31 @@ struct ColumnLevels {
   std::vector<std::string> labels{};  ///< in alphabetical order
 };
 
-/// Everything that is kept of a fit. Values are NaN where a failed fit has none.
-///
-/// p coefficients, q random effects, G groups, N observations.
-struct FittedModel {
+/// Everything that is kept of a fit: what was fitted, how, to which data, and the estimates.
+struct FittedModel : Estimates {
+  explicit FittedModel(ModelSpecification fitted) : specification(std::move(fitted)) {}
+
   std::string model{};  ///< id in the catalogue, or empty
   ModelSpecification specification;
   Method method = Method::kOrdinary;
   bool reml = false;          ///< restricted maximum likelihood
   int quadrature_points = 0;  ///< a random effect; 0 but for agq
-  Eigen::Index observations = 0;
   Eigen::Index excluded = 0;  ///< rows with missing values
   /// Of the response in the rows used, whatever their order: fits with the same one can be compared
   /// by their likelihoods. Empty in files of earlier versions.
   std::string response_fingerprint{};
-
-  std::vector<std::string> coefficient_names{};
-  Eigen::VectorXd estimate{};            ///< (p)
-  Eigen::MatrixXd covariance{};          ///< (p x p)
-  Eigen::VectorXd degrees_of_freedom{};  ///< (p) of the t tests; docs/inference.md has the rule
-  /// How many of them are estimated between the groups, the coarser ones first, but for an
-  /// intercept: columns of the Jacobian that are constant in each group.
-  std::vector<int> coefficients_between{};
-
-  std::vector<std::string> random_names{};  ///< (q), empty without random effects
-  std::vector<std::string> group_labels{};  ///< (G)
-  Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
-  Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs
-  OuterRandomEffects outer{};               ///< of the coarser of two nested groupings
-  EffectUncertainty uncertainty{};          ///< of random_effects; not known in older files
-  EffectUncertainty outer_uncertainty{};    ///< of outer.effects
-  /// Where constant-plus-power has become a constant variance, its constant is infinite and sigma
-  /// the residual standard deviation itself.
-  VarianceEstimate variance{};
-  double sigma = 0.0;
   std::vector<ColumnRange> ranges{};   ///< of the numeric columns that the mean uses
   std::vector<ColumnLevels> levels{};  ///< not known in older files
 
-  double log_likelihood = 0.0;
-  int parameter_count = 0;      ///< 0 where a fit failed
   FitStatistics population{};   ///< of f(beta)
   FitStatistics conditional{};  ///< of f(beta + b); only with random effects
   /// Shares of the variance that fixed, and fixed and random effects explain (Nakagawa and
   /// Schielzeth 2013, Johnson 2014; docs/mixed-effects.md); NaN without random effects.
   double r2_marginal = std::numeric_limits<double>::quiet_NaN();
   double r2_conditional = std::numeric_limits<double>::quiet_NaN();
-  Convergence convergence{};
-  std::vector<LocalOptimum> optima{};    ///< of mixed fits: all that were found, this one first
   std::optional<Intervals> intervals{};  ///< where they were asked for: confidence_intervals()
   double seconds = 0.0;
 
-  bool has_random_effects() const { return !random_names.empty(); }
-  double aic() const;
-  double aicc() const;
-  double bic() const;
-  /// With the number of independent groups (of the coarser grouping, if there are two) in place of
-  /// that of observations; NaN without random effects.
-  double bic_groups() const;
-  Eigen::VectorXd standard_errors() const;
-  Eigen::VectorXd t_values() const;
-  /// p-value of the two-sided t test of each coefficient against zero.
-  Eigen::VectorXd p_values() const;
-  Eigen::VectorXd random_sd() const;
-  /// (q x q); NaN off the diagonal where a standard deviation is zero.
-  Eigen::MatrixXd random_correlation() const;
   /// (N) residual standard deviation of a table's rows by the variance function.
   /// \param fitted  (N) fitted values of the rows
   Eigen::VectorXd residual_sd(const Eigen::Ref<const Eigen::VectorXd>& fitted,

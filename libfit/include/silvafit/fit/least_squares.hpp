@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/estimates.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -24,29 +24,17 @@ struct LeastSquaresOptions {
   int further_starts = 0;  ///< of the search, besides its own
 };
 
-/// An ordinary least-squares fit: minimizes sum (y - f(beta))^2 over beta.
-struct LeastSquaresFit {
-  std::vector<std::string> coefficient_names{};
-  Eigen::VectorXd estimate{};  ///< (p) beta
-  /// (p x p) sigma^2 (J'J)^-1; NaN rows and columns for confounded coefficients
-  Eigen::MatrixXd covariance{};
+/// An ordinary least-squares fit: minimizes sum (y - f(beta))^2 over beta. Sigma has n - p in the
+/// denominator; the log-likelihood is that at sigma^2 = SSE/n, infinite if the fit is exact.
+struct LeastSquaresFit : Estimates {
   double sum_of_squares = 0.0;
-  double sigma = 0.0;           ///< residual standard deviation with n - p in the denominator
-  double log_likelihood = 0.0;  ///< at the maximum-likelihood sigma^2 = SSE/n; infinite if exact
-  int parameter_count = 0;      ///< p + 1: sigma counts
-  Eigen::Index observations = 0;
-  Convergence convergence{};
   Eigen::VectorXd fitted{};  ///< (N) in model order
   /// (p) each: where exchanged terms fit as well, then other minima up to twice as high, if asked
   /// for
   std::vector<Eigen::VectorXd> other_minima{};
 
-  double aic() const;
-  double aicc() const;
-  double bic() const;
-  Eigen::VectorXd standard_errors() const;
-  /// Residual degrees of freedom n - p.
-  double degrees_of_freedom() const;
+  /// n - p.
+  double residual_degrees_of_freedom() const;
 };
 
 /// Fits a model by least squares; random effects and the variance function of its specification are

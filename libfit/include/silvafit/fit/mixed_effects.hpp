@@ -4,12 +4,10 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <limits>
 #include <string>
 #include <vector>
 
-#include "silvafit/fit/convergence.hpp"
-#include "silvafit/fit/fit_statistics.hpp"
+#include "silvafit/fit/estimates.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -20,17 +18,6 @@ enum class SearchEffort {
   kQuick,
   /// From all starting points that are known, with checks of the maximum; docs/local-maxima.md.
   kThorough,
-};
-
-/// A maximum of the likelihood, or a fixed point of Lindstrom and Bates' method, that a search
-/// found.
-struct LocalOptimum {
-  std::string origin{};         ///< what the search started from
-  Eigen::VectorXd estimate{};   ///< (p) fixed effects
-  double log_likelihood = 0.0;  ///< of the method
-  /// Of Lindstrom and Bates' method: the likelihood at these estimates by Laplace's method, or by
-  /// FOCEI where Laplace's does not hold for all fixed points; else NaN.
-  double marginal_log_likelihood = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct MixedEffectsOptions {
@@ -44,52 +31,13 @@ struct MixedEffectsOptions {
   std::function<void(const std::string&)> trace{};
 };
 
-/// Estimated random effects of the coarser of two nested groupings: r coefficients, S groups.
-struct OuterRandomEffects {
-  std::vector<std::string> names{};   ///< (r), empty without a coarser grouping
-  std::vector<std::string> labels{};  ///< (S)
-  Eigen::MatrixXd covariance{};       ///< (r x r)
-  Eigen::MatrixXd effects{};          ///< (r x S) EBLUPs
-};
-
-/// A fitted model: y_ij = f(beta + b_i; x_ij) + e_ij, b_i ~ N(0, Psi), Var e_ij = sigma^2 g_ij^2.
-///
-/// p coefficients, q of them with random effects, G groups, N observations in the model's order.
-struct MixedEffectsFit {
-  std::vector<std::string> coefficient_names{};
-  Eigen::VectorXd estimate{};  ///< (p) fixed effects
-  /// (p x p) covariance of the fixed effects: by Lindstrom and Bates' method with nlme's factor
-  /// N / (N - p), unless by restricted likelihood; of marginal likelihood by the observed
-  /// information
-  Eigen::MatrixXd covariance{};
-  std::vector<std::string> random_names{};  ///< (q)
-  std::vector<std::string> group_labels{};  ///< (G)
-  Eigen::MatrixXd random_covariance{};      ///< (q x q) Psi
-  Eigen::MatrixXd random_effects{};         ///< (q x G) EBLUPs: modes given the data
-  OuterRandomEffects outer{};               ///< of the coarser of two nested groupings
-  double sigma = 0.0;
-  VarianceEstimate variance{};
-  double log_likelihood = 0.0;
-  int parameter_count = 0;  ///< coefficients, covariance and variance parameters, sigma
-  Eigen::Index observations = 0;
-  Eigen::VectorXd degrees_of_freedom{};  ///< (p) of the t tests, as nlme counts them
-  /// Coefficients that are estimated between the groups, the coarser ones first.
-  std::vector<int> coefficients_between{};
-  Convergence convergence{};
+/// A fitted model with its fitted values: G groups, N observations in the model's order.
+struct MixedEffectsFit : Estimates {
   Eigen::VectorXd fitted_population{};   ///< (N) f(beta)
   Eigen::VectorXd fitted_conditional{};  ///< (N) f(beta + b)
   Eigen::VectorXd residual_sd{};         ///< (N) sigma g
-  Eigen::Index floored_variances =
-      0;  ///< fitted values too near zero for a power, which were floored
-  std::vector<LocalOptimum> optima{};  ///< all that were found, this one first
-
-  double aic() const;
-  double aicc() const;
-  double bic() const;
-  Eigen::VectorXd standard_errors() const;
-  Eigen::VectorXd random_sd() const;
-  /// (q x q); NaN off the diagonal where a standard deviation is zero.
-  Eigen::MatrixXd random_correlation() const;
+  /// Fitted values too near zero for a power, which were floored.
+  Eigen::Index floored_variances = 0;
 };
 
 /// How the random effects are integrated out of the likelihood.

@@ -3,7 +3,6 @@
 // variance.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,9 +38,9 @@ struct ParameterModel {
 struct ModelSpecification {
   data::Formula formula;
   std::vector<ParameterModel> parameters{};
-  std::optional<RandomEffects> random{};  ///< of the only or the finer grouping
-  /// Of a coarser grouping, within whose groups those of `random` are told apart.
-  std::optional<RandomEffects> outer_random{};
+  /// Terms, as lme4's: one grouping, or two nested ones with the coarser one first, within whose
+  /// groups those of the second are told apart. Empty without random effects.
+  std::vector<RandomEffects> random{};
   VarianceFunction variance{};
   /// Columns that sub-models use as factors: other values than those of the fit have no prediction.
   std::vector<std::string> factors{};

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <set>
 #include <stop_token>
 #include <string>
@@ -64,9 +63,9 @@ class NonlinearModel {
   /// \throws UsageError if there is none of that name
   Eigen::Index coefficient_index(std::string_view name) const;
 
-  /// Positions of the coefficients that have random effects in a grouping; none without one.
+  /// Positions of the coefficients that have random effects in a term; none for null.
   /// \throws UsageError if one is no coefficient of the model
-  std::vector<Eigen::Index> coefficients_of(const std::optional<RandomEffects>& random) const;
+  std::vector<Eigen::Index> coefficients_of(const RandomEffects* term) const;
 
   /// (N) the response, in model order.
   const Eigen::VectorXd& response() const { return response_; }
@@ -142,10 +141,8 @@ class NonlinearModel {
   NonlinearModel with_equation(data::Expression mean, Eigen::VectorXd response) const;
 
   /// The model with fewer random effects.
-  /// \param random  of the same grouping, or none: all rows are then one group
-  /// \param outer   of the same coarser grouping; none if the model has none, or without `random`
-  NonlinearModel with_random_effects(std::optional<RandomEffects> random,
-                                     std::optional<RandomEffects> outer) const;
+  /// \param terms  of the same groupings, or none: all rows are then one group
+  NonlinearModel with_random_effects(std::vector<RandomEffects> terms) const;
 
   /// Where an observation came from: the file and the line, as far as the table knew them.
   Place place(Eigen::Index observation) const;

@@ -60,7 +60,7 @@ struct DbhDesign {
 struct ResponseDesign {
   fit::ModelSpecification model;  ///< of dbh, h (hcb only), W, M, U, C, z
   Eigen::VectorXd fixed{};        ///< (p) in the order of model.coefficient_names()
-  /// (q x q) of model.random->coefficients; none without random effects.
+  /// (q x q) of the term in model.random; none without random effects.
   Eigen::MatrixXd random_covariance{};
   double delta = 0.0;
   double constant = 0.0;

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// What every method estimates: coefficients, random effects, variances, and the evidence for them.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/convergence.hpp"
+#include "silvafit/fit/effect_uncertainty.hpp"
+#include "silvafit/fit/variance_function.hpp"
+
+namespace silvafit::fit {
+
+/// A maximum of the likelihood, or a fixed point of Lindstrom and Bates' method, that a search
+/// found.
+struct LocalOptimum {
+  std::string origin{};         ///< what the search started from
+  Eigen::VectorXd estimate{};   ///< (p) fixed effects
+  double log_likelihood = 0.0;  ///< of the method
+  /// Of Lindstrom and Bates' method: the likelihood at these estimates by Laplace's method, or by
+  /// FOCEI where Laplace's does not hold for all fixed points; else NaN.
+  double marginal_log_likelihood = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The estimated random effects of one term: q coefficients, G groups.
+struct EstimatedEffects {
+  std::vector<std::string> names{};   ///< (q) coefficients
+  std::vector<std::string> labels{};  ///< (G) of the groups; nested ones are `stand/plot`
+  Eigen::MatrixXd covariance{};       ///< (q x q) Psi
+  Eigen::MatrixXd effects{};          ///< (q x G) EBLUPs: modes given the data
+  EffectUncertainty uncertainty{};    ///< of effects; not known in older files
+
+  /// (q) standard deviations.
+  Eigen::VectorXd sd() const { return covariance.diagonal().cwiseSqrt(); }
+  /// (q x q); NaN off the diagonal where a standard deviation is zero.
+  Eigen::MatrixXd correlation() const;
+};
+/// (q x q) correlations of a covariance matrix; NaN off the diagonal where a variance is zero.
+Eigen::MatrixXd correlation_of(const Eigen::MatrixXd& covariance);
+
+/// The estimates of y_ij = f(beta + b_i; x_ij) + e_ij, b_i ~ N(0, Psi), Var e_ij = sigma^2 g_ij^2,
+/// by any method. Values are NaN where a failed fit has none.
+///
+/// p coefficients, N observations.
+struct Estimates {
+  std::vector<std::string> coefficient_names{};
+  Eigen::VectorXd estimate{};  ///< (p) beta
+  /// (p x p) of the estimates. Least squares: sigma^2 (J'J)^-1, NaN where coefficients are
+  /// confounded. Lindstrom and Bates: nlme's, with the factor N / (N - p) unless by restricted
+  /// likelihood. Marginal likelihood: of the observed information.
+  Eigen::MatrixXd covariance{};
+  Eigen::VectorXd degrees_of_freedom{};  ///< (p) of the t tests; docs/inference.md has the rule
+  /// How many of them are estimated between the groups, the coarser ones first, but for an
+  /// intercept: columns of the Jacobian that are constant in each group.
+  std::vector<int> coefficients_between{};
+  /// The terms of ModelSpecification::random, in their order; empty without random effects.
+  std::vector<EstimatedEffects> random{};
+  /// Where constant-plus-power has become a constant variance, its constant is infinite and sigma
+  /// the residual standard deviation itself.
+  VarianceEstimate variance{};
+  double sigma = 0.0;
+  double log_likelihood = 0.0;
+  int parameter_count = 0;  ///< coefficients, (co)variances, sigma; 0 where a fit failed
+  Eigen::Index observations = 0;
+  Convergence convergence{};
+  std::vector<LocalOptimum> optima{};  ///< of mixed fits: all that were found, this one first
+
+  bool has_random_effects() const { return !random.empty(); }
+  double aic() const;  ///< NaN where parameter_count is not known
+  double aicc() const;
+  double bic() const;
+  /// With the number of independent groups (of the coarsest grouping) in place of that of
+  /// observations; NaN without random effects.
+  double bic_groups() const;
+  Eigen::VectorXd standard_errors() const;
+  Eigen::VectorXd t_values() const;
+  /// p-value of the two-sided t test of each coefficient against zero.
+  Eigen::VectorXd p_values() const;
+};
+
+}  // namespace silvafit::fit
