@@ -18,7 +18,7 @@
 namespace silvafit::cli {
 namespace {
 
-// Both are empty where there is nothing to say: outside of a checkout, and without the libraries.
+// Both are empty outside of a checkout, and without the libraries.
 constexpr std::string_view kRevision = SILVAFIT_REVISION;
 constexpr std::string_view kRenderer = SILVAFIT_RENDERER;
 

@@ -14,7 +14,7 @@ namespace silvafit::cli {
 /// \throws UsageError that names the option and the part that cannot be read
 std::map<std::string, double> parse_values(const std::string& text, const std::string& option);
 
-/// Reads `a=0:40,b=0:`, the value of --bound; an end that is left out is no bound.
+/// Reads `a=0:40,b=0:`, the value of --bound; without a number the side has no bound.
 /// \throws UsageError as parse_values
 std::map<std::string, fit::Bounds> parse_bounds(const std::string& text);
 

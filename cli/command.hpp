@@ -43,8 +43,8 @@ void add_common_options(CLI::App& command, CommonOptions& options);
 /// Appends an example that works to the text of --help.
 void add_example(CLI::App& command, const std::string& example);
 
-/// Refuses an option that was given and would do nothing.
-/// \param needed  what it does nothing without
+/// Refuses an option that was given but has no effect.
+/// \param needed  the option without which it has no effect
 /// \throws UsageError
 void refuse_idle(const CLI::App& command,
                  const std::string& option,

@@ -170,7 +170,7 @@ std::string unreadable_words(const CLI::App& program, const CLI::ParseError& err
   if (is(CLI::ExitCodes::ArgumentMismatch) && option->results().empty()) {
     return fmt::format("{}: needs a value; {}", name, help);
   }
-  // What was found by a check of ours is said already.
+  // The message of our own check is complete.
   const bool has_choices = !choices_of(*option).empty();
   const bool is_unsaid = is(CLI::ExitCodes::ConversionError) || has_choices;
   for (const std::string& value : option->results()) {
@@ -180,7 +180,7 @@ std::string unreadable_words(const CLI::App& program, const CLI::ParseError& err
   if (is(CLI::ExitCodes::ConversionError)) {
     return fmt::format("{}: {} is too large", name, fmt::join(option->results(), ","));
   }
-  // A range without an upper end is told with the largest number that there is.
+  // CLI11 prints a range without an upper limit with the largest double.
   if (message.ends_with(std::to_string(std::numeric_limits<double>::max()))) {
     return fmt::format("{}: '{}' is not above 0", name, fmt::join(option->results(), ","));
   }

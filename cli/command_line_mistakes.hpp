@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Commands, options and values that do not exist, and what they may have been meant to be.
+// Messages about unknown commands, options and values, with suggestions.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -9,10 +9,10 @@
 namespace silvafit::cli {
 
 /// \param words  the command line without the program's name
-/// \throws UsageError if they name no command; it lists those that there are
+/// \throws UsageError if they name no command; the message lists the commands
 void require_command(const CLI::App& program, const std::vector<std::string>& words);
 
-/// What is wrong with words that were left over when the command line had been read.
+/// The message about words that no option or argument of the command line takes.
 std::string unexpected_words(const CLI::App& program);
 
 /// Lets the options of all commands that are counts take nothing but digits: a number below 0 would

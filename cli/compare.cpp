@@ -32,7 +32,7 @@ struct CompareArguments {
   std::string html{};
 };
 
-/// The fits of one species and response, and how people tell them apart.
+/// The fits of one species and response, and their names in tables.
 struct Subject {
   std::string species{};
   std::string response{};

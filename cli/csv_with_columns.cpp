@@ -15,7 +15,7 @@
 namespace silvafit::cli {
 namespace {
 
-/// Of each field of a file, whether it gets a decimal point.
+/// For each field of a file, whether its decimal comma becomes a decimal point.
 std::vector<char> columns_of_numbers(const std::string& file) {
   data::CsvReader reader(file);
   if (!reader.has_decimal_commas()) return {};

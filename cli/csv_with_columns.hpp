@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A CSV file as it is, with columns behind it.
+// A copy of a CSV file with further columns at its end.
 #pragma once
 
 #include <cstddef>

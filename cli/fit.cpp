@@ -137,7 +137,7 @@ void set_options(Task& task, const FitArguments& arguments) {
   }
 }
 
-/// Rows that start values need are a matter of the file.
+/// Too few rows for start values are an error of the file.
 std::vector<double> starts_of(const study::BaseModel& model, const data::Table& table) {
   try {
     return study::start_values(model, table);
@@ -278,7 +278,7 @@ void print_tables(const std::vector<fit::FittedModel>& fits) {
   print_ranking(pointers);
 }
 
-/// Options that would do nothing without another one.
+/// Options that have no effect without another one.
 void refuse_idle_options(const CLI::App& command, const FitArguments& arguments) {
   const auto refuse = [&](const char* option, bool has_use, const char* needed) {
     refuse_idle(command, option, has_use, needed);
@@ -323,7 +323,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   refuse_idle_options(command, arguments);
   refuse_same_files({{"DATA.csv", arguments.data}},
                     {{"--residuals", arguments.resampling.residuals}});
-  // One fit has the threads for itself.
+  // A single fit uses all threads.
   arguments.inference.threads = arguments.models.size() > 1 ? 1 : arguments.common.threads;
   if (arguments.formula.empty() == arguments.models.empty()) {
     throw UsageError("give either --formula or --model");

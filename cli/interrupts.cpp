@@ -41,7 +41,7 @@ void clean_up_on_interrupts() {
   try {
     std::thread(wait_for_interrupt, signals).detach();
   } catch (const std::system_error&) {
-    // Where no thread can be had, signals end the process at once.
+    // If no thread can be started, signals end the process at once.
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
   }
 }

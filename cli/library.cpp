@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit library`: what a model library holds, and the scenes of its structural classes.
+// `silvafit library`: the content of a model library, and the scenes of its structural classes.
 #include <fmt/format.h>
 
 #include <cmath>

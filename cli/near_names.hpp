@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a name that is not known may have been meant to be.
+// Suggestions for unknown names.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace silvafit::cli {
 /// becomes the other (the optimal string alignment distance).
 std::size_t slips_between(std::string_view one, std::string_view other);
 
-/// The most similar of the names, where it is similar enough to have been meant; else empty.
+/// The most similar of the names if it is similar enough for a suggestion; else empty.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& names);
 
 /// Whether a name is one slip away from another, as dhb is from dbh. Names of one or two letters

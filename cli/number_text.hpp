@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers in tables for people; what is not known is a dash.
+// Numbers in tables for people; unknown values are dashes.
 #pragma once
 
 #include <fmt/format.h>

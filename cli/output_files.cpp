@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A name of a device says nothing of the file that a shell may have put behind it.
+/// A device such as /dev/stdout may be any file: the shell redirects it.
 bool is_stream(const fs::path& path) {
   if (path.lexically_normal().string().starts_with("/dev/")) return true;
   std::error_code ignored;

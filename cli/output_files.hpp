@@ -15,7 +15,7 @@ struct NamedFile {
   std::filesystem::path path{};  ///< empty: not given
 };
 
-/// Called before anything is computed, since a file that is written over is lost.
+/// Called before anything is computed, because an overwritten file is lost.
 ///
 /// Files are the same whatever path, symbolic link or hard link names them. Devices and pipes, such
 /// as /dev/stdout and /dev/null, keep nothing and may be named as often as one likes.

@@ -115,7 +115,7 @@ render::RenderOptions options_of(const RenderArguments& arguments) {
   return options;
 }
 
-/// Refuses what would take days, and announces what takes minutes.
+/// Refuses pictures that take days, and announces those that take minutes.
 void check_work(const RenderArguments& arguments, const render::RenderOptions& options) {
   constexpr double kMostRays = 1e11;
   constexpr double kManyRays = 1e9;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Results on standard output: that they arrive, and as JSON.
+// Results on standard output: checks that they were written, and JSON.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// silvafit study: the whole way from an inventory to models, tables, predictions and a report.
+// silvafit study: models, tables, predictions and a report from an inventory.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ std::string base_model(const study::ResponseStudy& result) {
   return fit.model.empty() ? fit.specification.formula.text : fit.model;
 }
 
-/// The first lines: which models to rely on, and why not on the others.
+/// The first lines: sound models, and the reasons against doubtful ones.
 void print_soundness(const study::Study& study) {
   if (study.results.empty()) return;
   const auto sound = std::ranges::count_if(study.results, &study::ResponseStudy::is_sound);

@@ -6,7 +6,7 @@
 namespace silvafit::cli {
 namespace {
 
-/// One criterion for all levels, which then decides alone.
+/// One criterion for all levels; likelihood-ratio tests are then not used.
 void apply_criterion(const std::string& text, study::StudyOptions& options) {
   if (text == "level") return;
   const study::Criterion all = study::parse_criterion(text);
@@ -14,7 +14,7 @@ void apply_criterion(const std::string& text, study::StudyOptions& options) {
   options.needs_tests = false;
 }
 
-/// The settings of the file, but for what the command line says itself.
+/// The settings of the file, except those given on the command line.
 void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   study::StudyConfiguration file =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `silvafit study` is asked to do: options of the command line, and settings of a file.
+// The settings of `silvafit study`: options of the command line, and those of a file.
 #pragma once
 
 #include <string>

@@ -72,7 +72,7 @@ bool reaches_disk(int descriptor) {
   return ::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP || errno == ENOSYS;
 }
 
-/// A name is on the disk when its folder is. Folders that may not be read are left to the system.
+/// A name is on the disk after fsync of its folder. Unreadable folders are left to the system.
 bool reaches_folder(const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));

@@ -91,7 +91,7 @@ std::error_code UnfinishedFiles::make_folders(const fs::path& folder, std::vecto
     folders_.push_back(*path);
   }
   error.clear();
-  // Also where another process was quicker; else it says what is wrong.
+  // Another process may have made the folder meanwhile; otherwise this reports the error.
   fs::create_directories(whole, error);
   return error;
 }

@@ -41,7 +41,7 @@ std::string column_to_quote(std::string_view text, std::span<const std::string> 
   return longest;
 }
 
-/// What the parser says, without the place and the text that a FormulaError puts around it.
+/// The parser's message without the place and the text that a FormulaError adds.
 std::string reason_of(const FormulaError& error) {
   const std::string line = error.message().substr(0, error.message().find('\n'));
   return line.substr(line.find(": ") + 2);

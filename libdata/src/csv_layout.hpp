@@ -10,7 +10,7 @@
 
 namespace silvafit::data {
 
-/// Where the header is, and what is around it.
+/// The positions of the header and of the lines around it.
 struct TableStart {
   char separator = ',';
   std::size_t bytes_above = 0;  ///< of the text, before the header

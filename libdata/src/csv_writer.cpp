@@ -56,7 +56,7 @@ void append_row(std::string& out, const std::vector<ColumnView>& views, std::siz
       out += csv_field((*views[i].text)[row]);
     }
   }
-  // A row of missing values must not look like a blank one, which readers pass over.
+  // A row of missing values must not look like an empty line, which readers skip.
   if (out.find_first_not_of(',', start) == std::string::npos) out.insert(start, "\"\"");
   out += '\n';
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What to do with a file that is not UTF-8.
+// Advice on files that are not UTF-8.
 #pragma once
 
 #include <string>

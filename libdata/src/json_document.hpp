@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The text of a JSON document, taken in once.
+// Parsing of JSON documents in linear time.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

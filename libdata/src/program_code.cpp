@@ -8,7 +8,7 @@
 namespace silvafit::data {
 namespace {
 
-/// The values that something is made of, by number.
+/// The operands of a step, by number.
 std::vector<bool> needed(const std::vector<Value>& values, std::vector<std::uint32_t> wanted) {
   std::vector<bool> result(values.size(), false);
   while (!wanted.empty()) {

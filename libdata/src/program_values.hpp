@@ -36,7 +36,7 @@ class ValueNumbering {
   /// \throws UsageError if the graph has a variable that is no input
   std::uint32_t number(const NodePointer& node);
 
-  /// Operands come before what is made of them.
+  /// Operands come before the values computed from them.
   const std::vector<Value>& values() const { return values_; }
 
  private:

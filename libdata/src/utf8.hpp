@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Is a text UTF-8?
+// Validation of UTF-8.
 #pragma once
 
 #include <cstddef>

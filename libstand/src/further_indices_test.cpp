@@ -51,6 +51,20 @@ TEST_CASE("U and T compare by dbh, height or crown width") {
   CHECK_THROWS_WITH(structural_units(without_height, options), Contains("compare trees by h"));
 }
 
+TEST_CASE("a neighbor without dbh counts for W, M and C, and makes U unknown") {
+  Inventory stand = stand_of(corner());
+  const StructuralUnits known = structural_units(stand, with({FurtherIndex::kHegyi}));
+  stand.dbh_cm[1] = NAN;
+  stand.neighbor_only = {0, 1, 0};
+  const StructuralUnits units = structural_units(stand, with({FurtherIndex::kHegyi}));
+  CHECK(units.W[0] == known.W[0]);
+  CHECK(units.M[0] == known.M[0]);
+  CHECK(units.C[0] == known.C[0]);
+  CHECK(std::isnan(units.U[0]));
+  CHECK(std::isnan(units.further.at(0).values[0]));
+  CHECK(units.core == std::vector<char>{1, 0, 1});
+}
+
 TEST_CASE("Hegyi adds ratios of diameters over distances, of neighbors or within a radius") {
   std::vector<Tree> trees = corner();
   trees.push_back({.x = -5, .dbh_cm = 40});

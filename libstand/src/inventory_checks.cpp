@@ -51,7 +51,11 @@ void RowChecker::check_position() {
 }
 
 void RowChecker::check_required(bool needs_coordinates) {
-  if (!is_known(row_[kDbh])) add(kDbh, "is missing, and no tree can be used without it");
+  // A tree of known position is a neighbor of others.
+  const bool is_placed = is_known(row_[kX]) && is_known(row_[kY]);
+  if (!is_known(row_[kDbh]) && !is_placed) {
+    add(kDbh, "is missing, and a tree without dbh and position cannot be used");
+  }
   if (!needs_coordinates) return;
   if (!is_known(row_[kX])) add(kX, "is missing, so the tree has no place");
   if (!is_known(row_[kY])) add(kY, "is missing, so the tree has no place");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a row of an inventory must satisfy, and what a whole column should look like.
+// Checks of the rows and of the whole columns of an inventory.
 #pragma once
 
 #include <array>

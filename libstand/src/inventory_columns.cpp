@@ -297,7 +297,7 @@ void Planner::collect_others(ColumnPlan& plan) const {
   };
   for (const ColumnMapping& mapping : options_.columns) {
     if (is_ours(mapping.name)) continue;
-    mapped(mapping);  // says at once what the file does not have
+    mapped(mapping);  // reports missing columns at once
     plan.others.push_back(mapping);
   }
   for (const std::string& name : options_.keep_all ? header_ : options_.keep) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which column of a file holds what.
+// The meaning of the columns of a file.
 #pragma once
 
 #include <array>

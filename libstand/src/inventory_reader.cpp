@@ -208,7 +208,7 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
   for (Problem& problem : problems_of(row.measures, options_.needs_coordinates, is_cw_from_radii)) {
     const double value = row.measures[problem.measure];
     const std::string& column = plan_.measures[problem.measure].text;
-    // A field that is no number is not missing besides.
+    // A field that is no number is reported as such, not also as missing.
     if (std::isnan(value) && !row.unreadable.empty()) continue;
     if (problem.measure == kHcb && value >= row.measures[kH]) ++crown_base_above_top_;
     exclude(row, column, std::isnan(value) ? "" : data::shortest(value), std::move(problem.reason));
@@ -224,7 +224,9 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
 
 void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   Inventory& inventory = result_.inventory;
-  if (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors) {
+  const bool is_dead_neighbor =
+      status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors;
+  if (is_dead_neighbor || std::isnan(row.measures[kDbh])) {
     inventory.neighbor_only.resize(inventory.size(), 0);
     inventory.neighbor_only.push_back(1);
   } else if (!inventory.neighbor_only.empty()) {
@@ -298,6 +300,7 @@ void InventoryReader::count_findings() {
   const Inventory& inventory = result_.inventory;
   for (std::size_t i = 0; i < inventory.size(); ++i) {
     if (inventory.species.is_missing(i)) ++without_species_;
+    if (std::isnan(inventory.dbh_cm[i])) ++without_dbh_;
   }
   odd_values_.add(inventory);
 }
@@ -371,6 +374,12 @@ std::vector<std::string> InventoryReader::notes() const {
   if (has_cw_from_radii_) {
     notes.emplace_back("cw is computed from the four crown radii where it is missing");
   }
+  if (without_dbh_ > 0) {
+    notes.push_back(
+        fmt::format("{} without dbh: neighbors of others, but not core trees, and not "
+                    "in summaries and models",
+                    counted(without_dbh_, "tree is", "trees are")));
+  }
   if (without_species_ > 0)
     notes.push_back(counted(without_species_, "tree has no species", "trees have no species"));
   for (std::string& note : odd_values_.notes()) notes.push_back(std::move(note));
@@ -391,6 +400,9 @@ CheckedInventory InventoryReader::read() {
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
   if (result_.inventory.size() == 0) refuse_empty(describe_excluded(result_));
+  if (std::ranges::all_of(result_.inventory.dbh_cm, [](double dbh) { return std::isnan(dbh); })) {
+    refuse_empty(plan_.measures[kDbh].text + " is missing in all rows");
+  }
   find_plots_left_out();
   read_other_columns();
   count_findings();

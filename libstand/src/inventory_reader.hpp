@@ -56,11 +56,11 @@ class InventoryReader {
   std::optional<CheckedInventory> read_batch(std::size_t trees);
   /// Whether columns are asked for that read_batch leaves out.
   bool wants_other_columns() const { return !plan_.others.empty(); }
-  /// What there is to say of all that was read so far.
+  /// Notes on all rows read so far.
   std::vector<std::string> notes() const;
-  /// Of it, how the file was read.
+  /// Those of them on how the file was read.
   std::vector<std::string> recognized() const;
-  /// What is said of the rows that read_batch left out so far.
+  /// Notes on the rows that read_batch skipped so far.
   std::string excluded() const { return excluded_.text(result_.inventory.file); }
 
  private:
@@ -114,6 +114,7 @@ class InventoryReader {
   RepeatedNumbers repeated_numbers_{};
   OddValues odd_values_{};
   std::size_t without_species_ = 0;
+  std::size_t without_dbh_ = 0;
   std::size_t crown_base_above_top_ = 0;
   bool has_cw_from_radii_ = false;
   data::MissingCodes codes_{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Trees whose id comes again within their plot.
+// Several rows with the same plot and tree.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace silvafit::stand {
 /// A row that has the plot and tree of an earlier one.
 struct RepeatedTree {
   std::size_t row = 0;
-  std::size_t first_row = 0;        ///< where it is the same tree, the row that told of it first
-  bool is_same_tree = false;        ///< the row tells of the same tree once more
+  std::size_t first_row = 0;        ///< if it is the same tree, the first row of that tree
+  bool is_same_tree = false;        ///< the row repeats the same tree
   bool is_later = false;            ///< and was measured at another time
   bool is_same_place = false;       ///< another tree, or another stem of the same stool
   bool is_of_unknown_time = false;  ///< another tree, or the same: neither place nor time tells

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plots that bear one label in several stands.
+// Plots with the same label in several stands.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ class SharedPlotLabels {
   void add(std::string_view plot, std::string_view stand);
   /// The plots so far do not come again; they are counted and forgotten.
   void finish_plots();
-  /// What to say of them; empty if there are none.
+  /// A note on these plots; empty if there are none.
   /// \param column  that the stands are in
   std::string note(const std::string& column) const;
 

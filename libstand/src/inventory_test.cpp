@@ -78,25 +78,26 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
             "4 h: 1.3 m is not above breast height, 1.3 m",
             "4 hcb: -1 m is below the ground",
             "5 hcb: 15 m is not below h 15 m",
-            "6 dbh: is missing, and no tree can be used without it",
             "7 x: the value is not finite",
             "8 x: is missing, so the tree has no place",
             "9 tree: the tree number is missing",
             "10 plot: the plot is missing",
             "10 dbh: '20,5' is not a number; decimals need a point",
             "12 dbh: '1.020,5' is not a number; thousands are written without a separator"});
-  CHECK(checked.excluded_tree_count == 9);
-  REQUIRE(checked.inventory.size() == 2);
-  CHECK(checked.inventory.tree[1] == "10");
-  CHECK(checked.inventory.species.is_missing(1));
+  CHECK(checked.excluded_tree_count == 8);
+  REQUIRE(checked.inventory.size() == 3);
+  CHECK(checked.inventory.tree[2] == "10");
+  CHECK(checked.inventory.species.is_missing(2));
+  // Tree 5 has no dbh.
+  CHECK(checked.inventory.neighbor_only == std::vector<char>{0, 1, 0});
   CHECK(has_note(checked, "1 tree has no species"));
 
   const std::string text = describe_excluded(checked, 2);
-  CHECK_THAT(text, Contains("9 of 11 rows skipped, 12 problems"));
+  CHECK_THAT(text, Contains("8 of 11 rows skipped, 11 problems"));
   CHECK_THAT(text,
              Contains(".csv:3: dbh: 'twenty' is not a number; leave missing values empty or write "
                       "NA; --missing names other codes (plot 1, tree 2)"));
-  CHECK_THAT(text, Contains("and 10 more"));
+  CHECK_THAT(text, Contains("and 9 more"));
   CHECK(has_note(checked, "codes read as missing values: cw 1 (0)"));
 
   std::ostringstream csv;
@@ -105,6 +106,20 @@ TEST_CASE("every problem of every row is found, and none of the rows is used") {
   CHECK_THAT(csv.str(),
              Contains("3,1,2,dbh,twenty,'twenty' is not a number; leave missing values empty"));
   CHECK_THAT(csv.str(), Contains("10,NA,9,dbh,\"20,5\",\"'20,5' is not a number;"));
+}
+
+TEST_CASE("a tree without dbh is a neighbor if its position is known") {
+  const std::string rows = "1,1,SM,0,0,20\n1,2,SM,1,0,\n1,3,SM,0,1,0\n1,4,SM,,,-\n1,5,SM,2,2,21\n";
+  const CheckedInventory checked = read_inventory_text("plot,tree,species,x,y,dbh\n" + rows);
+  REQUIRE(checked.inventory.size() == 4);
+  CHECK(checked.inventory.neighbor_only == std::vector<char>{0, 1, 1, 0});
+  CHECK(std::isnan(checked.inventory.dbh_cm[1]));
+  CHECK(problems(checked) ==
+        std::vector<std::string>{"5 dbh: is missing, and a tree without dbh and position cannot be "
+                                 "used"});
+  CHECK(has_note(checked, "2 trees are without dbh: neighbors of others, but not core trees"));
+  CHECK_THROWS_WITH(read_inventory_text("plot,tree,x,y,dbh\n1,1,0,0,\n1,2,1,0,NA\n"),
+                    Contains("dbh is missing in all rows"));
 }
 
 TEST_CASE("without a need for coordinates trees without them are used") {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Is a whole column in another unit? The limits lie well outside what stands of trees reach, so
-// that giants and saplings pass; a single odd value is a note and no error.
+// Whether a whole column is in another unit. The limits lie well outside what stands of trees
+// reach, so that giants and saplings pass; a single odd value is a note and no error.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -148,6 +148,7 @@ std::vector<PlotSummary> summarize_plots(const Inventory& inventory) {
     plot.high_x = std::max(plot.high_x, x);
     plot.high_y = std::max(plot.high_y, y);
     ++plot.trees;
+    if (std::isnan(inventory.dbh_cm[i])) continue;
     const double radius_m = inventory.dbh_cm[i] / 200.0;
     plot.basal_area_m2 += std::numbers::pi * radius_m * radius_m;
   }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -32,11 +33,12 @@ struct Hypothesis {
   std::string_view dbh_unit{};
   double dbh_factor = 1.0;  ///< to cm
   std::string_view h_unit{};
-  double h_factor = 1.0;            ///< to m
-  double contrast = 1.0;            ///< how far heights must be missed without it
-  double tolerance = 1.0;           ///< how near they must be with it
-  double lowest_slenderness = 0.0;  ///< as it is
-  double lowest_h = 0.0;            ///< median, as it is
+  double h_factor = 1.0;   ///< to m
+  double contrast = 1.0;   ///< how far heights must be missed without it
+  double tolerance = 1.0;  ///< how near they must be with it
+  /// Plots of at least this median h/dbh and h, as they are, are judged.
+  double lowest_slenderness = 0.0;
+  double lowest_h = 0.0;
 };
 // Inches and feet are near to our units. Thickets of small trees have such ratios, too, so that
 // plots must be tall and fit well.
@@ -46,6 +48,16 @@ constexpr std::array<Hypothesis, 6> kHypotheses{{{"mm", 0.1, "", 1.0, 3.0, 1.6, 
                                                  {"in", 2.54, "ft", 0.3048, 2.5, 1.35, 150.0, 15.0},
                                                  {"", 1.0, "dm", 0.1, 3.0, 1.6, 0.0, 0.0},
                                                  {"", 1.0, "cm", 0.01, 3.0, 1.6, 0.0, 0.0}}};
+// Thickets stay below both; of other units, short trees exceed them.
+constexpr double kSlenderThickets = 200.0;
+constexpr double kTallThickets = 1.9;
+// Heights that are missed by far without a unit need not be met as well with it, because sites
+// differ: half as far in logarithms, and at most so far.
+constexpr double kNearer = 0.5;
+constexpr double kWidestTolerance = 1.6;
+// Heights that are missed by less, in standard deviations of the other plots, are those of another
+// site: the 1 % quantile of a normal distribution.
+constexpr double kOtherSite = 2.33;
 
 struct SizedTree {
   double dbh_cm = 0.0;
@@ -109,11 +121,14 @@ class Finder {
   std::optional<double> height_ratio(std::size_t plot, const Hypothesis& unit) const;
   const Hypothesis* unit_of(std::size_t plot) const;
   double median_h(std::size_t plot) const;
-  bool is_missed(std::size_t plot, double contrast) const;
+  double miss(std::size_t plot) const;
+  double least_contrast(std::size_t plot, const Hypothesis& unit) const;
+  double spread_of_sites() const;
 
   std::vector<std::vector<SizedTree>> trees_{};  ///< by plot
   std::vector<std::string> plots_{};
   std::vector<double> slenderness_{};  ///< medians, NaN where a plot has too few trees
+  double usual_slenderness_ = 0.0;
   Heights usual_{};
 };
 
@@ -142,12 +157,22 @@ std::optional<double> Finder::height_ratio(std::size_t plot, const Hypothesis& u
   return median(std::move(ratios));
 }
 
-/// Whether a plot's heights are far from those of the others as they are; where none of the others
-/// can be compared, whether no stand has its h/dbh.
-bool Finder::is_missed(std::size_t plot, double contrast) const {
+/// How many times the heights of a plot are too high or too low as they are; where none of the
+/// others can be compared, infinite if no stand has its h/dbh, and otherwise 1.
+double Finder::miss(std::size_t plot) const {
   const std::optional<double> ratio = height_ratio(plot, {});
-  if (ratio) return *ratio > contrast || *ratio < 1.0 / contrast;
-  return slenderness_[plot] < kImpossiblyStout || slenderness_[plot] > kImpossiblySlender;
+  if (ratio) return std::max(*ratio, 1.0 / *ratio);
+  const double slenderness = slenderness_[plot];
+  const bool is_possible = slenderness >= kImpossiblyStout && slenderness <= kImpossiblySlender;
+  return is_possible ? 1.0 : std::numeric_limits<double>::infinity();
+}
+
+/// How far the heights of a plot must be missed so that a unit explains them.
+double Finder::least_contrast(std::size_t plot, const Hypothesis& unit) const {
+  const bool is_tall = median_h(plot) >= unit.lowest_h;
+  if (is_tall && slenderness_[plot] >= unit.lowest_slenderness) return unit.contrast;
+  if (slenderness_[plot] >= kSlenderThickets) return std::max(unit.contrast, kTallThickets);
+  return std::numeric_limits<double>::infinity();
 }
 
 double Finder::median_h(std::size_t plot) const {
@@ -156,18 +181,39 @@ double Finder::median_h(std::size_t plot) const {
   return median(std::move(heights));
 }
 
+/// The standard deviation, from the median deviation, of the logarithms by which the heights of
+/// usual plots are missed.
+double Finder::spread_of_sites() const {
+  constexpr std::size_t kEnough = 200;  // plots
+  constexpr double kOfMedian = 1.4826;
+  std::vector<std::size_t> usual;
+  for (std::size_t plot = 0; plot < plots_.size(); ++plot) {
+    if (is_usual(plot)) usual.push_back(plot);
+  }
+  std::vector<double> deviations;
+  for (std::size_t i = 0; i < usual.size(); i += 1 + usual.size() / kEnough) {
+    deviations.push_back(std::log(miss(usual[i])));
+  }
+  return deviations.empty() ? 0.0 : kOfMedian * median(std::move(deviations));
+}
+
 /// The unit that explains the sizes of a plot best; null if none does.
 const Hypothesis* Finder::unit_of(std::size_t plot) const {
+  const double without = miss(plot);
   const Hypothesis* best = nullptr;
   double smallest = 0.0;
   for (const Hypothesis& unit : kHypotheses) {
     const double slenderness = slenderness_[plot] * unit.h_factor / unit.dbh_factor;
     if (slenderness < kLowestUsual || slenderness > 2.0 * kHighestUsual) continue;
-    if (slenderness_[plot] < unit.lowest_slenderness || median_h(plot) < unit.lowest_h) continue;
     const std::optional<double> ratio = height_ratio(plot, unit);
-    if (!ratio || !is_missed(plot, unit.contrast)) continue;
-    const double deviation = std::abs(std::log(*ratio));
-    if (deviation > std::log(unit.tolerance)) continue;
+    if (!ratio || !(without > least_contrast(plot, unit))) continue;
+    const double tolerance =
+        std::max(std::log(unit.tolerance),
+                 std::min(std::log(kWidestTolerance), kNearer * std::log(without)));
+    const double missed = std::abs(std::log(*ratio));
+    if (missed > tolerance) continue;
+    // Inches may be mistaken for feet by heights alone.
+    const double deviation = missed + std::abs(std::log(slenderness / usual_slenderness_));
     if (best != nullptr && deviation >= smallest) continue;
     best = &unit;
     smallest = deviation;
@@ -183,6 +229,7 @@ std::vector<MixedUnits> Finder::run() {
     is_usual(plot) ? usual.push_back(slenderness_[plot]) : unusual.push_back(plot);
   }
   if (usual.empty() || unusual.empty()) return {};
+  usual_slenderness_ = median(std::move(usual));
   for (std::size_t plot = 0; plot < plots_.size(); ++plot) {
     if (!is_usual(plot)) continue;
     for (const SizedTree& tree : trees_[plot]) usual_.add(tree);
@@ -192,11 +239,17 @@ std::vector<MixedUnits> Finder::run() {
   for (const std::size_t plot : unusual) {
     if (const Hypothesis* const unit = unit_of(plot)) plots_of_unit[unit].push_back(plot);
   }
+  if (plots_of_unit.empty()) return {};
+  const double least = kOtherSite * spread_of_sites();
+  for (auto& [unit, plots] : plots_of_unit) {
+    std::erase_if(plots, [&](std::size_t plot) { return std::log(miss(plot)) < least; });
+  }
+  std::erase_if(plots_of_unit, [](const auto& found) { return found.second.empty(); });
   std::vector<MixedUnits> mixed;
   for (const auto& [unit, plots] : plots_of_unit) {
     MixedUnits found{.dbh_unit = std::string(unit->dbh_unit),
                      .h_unit = std::string(unit->h_unit),
-                     .slenderness_of_others = median(usual)};
+                     .slenderness_of_others = usual_slenderness_};
     std::vector<double> values;
     for (const std::size_t plot : plots) {
       found.plots.push_back(plots_[plot]);

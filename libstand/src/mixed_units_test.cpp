@@ -98,6 +98,57 @@ TEST_CASE("stands of any age, site and density are no mixture of units") {
   }
 }
 
+TEST_CASE("thickets of saplings, twice as slender as other stands, are no mixture of units") {
+  Random random(12);
+  for (int round = 0; round < 50; ++round) {
+    Stands all = stands(random, 1.0, 1.0);
+    for (int i = 0; i < 25; ++i) {
+      // h/dbh of 150 to 195 at a dbh of 2 to 5 cm, as in dense natural regeneration.
+      const double dbh = 2.0 + 3.0 * random.uniform();
+      all.plot.append("thicket");
+      all.dbh.push_back(dbh);
+      all.h.push_back(dbh * (1.5 + 0.45 * random.uniform()));
+    }
+    CHECK(all.mixed().empty());
+  }
+}
+
+TEST_CASE("plots whose heights differ much from each other are hardly ever taken for inches") {
+  Random random(7);
+  std::size_t found = 0;
+  for (int round = 0; round < 20; ++round) {
+    Stands all;
+    for (int i = 0; i < 1000; ++i) {
+      all.plot.append(std::to_string(i / 5));
+      all.dbh.push_back(5.0 + 45.0 * random.uniform());
+      all.h.push_back(5.0 + 25.0 * random.uniform());
+    }
+    for (const MixedUnits& mixed : all.mixed()) found += mixed.plots.size();
+  }
+  // Of 4000 plots without any relation of h and dbh.
+  CHECK(found <= 2);
+}
+
+TEST_CASE("inches are found in plots of poor and good sites") {
+  Random random(5);
+  int found = 0;
+  for (int round = 0; round < 40; ++round) {
+    Stands all = stands(random, 1.0, 1.0);
+    // Heights of the site differ from those of the others by up to a fifth; trees are above 10 m.
+    const double limit = 27.0 * (0.8 + 0.4 * random.uniform());
+    all.add("inches", 14.0 + 10.0 * random.uniform(), limit, random, 1.0 / 2.54);
+    const auto mixed = all.mixed();
+    if (mixed.empty()) continue;
+    REQUIRE(mixed.size() == 1);
+    CHECK(mixed[0].dbh_unit == "in");
+    CHECK(mixed[0].h_unit.empty());
+    CHECK(mixed[0].plots == std::vector<std::string>{"inches"});
+    ++found;
+  }
+  // The others fit both units, or no other plot has trees as thin.
+  CHECK(found >= 30);
+}
+
 TEST_CASE("other species, single trees and files of one unit are not judged") {
   Random random(2);
   Stands all;

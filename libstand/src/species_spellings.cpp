@@ -12,7 +12,7 @@
 namespace silvafit::stand {
 namespace {
 
-/// A name without capitals, its blanks single.
+/// A name in lower case, with single blanks.
 std::string key_of(const std::string& name) {
   std::string key = folded(name);
   const auto both_blank = [](char left, char right) { return left == ' ' && right == ' '; };

@@ -56,6 +56,8 @@ constexpr std::array<UsualNames, 15> kNames{{
     {"z", "zcoord zcoordinate zkoord zkoordinate coordz zpos posz z坐标", ""},
     {"dbh",
      "dbhob d13 d130 dbh13 dbh130 diameterbreastheight diameteratbreastheight "
+     "diameter13 diameter13m diameter130 diameter130cm diameterat13m diametre13 diametre130 "
+     "diametre130m diametrea130 diametrea130m diametro13 diametro130 diametroa130 diametroa130m "
      "bhd brusthohendurchmesser brusthoehendurchmesser dhp diametrehauteurpoitrine "
      "diametreahauteurdepoitrine dap diametronormal dnormal diametroalaalturadelpecho "
      "diametroaltezzapetto diametroalturadopeito lapimitta rinnankorkeuslapimitta "

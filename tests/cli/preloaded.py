@@ -25,7 +25,8 @@ ONE_NUMBER = """
 pid_t getpid(void) { return 7; }
 """
 
-# The FAIL_AT-th call (from 1) of write, fsync and rename together fails for want of space; each is told on FAIL_LOG.
+# The FAIL_AT-th call (from 1) of write, fsync, rename and close of a written file together fails: no space is left. FAIL_LOG
+# lists the calls.
 FAILING_DISK = r"""
 #include <dlfcn.h>
 #include <errno.h>
@@ -47,7 +48,7 @@ static int fails(const char* name, const char* detail) {
     int length = snprintf(line, sizeof(line), "%s %s\n", name, detail);
     int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0600);
     real(file, line, length);
-    close(file);
+    ((int (*)(int))dlsym(RTLD_NEXT, "close"))(file);
   }
   if (at == NULL || atoi(at) != number) return 0;
   errno = ENOSPC;
@@ -73,6 +74,17 @@ int fsync(int descriptor) {
   if (real == NULL) real = (int (*)(int))dlsym(RTLD_NEXT, "fsync");
   if (fails("fsync", kind(descriptor))) return -1;
   return real(descriptor);
+}
+/* Networked file systems report a full disk when the file is closed; the descriptor is gone all the same. */
+int close(int descriptor) {
+  static int (*real)(int) = NULL;
+  if (real == NULL) real = (int (*)(int))dlsym(RTLD_NEXT, "close");
+  int is_written = is_file(descriptor) && (fcntl(descriptor, F_GETFL) & O_ACCMODE) != O_RDONLY;
+  int failed = is_written && fails("close", "file");
+  int error = errno;
+  int result = real(descriptor);
+  errno = failed ? error : errno;
+  return failed ? -1 : result;
 }
 int rename(const char* from, const char* to) {
   static int (*real)(const char*, const char*) = NULL;

@@ -227,7 +227,7 @@ class Notes(ProgramTest):
         self.write("trees.csv", "plot,tree,species,x,y,dbh\n1,1,SM,0,0,n.v.\n1,2,SM,1,1,20\n1,3,SM,2,0,-\n1,4,SM,3,1,22\n")
         error = self.run_program("indices", "trees.csv", "--out", "i.csv", "--neighbors", "1").stderr
         self.assertIn("'n.v.' is not a number; leave missing values empty or write NA", error)
-        self.assertIn("dbh: is missing, and no tree can be used without it", error)
+        self.assertIn("note: 1 tree is without dbh: neighbors of others, but not core trees", error)
         self.assertIn("note: codes read as missing values: dbh 1 (-)", error)
 
 

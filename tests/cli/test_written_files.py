@@ -93,8 +93,8 @@ class WrittenFiles(ProgramTest):
         self.indices(env=environment | {"FAIL_LOG": str(log)})
         calls = [line.split()[:2] for line in log.read_text(encoding="utf-8").splitlines()]
         self.assertEqual([call for call in calls if call[0] != "write"],
-                         [["fsync", "file"], ["rename", str("o.csv")], ["fsync", "folder"]])
-        self.assertEqual(calls[-4][0], "write")
+                         [["fsync", "file"], ["close", "file"], ["rename", str("o.csv")], ["fsync", "folder"]])
+        self.assertEqual(calls[-5][0], "write")
 
     def test_whichever_call_of_the_disk_fails_the_old_file_or_the_whole_new_one_is_there(self):
         environment = preloaded.library(self.folder, "disk", preloaded.FAILING_DISK)
@@ -112,7 +112,7 @@ class WrittenFiles(ProgramTest):
             self.assertEqual(done.returncode, INPUT_OUTPUT, done.stderr)
             self.assertIn("o.csv: cannot write (No space left on device)", done.stderr)
         self.assertEqual(done.returncode, 0)
-        self.assertGreater(number, 4)  # write, fsync, rename, and fsync of the folder were tried
+        self.assertGreater(number, 5)  # write, fsync, close, rename, and fsync of the folder were tried
 
     def test_whichever_call_of_the_disk_fails_a_study_leaves_old_or_new_files(self):
         environment = preloaded.library(self.folder, "disk", preloaded.FAILING_DISK)
@@ -127,18 +127,23 @@ class WrittenFiles(ProgramTest):
         log = self.folder / "log"
         self.assertEqual(self.begin(*study, environment=environment | {"FAIL_LOG": str(log)}).wait(timeout=60), 0)
         new = contents()
-        calls = log.read_text(encoding="utf-8").count("\n")
-        self.assertGreater(calls, 3 * len(new))  # write, fsync and rename of each
+        calls = [line.split()[0] for line in log.read_text(encoding="utf-8").splitlines()]
+        for call in ("write", "fsync", "close", "rename"):
+            self.assertGreaterEqual(calls.count(call), len(new))
         old = {name: b"old" for name in new}
-        for number in range(1, calls + 1):
+        for number, call in enumerate(calls, 1):
             for name in new:
                 (out / name).write_bytes(old[name])
             done = subprocess.run([PROGRAM, *study], cwd=self.folder, env=environment | {"FAIL_AT": str(number)},
                                   capture_output=True, text=True, timeout=60, check=False)
-            self.assertEqual(done.returncode, INPUT_OUTPUT, f"call {number}: {done.stderr}")
-            self.assertIn("cannot write (No space left on device)", done.stderr)
             found = contents()
             self.assertEqual(found.keys(), new.keys())
+            if done.returncode == 0:  # of a temporary file that holds no result
+                self.assertEqual(call, "close")
+                self.assertNotIn(b"old", found.values())
+            else:
+                self.assertEqual(done.returncode, INPUT_OUTPUT, f"call {number}: {done.stderr}")
+                self.assertIn("cannot write (No space left on device)", done.stderr)
             for name, content in found.items():
                 # Times of a run are its own.
                 is_new = json.loads(content) if name.name == "run.json" and content != b"old" else content == new[name]

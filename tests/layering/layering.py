@@ -29,7 +29,7 @@ FOLDERS = {
     "fit": ["model", "optimization", "result", "conditional_modes", "likelihood", "least_squares", "mixed_effects",
             "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference", "prediction",
             "resampling"],
-    "tree": ["morphology", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
+    "tree": ["morphology", "pictures", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
              "builders", "stand", "files"],
     "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],
 }

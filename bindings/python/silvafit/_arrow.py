@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from typing import Any, Callable, Collection, Dict, List, Optional
+from typing import Any, Callable, Collection, Dict, List, Optional, Tuple
 
 import numpy as np
 
@@ -222,8 +222,10 @@ class _Columns:
         return {name: place for place, name in enumerate(self.names) if wanted is None or name in wanted}
 
 
-def names_and_columns(data: Any, wanted: Optional[Callable[[List[str]], Collection[str]]] = None):
-    """The names of all columns of a stream, and the values of those that are wanted.
+def read_stream(
+    data: Any, wanted: Optional[Callable[[List[str]], Collection[str]]] = None
+) -> Tuple[List[str], Dict[str, np.ndarray], int]:
+    """The names of all columns of a stream, the values of those that are wanted, and the number of rows.
 
     Parameters
     ----------
@@ -234,7 +236,7 @@ def names_and_columns(data: Any, wanted: Optional[Callable[[List[str]], Collecti
 
     Returns
     -------
-    (list of str, dict of str to numpy.ndarray)
+    (list of str, dict of str to numpy.ndarray, int)
         Numbers with NaN where missing, text as objects with None.
     """
     capsule = data.__arrow_c_stream__()
@@ -256,8 +258,8 @@ def names_and_columns(data: Any, wanted: Optional[Callable[[List[str]], Collecti
                 kind = columns.schemas[chosen[name]].format.decode()
                 raise TypeError(f"{name}: the Arrow type {kind!r} is neither numbers nor text; "
                                 "convert the column first")
-        chunks = _read_chunks(stream, {name: chosen[name] for name in readers}, readers)
-        return columns.names, {name: _joined(parts) for name, parts in chunks.items()}
+        chunks, rows = _read_chunks(stream, {name: chosen[name] for name in readers}, readers)
+        return columns.names, {name: _joined(parts) for name, parts in chunks.items()}, rows
     finally:
         schema.release(ctypes.byref(schema))
 
@@ -268,13 +270,15 @@ def _check(stream: Stream, code: int) -> None:
         raise RuntimeError(f"the Arrow stream failed: {(reason or b'no reason given').decode()}")
 
 
-def _read_chunks(stream: Stream, places: Dict[str, int], readers: Dict[str, Any]) -> Dict[str, list]:
+def _read_chunks(stream: Stream, places: Dict[str, int], readers: Dict[str, Any]) -> Tuple[Dict[str, list], int]:
     chunks: Dict[str, list] = {name: [] for name in places}
+    rows = 0
     while True:
         batch = Array()
         _check(stream, stream.get_next(ctypes.byref(stream), ctypes.byref(batch)))
         if not batch.release:
-            return chunks
+            return chunks, rows
+        rows += batch.length
         try:
             first, end = batch.offset, batch.offset + batch.length
             for name, place in places.items():

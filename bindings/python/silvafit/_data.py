@@ -144,21 +144,25 @@ def _extension(name: str, values: Any) -> Tuple[Any, Any]:
     return _column(name, np.asarray(plain, dtype=None if isinstance(plain, np.ndarray) else object))
 
 
-def _named_columns(data: Any, choose: Optional[Choice]) -> Tuple[List[str], Dict[str, Any], Optional[pd.Index]]:
-    """Names of all columns, those that are chosen, and the index."""
+Columns = Tuple[List[str], Dict[str, Any], Optional[pd.Index], int]
+
+
+def _named_columns(data: Any, choose: Optional[Choice]) -> Columns:
+    """Names of all columns, those that are chosen, the index, and the number of rows."""
     if isinstance(data, pd.DataFrame):
         data = _with_positions(data)
         return _columns_of_frame(data, choose)
     if _arrow.has_stream(data):
-        names, columns = _arrow.names_and_columns(data, choose)
-        return names, columns, None
+        names, columns, rows = _arrow.read_stream(data, choose)
+        return names, columns, None, rows
     if isinstance(data, np.ndarray) and data.dtype.names:
         data = {name: data[name] for name in data.dtype.names}
     if isinstance(data, Mapping):
         names = [str(name) for name in data]
         chosen = names if choose is None else choose(names)
         index = next((column.index for column in data.values() if isinstance(column, pd.Series)), None)
-        return names, {str(name): data[name] for name in data if str(name) in chosen}, index
+        rows = len(next(iter(data.values()), ()))
+        return names, {str(name): data[name] for name in data if str(name) in chosen}, index, rows
     if isinstance(data, (str, os.PathLike)):
         raise TypeError("data are a table here, not a file; read it first, for example by pandas.read_csv")
     raise TypeError(
@@ -166,7 +170,7 @@ def _named_columns(data: Any, choose: Optional[Choice]) -> Tuple[List[str], Dict
         "object with __arrow_c_stream__ (polars, pyarrow, DuckDB)")
 
 
-def _columns_of_frame(data: pd.DataFrame, choose: Optional[Choice]) -> Tuple[List[str], Dict[str, Any], pd.Index]:
+def _columns_of_frame(data: pd.DataFrame, choose: Optional[Choice]) -> Columns:
     """The same of a DataFrame, where named levels of the index count as columns."""
     columns = [str(name) for name in data.columns]
     if len(set(columns)) < len(columns):
@@ -178,7 +182,7 @@ def _columns_of_frame(data: pd.DataFrame, choose: Optional[Choice]) -> Tuple[Lis
     keep = {name: data.iloc[:, place] for place, name in enumerate(columns)
             if name in chosen and not _is_geometry(data.dtypes.iloc[place])}
     keep.update({name: data.index.get_level_values(name) for name in levels if name in chosen})
-    return names, keep, data.index
+    return names, keep, data.index, len(data)
 
 
 def _is_geometry(dtype: Any) -> bool:
@@ -221,21 +225,18 @@ def frame_of(data: Any, choose: Optional[Choice] = None) -> Frame:
     """
     if isinstance(data, Frame):
         return data
-    names, columns, index = _named_columns(data, choose)
+    names, columns, index, rows = _named_columns(data, choose)
     converted = []
     labels = {}
-    rows = len(index) if index is not None else None
     for name, values in columns.items():
         column, restore = _column(name, values)
         count = len(column[0]) if isinstance(column, tuple) else len(column)
-        if rows is None:
-            rows = count
         if count != rows:
             raise TypeError(f"{name}: the column has {count} values, others have {rows}")
         converted.append((name, column))
         if restore is not None:
             labels[name] = restore
-    return Frame(_core.table(rows or 0, converted), index, names, labels)
+    return Frame(_core.table(rows, converted), index, names, labels)
 
 
 def source_of(data: Any) -> Tuple[Any, Optional[Frame]]:

@@ -204,7 +204,8 @@ def impute(
     -------
     DataFrame
         The trees, with the response filled in and the columns ``h_source`` (measured, imputed, missing),
-        ``h_level`` (plot, stand, population) and ``h_flag``. ``attrs["models"]`` has the fits by label.
+        ``h_level`` (plot, stand, population) and ``h_flag``; of other data than a DataFrame these columns
+        only. ``attrs["models"]`` has the fits by label.
     """
     source, frame = source_of(trees)
     keywords = {"response": response, "group": group, "by": by, "formula": formula, "models": list(models),

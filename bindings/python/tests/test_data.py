@@ -129,6 +129,13 @@ def test_the_data_of_a_fit_have_their_types(stands):
         assert data[name].equals(trees[name]), name
 
 
+def test_models_without_predictors_have_the_rows_of_the_data(stands):
+    fit = sf.fit("h ~ a", stands)
+    for data in (stands, {"dbh": [1.0, 2.0], "species": ["SM", "SM"]}, ArrowTable(stands[["dbh", "plot"]], text="u")):
+        count = len(data["dbh"]) if not isinstance(data, ArrowTable) else len(stands)
+        assert fit.predict(data).to_numpy() == pytest.approx(np.full(count, stands["h"].mean()))
+
+
 def test_levels_of_the_index_are_columns(stands, expected):
     trees = stands.set_index(["plot", "tree"])
     fit = sf.fit(FORMULA, trees, **MODEL)

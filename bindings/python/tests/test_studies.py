@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pandas as pd
 import pytest
+from arrow_producer import ArrowTable
 from conftest import FORMULA
 
 import silvafit as sf
@@ -38,6 +39,19 @@ def test_structural_units_are_those_of_the_program(program, small, small_file):
     assert ours["dbh"].equals(small["dbh"].reindex(ours.index))
     assert ours.attrs["summary"]["schema"] == "silvafit-indices/1"
     assert sf.structural_units(small_file)["M"].to_numpy() == pytest.approx(ours["M"].to_numpy(), nan_ok=True)
+
+
+def test_analyses_take_arrow_streams_and_dicts(small):
+    columns = ["plot", "tree", "x", "y", "dbh", "h", "species", "cw"]
+    expected = sf.structural_units(small)
+    arrow = sf.structural_units(ArrowTable(small[columns], text="vu", chunks=3))
+    plain = sf.structural_units({name: small[name].to_numpy() for name in columns})
+    for found in (arrow, plain):
+        assert found["C"].to_numpy() == pytest.approx(expected["C"].to_numpy(), nan_ok=True)
+        # Without an index, rows have their numbers.
+        assert list(found.index) == [place for place, label in enumerate(small.index) if label in expected.index]
+    imputed = sf.impute(ArrowTable(small[columns], text="U"))
+    assert list(imputed.columns) == ["h", "h_source", "h_level", "h_flag"] and len(imputed) == len(small)
 
 
 def test_windows_of_geopandas_are_those_of_files(source, inventory):

@@ -355,11 +355,11 @@ write_text <- function(text, file) {
 read_fit <- function(file) {
   if (!file.exists(file)) stop_input(file, ": there is no such file")
   json <- paste(readLines(file, encoding = "UTF-8", warn = FALSE), collapse = "\n")
-  fit_from_json(json, match.call())
+  fit_from_json(json, file, match.call())
 }
 
-fit_from_json <- function(json, call) {
-  read <- engine(.Call(C_read_fit, json))
+fit_from_json <- function(json, file, call) {
+  read <- engine(.Call(C_read_fit, json, file))
   fit <- read$fit
   formula <- tryCatch(stats::as.formula(fit$formula, env = globalenv()), error = function(e) NULL)
   structure(list(call = call, formula = formula, texts = NULL, labels = character(), json = read$json, fit = fit, frame = NULL,

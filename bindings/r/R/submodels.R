@@ -158,7 +158,7 @@ factor_columns <- function(column, name, has_all_levels, data, contrasts) {
   values <- if (is.factor(values) && nlevels(values) == length(unique(values[!is.na(values)]))) values else factor(values)
   if (nlevels(values) < 2) stop_input("the factor '", column, "' has one level only; a sub-model needs two", column = column)
   chosen <- contrasts[[column]]
-  if (!is.null(chosen)) stats::contrasts(values) <- chosen
+  if (!is.null(chosen)) values <- stats::`contrasts<-`(values, value = chosen)
   coding <- if (has_all_levels) diag(nlevels(values)) else stats::contrasts(values)
   labels <- colnames(coding)
   if (has_all_levels) labels <- levels(values)

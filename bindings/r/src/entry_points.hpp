@@ -8,7 +8,7 @@ namespace silvafit::r {
 
 // Fits
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list);
-SEXP read_fit(SEXP json);
+SEXP read_fit(SEXP json, SEXP file);
 SEXP predict_fit(SEXP json, SEXP columns, SEXP settings);
 SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP threads);
 SEXP compare_fits(SEXP json);

@@ -116,7 +116,9 @@ void add_fit(const fit::FittedModel& fit, NamedList& list) {
   list.add("fit", value_of(json));
 }
 
-fit::FittedModel fit_of(const std::string& json) { return fit::from_json(json, "the fit"); }
+fit::FittedModel fit_of(const std::string& json, const std::string& file = "the fit") {
+  return fit::from_json(json, file);
+}
 
 cpp11::sexp list_of(const fit::Prediction& prediction) {
   NamedList list;
@@ -230,9 +232,9 @@ SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   return list.list();
 }
 
-SEXP read_fit(SEXP json) {
+SEXP read_fit(SEXP json, SEXP file) {
   NamedList list;
-  add_fit(fit_of(text_of(json)), list);
+  add_fit(fit_of(text_of(json), text_of(file)), list);
   return list.list();
 }
 

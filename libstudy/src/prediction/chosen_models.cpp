@@ -161,7 +161,7 @@ void choose(const data::Table& table, std::vector<Candidates>& all) {
   }
 }
 
-/// Says the same as ever where no model at all has its columns.
+/// The usual error if no model has all its columns.
 /// \param instead  a role that has them, or nothing
 [[noreturn]] void refuse(const std::vector<Candidates>& all,
                          const std::string& instead,
@@ -177,7 +177,8 @@ void choose(const data::Table& table, std::vector<Candidates>& all) {
     }
   }
   try {
-    for (const Names* names : {&indices, &others, &responses}) require_numbers(table, *names);
+    // Plainer models need no structural indices, but all need the measured columns.
+    for (const Names* names : {&others, &indices, &responses}) require_numbers(table, *names);
   } catch (const InputError& error) {
     if (instead.empty()) throw;
     throw InputError(
@@ -226,7 +227,7 @@ UnusedModel unused_of(const Candidates& candidates, const LibraryModel* instead)
   return unused;
 }
 
-/// What the flag of a tree says.
+/// The text of a tree's flag.
 std::string remark_of(const UnusedModel& unused) {
   const std::string columns = fmt::format("{}", fmt::join(unused.missing, ", "));
   if (unused.instead.empty())

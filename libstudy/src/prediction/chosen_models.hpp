@@ -17,7 +17,7 @@ namespace silvafit::study {
 struct ResponseModels {
   std::string response{};
   std::map<std::string, const LibraryModel*> by_species{};
-  /// What a tree of a species has to know: its usual model is not used.
+  /// The reason why the usual model of a species is not used.
   std::map<std::string, std::string> remarks{};
 
   /// Null if there is none.

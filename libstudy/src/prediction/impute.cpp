@@ -111,7 +111,7 @@ std::vector<std::string> flags_of(const fit::FittedModel& fit, const data::Table
   return flags;
 }
 
-/// What measured trees say of the groups of some rows.
+/// The random effects of the groups of some rows, given their measured trees.
 class Groups {
  public:
   Groups(const fit::FittedModel& fit, const data::Table& rows)

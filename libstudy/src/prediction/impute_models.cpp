@@ -74,7 +74,7 @@ std::size_t group_count(const data::Table& table, const std::string& column) {
   return groups.size();
 }
 
-/// Says so if there are too few plots for the random effects that are otherwise taken.
+/// Adds a note if there are too few plots for the default random effects.
 void note_few_plots(const data::Table& measured,
                     const ImputeOptions& options,
                     std::vector<std::string>& notes) {
@@ -122,7 +122,7 @@ Attempt fitted(const Mean& mean, const data::Table& table, const ImputeOptions& 
     specification.variance = fit::parse_variance_function(variance_text(table, options));
     fit::FitModelOptions how = mean.options;
     if (!options.method.empty()) how.method = fit::parse_method(options.method);
-    // A method for random effects means nothing where none are left.
+    // A method for random effects has no effect if none are left.
     if (random == "none" && options.random.empty()) how.method.reset();
     fit::FittedModel fit = fit::fit_model(specification, table, how).fit;
     fit.model = mean.model;

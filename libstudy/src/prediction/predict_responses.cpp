@@ -51,7 +51,7 @@ class Predictor {
     return result;
   }
 
-  /// Lets predictions stand in for missing measurements.
+  /// Uses predictions in place of missing measurements.
   void fill(const std::string& column, const std::vector<double>& predicted) {
     std::vector<double> values(table_.rows(), data::kMissing);
     if (table_.has(column)) {

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// What is compared with what.
+/// The models of one response and species in all libraries.
 struct Subject {
   std::string species{};
   std::string response{};
@@ -72,7 +72,7 @@ std::string different_data(const fit::FittedModel& first,
   return first_data.fingerprint == other_data.fingerprint ? "" : "fitted to different files";
 }
 
-/// Why AIC and BIC of two fits say nothing about each other; empty if they do.
+/// Why AIC and BIC of two fits cannot be compared; empty if they can.
 std::string not_comparable(const LibraryModel& first,
                            const LibraryInventory& first_data,
                            const LibraryModel& other,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data of the report page: what was found, as docs/report-data.md lays it out.
+// The data of the report page in the format of docs/report-data.md.
 #include "silvafit/study/report_data.hpp"
 
 #include <fmt/format.h>

@@ -18,7 +18,7 @@ kainjow::mustache::mustache read_template(const std::filesystem::path& path) {
   const Place place{.file = path.string()};
   if (!page.is_valid())
     throw InputError("cannot be read as a template: " + page.error_message(), place);
-  // Another HTML file would be copied without the data, and nobody would be told.
+  // Another HTML file would be copied without the data and without an error.
   if (text.find("& data ") == std::string::npos) {
     throw InputError("is not the template of the report page; reinstall silvafit", place);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What somebody needs to get the same study again.
+// The data that is needed to repeat a study.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -60,7 +60,7 @@ class Inhibition {
   std::unordered_map<std::uint64_t, std::vector<std::pair<double, double>>> cells_;
 };
 
-/// Where a species likes to stand: the share of candidates that it takes at a place.
+/// The probability that a species accepts a candidate position.
 class Habitat {
  public:
   Habitat(double patchiness, double patch_length_m, Random& random)

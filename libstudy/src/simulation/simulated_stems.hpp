@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where simulated trees stand, how thick they are, and on what ground.
+// Positions, DBH and elevations of simulated trees.
 #pragma once
 
 #include <cstddef>

@@ -356,7 +356,7 @@ SpeciesDesign read_species(const JsonReader& json) {
   return species;
 }
 
-/// Before memory is asked for that no machine has.
+/// Checked before memory is requested that no machine has.
 void check_number_of_trees(const SimulationDesign& design, const JsonReader& json) {
   constexpr double kMostTrees = 5e7;
   double hectares = 0.0;

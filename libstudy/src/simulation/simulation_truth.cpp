@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a simulated stand was made of, as JSON.
+// The true parameters of a simulated stand as JSON.
 #include <nlohmann/json.hpp>
 
 #include "silvafit/base/json_text.hpp"

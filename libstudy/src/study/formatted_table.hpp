@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A table for people and programs: CSV with all digits, Markdown and LaTeX with those that matter.
+// A table for people and programs: CSV with all digits, Markdown and LaTeX with rounded numbers.
 #pragma once
 
 #include <string>

@@ -31,7 +31,7 @@ std::vector<Set> split_between(const std::vector<Set>& sets,
   return result;
 }
 
-/// Sets within others say nothing; of equal ones the first stays.
+/// Subsets of other sets are redundant; of equal sets the first is kept.
 std::vector<Set> without_subsets(const std::vector<Set>& sets) {
   std::vector<Set> result;
   for (std::size_t a = 0; a < sets.size(); ++a) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Letters that show which of several things differ.
+// Letters that show which of several models differ.
 #pragma once
 
 #include <string>

@@ -289,7 +289,7 @@ std::string Plausibility::flaw_of_curve(const double* values) const {
     if (std::string flaw = flaw_of_point(i, values[i]); !flaw.empty()) return flaw;
     if (values[i] > values[peak]) peak = i;
     if (response_ != "h" || values[i] >= values[peak] - kFlat) continue;
-    // Said of the last point, where the fall is seen best.
+    // The message is about the last point, where the fall is largest.
     const std::size_t last = dbh_cm_.size() - 1;
     const std::size_t low = values[last] < values[i] ? last : i;
     return fmt::format("falls from {} at a DBH of {:.1f} cm to {} at {:.1f} cm",

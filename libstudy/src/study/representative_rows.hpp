@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Some trees that stand for very many.
+// Samples of large tables.
 #pragma once
 
 #include <cstddef>

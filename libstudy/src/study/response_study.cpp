@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a study says of one species and response.
+// The results of a study for one species and response.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -85,9 +85,11 @@ stand::Inventory inventory_of(const data::Table& table) {
   for (std::size_t row = 0; row < table.rows(); ++row) {
     const bool is_named = table.has("species") && !species.is_missing(row);
     is_named ? inventory.species.append(species[row]) : inventory.species.append_missing();
-    // What has no size or no plot has no place among the trees.
     const bool has_plot = !table.has("plot") || !plots.is_missing(row);
-    if (!(inventory.dbh_cm[row] > 0.0) || !has_plot) inventory.x[row] = data::kMissing;
+    if (!has_plot) inventory.x[row] = data::kMissing;
+    const bool has_size = inventory.dbh_cm[row] > 0.0;
+    if (!has_size) inventory.dbh_cm[row] = data::kMissing;
+    inventory.neighbor_only.push_back(has_size ? 0 : 1);
   }
   return inventory;
 }

@@ -90,7 +90,7 @@ bool passes(Candidate& candidate, std::size_t index, const Examination& examine)
   return candidate.objection.empty();
 }
 
-/// What is left of an order from the first candidate that passes; empty if none does.
+/// The rest of a ranking from the first candidate that passes; empty if none does.
 std::vector<std::size_t> from_first_passing(std::vector<Candidate>& candidates,
                                             const std::vector<std::size_t>& order,
                                             const Examination& examine) {

@@ -100,7 +100,7 @@ std::optional<Settled> settle(const Work& work,
   while (const auto chosen = choose()) {
     Settled settled{.chosen = *chosen, .result = level.result(index, *chosen)};
     Candidate& candidate = candidates[*chosen];
-    // What has an objection already is the last resort.
+    // Candidates with an objection are chosen only if there is no other.
     if (!candidate.objection.empty()) return settled;
     candidate.objection = objection_to_final_fit(work, settled.result.fit);
     if (!work.is_sampled()) candidate.fit = settled.result.fit;
@@ -367,7 +367,7 @@ void merge_stages(std::vector<StageTime>& stages, std::size_t begin) {
   stages.resize(begin);
 }
 
-/// Where no mixed model of the chosen base model can be used, the next base models get their turn.
+/// If no mixed model of the chosen base model can be used, the next base models are tried.
 /// If none of them has one either, the first choice stands.
 void run_other_bases(std::vector<Work>& works,
                      const std::vector<std::vector<std::string>>& notes,

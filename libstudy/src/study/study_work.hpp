@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a study works on: a species and a response, their trees, and what the models may use.
+// The data of one species and response: trees, and the columns that models may use.
 #pragma once
 
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Settings that are one word of a few.
+// Settings whose value is one of a few words.
 #pragma once
 
 #include <fmt/format.h>

@@ -8,6 +8,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/tree/crown_density.hpp"
 #include "workflow/grow_job.hpp"
 
 namespace silvafit::study {
@@ -63,6 +64,7 @@ class Grower {
   }
 
   void resolve() {
+    tree::check_crown_density(morphologies_, threads());
     std::vector<tree::StandTree> trees(morphologies_.size());
     std::atomic<std::size_t> done = 0;
     parallel_for(trees.size(), threads(), [&](std::size_t i) {

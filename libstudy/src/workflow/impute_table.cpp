@@ -57,7 +57,7 @@ std::string random_text(const fit::ModelSpecification& specification) {
   return text;
 }
 
-/// Whom a model is for, where there are several.
+/// The species or part that a model is for, if there are several models.
 std::string label_of(const ImputeModel& model, const ImputeOptions& options) {
   if (options.by.empty()) return "";
   return (model.label.empty() ? "all others" : model.label) + ": ";

@@ -30,7 +30,7 @@ double& value_of(Indices& indices, const std::string& name) {
   return indices[static_cast<std::size_t>(std::ranges::find(kIndices, name) - kIndices.begin())];
 }
 
-/// How many of the neighbors make an index what it is.
+/// The number of neighbors with the property that an index counts.
 std::size_t count_of(double index) {
   return static_cast<std::size_t>(std::lround(index * static_cast<double>(kNeighbors)));
 }

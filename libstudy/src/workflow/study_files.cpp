@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -49,7 +50,7 @@ std::map<std::string, double> commonest_diameters(const StudyRecord& record) {
   for (const ResponseStudy& result : record.study.results) diameters[result.species];
   const stand::Inventory& inventory = record.inventory.inventory;
   for (std::size_t row = 0; row < inventory.size(); ++row) {
-    if (inventory.species.is_missing(row)) continue;
+    if (inventory.species.is_missing(row) || std::isnan(inventory.dbh_cm[row])) continue;
     const auto own = diameters.find(std::string(inventory.species[row]));
     if (own != diameters.end()) own->second.push_back(inventory.dbh_cm[row]);
   }
@@ -108,7 +109,7 @@ std::string run_json(const StudyRecord& record,
   return json_text(run, 2) + "\n";
 }
 
-/// Those of an earlier study are of other trees; a reader would take them for this study's.
+/// Files of an earlier study would be mistaken for those of this one.
 void remove_earlier_indices(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::remove(path, error);

@@ -41,7 +41,7 @@ const stand::ColumnMapping* mapping_to(const Mappings& mappings, const std::stri
   return found == mappings.end() ? nullptr : &*found;
 }
 
-/// What is done to a file on its way to a table.
+/// How a file was converted to a table.
 struct Wishes {
   Names names{};      ///< columns that stay text, in our words
   Mappings mapped{};  ///< where other columns of ours come from; they are not added
@@ -52,7 +52,7 @@ struct Wishes {
   bool counts_repeated = false;  ///< rows of one plot and tree
 };
 
-/// Reads one source; an object so that its parts need not be handed around.
+/// Reads one source; a class, so that its parts need not be arguments.
 class TableReader {
  public:
   TableReader(const data::TableSource& source, const Wishes& wishes)
@@ -196,7 +196,7 @@ void TableReader::read_status() {
   if (are_left_out) result_.table = result_.table.select(alive);
 }
 
-/// Says what in the labels of plots and trees may not be meant.
+/// Notes on labels of plots and trees that may be errors.
 void TableReader::describe_labels() {
   const data::Table& table = result_.table;
   if (!table.has("plot")) return;

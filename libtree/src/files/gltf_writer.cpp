@@ -71,6 +71,8 @@ class GltfWriter final : public SceneWriter {
     }
     const std::size_t mesh = meshes_.add(
         fmt::format("{{\"name\":{},\"primitives\":[{}]}}", json_quoted(name), primitives));
+    // Now rather than when a million trees are grown.
+    if (binary_) check_binary_size(buffers_.size());
     const double scale = has_steps ? pack_options.step_m : 1.0;
     models_.push_back({mesh, scale, options_.instancing ? name : std::string(), {}});
     return models_.size() - 1;
@@ -283,16 +285,19 @@ class GltfWriter final : public SceneWriter {
     return pieces;
   }
 
+  static void check_binary_size(std::size_t bytes) {
+    if (bytes <= std::numeric_limits<std::uint32_t>::max()) return;
+    throw GeometryError(
+        "the scene exceeds the 4 GB of a GLB file; share models, use a coarser level of detail or "
+        "fewer plots, or write glTF");
+  }
+
   std::size_t write_binary_to(std::ostream& stream) {
     Pieces text = description({}, {});
     text.add(std::string(aligned_to_word(text.size()) - text.size(), ' '));
     constexpr std::size_t kHeaders = 12 + 8 + 8;
     const std::size_t total = kHeaders + text.size() + buffers_.size();
-    if (total > std::numeric_limits<std::uint32_t>::max()) {
-      throw GeometryError(
-          "the scene exceeds the 4 GB of a GLB file; share models, use a coarser level of detail "
-          "or fewer plots, or write glTF");
-    }
+    check_binary_size(total);
     stream << "glTF" << word(2) << word(total) << word(text.size()) << "JSON";
     text.write_to(stream);
     stream << word(buffers_.size()) << std::string("BIN\0", 4);

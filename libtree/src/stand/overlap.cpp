@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/overlap.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <nanoflann.hpp>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -15,6 +11,7 @@
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "stand/near_crowns.hpp"
 #include "stand/radius_branch.hpp"
 #include "stand/widest_radius.hpp"
 
@@ -27,98 +24,18 @@ Point between(const Position& from, const Position& to) {
   return {to.x_m - from.x_m, to.y_m - from.y_m, to.z_m - from.z_m};
 }
 
-/// Stems in the interface that nanoflann needs.
-struct StemPlaces {
-  std::span<const StandTree> trees;
-
-  std::size_t kdtree_get_point_count() const { return trees.size(); }
-  double kdtree_get_pt(std::size_t i, std::size_t axis) const {
-    return axis == 0 ? trees[i].position.x_m : trees[i].position.y_m;
-  }
-  template <typename Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-
-using StemTree = nanoflann::
-    KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, StemPlaces>, StemPlaces, 2>;
-
-/// Finds the trees whose crowns could touch.
-class NearTrees {
- public:
-  explicit NearTrees(std::span<const StandTree> trees)
-      : trees_(trees),
-        places_{trees},
-        index_(2, places_, nanoflann::KDTreeSingleIndexAdaptorParams(10)) {
-    for (const StandTree& tree : trees) widest_ = std::max(widest_, widest_radius_m(*tree.crown));
-  }
-
-  /// Every other tree whose crown could touch that of a tree, in increasing order.
-  std::vector<std::size_t> of(std::size_t i) const {
-    const double own = widest_radius_m(*trees_[i].crown);
-    const double at[2] = {trees_[i].position.x_m, trees_[i].position.y_m};
-    std::vector<std::pair<std::uint32_t, double>> found;
-    const double reach = own + widest_;
-    index_.radiusSearch(at, reach * reach, found, nanoflann::SearchParams());
-    std::vector<std::size_t> near;
-    for (const auto& [j, squared] : found) {
-      const double both = own + widest_radius_m(*trees_[j].crown);
-      if (j != i && squared < both * both) near.push_back(j);
-    }
-    std::sort(near.begin(), near.end());
-    return near;
-  }
-
- private:
-  std::span<const StandTree> trees_;
-  StemPlaces places_;
-  StemTree index_;
-  double widest_ = 0.0;
-};
-
-// Neighbors of one tree, and of all, with which overlaps are resolved in minutes: in dense natural
-// regeneration a tree has some 60.
-constexpr std::size_t kMostNear = 500;
-constexpr std::size_t kMostNearOnAverage = 100;
-constexpr std::size_t kMostNearOfFew = 10000;
-
-/// The first tree in whose neighborhood the stand becomes too dense.
-[[noreturn]] void refuse_density(std::span<const StandTree> trees,
-                                 const NearTrees& search,
-                                 std::size_t most_of_all) {
-  std::size_t sum = 0;
-  for (std::size_t i = 0;; ++i) {
-    const std::size_t count = search.of(i).size();
-    sum += count;
-    if (count <= kMostNear && sum <= most_of_all && i + 1 < trees.size()) continue;
-    throw GeometryError(
-        fmt::format("overlaps cannot be resolved: the crowns of {} other trees reach the crown of "
-                    "this one, and at most {} in one place and {} on average are possible; check "
-                    "positions and crown widths, or omit --resolve-overlaps",
-                    count,
-                    kMostNear,
-                    kMostNearOnAverage),
-        {.plot = trees[i].plot, .tree = trees[i].tree});
-  }
-}
-
-/// Every other tree whose crown could touch this one's, in increasing order.
+/// The other trees whose crowns could touch each tree's.
 std::vector<std::vector<std::size_t>> near_trees(std::span<const StandTree> trees,
                                                  unsigned threads) {
-  std::vector<std::vector<std::size_t>> near(trees.size());
-  if (trees.empty()) return near;
-  const NearTrees search(trees);
-  const std::size_t most_of_all = kMostNearOfFew + kMostNearOnAverage * trees.size();
-  std::atomic<std::size_t> sum{0};
-  std::atomic<bool> is_too_dense{false};
-  parallel_for(trees.size(), threads, [&](std::size_t i) {
-    if (is_too_dense) return;
-    near[i] = search.of(i);
-    if (near[i].size() > kMostNear || (sum += near[i].size()) > most_of_all) is_too_dense = true;
-  });
-  if (is_too_dense) refuse_density(trees, search, most_of_all);
-  return near;
+  std::vector<CrownCircle> crowns;
+  crowns.reserve(trees.size());
+  for (const StandTree& tree : trees) {
+    crowns.push_back({.plot = tree.plot,
+                      .tree = tree.tree,
+                      .stem = tree.position,
+                      .radius_m = widest_radius_m(tree.crown->radii())});
+  }
+  return near_crowns(crowns, threads);
 }
 
 /// Whether the first is the weaker tree; of two equal ones, the one whose name comes first.
@@ -297,7 +214,7 @@ class PairResolver {
     const StandTree& tree = trees_[own];
     const Point stem = between(tree.position, trees_[other].position);
     const Crown& crown = *trees_[other].crown;
-    const double reach = widest_radius_m(crown);
+    const double reach = widest_radius_m(crown.radii());
     const std::vector<Lane>& lanes = *radius_branches_.lanes(other);
     const std::vector<Lane>& own_lanes = *radius_branches_.lanes(own);
     std::vector<Overlapping> found;

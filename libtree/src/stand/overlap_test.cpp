@@ -7,6 +7,7 @@
 
 #include "fitted/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/tree/crown_density.hpp"
 #include "test_support/promise_test_support.hpp"
 #include "test_support/stand_test_support.hpp"
 
@@ -400,4 +401,22 @@ TEST_CASE("a stand with too many crowns in one place is refused, with a tree of 
         resolve_overlaps(stand, threads),
         Catch::Matchers::Contains("tree 100)") && Catch::Matchers::Contains("599 other trees"));
   }
+}
+
+TEST_CASE("a stand with too many crowns in one place is refused before its trees are grown") {
+  std::vector<Morphology> stand(700, test::paper_tree_10());
+  for (std::size_t i = 0; i < stand.size(); ++i) {
+    stand[i].tree = std::to_string(i);
+    stand[i].position.x_m = i < 100 ? 10.0 * static_cast<double>(i + 1) : 0.0;
+    // Half of the trees have a crown width instead of four radii.
+    if (i % 2 == 0) stand[i].radii.reset();
+    if (i % 2 == 0) stand[i].cw_m = 2.0;
+  }
+  for (const unsigned threads : {1U, 4U}) {
+    CHECK_THROWS_WITH(
+        check_crown_density(stand, threads),
+        Catch::Matchers::Contains("tree 100)") && Catch::Matchers::Contains("599 other trees"));
+  }
+  stand.resize(290);
+  CHECK_NOTHROW(check_crown_density(stand));
 }

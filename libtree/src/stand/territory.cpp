@@ -86,7 +86,7 @@ bool Territory::holds_against(const Neighbor& neighbor, Point center, double rad
   if (touches_any(*neighbor.lanes, at, radius_m)) return false;
   const Crown& crown = *neighbor.crown;
   if (at.z < crown.hcb_m() || at.z > crown.h_m()) return true;
-  const double reach = widest_radius_m(crown) + radius_m + kClearance;
+  const double reach = widest_radius_m(crown.radii()) + radius_m + kClearance;
   if (at.x * at.x + at.y * at.y > reach * reach) return true;
   const double theirs = relative_distance(crown, at, -radius_m - kClearance);
   if (theirs >= 1.0) return true;

@@ -8,8 +8,7 @@
 namespace silvafit::tree {
 
 /// The longest of the four radii of a crown [m].
-inline double widest_radius_m(const Crown& crown) {
-  const CrownRadii& radii = crown.radii();
+inline double widest_radius_m(const CrownRadii& radii) {
   return std::max({radii.east_m, radii.west_m, radii.south_m, radii.north_m});
 }
 

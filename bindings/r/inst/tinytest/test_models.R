@@ -91,6 +91,11 @@ expect_equal(class_of_error(silvafit(height, data = transform(trees, dbh = as.Da
 expect_equal(class_of_error(silvafit(~ a * dbh, data = trees)), "silvafit_formula_error")
 expect_message(suppressWarnings(silvafit(h ~ 1.3 + a * (1 - exp(-b * dbhh)), data = trees)), "did you mean the column dbh?", class = "silvafit_note")
 expect_equal(names(fixef(silvafit(h ~ a * sqrt(dbh), data = trees))), "a")
+years <- transform(trees, year = rep(1:4, 60))
+expect_message(silvafit(height, data = years, random = list(a ~ 1 | plot, b ~ 1 | year)), "crossed random effects are not available", class = "silvafit_note")
+broken <- tempfile(fileext = ".json")
+writeLines("{bad", broken)
+expect_true(grepl(basename(broken), message_of_error(read_fit(broken)), fixed = TRUE))
 # One group, and rows that do not determine the parameters: a message or warning with the reason
 expect_warning(silvafit(height, data = trees[c(1, 1), ]), class = "silvafit_convergence_warning")
 expect_message(silvafit(height, data = trees[trees$plot == "a", ], random = a ~ 1 | plot), class = "silvafit_boundary_message")

@@ -33,7 +33,7 @@ struct Inventory {
   std::vector<double> y{};  ///< north [m]
   std::vector<double> z{};  ///< elevation of the stem's foot [m]
 
-  std::vector<double> dbh_cm{};  ///< diameter at breast height, never missing, > 0
+  std::vector<double> dbh_cm{};  ///< diameter at breast height, > 0; missing in neighbors only
   std::vector<double> h_m{};     ///< total height, > 1.3
   std::vector<double> hcb_m{};   ///< height to crown base, in [0, h)
   std::vector<double> cw_m{};    ///< crown width, a diameter, > 0
@@ -42,8 +42,8 @@ struct Inventory {
   std::vector<double> cr_s_m{};
   std::vector<double> cr_n_m{};
 
-  /// (N) 1 for standing dead trees that are kept as neighbors (DeadTrees::kNeighbors); none if
-  /// there are no such trees.
+  /// (N) 1 for trees that are neighbors of others and not used otherwise: those without dbh, and
+  /// standing dead ones with DeadTrees::kNeighbors; none if there are no such trees.
   std::vector<char> neighbor_only{};
 
   /// Plots of the file none of whose rows could be used, so that what stands there is not known.
