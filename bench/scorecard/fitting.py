@@ -60,13 +60,13 @@ def run(command, limit):
 def parameters_of(fit):
     """Coefficients, sd(...), cor(..., ...), sigma and delta by name, of the finer grouping."""
     found = {name: one["estimate"] for name, one in fit["fixed"].items()}
-    random = fit.get("random")
-    if random:
-        names = random["effects"]
+    if fit.get("random"):
+        finest = fit["random"][-1]
+        names = finest["effects"]
         for i, name in enumerate(names):
-            found[f"sd({name})"] = random["sd"][i]
+            found[f"sd({name})"] = finest["sd"][i]
             for j in range(i):
-                found[f"cor({names[j]}, {name})"] = random["correlation"][i][j]
+                found[f"cor({names[j]}, {name})"] = finest["correlation"][i][j]
     found["sigma"] = fit["sigma"]
     if isinstance(fit["variance"].get("delta"), float):
         found["delta"] = fit["variance"]["delta"]

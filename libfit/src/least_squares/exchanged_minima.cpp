@@ -79,7 +79,7 @@ std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const Vector
 
 std::vector<VectorXd> exchanged_locations(const NonlinearModel& model, const VectorXd& minimum) {
   constexpr Index kSample = 200;
-  constexpr double kSameMinimum = 1e-6;
+  constexpr double kSameMinimum = 1e-4;
   constexpr double kSamePlace = 1e-3;
   const std::vector<LocationCoefficient> locations = location_coefficients(model);
   if (locations.size() < 2) return {};
@@ -87,7 +87,7 @@ std::vector<VectorXd> exchanged_locations(const NonlinearModel& model, const Vec
   ProjectedModel projected(part);
   const auto minimum_from = [&](const VectorXd& point) {
     return descend(
-        projected, projected.nonlinear_part(point), {.maximum_iterations = 50, .tolerance = 1e-9});
+        projected, projected.nonlinear_part(point), {.maximum_iterations = 100, .tolerance = 1e-9});
   };
   const Descent lowest = minimum_from(minimum);
   std::vector<VectorXd> result;

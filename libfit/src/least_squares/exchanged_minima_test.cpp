@@ -68,7 +68,8 @@ TEST_CASE("places change with the shares of the terms that they belong to") {
   VectorXd mean;
   model.evaluate(truth, mean, nullptr, workspace);
   Table table;
-  table.set("x", std::vector<double>(model.column("x").begin(), model.column("x").end()));
+  const VectorXd x = model.column("x");
+  table.set("x", std::vector<double>(x.begin(), x.end()));
   table.set("y", std::vector<double>(mean.begin(), mean.end()));
   const NonlinearModel exact(specify_model(formula, {}, table), table);
   CHECK(exchanged_minima(exact, truth).empty());

@@ -221,7 +221,8 @@ Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
   prefer_positive(projected, lowest);
   if (options.other_minima && !has_sub_models(model)) {
     std::vector<VectorXd> exchanged = exchanged_minima(model, lowest.coefficients);
-    if (exchanged.empty()) exchanged = exchanged_locations(model, lowest.coefficients);
+    std::ranges::move(exchanged_locations(model, lowest.coefficients),
+                      std::back_inserter(exchanged));
     result.others.insert(result.others.begin(), exchanged.begin(), exchanged.end());
   }
   return result;
