@@ -106,12 +106,13 @@ bool ArrowFactor::compute(const RandomDesign& design,
   return compute_with(same, curvatures, ridge);
 }
 
-bool ArrowFactor::compute(const std::vector<const RandomDesign*>& designs,
-                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures) {
+bool ArrowFactor::compute(std::span<const RandomDesign* const> designs,
+                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                          double ridge) {
   const auto own = [&designs](Index k) -> const RandomDesign& {
     return *designs[static_cast<std::size_t>(k)];
   };
-  return compute_with(own, curvatures, 0.0);
+  return compute_with(own, curvatures, ridge);
 }
 
 void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "model/small_matrix.hpp"
@@ -31,8 +32,9 @@ class ArrowFactor {
                double ridge = 0.0);
   /// The same where groups differ in how their random effects move the coefficients.
   /// \param designs  (m) of each group of the cluster; all share the number of effects
-  bool compute(const std::vector<const RandomDesign*>& designs,
-               const Eigen::Ref<const Eigen::MatrixXd>& curvatures);
+  bool compute(std::span<const RandomDesign* const> designs,
+               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+               double ridge = 0.0);
 
   double log_determinant() const;
   /// The smallest pivot: of an effect, how much more exactly the data and the effects before it

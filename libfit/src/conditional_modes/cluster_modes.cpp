@@ -39,48 +39,93 @@ ClusterModes::ClusterModes(const NonlinearModel& model,
       end_(model.cluster_begin(last)),
       r_(sums.random_count()),
       triangle_(r_ * (r_ + 1) / 2),
-      clusters_(static_cast<std::size_t>(last - first)) {}
+      clusters_(static_cast<std::size_t>(last - first)) {
+  if (!sums.holds_weights()) return;
+  weights_.first_row = model.group_begin(begin_);
+  weights_.own.setOnes(model.group_begin(end_) - weights_.first_row);
+  weights_.held = weights_.own;
+}
 
-bool ClusterModes::search(const RandomDesign& design,
-                          Modes& modes,
-                          MatrixXd& effects,
-                          ObservationSums::Workspace& workspace,
-                          const Modes* known) {
+void ClusterModes::begin(const Modes& modes) {
   outer_ = modes.outer.middleCols(first_, last_ - first_);
   inner_ = modes.inner.middleCols(begin_, end_ - begin_);
   outer_step_.resize(outer_.rows(), outer_.cols());
   inner_step_.resize(inner_.rows(), inner_.cols());
-  density_.resize(1 + r_ + triangle_ * (sums_.has_approximation() ? 2 : 1), end_ - begin_);
+  density_.resize(sums_.density_count(), end_ - begin_);
   for (Cluster& cluster : clusters_) {
     cluster.objective = std::numeric_limits<double>::infinity();
     cluster.decrement = std::numeric_limits<double>::infinity();
     cluster.length = 1.0;
     cluster.is_done = false;
+    cluster.has_failed = false;
     cluster.is_known = false;
   }
-  for (int step = 0; evaluate_open(design, effects, workspace); ++step) {
+}
+
+void ClusterModes::end(Modes& modes) const {
+  modes.outer.middleCols(first_, last_ - first_) = outer_;
+  modes.inner.middleCols(begin_, end_ - begin_) = inner_;
+}
+
+bool ClusterModes::search(const GroupPriors& priors,
+                          Modes& modes,
+                          MatrixXd& effects,
+                          ObservationSums::Workspace& workspace,
+                          const Modes* known) {
+  begin(modes);
+  for (int step = 0; evaluate_open(priors, effects, workspace); ++step) {
     if (step == kModeSteps) return false;
     for (Index c = 0; c < cluster_count(); ++c) {
-      if (!clusters_[static_cast<std::size_t>(c)].is_done && !advance(design, c, known)) {
+      if (!clusters_[static_cast<std::size_t>(c)].is_done && !advance(priors, c, known)) {
         return false;
       }
     }
   }
-  modes.outer.middleCols(first_, last_ - first_) = outer_;
-  modes.inner.middleCols(begin_, end_ - begin_) = inner_;
+  end(modes);
   return true;
 }
 
-void ClusterModes::place_effects(const RandomDesign& design, Index cluster, MatrixXd& effects) {
-  const SmallVector shared = design.outer.lazyProduct(outer_.col(cluster));
+void ClusterModes::search_each(const GroupPriors& priors,
+                               Modes& modes,
+                               MatrixXd& effects,
+                               ObservationSums::Workspace& workspace) {
+  begin(modes);
+  for (int step = 0; evaluate_open(priors, effects, workspace); ++step) {
+    for (Index c = 0; c < cluster_count(); ++c) {
+      Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
+      if (cluster.is_done) continue;
+      cluster.has_failed = step == kModeSteps || !advance(priors, c, nullptr);
+      if (cluster.has_failed) cluster.is_done = true;
+    }
+  }
+  end(modes);
+}
+
+void ClusterModes::take(const MatrixXd& effects, ObservationSums::Workspace& workspace) {
+  sums_.density(begin_, end_, effects, density_, workspace, weights());
+  for (Cluster& cluster : clusters_) {
+    cluster.is_done = true;
+    cluster.has_failed = false;
+  }
+}
+
+void ClusterModes::place_effects(const GroupPriors& priors, Index cluster, MatrixXd& effects) {
+  SmallVector shared;
+  const RandomDesign* shared_of = nullptr;
   for (Index g = group_begin(cluster); g < group_begin(cluster + 1); ++g) {
+    const RandomDesign& design = priors.design(begin_ + g);
+    if (&design != shared_of && design.outer.cols() > 0) {
+      shared = design.outer.lazyProduct(outer_.col(cluster));
+      shared_of = &design;
+    }
     effects.col(begin_ + g) = design.inner.lazyProduct(inner_.col(g));
-    if (shared.size() > 0 && design.outer.cols() > 0) effects.col(begin_ + g) += shared;
+    if (design.outer.cols() > 0) effects.col(begin_ + g) += shared;
+    if (priors.offsets() != nullptr) effects.col(begin_ + g) += priors.offsets()->col(begin_ + g);
   }
 }
 
 /// Sums at the trial modes of all clusters that are still searched; false if there are none.
-bool ClusterModes::evaluate_open(const RandomDesign& design,
+bool ClusterModes::evaluate_open(const GroupPriors& priors,
                                  MatrixXd& effects,
                                  ObservationSums::Workspace& workspace) {
   const auto is_done = [&](Index c) { return clusters_[static_cast<std::size_t>(c)].is_done; };
@@ -92,11 +137,11 @@ bool ClusterModes::evaluate_open(const RandomDesign& design,
     Index end = c;  // past the last open cluster of the run
     for (Index k = c; k < cluster_count() && first_row(k) - first_row(end) <= kGapRows; ++k) {
       if (is_done(k)) continue;
-      place_effects(design, k, effects);
+      place_effects(priors, k, effects);
       end = k + 1;
     }
     const Index from = group_begin(c);
-    sums_.density(begin_ + from, begin_ + group_begin(end), effects, trial_, workspace);
+    sums_.density(begin_ + from, begin_ + group_begin(end), effects, trial_, workspace, weights());
     density_.middleCols(from, trial_.cols()) = trial_;
     c = end - 1;
   }
@@ -118,7 +163,7 @@ double ClusterModes::objective() const {
 }
 
 /// Takes the trial modes if they are better, and proposes the next; else goes back half way.
-bool ClusterModes::advance(const RandomDesign& design, Index c, const Modes* known) {
+bool ClusterModes::advance(const GroupPriors& priors, Index c, const Modes* known) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   const double reached = objective_of(c);
   const double rounding = 1e-13 * (1.0 + std::abs(cluster.objective));
@@ -131,8 +176,9 @@ bool ClusterModes::advance(const RandomDesign& design, Index c, const Modes* kno
     return true;
   }
   cluster.objective = reached;
+  if (sums_.holds_weights()) accept_weights(c);
   const double last = cluster.decrement;
-  if (!propose(design, c)) return false;
+  if (!propose(priors, c)) return false;
   const bool is_rounding =
       cluster.decrement < kRoundedDecrement && cluster.decrement >= 0.25 * last;
   cluster.is_known = known != nullptr && leads_to(*known, c);
@@ -144,6 +190,16 @@ bool ClusterModes::advance(const RandomDesign& design, Index c, const Modes* kno
   cluster.length = 1.0;
   move(c, 1.0);
   return true;
+}
+
+/// From now on the weights are those of this point, and so is the objective.
+void ClusterModes::accept_weights(Index c) {
+  const Index from = model_.group_begin(begin_ + group_begin(c)) - weights_.first_row;
+  const Index to = model_.group_begin(begin_ + group_begin(c + 1)) - weights_.first_row;
+  weights_.held.segment(from, to - from) = weights_.own.segment(from, to - from);
+  auto of_cluster = density_.middleCols(group_begin(c), group_count(c));
+  of_cluster.row(0) = of_cluster.row(density_.rows() - 1);
+  clusters_[static_cast<std::size_t>(c)].objective = objective_of(c);
 }
 
 /// Whether the next step goes straight to a known mode from nearby.
@@ -173,14 +229,15 @@ void ClusterModes::move(Index c, double length) {
 }
 
 /// The Newton step from the current modes.
-bool ClusterModes::propose(const RandomDesign& design, Index c) {
+bool ClusterModes::propose(const GroupPriors& priors, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
-  if (!factorize(design, c)) return false;
+  if (!factorize(priors, c)) return false;
   auto outer = outer_step_.col(c);
   auto inner = inner_step_.middleCols(group_begin(c), group_count(c));
   outer = -outer_.col(c);
   for (Index k = 0; k < inner.cols(); ++k) {
     const Index g = group_begin(c) + k;
+    const RandomDesign& design = priors.design(begin_ + g);
     inner.col(k) = -inner_.col(g) - design.inner.transpose().lazyProduct(slope(g));
     if (outer.size() > 0) outer -= design.outer.transpose().lazyProduct(slope(g));
   }
@@ -193,14 +250,15 @@ bool ClusterModes::propose(const RandomDesign& design, Index c) {
 }
 
 /// Away from the mode the Hessian may have to be made positive definite.
-bool ClusterModes::factorize(const RandomDesign& design, Index c) {
+bool ClusterModes::factorize(const GroupPriors& priors, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   ArrowFactor& hessian = cluster.hessian;
-  cluster.is_convex = hessian.compute(design, curvatures(c));
+  const Index first = begin_ + group_begin(c);
+  cluster.is_convex = priors.factorize(first, curvatures(c), 0.0, hessian);
   if (cluster.is_convex) return true;
   constexpr double kLargestRidge = 1e12;
   for (double ridge = 1e-2; ridge < kLargestRidge; ridge *= 4.0) {
-    if (hessian.compute(design, curvatures(c), ridge)) return true;
+    if (priors.factorize(first, curvatures(c), ridge, hessian)) return true;
   }
   return false;
 }

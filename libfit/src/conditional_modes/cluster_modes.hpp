@@ -5,19 +5,20 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "conditional_modes/arrow_factor.hpp"
+#include "conditional_modes/group_priors.hpp"
 #include "conditional_modes/observation_sums.hpp"
 
 namespace silvafit::fit {
 
-/// Modes v of the random effects, b = L v.
+/// Modes of the independent standard normal effects that the random effects are made of.
 struct Modes {
   Eigen::MatrixXd outer{};  ///< (s x C)
   Eigen::MatrixXd inner{};  ///< (q x G)
 };
 
 /// Spherical random effects of consecutive clusters, and Newton's search for their modes: the
-/// minimum of sum rho + |u|^2/2 + sum |v_k|^2/2 of each cluster. Memory is kept between searches.
+/// minimum of sum rho + |u|^2/2 + sum |v_k|^2/2 of each cluster; with held weights, the point where
+/// its slope is zero at the weights of the point itself. Memory is kept between searches.
 class ClusterModes {
  public:
   /// Clusters [first, last) of the model.
@@ -31,12 +32,20 @@ class ClusterModes {
   /// \param effects  (r x G), out: how the coefficients of each group are moved
   /// \param known    modes of the model, or null: a search that comes near them ends there, and
   ///   others need but be told from them
-  /// \returns false if the search of a cluster failed
-  bool search(const RandomDesign& design,
+  /// \returns false if the search of a cluster failed, which ends the others
+  bool search(const GroupPriors& priors,
               Modes& modes,
               Eigen::MatrixXd& effects,
               ObservationSums::Workspace& workspace,
               const Modes* known = nullptr);
+  /// The same for each cluster on its own; is_found() says where it has not failed.
+  void search_each(const GroupPriors& priors,
+                   Modes& modes,
+                   Eigen::MatrixXd& effects,
+                   ObservationSums::Workspace& workspace);
+  /// Takes given effects for the modes; without the standard normal effects that they are made of.
+  /// \param effects  (r x G)
+  void take(const Eigen::MatrixXd& effects, ObservationSums::Workspace& workspace);
 
   Eigen::Index first_cluster() const { return first_; }
   Eigen::Index first_group() const { return begin_; }
@@ -51,6 +60,10 @@ class ClusterModes {
   double objective() const;
   double objective(Eigen::Index cluster) const {
     return clusters_[static_cast<std::size_t>(cluster)].objective;
+  }
+  bool is_found(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].is_done &&
+           !clusters_[static_cast<std::size_t>(cluster)].has_failed;
   }
   /// Whether the search came near a known mode.
   bool is_known(Eigen::Index cluster) const {
@@ -91,18 +104,23 @@ class ClusterModes {
     double decrement = 0.0;
     double length = 1.0;  ///< of the step that is tried
     bool is_done = false;
+    bool has_failed = false;
     bool is_known = false;
     bool is_convex = false;  ///< at the modes, without a ridge
     ArrowFactor hessian{};
   };
-  bool evaluate_open(const RandomDesign& design,
+  void begin(const Modes& modes);
+  void end(Modes& modes) const;
+  bool evaluate_open(const GroupPriors& priors,
                      Eigen::MatrixXd& effects,
                      ObservationSums::Workspace& workspace);
-  void place_effects(const RandomDesign& design, Eigen::Index cluster, Eigen::MatrixXd& effects);
-  bool advance(const RandomDesign& design, Eigen::Index cluster, const Modes* known);
+  void place_effects(const GroupPriors& priors, Eigen::Index cluster, Eigen::MatrixXd& effects);
+  bool advance(const GroupPriors& priors, Eigen::Index cluster, const Modes* known);
+  void accept_weights(Eigen::Index cluster);
+  HeldWeights* weights() { return sums_.holds_weights() ? &weights_ : nullptr; }
   bool leads_to(const Modes& known, Eigen::Index cluster) const;
-  bool propose(const RandomDesign& design, Eigen::Index cluster);
-  bool factorize(const RandomDesign& design, Eigen::Index cluster);
+  bool propose(const GroupPriors& priors, Eigen::Index cluster);
+  bool factorize(const GroupPriors& priors, Eigen::Index cluster);
   void move(Eigen::Index cluster, double length);
   double objective_of(Eigen::Index cluster) const;
 
@@ -122,6 +140,7 @@ class ClusterModes {
   Eigen::MatrixXd density_;  ///< sums of density terms, one column a group
   Eigen::MatrixXd trial_;
   Eigen::MatrixXd right_;  ///< of a Newton system
+  HeldWeights weights_;
 };
 
 }  // namespace silvafit::fit

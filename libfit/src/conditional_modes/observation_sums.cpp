@@ -31,7 +31,8 @@ bool has_covariates(const NonlinearModel& model, Index parameter) {
 ObservationSums::ObservationSums(const NonlinearModel& model,
                                  const VarianceModel& variance,
                                  Curvature curvature,
-                                 std::vector<Index> random)
+                                 std::vector<Index> random,
+                                 bool with_slopes)
     : model_(model),
       variance_(variance),
       random_(std::move(random)),
@@ -41,15 +42,26 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
   if (std::ranges::any_of(variance.quantities(), [](const auto& one) { return one.strata >= 0; })) {
     quantity_rows_.resize(model.observations(), static_cast<Index>(variance.quantities().size()));
   }
-  const ObservationTerms terms = observation_terms(model, variance, curvature, random_);
+  ObservationTerms terms;
+  if (with_slopes) {
+    terms = observation_terms(model, variance, curvature, random_);
+  } else {
+    static_cast<ModeTerms&>(terms) = mode_terms(model, variance, curvature, random_);
+  }
   has_approximation_ = !terms.approximation.empty();
+  holds_weights_ = !terms.own_weight.empty();
   others_ = terms.others;
 
   std::vector<Expression> outputs{terms.density};
   append(outputs, terms.by_random);
   append(outputs, terms.curvature);
   append(outputs, terms.approximation);
+  append(outputs, terms.own_weight);
   density_ = task_of(outputs);
+  if (!with_slopes) {
+    mixed_ = task_of(terms.other_random);
+    return;
+  }
 
   outputs = {terms.density};
   append(outputs, terms.density_by_fixed);
@@ -104,6 +116,7 @@ ObservationSums::Source ObservationSums::source_of(const std::string& name) {
       return {.kind = Kind::kColumn, .column = indicators_.col(indicator_begin_[k] + s).data()};
     }
   }
+  if (name == term_names::held_weight()) return {.kind = Kind::kHeld};
   if (name == term_names::log_sigma()) {
     return {.kind = Kind::kScalar, .index = count + quantities.size()};
   }
@@ -222,7 +235,10 @@ Index ObservationSums::fill_rows(
   return group;
 }
 
-void ObservationSums::connect_inputs(const Task& task, Index row, Workspace& workspace) const {
+void ObservationSums::connect_inputs(const Task& task,
+                                     const GroupValues& values,
+                                     Index row,
+                                     Workspace& workspace) const {
   const double* const parameters = workspace.inputs.data();
   const double* const weights = parameters + varying_.size() * kProgramRows;
   workspace.input_columns.resize(task.sources.size());
@@ -242,6 +258,9 @@ void ObservationSums::connect_inputs(const Task& task, Index row, Workspace& wor
       case Source::Kind::kWeight:
         input = weights + source.index * kProgramRows;
         break;
+      case Source::Kind::kHeld:
+        input = values.held->held.data() + (row - values.held->first_row);
+        break;
     }
   }
 }
@@ -251,7 +270,8 @@ void ObservationSums::run(const Task& task,
                           Index last,
                           MatrixXd& sums,
                           Workspace& workspace) const {
-  const auto width = static_cast<Index>(task.outputs);
+  // Weights come last, and are not summed.
+  const auto width = static_cast<Index>(task.outputs) - (values.held != nullptr ? 1 : 0);
   sums.setZero(width, last - values.first);
   make_room(workspace.inputs, (varying_.size() + values.weight_count()) * kProgramRows);
   make_room(workspace.outputs, task.outputs * kProgramRows);
@@ -260,18 +280,22 @@ void ObservationSums::run(const Task& task,
     workspace.output_columns[k] = workspace.outputs.data() + k * kProgramRows;
   }
   const std::vector<const double*> columns(workspace.output_columns.begin(),
-                                           workspace.output_columns.end());
+                                           workspace.output_columns.begin() + width);
   const Index end = model_.group_begin(last);
   Index group = values.first;
   for (Index row = model_.group_begin(group); row < end; row += kProgramRows) {
     const Index rows = std::min(kProgramRows, end - row);
     const Index first_group = group;
     group = fill_rows(values, group, row, rows, workspace);
-    connect_inputs(task, row, workspace);
+    connect_inputs(task, values, row, workspace);
     task.program.evaluate(workspace.input_columns,
                           static_cast<std::size_t>(rows),
                           workspace.output_columns,
                           workspace.program);
+    if (values.held != nullptr) {
+      const Eigen::Map<const Eigen::VectorXd> own(workspace.output_columns.back(), rows);
+      values.held->own.segment(row - values.held->first_row, rows) = own;
+    }
     const std::size_t segments = workspace.begins.size() - 1;
     make_room(workspace.sums, segments * task.outputs);
     data::segment_sums(columns, workspace.begins, workspace.sums.data());
@@ -280,9 +304,24 @@ void ObservationSums::run(const Task& task,
   }
 }
 
-void ObservationSums::density(
+Index ObservationSums::density_count() const {
+  return static_cast<Index>(density_.outputs) - (holds_weights_ ? 1 : 0);
+}
+
+void ObservationSums::density(Index first,
+                              Index last,
+                              const MatrixXd& effects,
+                              MatrixXd& sums,
+                              Workspace& workspace,
+                              HeldWeights* weights) const {
+  run(density_, {.effects = effects, .first = first, .held = weights}, last, sums, workspace);
+}
+
+void ObservationSums::mixed(
     Index first, Index last, const MatrixXd& effects, MatrixXd& sums, Workspace& workspace) const {
-  run(density_, {.effects = effects, .first = first}, last, sums, workspace);
+  sums.setZero(0, last - first);
+  if (mixed_.outputs == 0) return;
+  run(mixed_, {.effects = effects, .first = first}, last, sums, workspace);
 }
 
 void ObservationSums::slopes(

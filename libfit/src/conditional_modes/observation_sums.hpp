@@ -19,6 +19,13 @@ struct ObservationPoint {
   double log_sigma = 0.0;
 };
 
+/// Weights 1/(sigma g)^2 of consecutive rows, where they are held while effects move.
+struct HeldWeights {
+  Eigen::Index first_row = 0;
+  Eigen::VectorXd held{};  ///< with which rho is evaluated
+  Eigen::VectorXd own{};   ///< of the point of the last evaluation
+};
+
 /// Which terms of ObservationTerms are summed, and where each is among a group's sums.
 ///
 /// p coefficients, r random ones, m + 1 parameters of the variance; triangles are lower ones by
@@ -36,28 +43,42 @@ class ObservationSums {
     std::vector<double*> output_columns{};
   };
 
+  /// \param with_slopes  whether slopes() and total() are needed, which held weights do not have
   ObservationSums(const NonlinearModel& model,
                   const VarianceModel& variance,
                   Curvature curvature,
-                  std::vector<Eigen::Index> random);
+                  std::vector<Eigen::Index> random,
+                  bool with_slopes = true);
 
   Eigen::Index random_count() const { return r_; }
   const std::vector<Eigen::Index>& random() const { return random_; }
   bool has_approximation() const { return has_approximation_; }
+  bool holds_weights() const { return holds_weights_; }
   /// See ObservationTerms::others.
   const std::vector<Eigen::Index>& others() const { return others_; }
 
   /// What all sums are evaluated at from now on.
   void set_point(const ObservationPoint& point);
 
-  /// Of density (1), by_random (r), curvature (triangle), approximation (triangle, if any), for
-  /// groups [first, last): one column a group.
+  /// Number of the sums of density().
+  Eigen::Index density_count() const;
+  /// Of density (1), by_random (r), curvature (triangle), approximation (triangle, if any), with
+  /// held weights then of density with a point's own ones (1), for groups [first, last): one column
+  /// a group.
   /// \param effects  (r x G) random effects b of all groups
+  /// \param weights  of these groups' rows at least; null unless holds_weights()
   void density(Eigen::Index first,
                Eigen::Index last,
                const Eigen::MatrixXd& effects,
                Eigen::MatrixXd& sums,
-               Workspace& workspace) const;
+               Workspace& workspace,
+               HeldWeights* weights = nullptr) const;
+  /// Of other_random (o r).
+  void mixed(Eigen::Index first,
+             Eigen::Index last,
+             const Eigen::MatrixXd& effects,
+             Eigen::MatrixXd& sums,
+             Workspace& workspace) const;
   /// Of density (1), density_by_fixed (p), density_by_variance (m + 1).
   void slopes(Eigen::Index first,
               Eigen::Index last,
@@ -77,7 +98,7 @@ class ObservationSums {
  private:
   /// Where the values of a program's input come from.
   struct Source {
-    enum class Kind { kScalar, kColumn, kParameter, kWeight };
+    enum class Kind { kScalar, kColumn, kParameter, kWeight, kHeld };
     Kind kind = Kind::kScalar;
     std::size_t index = 0;           ///< of the scalar, the parameter or the weight
     const double* column = nullptr;  ///< (N) of a column
@@ -107,6 +128,7 @@ class ObservationSums {
     const Eigen::MatrixXd& effects;            ///< (r x G)
     const Eigen::MatrixXd* weights = nullptr;  ///< one column a group from the first on, or null
     Eigen::Index first = 0;
+    HeldWeights* held = nullptr;
     std::size_t weight_count() const {
       return weights == nullptr ? 0 : static_cast<std::size_t>(weights->rows());
     }
@@ -121,7 +143,10 @@ class ObservationSums {
                          Eigen::Index row,
                          Eigen::Index rows,
                          Workspace& workspace) const;
-  void connect_inputs(const Task& task, Eigen::Index row, Workspace& workspace) const;
+  void connect_inputs(const Task& task,
+                      const GroupValues& values,
+                      Eigen::Index row,
+                      Workspace& workspace) const;
   void fill_parameter(const VaryingParameter& varying,
                       const Eigen::MatrixXd& effects,
                       Eigen::Index group,
@@ -134,9 +159,11 @@ class ObservationSums {
   std::vector<Eigen::Index> random_;
   Eigen::Index r_ = 0;
   bool has_approximation_ = false;
+  bool holds_weights_ = false;
   std::vector<Eigen::Index> others_;
   std::vector<VaryingParameter> varying_;
   Task density_;
+  Task mixed_;
   Task slopes_;
   Task total_;
   Eigen::MatrixXd indicators_;  ///< (N x strata of all quantities)

@@ -19,6 +19,7 @@ std::string indicator(std::size_t quantity, Eigen::Index stratum) {
   return fmt::format("indicator {} {}", quantity, stratum);
 }
 std::string weight(Eigen::Index i, Eigen::Index j) { return fmt::format("weight {} {}", i, j); }
+std::string held_weight() { return "held weight"; }
 }  // namespace term_names
 
 namespace {
@@ -118,6 +119,7 @@ struct VarianceDerivatives {
 
 /// The parts that all derivatives of rho share.
 struct Residual {
+  Expression raw;      ///< r = y - f
   Expression scaled;   ///< r tau = (y - f) / (sigma g)^2
   Expression squared;  ///< r^2 tau
   Expression tau;      ///< 1 / (sigma g)^2
@@ -127,7 +129,7 @@ Residual residual_of(const NonlinearModel& model, const Expression& mean, const 
   const Expression r = Expression::variable(model.specification().formula.left) - mean;
   const Expression tau = exp(-2.0 * (Expression::variable(term_names::log_sigma()) + scale));
   const Expression scaled = r * tau;
-  return {.scaled = scaled, .squared = r * scaled, .tau = tau};
+  return {.raw = r, .scaled = scaled, .squared = r * scaled, .tau = tau};
 }
 
 Expression density_of(const Residual& residual, const Expression& scale) {
@@ -150,11 +152,25 @@ class Assembly {
         scale_(variance, is_first_order() ? population_.mean() : mean_.mean()),
         residual_(residual_of(model, mean_.mean(), scale_.value())) {}
 
-  ObservationTerms terms() {
+  ModeTerms mode_terms() {
     differentiate_density();
-    collapse_weights();
-    ObservationTerms result{.density = density_.value};
+    ModeTerms result{.density = density_.value};
+    if (holds_weights()) {
+      const Expression held = Expression::variable(term_names::held_weight());
+      result.density = 0.5 * (residual_.raw * residual_.raw * held);
+      result.own_weight = {density_.value, residual_.tau};
+    }
     add_random_terms(result);
+    add_mixed_terms(result);
+    return result;
+  }
+
+  ObservationTerms terms() {
+    ObservationTerms result{mode_terms()};
+    collapse_weights();
+    for (const Index b : random_) {
+      result.penalty_by_random.push_back(multiplier(b) * penalty_slope(parameter(b)));
+    }
     add_fixed_terms(result);
     add_variance_terms(result);
     return result;
@@ -162,9 +178,19 @@ class Assembly {
 
  private:
   bool is_first_order() const { return curvature_ == Curvature::kFirstOrder; }
+  bool holds_weights() const {
+    return curvature_ == Curvature::kHeldWeights && variance_.uses_fitted();
+  }
 
   void differentiate_density() {
-    const auto& [scaled, squared, tau] = residual_;
+    const auto& [raw, scaled, squared, tau] = residual_;
+    if (curvature_ == Curvature::kHeldWeights) {
+      density_.value = 0.5 * squared;
+      density_.first = -scaled;
+      density_.second = tau + 2.0 * (scale_.by_fitted(1) * scaled);
+      density_.omega = tau;
+      return;
+    }
     density_.value = density_of(residual_, scale_.value());
     if (is_first_order()) {
       density_.first = -scaled;
@@ -192,7 +218,7 @@ class Assembly {
 
   /// By a quantity of the variance function, or by log sigma (the number past the last quantity).
   VarianceDerivatives by_variance(std::size_t quantity) const {
-    const auto& [scaled, squared, tau] = residual_;
+    const auto& [raw, scaled, squared, tau] = residual_;
     const bool is_sigma = quantity == scale_.quantity_count();
     const Expression l = is_sigma ? Expression::constant(1.0) : scale_.by_quantity(quantity, 0);
     const Expression free = Expression::constant(1.0) - squared;
@@ -267,11 +293,10 @@ class Assembly {
     return 0.5 * sum;
   }
 
-  void add_random_terms(ObservationTerms& result) {
+  void add_random_terms(ModeTerms& result) {
     for (std::size_t j = 0; j < random_.size(); ++j) {
       const Index b = random_[j];
       result.by_random.push_back(multiplier(b) * (density_.first * mean_.by(parameter(b))));
-      result.penalty_by_random.push_back(multiplier(b) * penalty_slope(parameter(b)));
       for (std::size_t i = j; i < random_.size(); ++i) {
         const Index a = random_[i];
         const Expression both = multiplier(a) * multiplier(b);
@@ -281,6 +306,25 @@ class Assembly {
         if (curvature_ != Curvature::kFull) {
           result.approximation.push_back(both * (density_.omega * slopes));
         }
+      }
+    }
+  }
+
+  /// The derivatives by random effects and by coefficients that these do not have.
+  void add_mixed_terms(ModeTerms& result) {
+    for (Index j = 0; j < model_.coefficient_count(); ++j) {
+      if (!is_first_order() && std::ranges::find(random_, j) != random_.end()) continue;
+      result.others.push_back(j);
+      const Index k = parameter(j);
+      for (const Index c : random_) {
+        const Index l = parameter(c);
+        Expression cross =
+            density_.second * (mean_.by(k) * mean_.by(l)) + density_.first * mean_.by(k, l);
+        if (is_first_order()) {
+          cross = cross + 2.0 * (scale_by_population() * population_.by(k) * residual_.scaled) *
+                              mean_.by(l);
+        }
+        result.other_random.push_back(multiplier(j) * multiplier(c) * cross);
       }
     }
   }
@@ -298,19 +342,8 @@ class Assembly {
         penalty = penalty - turn * residual_.tau * slopes_weighted();
       }
       result.density_by_fixed.push_back(multiplier(j) * slope);
-      if (!is_first_order() && std::ranges::find(random_, j) != random_.end()) continue;
-      result.others.push_back(j);
+      if (std::ranges::find(result.others, j) == result.others.end()) continue;
       result.by_other.push_back(multiplier(j) * (slope + penalty));
-      for (const Index c : random_) {
-        const Index l = parameter(c);
-        Expression cross =
-            density_.second * (mean_.by(k) * mean_.by(l)) + density_.first * mean_.by(k, l);
-        if (is_first_order()) {
-          cross = cross + 2.0 * (scale_by_population() * population_.by(k) * residual_.scaled) *
-                              mean_.by(l);
-        }
-        result.other_random.push_back(multiplier(j) * multiplier(c) * cross);
-      }
     }
   }
 
@@ -370,6 +403,13 @@ class Assembly {
 };
 
 }  // namespace
+
+ModeTerms mode_terms(const NonlinearModel& model,
+                     const VarianceModel& variance,
+                     Curvature curvature,
+                     const std::vector<Index>& random) {
+  return Assembly(model, variance, curvature, random).mode_terms();
+}
 
 ObservationTerms observation_terms(const NonlinearModel& model,
                                    const VarianceModel& variance,

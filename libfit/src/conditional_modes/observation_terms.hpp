@@ -16,6 +16,9 @@ enum class Curvature {
   kFull,        ///< of the joint density: Laplace's method
   kExpected,    ///< its expectation given the random effects: FOCE with interaction
   kFirstOrder,  ///< that of a mean linear in them with the residual variance at zero: FOCE
+  /// That of penalized least squares, where the weights are held while effects move: Lindstrom and
+  /// Bates. There is no likelihood with it.
+  kHeldWeights,
 };
 
 /// Names of the variables in the terms; none can be a column's or parameter's name in a formula,
@@ -30,26 +33,42 @@ std::string multiplier(Eigen::Index coefficient);
 std::string indicator(std::size_t quantity, Eigen::Index stratum);
 /// Element (i, j), i >= j, of the matrix M that is multiplied with K; see ObservationTerms.
 std::string weight(Eigen::Index i, Eigen::Index j);
+/// The weight of an observation that is held.
+std::string held_weight();
 }  // namespace term_names
 
-/// Terms of one observation: rho = log(sigma g) + (y - f)^2 / (2 sigma^2 g^2), the negative log
-/// density but for log(2 pi)/2, and c = tr(M K)/2 for a symmetric matrix M.
+/// What the search for modes needs of one observation: rho = log(sigma g) + (y - f)^2 /
+/// (2 sigma^2 g^2), the negative log density but for log(2 pi)/2, and its derivatives by
+/// coefficients, whose multipliers they include.
 ///
-/// p coefficients; r of them are random in some grouping; m + 1 parameters of the residual
-/// variance, the last of which is log sigma. Derivatives are by coefficients, whose multipliers
-/// they include.
-struct ObservationTerms {
-  data::Expression density;                       ///< rho
-  std::vector<data::Expression> by_random{};      ///< (r) d rho / d b
+/// p coefficients; r of them are random in some grouping. With held weights w = 1/(sigma g)^2 of
+/// another point, rho is w (y - f)^2 / 2, whose slope at the weights' own point is `by_random`;
+/// `curvature` is the derivative of this slope with the weights moving along.
+struct ModeTerms {
+  data::Expression density = data::Expression::constant(0.0);  ///< rho
+  std::vector<data::Expression> by_random{};                   ///< (r) d rho / d b
   std::vector<data::Expression> curvature{};      ///< lower triangle by columns of d2 rho / db db'
   std::vector<data::Expression> approximation{};  ///< the same of K; empty where it is the same
   /// (o) Coefficients whose derivatives are not those of the random effects on them; all where K
   /// depends on the population's mean.
   std::vector<Eigen::Index> others{};
+  std::vector<data::Expression> other_random{};  ///< (o x r by rows) d2 rho / d beta d b'
+  /// With held weights: rho with the point's own weight, and this weight. Else empty.
+  std::vector<data::Expression> own_weight{};
+};
+
+/// \param random  coefficients with random effects in any grouping, ascending
+ModeTerms mode_terms(const NonlinearModel& model,
+                     const VarianceModel& variance,
+                     Curvature curvature,
+                     const std::vector<Eigen::Index>& random);
+
+/// Terms of one observation in a marginal likelihood: rho, and c = tr(M K)/2 for a symmetric matrix
+/// M. There are m + 1 parameters of the residual variance, the last of which is log sigma.
+struct ObservationTerms : ModeTerms {
   std::vector<data::Expression> by_other{};           ///< (o) d rho / d beta + d c / d beta, b held
   std::vector<data::Expression> density_by_fixed{};   ///< (p) d rho / d beta
   std::vector<data::Expression> penalty_by_random{};  ///< (r) d c / d b
-  std::vector<data::Expression> other_random{};       ///< (o x r by rows) d2 rho / d beta d b'
   std::vector<data::Expression> by_variance{};        ///< (m + 1) d rho + d c
   std::vector<data::Expression> density_by_variance{};  ///< (m + 1) d rho
   std::vector<data::Expression> variance_random{};      ///< (m + 1 x r by rows)

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "conditional_modes/calibration_search.hpp"
+#include "conditional_modes/effect_posteriors.hpp"
 #include "fit_model/constrained_fit.hpp"
 #include "least_squares/start_search.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"

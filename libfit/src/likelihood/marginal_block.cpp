@@ -61,8 +61,8 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
                        .by_variance = VectorXd::Zero(point.observation.variance.size()),
                        .by_outer_factor = MatrixXd::Zero(s, s),
                        .by_inner_factor = MatrixXd::Zero(q, q)};
-  if (!modes_.search(design, modes, effects, workspace) || !factorize_determinants(design) ||
-      !has_clear_modes()) {
+  if (!modes_.search(GroupPriors(design), modes, effects, workspace) ||
+      !factorize_determinants(design) || !has_clear_modes()) {
     result.minus_log_likelihood = std::numeric_limits<double>::infinity();
     return result;
   }
@@ -86,7 +86,7 @@ bool MarginalBlock::find_modes(const RandomDesign& design,
                                ObservationSums::Workspace& workspace,
                                const Modes* known,
                                VectorXd& objectives) {
-  if (!modes_.search(design, modes, effects, workspace, known)) return false;
+  if (!modes_.search(GroupPriors(design), modes, effects, workspace, known)) return false;
   if (!factorize_determinants(design) || !has_clear_modes()) return false;
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
     objectives[modes_.first_cluster() + c] =

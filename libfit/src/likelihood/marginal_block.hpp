@@ -7,6 +7,7 @@
 
 #include "conditional_modes/cluster_modes.hpp"
 #include "conditional_modes/quadrature_rule.hpp"
+#include "conditional_modes/random_places.hpp"
 
 namespace silvafit::fit {
 
@@ -27,14 +28,6 @@ struct MarginalValue {
   Eigen::MatrixXd by_inner_factor{};  ///< (q x q); its lower triangle counts
 
   void add(const MarginalValue& other);
-};
-
-/// Where the random effects of both groupings are.
-struct RandomPlaces {
-  std::vector<Eigen::Index> outer{};       ///< (s) coefficients
-  std::vector<Eigen::Index> inner{};       ///< (q)
-  std::vector<Eigen::Index> outer_rows{};  ///< (s) rows among the random coefficients
-  std::vector<Eigen::Index> inner_rows{};  ///< (q)
 };
 
 /// How the parameters of the likelihood differ from those of another point.

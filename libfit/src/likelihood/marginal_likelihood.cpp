@@ -9,7 +9,6 @@
 #include <numbers>
 #include <utility>
 
-#include "model/nested_terms.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 
@@ -23,39 +22,6 @@ using Eigen::VectorXd;
 // Rows of a block of clusters: their data stay in the cache while modes are searched.
 constexpr Index kBlockRows = 4096;
 
-std::vector<Index> united(std::vector<Index> a, const std::vector<Index>& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  std::ranges::sort(a);
-  a.erase(std::unique(a.begin(), a.end()), a.end());
-  return a;
-}
-
-std::vector<Index> positions(const std::vector<Index>& of, const std::vector<Index>& in) {
-  std::vector<Index> result;
-  result.reserve(of.size());
-  for (const Index value : of) result.push_back(std::ranges::find(in, value) - in.begin());
-  return result;
-}
-
-/// (s x r) rows of L placed where its effects are among the random coefficients.
-SmallMatrix placed(const MatrixXd& factor, const std::vector<Index>& rows, Index r) {
-  SmallMatrix result = SmallMatrix::Zero(r, factor.cols());
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    result.row(rows[k]) += factor.row(static_cast<Index>(k));
-  }
-  return result;
-}
-
-RandomPlaces places_of(const NonlinearModel& model) {
-  const ModelSpecification& specification = model.specification();
-  RandomPlaces result{.outer = model.coefficients_of(coarser_term(specification)),
-                      .inner = model.coefficients_of(finer_term(specification))};
-  const std::vector<Index> both = united(result.outer, result.inner);
-  result.outer_rows = positions(result.outer, both);
-  result.inner_rows = positions(result.inner, both);
-  return result;
-}
-
 }  // namespace
 
 MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
@@ -63,8 +29,8 @@ MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
                                        Curvature curvature,
                                        int points)
     : model_(model),
-      places_(places_of(model)),
-      sums_(model, variance, curvature, united(places_.outer, places_.inner)),
+      places_(model),
+      sums_(model, variance, curvature, places_.all),
       workspaces_(worker_count(model.threads())) {
   if (points > 1) rule_ = gauss_hermite(points, static_cast<Index>(places_.inner.size()));
   modes_.outer.setZero(static_cast<Index>(places_.outer.size()), model.cluster_count());
@@ -88,9 +54,11 @@ void MarginalLikelihood::cut_into_blocks() {
 }
 
 RandomDesign MarginalLikelihood::design_of(const MarginalPoint& point) const {
-  const Index r = sums_.random_count();
-  return {.outer = placed(point.outer_factor, places_.outer_rows, r),
-          .inner = placed(point.inner_factor, places_.inner_rows, r)};
+  RandomDesign design{.outer = SmallMatrix::Zero(places_.r(), places_.s()),
+                      .inner = SmallMatrix::Zero(places_.r(), places_.q())};
+  add_placed(point.outer_factor, places_.outer_rows, design.outer);
+  add_placed(point.inner_factor, places_.inner_rows, design.inner);
+  return design;
 }
 
 void MarginalLikelihood::set_modes(Modes modes) {

@@ -396,6 +396,25 @@ VectorXd VarianceModel::inside_range(const VarianceEstimate& estimate) const {
   return parameters;
 }
 
+double VarianceModel::log_scale_of(const VarianceEstimate& estimate, double sigma) const {
+  double result = std::log(sigma);
+  for (std::size_t k = 0; k < function_.factors.size(); ++k) {
+    const VarianceFactor& factor = function_.factors[k];
+    // These are used as they are defined.
+    if (!factor.stratum.empty() || factor.delta || factor.constant) continue;
+    const VarianceFactorEstimate& of = estimate.factors[k];
+    if (factor.kind == Kind::kExponential) {
+      result += of.delta[0] * typical_[k];
+    } else if (factor.kind == Kind::kPower) {
+      result += of.delta[0] * std::log(typical_[k]);
+    } else if (!std::isinf(of.constant[0])) {
+      // With tan^2 phi = c / v0^delta, c + |v|^delta is (c + v0^delta) times the internal function.
+      result += std::log(of.constant[0] + std::pow(typical_[k], of.delta[0]));
+    }
+  }
+  return result;
+}
+
 double VarianceModel::sigma_factor(const VectorXd& parameters) const {
   double result = 1.0;
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {

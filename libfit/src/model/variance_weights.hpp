@@ -93,6 +93,8 @@ class VarianceModel {
   /// The factor from the internal residual scale to nlme's sigma; a factor whose constant is
   /// infinite counts as 1.
   double sigma_factor(const Eigen::VectorXd& parameters) const;
+  /// The logarithm of the internal residual scale of an estimate with nlme's sigma.
+  double log_scale_of(const VarianceEstimate& estimate, double sigma) const;
 
  private:
   data::Expression differentiated(data::Expression expression, int order) const;

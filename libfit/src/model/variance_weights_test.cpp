@@ -48,11 +48,30 @@ TEST_CASE("internal parameters mean what nlme's parameters mean") {
     const ResidualScale scale = model.scale(values(), parameters, true);
     const VarianceEstimate estimate = model.estimate(parameters);
     const double sigma = internal_sigma * model.sigma_factor(parameters);
+    CHECK(model.log_scale_of(estimate, sigma) ==
+          Approx(std::log(internal_sigma)).epsilon(1e-13).margin(1e-13));
     for (Eigen::Index i = 0; i < values().size(); ++i) {
       CHECK(internal_sigma / std::sqrt(scale.weight[i]) ==
             Approx(by_definition(estimate, sigma, values()[i])).epsilon(1e-13));
     }
     CHECK(scale.sum_log == Approx(-0.5 * scale.weight.log().sum()).epsilon(1e-12).margin(1e-13));
+  }
+}
+
+TEST_CASE("an estimate from other data keeps its meaning where its constant outgrows the power") {
+  const VarianceModel model = model_of("constant-plus-power");
+  VarianceEstimate estimate = model.estimate(model.start());
+  const double sigma = 0.3;
+  for (const double constant : {1e-6, 1.0, 1e12, 1e30}) {
+    INFO(constant);
+    estimate.factors[0].constant[0] = constant;
+    const double internal = std::exp(model.log_scale_of(estimate, sigma));
+    const ResidualScale scale = model.scale(values(), model.parameters(estimate), false);
+    for (Eigen::Index i = 0; i < values().size(); ++i) {
+      // The angle has eight digits of the power where the constant is 1e12 times as large.
+      CHECK(internal / std::sqrt(scale.weight[i]) ==
+            Approx(by_definition(estimate, sigma, values()[i])).epsilon(1e-10));
+    }
   }
 }
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "conditional_modes/calibration_search.hpp"
+#include "conditional_modes/effect_posteriors.hpp"
 #include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
 #include "result/nested_effects.hpp"
@@ -345,7 +345,10 @@ Calibration calibrate(const FittedModel& fit,
     if (result.is_used[row]) rows.push_back(row);
   }
   if (rows.empty()) return result;
-  calibrator.update(NonlinearModel(fit.specification, table.select(rows)), options.threads);
+  // The estimate says which variance function weighs the trees.
+  ModelSpecification specification = fit.specification;
+  specification.variance = fit.variance.function();
+  calibrator.update(NonlinearModel(specification, table.select(rows)), options.threads);
   return result;
 }
 

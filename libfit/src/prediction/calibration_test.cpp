@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -115,6 +116,84 @@ TEST_CASE("calibration on a fit's own trees returns its own random effects") {
           fit.random.back().uncertainty.covariances, 1e-7));
       CHECK(calibration.random.back().uncertainty.sensitivities.isApprox(
           fit.random.back().uncertainty.sensitivities, 1e-7));
+    }
+  }
+}
+
+namespace {
+
+/// The negative log of the joint density of a plot's trees and its effects, written out; of lb the
+/// penalized sum of squares with the weights of the effects `held`.
+class WrittenOut {
+ public:
+  WrittenOut(const FittedModel& fit, const Table& table, const std::string& plot)
+      : fit_(fit),
+        dbh_(table.numbers("dbh")),
+        crowding_(table.numbers("C")),
+        h_(table.numbers("h")),
+        precision_(fit.random.back().covariance.inverse()) {
+    const TextColumn labels = table.labels("plot");
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (labels[row] == plot) rows_.push_back(row);
+    }
+  }
+
+  double operator()(const VectorXd& effects, const VectorXd& held) const {
+    double sum = 0.5 * effects.dot(precision_ * effects);
+    for (const std::size_t row : rows_) {
+      const double residual = h_[row] - mean(effects, row);
+      const double sd = sd_of(scale_from(effects, held), row);
+      sum += 0.5 * residual * residual / (sd * sd);
+      if (fit_.method != Method::kLindstromBates) sum += std::log(sd);
+    }
+    return sum;
+  }
+
+ private:
+  double mean(const VectorXd& effects, std::size_t row) const {
+    const VectorXd& beta = fit_.estimate;
+    const double rate = beta[1] + effects[1] + beta[2] * crowding_[row];
+    return 1.3 + (beta[0] + effects[0]) * (1.0 - std::exp(-rate * dbh_[row]));
+  }
+  VectorXd scale_from(const VectorXd& effects, const VectorXd& held) const {
+    if (fit_.method == Method::kLindstromBates) return held;
+    return fit_.method == Method::kFirstOrder ? VectorXd::Zero(2) : effects;
+  }
+  double sd_of(const VectorXd& effects, std::size_t row) const {
+    return fit_.sigma * std::pow(mean(effects, row), fit_.variance.delta());
+  }
+
+  const FittedModel& fit_;
+  std::span<const double> dbh_;
+  std::span<const double> crowding_;
+  std::span<const double> h_;
+  MatrixXd precision_;
+  std::vector<std::size_t> rows_;
+};
+
+}  // namespace
+
+TEST_CASE("calibrated effects are where the density, written out, has no slope") {
+  const Table table = trees_of({.plots = 6});
+  for (const Method method :
+       {Method::kLindstromBates, Method::kFirstOrder, Method::kInteraction, Method::kLaplace}) {
+    INFO(method_text(method));
+    FittedModel fit = fitted(table, {.variance = "power", .method = method});
+    // That of the fit may be singular.
+    fit.random.back().covariance = Eigen::Matrix2d{{6.0, 0.004}, {0.004, 6e-5}};
+    const Calibration calibration = calibrate(fit, table, {.seen_groups = SeenGroups::kNew});
+    const CalibratedEffects& term = calibration.random.back();
+    const VectorXd sd = fit.random.back().sd();
+    for (std::size_t g = 0; g < term.labels.size(); ++g) {
+      const WrittenOut objective(fit, table, term.labels[g]);
+      const VectorXd effects = term.effects.col(static_cast<Index>(g));
+      for (Index k = 0; k < 2; ++k) {
+        // Slope by standard deviations: differences over 1e-4 of one have an error of about 1e-8.
+        const VectorXd step = 1e-4 * sd[k] * VectorXd::Unit(2, k);
+        const double slope =
+            (objective(effects + step, effects) - objective(effects - step, effects)) / 2e-4;
+        CHECK(std::abs(slope) < 1e-5);
+      }
     }
   }
 }

@@ -43,25 +43,6 @@ VectorXd by_stratum(const VarianceFactorEstimate& earlier,
   return result;
 }
 
-/// The variance with the strata of a model, whose first one need not be that of the earlier fit.
-void take_variance(const FittedModel& earlier, const NonlinearModel& model, MixedEffectsFit& fit) {
-  fit.sigma = earlier.sigma;
-  fit.variance = earlier.variance;
-  for (VarianceFactorEstimate& factor : fit.variance.factors) {
-    if (factor.factor.stratum.empty()) continue;
-    const std::vector<std::string>& strata = model.strata(factor.factor.stratum).labels;
-    const VarianceFactorEstimate before = factor;
-    factor.delta = by_stratum(before, before.delta, strata);
-    factor.constant = by_stratum(before, before.constant, strata);
-    factor.ratio = by_stratum(before, before.ratio, strata);
-    factor.strata = strata;
-    if (factor.ratio.size() == 0) continue;
-    const double first = factor.ratio[0];
-    fit.sigma *= first;
-    factor.ratio /= first;
-  }
-}
-
 bool is_like(const FittedModel& earlier, const ModelSpecification& specification) {
   const bool has_same_effects = std::ranges::equal(earlier.specification.random,
                                                    specification.random,
@@ -73,6 +54,24 @@ bool is_like(const FittedModel& earlier, const ModelSpecification& specification
 }
 
 }  // namespace
+
+ResidualVariance residual_variance_for(const Estimates& estimates, const NonlinearModel& model) {
+  ResidualVariance result{.variance = estimates.variance, .sigma = estimates.sigma};
+  for (VarianceFactorEstimate& factor : result.variance.factors) {
+    if (factor.factor.stratum.empty()) continue;
+    const std::vector<std::string>& strata = model.strata(factor.factor.stratum).labels;
+    const VarianceFactorEstimate before = factor;
+    factor.delta = by_stratum(before, before.delta, strata);
+    factor.constant = by_stratum(before, before.constant, strata);
+    factor.ratio = by_stratum(before, before.ratio, strata);
+    factor.strata = strata;
+    if (factor.ratio.size() == 0) continue;
+    const double first = factor.ratio[0];
+    result.sigma *= first;
+    factor.ratio /= first;
+  }
+  return result;
+}
 
 std::optional<MixedEffectsFit> as_start(const FittedModel& earlier, const NonlinearModel& model) {
   const ModelSpecification& specification = model.specification();
@@ -90,7 +89,9 @@ std::optional<MixedEffectsFit> as_start(const FittedModel& earlier, const Nonlin
     term.effects = effects_by_label(known.labels, known.effects, term.labels);
     is_known = is_known && term.covariance.allFinite() && term.effects.allFinite();
   }
-  take_variance(earlier, model, fit);
+  ResidualVariance residual = residual_variance_for(earlier, model);
+  fit.variance = std::move(residual.variance);
+  fit.sigma = residual.sigma;
   return is_known ? std::optional(std::move(fit)) : std::nullopt;
 }
 

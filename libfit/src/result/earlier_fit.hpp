@@ -17,4 +17,14 @@ namespace silvafit::fit {
 ///   another variance function, or failed
 std::optional<MixedEffectsFit> as_start(const FittedModel& earlier, const NonlinearModel& model);
 
+/// A variance function's estimate with its sigma.
+struct ResidualVariance {
+  VarianceEstimate variance{};
+  double sigma = 0.0;
+};
+
+/// The residual variance of estimates in the strata of a model, whose first one need not be that of
+/// the estimates; unknown strata have a typical parameter.
+ResidualVariance residual_variance_for(const Estimates& estimates, const NonlinearModel& model);
+
 }  // namespace silvafit::fit

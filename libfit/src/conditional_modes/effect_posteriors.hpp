@@ -5,7 +5,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "conditional_modes/calibration_terms.hpp"
+#include "silvafit/fit/effect_uncertainty.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
@@ -27,17 +29,6 @@ struct EffectPriors {
   Eigen::MatrixXd inner_slope{};         ///< (q p x G)
 };
 
-/// Where random effects act, as places among the coefficients and among the random coefficients.
-struct EffectPlaces {
-  std::vector<Eigen::Index> random{};      ///< (r) coefficients, ascending
-  std::vector<Eigen::Index> outer_rows{};  ///< (s)
-  std::vector<Eigen::Index> inner_rows{};  ///< (q)
-
-  explicit EffectPlaces(const FittedModel& fit);
-  Eigen::Index s() const { return static_cast<Eigen::Index>(outer_rows.size()); }
-  Eigen::Index q() const { return static_cast<Eigen::Index>(inner_rows.size()); }
-};
-
 /// Random effects with their uncertainty, in the order of the model's clusters and groups; NaN for
 /// clusters whose effects were not found.
 struct EffectPosteriors {
@@ -47,7 +38,7 @@ struct EffectPosteriors {
   EffectUncertainty inner_uncertainty{};
 };
 
-/// Finds the effects by Newton's method, all clusters of a block of rows at once.
+/// Finds the effects of each cluster: with held weights for lb, else the modes of the density.
 /// \param threads  over blocks; the result does not depend on it
 EffectPosteriors find_effects(const NonlinearModel& model,
                               const FittedModel& fit,

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// How the random effects of groups are distributed before their data are known.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "conditional_modes/arrow_factor.hpp"
+
+namespace silvafit::fit {
+
+/// The effects b of group g are offset_g + design_g (u, v_g) with independent standard normal u, of
+/// its cluster, and v_g. What is referred to has to live as long.
+class GroupPriors {
+ public:
+  /// The distribution of the model: the same design for all groups, without an offset.
+  explicit GroupPriors(const RandomDesign& design) : shared_(&design) {}
+  /// \param designs  (G) all with the same number of effects
+  /// \param offsets  (r x G)
+  GroupPriors(std::vector<const RandomDesign*> designs, const Eigen::MatrixXd& offsets)
+      : designs_(std::move(designs)), offsets_(&offsets) {}
+
+  const RandomDesign& design(Eigen::Index group) const {
+    return shared_ != nullptr ? *shared_ : *designs_[static_cast<std::size_t>(group)];
+  }
+  /// Null where all are zero.
+  const Eigen::MatrixXd* offsets() const { return offsets_; }
+
+  /// Factorizes the Hessian of a cluster with groups [first, first + number of curvatures).
+  bool factorize(Eigen::Index first,
+                 const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                 double ridge,
+                 ArrowFactor& factor) const {
+    if (shared_ != nullptr) return factor.compute(*shared_, curvatures, ridge);
+    const std::span<const RandomDesign* const> all(designs_);
+    const auto count = static_cast<std::size_t>(curvatures.cols());
+    return factor.compute(all.subspan(static_cast<std::size_t>(first), count), curvatures, ridge);
+  }
+
+ private:
+  const RandomDesign* shared_ = nullptr;
+  std::vector<const RandomDesign*> designs_;
+  const Eigen::MatrixXd* offsets_ = nullptr;
+};
+
+}  // namespace silvafit::fit
