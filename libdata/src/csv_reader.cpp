@@ -68,9 +68,13 @@ struct SourceColumn {
 }  // namespace
 
 struct CsvReader::State {
+  TableSource source{};
   std::string file;
-  std::shared_ptr<const Table> table{};  // instead of the file
-  std::vector<SourceColumn> columns{};   // of the table
+  std::shared_ptr<const Table> table{};      // instead of the file
+  bool keeps_types = false;                  // of the table's columns
+  std::shared_ptr<const TableText> sheet{};  // instead of the file
+  std::size_t sheet_read = 0;
+  std::vector<SourceColumn> columns{};  // of the table
   std::size_t next_row = 0;
   std::vector<std::string> cells{};  // of the last row
   std::ifstream stream;
@@ -104,6 +108,8 @@ struct CsvReader::State {
   bool ends_field(char c) const { return c == separator || is_line_end(c); }
 
   void open();
+  void open_text(std::shared_ptr<const TableText> rows);
+  std::size_t read_bytes(char* target, std::size_t count);
   void skip_byte_order_mark();
   void refuse_other_formats() const;
   void take_separator_line();
@@ -137,6 +143,26 @@ void CsvReader::State::open() {
   skip_byte_order_mark();
   refuse_other_formats();
   take_separator_line();
+}
+
+void CsvReader::State::open_text(std::shared_ptr<const TableText> rows) {
+  sheet = std::move(rows);
+  separator_said = sheet->separator;
+  read_more();
+}
+
+/// The next bytes of the file or text; fewer than asked for at its end.
+std::size_t CsvReader::State::read_bytes(char* target, std::size_t count) {
+  if (sheet) {
+    const std::size_t taken = sheet->text.copy(target, count, sheet_read);
+    sheet_read += taken;
+    at_end_of_file = sheet_read == sheet->text.size();
+    return taken;
+  }
+  stream.read(target, static_cast<std::streamsize>(count));
+  if (stream.bad()) throw InputError("reading failed", {.file = file});
+  at_end_of_file = stream.eof();
+  return static_cast<std::size_t>(stream.gcount());
 }
 
 void CsvReader::State::refuse_other_formats() const {
@@ -186,10 +212,7 @@ void CsvReader::State::read_more() {
     }
     buffer.resize(2 * buffer.size());
   }
-  stream.read(buffer.data() + end, static_cast<std::streamsize>(buffer.size() - end));
-  end += static_cast<std::size_t>(stream.gcount());
-  if (stream.bad()) throw InputError("reading failed", {.file = file});
-  at_end_of_file = stream.eof();
+  end += read_bytes(buffer.data() + end, buffer.size() - end);
 }
 
 /// Reads a quoted field from its opening quote up to what follows the closing one; false if the
@@ -390,11 +413,16 @@ bool CsvReader::State::take_row(std::vector<std::string_view>& fields) {
 
 std::string file_of(const TableSource& source) {
   if (const auto* const path = std::get_if<std::filesystem::path>(&source)) return path->string();
+  if (const auto* const text = std::get_if<std::shared_ptr<const TableText>>(&source)) {
+    return (*text)->name;
+  }
+  if (const auto* const layer = std::get_if<LayerTable>(&source)) return layer->table->file();
   return std::get<std::shared_ptr<const Table>>(source)->file();
 }
 
 CsvReader::CsvReader(const TableSource& source, std::vector<std::string> missing)
     : state_(std::make_unique<State>()) {
+  state_->source = source;
   state_->file = file_of(source);
   state_->missing = std::move(missing);
   for (const std::string& text : state_->missing) {
@@ -403,10 +431,16 @@ CsvReader::CsvReader(const TableSource& source, std::vector<std::string> missing
   }
   if (const auto* const table = std::get_if<std::shared_ptr<const Table>>(&source)) {
     state_->table = *table;
+    state_->keeps_types = true;
+  } else if (const auto* const layer = std::get_if<LayerTable>(&source)) {
+    state_->table = layer->table;
+  }
+  if (state_->table) {
     state_->take_table();
     return;
   }
-  state_->open();
+  const auto* const text = std::get_if<std::shared_ptr<const TableText>>(&source);
+  text != nullptr ? state_->open_text(*text) : state_->open();
   state_->read_header();
 }
 
@@ -416,10 +450,12 @@ CsvReader& CsvReader::operator=(CsvReader&&) noexcept = default;
 
 const std::string& CsvReader::file() const { return state_->file; }
 
+const TableSource& CsvReader::source() const { return state_->source; }
+
 const std::vector<std::string>& CsvReader::header() const { return state_->header; }
 
 bool CsvReader::is_text(std::size_t column) const {
-  return state_->table && state_->columns[column].text != nullptr;
+  return state_->keeps_types && state_->columns[column].text != nullptr;
 }
 
 const CsvLayout& CsvReader::layout() const { return state_->layout; }

@@ -117,7 +117,7 @@ std::vector<std::uint32_t> read_columns(CsvReader& reader, std::vector<ColumnBui
   return lines;
 }
 
-void read_again_as_text(const std::filesystem::path& path,
+void read_again_as_text(const TableSource& source,
                         const CsvTableOptions& options,
                         std::vector<ColumnBuilder>& columns) {
   std::vector<ColumnBuilder*> again;
@@ -127,12 +127,13 @@ void read_again_as_text(const std::filesystem::path& path,
     again.push_back(&column);
   }
   if (again.empty()) return;
-  if (!std::filesystem::is_regular_file(path)) {
+  const auto* const path = std::get_if<std::filesystem::path>(&source);
+  if (path != nullptr && !std::filesystem::is_regular_file(*path)) {
     throw InputError(
         "contains numbers and then text; a stream cannot be read twice, so give a file",
-        {.file = path.string(), .column = again.front()->name});
+        {.file = path->string(), .column = again.front()->name});
   }
-  CsvReader reader(path, options.missing);
+  CsvReader reader(source, options.missing);
   for (const std::size_t field : options.fill_down) reader.fill_down(field);
   std::vector<std::string_view> fields;
   while (reader.next(fields)) {
@@ -151,10 +152,9 @@ Table read_csv_table(const TableSource& source,
 }
 
 Table read_csv_table(CsvReader& reader, const CsvTableOptions& options, MissingCodes* codes) {
-  const std::filesystem::path path = reader.file();
   std::vector<ColumnBuilder> columns = wanted_columns(reader, options);
   std::vector<std::uint32_t> lines = read_columns(reader, columns);
-  read_again_as_text(path, options, columns);
+  read_again_as_text(reader.source(), options, columns);
 
   Table table(lines.size());
   for (ColumnBuilder& column : columns) {
@@ -165,7 +165,7 @@ Table read_csv_table(CsvReader& reader, const CsvTableOptions& options, MissingC
       table.set(column.name, std::move(column.numbers));
     }
   }
-  table.set_origin(path.string(), std::move(lines));
+  table.set_origin(reader.file(), std::move(lines));
   return table;
 }
 

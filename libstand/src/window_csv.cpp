@@ -11,6 +11,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/inventory.hpp"
 #include "window_files.hpp"
 
 namespace silvafit::stand {
@@ -31,9 +32,9 @@ std::optional<std::size_t> field_named(const std::vector<std::string>& header,
 
 class CsvWindowReader {
  public:
-  explicit CsvWindowReader(const std::filesystem::path& path)
-      : file_(path.string()), csv_(path), header_(csv_.header()) {
-    plot_ = field_named(header_, "plot");
+  explicit CsvWindowReader(const data::TableSource& table)
+      : file_(data::file_of(table)), csv_(table), header_(csv_.header()) {
+    plot_ = plot_field();
     wkt_ = field_named(header_, "wkt");
     x_ = field_named(header_, "x");
     y_ = field_named(header_, "y");
@@ -48,6 +49,7 @@ class CsvWindowReader {
   std::vector<NamedWindow> read();
 
  private:
+  std::optional<std::size_t> plot_field() const;
   void add_row(const std::vector<std::string_view>& fields);
   double number(const std::vector<std::string_view>& fields, std::size_t field) const;
 
@@ -61,6 +63,14 @@ class CsvWindowReader {
   std::optional<std::size_t> radius_{};
   WindowCollector collector_{};
 };
+
+/// The column of plots, under our name or a usual one.
+std::optional<std::size_t> CsvWindowReader::plot_field() const {
+  if (const auto own = field_named(header_, "plot")) return own;
+  const auto is_plot = [](const std::string& name) { return name == "plot"; };
+  const std::vector<ColumnMapping> usual = usual_columns(header_, is_plot, file_);
+  return usual.empty() ? std::nullopt : field_named(header_, usual.front().source);
+}
 
 double CsvWindowReader::number(const std::vector<std::string_view>& fields,
                                std::size_t field) const {
@@ -99,6 +109,10 @@ std::vector<NamedWindow> CsvWindowReader::read() {
 
 std::vector<NamedWindow> read_csv_windows(const std::filesystem::path& path) {
   return CsvWindowReader(path).read();
+}
+
+std::vector<NamedWindow> windows_of_table(const data::TableSource& table) {
+  return CsvWindowReader(table).read();
 }
 
 }  // namespace silvafit::stand

@@ -86,7 +86,7 @@ class IndicesRun {
   void read_batches() {
     const auto* const file = std::get_if<std::filesystem::path>(&source_);
     if (file == nullptr) {
-      throw UsageError("a table in memory is not read plot by plot", {.column = "--stream"});
+      throw UsageError("only CSV files can be read plot by plot", {.column = "--stream"});
     }
     if (options_.scope == stand::SearchScope::kStand) {
       throw UsageError("--stream cannot search neighbors across plots; use --per plot",

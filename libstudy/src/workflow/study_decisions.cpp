@@ -78,8 +78,8 @@ void add_level_decisions(const StudyRecord& record, Decisions& decisions) {
 }
 
 std::string window_text(const UnitSettings& units) {
-  if (!units.windows.empty()) return "given windows";
   if (!units.window.empty()) return std::filesystem::path(units.window).filename().string();
+  if (!units.windows.empty()) return "given windows";
   return fmt::format("convex hull of {}", units.per == "stand" ? "the stand" : "each plot");
 }
 

@@ -13,6 +13,7 @@
 #include "silvafit/base/fingerprint.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/report_data.hpp"
@@ -39,9 +40,9 @@ void add_model(const ResponseStudy& result,
   library.models.back().fit.seconds = 0.0;
 }
 
-/// A table in memory has none.
+/// A table in memory, and the layer of a database, have none.
 std::string fingerprint_of(const std::string& file) {
-  return file.empty() ? std::string() : fingerprint(read_file(file, kAnySize));
+  return file.empty() || !is_there(file) ? std::string() : fingerprint(read_file(file, kAnySize));
 }
 
 /// Of the species that were studied, by all of their trees.

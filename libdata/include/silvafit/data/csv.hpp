@@ -29,8 +29,25 @@ struct CsvLayout {
 /// empty if there is nothing to say.
 std::string describe_layout(const CsvLayout& layout);
 
-/// Where rows come from: a CSV file, or a table in memory, whose columns keep their types.
-using TableSource = std::variant<std::filesystem::path, std::shared_ptr<const Table>>;
+/// The rows of a sheet or layer as delimited text, one record a line: line n is row n of the sheet.
+struct TableText {
+  std::string name{};  ///< of file and sheet, for messages
+  std::string text{};  ///< UTF-8, quoted as in CSV
+  char separator = ';';
+};
+
+/// A table of a file that distinguishes texts from numbers only by its users' care, such as a
+/// layer: a column of texts that are all numbers becomes one of numbers, as in CSV.
+struct LayerTable {
+  std::shared_ptr<const Table> table{};
+};
+
+/// Where rows come from: a CSV file, a table in memory, whose columns keep their types, or what was
+/// read from a sheet or layer of another file.
+using TableSource = std::variant<std::filesystem::path,
+                                 std::shared_ptr<const Table>,
+                                 std::shared_ptr<const TableText>,
+                                 LayerTable>;
 
 /// The file that a source is, or that its table came from; empty for a table that has none.
 std::string file_of(const TableSource& source);
@@ -54,12 +71,14 @@ class CsvReader {
   CsvReader& operator=(CsvReader&&) noexcept;
 
   const std::string& file() const;
+  /// Where the rows come from, to read them again.
+  const TableSource& source() const;
 
   /// Column names of the header, as written, without surrounding blanks; a line end within a name
   /// is a blank. Columns without a name are empty.
   const std::vector<std::string>& header() const;
 
-  /// Whether a column is text whatever its values are: one of a table in memory.
+  /// Whether a column is text whatever its values are: one of a table in memory that is no layer.
   bool is_text(std::size_t column) const;
 
   /// What is around the table.

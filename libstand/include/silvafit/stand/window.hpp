@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/data/csv.hpp"
+
 namespace silvafit::stand {
 
 struct Point {
@@ -92,5 +94,9 @@ struct NamedWindow {
 /// Polygons of one plot, and those of none, are combined; a plot has at most one circle.
 /// \throws InputError if the file is none of these, or a polygon is not valid
 std::vector<NamedWindow> read_windows(const std::filesystem::path& path);
+
+/// Windows of a table with the columns of such a CSV file; plots may have another usual name.
+/// \throws as read_windows
+std::vector<NamedWindow> windows_of_table(const data::TableSource& table);
 
 }  // namespace silvafit::stand
