@@ -21,6 +21,7 @@ deps:
 
 test-deps: deps
 	@./scripts/install-dependencies packages-debian12-test.txt
+	@./scripts/install-dependencies packages-debian12-gis.txt
 
 configure: deps
 	@test -f build/build.ninja || cmake --preset release -DSILVAFIT_BUILD_TESTS=OFF

@@ -16,6 +16,7 @@ import sys
 MAY_INCLUDE = {
     "base": set(),
     "data": {"base"},
+    "source": {"base", "data"},
     "fit": {"base", "data"},
     "stand": {"base", "data"},
     "tree": {"base", "data"},

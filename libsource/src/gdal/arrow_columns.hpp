@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// The columns of a layer, read through its Arrow stream.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+
+class OGRLayer;
+
+namespace silvafit::source {
+
+struct LayerColumn {
+  std::string name{};
+  std::variant<std::vector<double>, data::TextColumn> values{};
+};
+
+struct LayerColumns {
+  std::size_t rows = 0;
+  std::vector<LayerColumn> columns{};
+  std::vector<std::string> unread{};  ///< columns of binary values and lists
+  /// Columns of dates with days up to 1970-01-01, which GDAL 3.6 rounds to the day after.
+  std::vector<std::string> early_dates{};
+};
+
+/// Takes the geometry of the next row as well-known binary; empty where it is missing.
+using GeometrySink = std::function<void(std::span<const unsigned char> wkb)>;
+
+/// Reads all rows of a layer. Logical values become 1 and 0; dates and times become texts as ISO
+/// 8601 has them; whole numbers that no double can hold make their column text.
+/// \param row_id  name of the column of row ids, if that is to be a column
+/// \throws InputError with the place if reading fails
+LayerColumns read_columns(OGRLayer& layer,
+                          const std::string& row_id,
+                          const GeometrySink& geometry,
+                          const std::string& file);
+
+}  // namespace silvafit::source

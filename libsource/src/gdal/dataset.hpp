@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// An open file or database, and the layer of it that is read.
+#pragma once
+
+#include <gdal_priv.h>
+#include <ogrsf_frmts.h>
+
+#include <list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gdal/session.hpp"
+#include "silvafit/source/open_table.hpp"
+#include "source_kind.hpp"
+
+namespace silvafit::source {
+
+class Dataset {
+ public:
+  /// \throws InputError if it cannot be opened; UsageError if the choice is not possible
+  Dataset(const std::string& name, const TableChoice& choice);
+  ~Dataset();
+  Dataset(const Dataset&) = delete;
+  Dataset& operator=(const Dataset&) = delete;
+
+  /// The layer that is asked for.
+  /// \throws InputError if there is none, or several and none is chosen; it lists them
+  OGRLayer& choose(const TableChoice& choice, GeometryUse use);
+
+  const SourceKind& kind() const { return kind_; }
+  /// Whether GDAL reads the file as a database of SQLite, and not as a GeoPackage.
+  bool is_sqlite() const { return dataset_->GetDriverName() == std::string_view("SQLite"); }
+  /// The path of the file, as it was given.
+  const std::string& path() const { return path_; }
+  /// For messages: the file, and the layer if the file can have several.
+  const std::string& place() const { return place_; }
+  /// The name of the sheet or layer.
+  const std::string& layer_name() const { return layer_name_; }
+
+ private:
+  std::vector<OGRLayer*> visible_layers() const;
+  OGRLayer& only_layer(GeometryUse use);
+  OGRLayer& run_query(const std::string& sql);
+  [[noreturn]] void fail(const std::string& message) const;
+
+  std::string path_;
+  const SourceKind& kind_;
+  std::string place_;
+  std::string layer_name_{};
+  std::list<Setting> settings_{};  // outlive the dataset, which reads sheets when they are used
+  GDALDatasetUniquePtr dataset_{};
+  OGRLayer* result_ = nullptr;  // of a query
+};
+
+/// Whether a layer has, or may have, polygons; for circles, points with a radius.
+bool may_have_areas(OGRLayer& layer);
+
+}  // namespace silvafit::source

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#include "gdal/geometries.hpp"
+
+#include <cpl_conv.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "gdal/session.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::source {
+namespace {
+
+/// Well-known binary, from its first byte; OGC Simple Feature Access, part 1, 8.2.
+class Wkb {
+ public:
+  explicit Wkb(std::span<const unsigned char> bytes) : bytes_(bytes) {}
+
+  struct Head {
+    std::uint32_t type = 0;  ///< 1 point, 4 several points, ...
+    bool has_z = false;
+  };
+
+  std::optional<Head> head() {
+    if (at_ >= bytes_.size()) return std::nullopt;
+    const bool is_little = bytes_[at_++] == 1;
+    is_swapped_ = is_little != (std::endian::native == std::endian::little);
+    const auto code = value<std::uint32_t>();
+    if (!code) return std::nullopt;
+    // ISO adds 1000 for z, older programs set the highest bit.
+    const std::uint32_t plain = *code & 0x0fffffffU;
+    const std::uint32_t thousands = plain / 1000;
+    const bool has_z = thousands == 1 || thousands == 3 || (*code & 0x80000000U) != 0;
+    return Head{.type = plain % 1000, .has_z = has_z};
+  }
+
+  template <typename Value>
+  std::optional<Value> value() {
+    if (bytes_.size() - at_ < sizeof(Value)) return std::nullopt;
+    unsigned char raw[sizeof(Value)];
+    std::memcpy(raw, bytes_.data() + at_, sizeof raw);
+    at_ += sizeof raw;
+    if (is_swapped_) std::reverse(std::begin(raw), std::end(raw));
+    Value result;
+    std::memcpy(&result, raw, sizeof raw);
+    return result;
+  }
+
+ private:
+  std::span<const unsigned char> bytes_;
+  std::size_t at_ = 0;
+  bool is_swapped_ = false;
+};
+
+std::string kind_name(std::uint32_t type) {
+  switch (type) {
+    case 2:
+    case 5:
+      return "a line";
+    case 3:
+    case 6:
+    case 10:
+    case 12:
+      return "a polygon";
+    case 4:
+      return "several points";
+    default:
+      return "another geometry";
+  }
+}
+
+void extend(Extent& extent, bool& is_first, double x, double y) {
+  if (std::isnan(x) || std::isnan(y)) return;
+  if (is_first) extent = {.low_x = x, .low_y = y, .high_x = x, .high_y = y};
+  is_first = false;
+  extent.low_x = std::min(extent.low_x, x);
+  extent.low_y = std::min(extent.low_y, y);
+  extent.high_x = std::max(extent.high_x, x);
+  extent.high_y = std::max(extent.high_y, y);
+}
+
+template <typename Action>
+void for_each_ring(OGRGeometry& geometry, const Action& action) {
+  if (wkbFlatten(geometry.getGeometryType()) == wkbPolygon) {
+    for (auto* const ring : *geometry.toPolygon()) action(*ring);
+    return;
+  }
+  for (auto* const polygon : *geometry.toMultiPolygon()) {
+    for (auto* const ring : *polygon) action(*ring);
+  }
+}
+
+}  // namespace
+
+void PointCollector::add(std::span<const unsigned char> wkb) {
+  x.push_back(data::kMissing);
+  y.push_back(data::kMissing);
+  z.push_back(data::kMissing);
+  if (wkb.empty()) return;
+  Wkb reader(wkb);
+  std::optional<Wkb::Head> head = reader.head();
+  if (head && head->type == 4 && reader.value<std::uint32_t>() == 1U) head = reader.head();
+  if (!head || head->type != 1) {
+    if (first_other_) return;
+    first_other_ = x.size();
+    other_kind_ = head ? kind_name(head->type) : "damaged";
+    return;
+  }
+  ++points_;
+  const auto easting = reader.value<double>();
+  const auto northing = reader.value<double>();
+  if (!easting || !northing) return;
+  x.back() = *easting;
+  y.back() = *northing;
+  if (!head->has_z) return;
+  const auto elevation = reader.value<double>();
+  if (!elevation || std::isnan(*elevation)) return;
+  z.back() = *elevation;
+  // Programs write 0 where the elevation is not known.
+  has_elevations_ = has_elevations_ || *elevation != 0.0;
+}
+
+Extent PointCollector::extent() const {
+  Extent extent;
+  bool is_first = true;
+  for (std::size_t i = 0; i < x.size(); ++i) extend(extent, is_first, x[i], y[i]);
+  return extent;
+}
+
+void AreaCollector::add(std::span<const unsigned char> wkb, const std::string& file) {
+  x.push_back(data::kMissing);
+  y.push_back(data::kMissing);
+  geometries_.emplace_back();
+  if (wkb.empty()) return;
+  const KeptMessages no_messages;
+  OGRGeometry* made = nullptr;
+  OGRGeometryFactory::createFromWkb(wkb.data(), nullptr, &made, wkb.size());
+  std::unique_ptr<OGRGeometry> geometry(made);
+  // Arcs become lines, of which an angle of 1 degree is cut off by each.
+  if (geometry && geometry->hasCurveGeometry() != FALSE) {
+    geometry.reset(geometry->getLinearGeometry(1.0));
+  }
+  const OGRwkbGeometryType type = geometry ? wkbFlatten(geometry->getGeometryType()) : wkbUnknown;
+  if (geometry && geometry->IsEmpty() != FALSE) return;
+  if (type == wkbPoint) {
+    x.back() = geometry->toPoint()->getX();
+    y.back() = geometry->toPoint()->getY();
+    ++points_;
+    return;
+  }
+  if (type != wkbPolygon && type != wkbMultiPolygon) {
+    throw InputError("the geometry is no polygon; keep only polygons in the layer of windows",
+                     {.file = file, .line = geometries_.size()});
+  }
+  geometry->flattenTo2D();
+  geometries_.back() = std::move(geometry);
+  ++polygons_;
+}
+
+Extent AreaCollector::extent() const {
+  Extent extent;
+  bool is_first = true;
+  for (std::size_t i = 0; i < geometries_.size(); ++i) {
+    extend(extent, is_first, x[i], y[i]);
+    if (!geometries_[i]) continue;
+    OGREnvelope box;
+    geometries_[i]->getEnvelope(&box);
+    extend(extent, is_first, box.MinX, box.MinY);
+    extend(extent, is_first, box.MaxX, box.MaxY);
+  }
+  return extent;
+}
+
+void AreaCollector::convert(const Conversion& conversion, const std::string& file) {
+  conversion.apply(x, y);
+  std::vector<double> ring_x;
+  std::vector<double> ring_y;
+  for (std::size_t row = 0; row < geometries_.size(); ++row) {
+    if (!geometries_[row]) continue;
+    for_each_ring(*geometries_[row], [&](OGRLinearRing& ring) {
+      ring_x.clear();
+      ring_y.clear();
+      for (int i = 0; i < ring.getNumPoints(); ++i) {
+        ring_x.push_back(ring.getX(i));
+        ring_y.push_back(ring.getY(i));
+      }
+      try {
+        conversion.apply(ring_x, ring_y);
+      } catch (const InputError& error) {
+        throw InputError(error.message(), {.file = file, .line = row + 1});
+      }
+      for (int i = 0; i < ring.getNumPoints(); ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        ring.setPoint(i, ring_x[k], ring_y[k]);
+      }
+    });
+  }
+}
+
+data::TextColumn AreaCollector::wkt() const {
+  data::TextColumn texts;
+  for (const auto& geometry : geometries_) {
+    if (!geometry) {
+      texts.append_missing();
+      continue;
+    }
+    char* text = nullptr;
+    geometry->exportToWkt(&text, wkbVariantIso);
+    texts.append(text == nullptr ? "" : text);
+    CPLFree(text);
+  }
+  return texts;
+}
+
+}  // namespace silvafit::source

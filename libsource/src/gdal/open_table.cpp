@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/source/open_table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "gdal/arrow_columns.hpp"
+#include "gdal/conversion.hpp"
+#include "gdal/dataset.hpp"
+#include "gdal/geometries.hpp"
+#include "gdal/workbook.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+
+namespace silvafit::source {
+namespace {
+
+bool are_equal_names(std::string_view left, std::string_view right) {
+  return std::ranges::equal(left, right, [](unsigned char one, unsigned char other) {
+    return std::tolower(one) == std::tolower(other);
+  });
+}
+
+/// The name of the column of row ids, if users have made it, such as the primary key `tree`.
+std::string row_id_of(OGRLayer& layer) {
+  const std::string name = layer.GetFIDColumn();
+  static constexpr std::array<std::string_view, 3> kMadeByGdal{"fid", "ogc_fid", "rowid"};
+  const bool is_made = std::ranges::any_of(
+      kMadeByGdal, [&](std::string_view made) { return are_equal_names(name, made); });
+  return is_made ? std::string() : name;
+}
+
+/// SQLite stores 64 bits in columns INTEGER, of which GDAL would read 32.
+void widen_whole_numbers(OGRLayer& layer) {
+  OGRFeatureDefn& definition = *layer.GetLayerDefn();
+  for (int i = 0; i < definition.GetFieldCount(); ++i) {
+    OGRFieldDefn& field = *definition.GetFieldDefn(i);
+    if (field.GetType() == OFTInteger && field.GetSubType() == OFSTNone) {
+      field.SetType(OFTInteger64);
+    }
+  }
+}
+
+/// The dates of a column, row by row.
+data::TextColumn dates_of(OGRLayer& layer, const std::string& name) {
+  const int field = layer.GetLayerDefn()->GetFieldIndex(name.c_str());
+  data::TextColumn dates;
+  layer.ResetReading();
+  for (const auto& feature : layer) {
+    int year = 0;
+    int month = 0;
+    int day = 0;
+    int unused = 0;
+    const bool is_known = feature->GetFieldAsDateTime(
+                              field, &year, &month, &day, &unused, &unused, &unused, &unused) != 0;
+    is_known ? dates.append(fmt::format("{:04}-{:02}-{:02}", year, month, day))
+             : dates.append_missing();
+  }
+  return dates;
+}
+
+/// Whether a column of numbers, or of texts that are numbers, has given values within 1 mm.
+bool has_values(const data::Table& table,
+                const std::string& column,
+                const std::vector<double>& values) {
+  constexpr double kMillimeter = 1e-3;
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    double own = data::kMissing;
+    if (table.is_numeric(column)) {
+      own = table.numbers(column)[row];
+    } else if (!data::parse_number(table.text(column)[row], own)) {
+      return false;
+    }
+    if (std::abs(own - values[row]) > kMillimeter) return false;
+  }
+  return true;
+}
+
+/// Reads one layer; an object so that its parts need not be handed around.
+class LayerReader {
+ public:
+  LayerReader(const Dataset& dataset, OGRLayer& layer, std::optional<CoordinateSystem> target)
+      : dataset_(dataset), layer_(layer), target_(std::move(target)), file_(dataset.place()) {}
+
+  OpenedTable read(GeometryUse use) {
+    use == GeometryUse::kAreas ? read_areas() : read_positions();
+    result_.table = data::LayerTable{std::make_shared<data::Table>(std::move(table_))};
+    return std::move(result_);
+  }
+
+ private:
+  void read_positions();
+  void read_areas();
+  LayerColumns read_columns_with(const GeometrySink& sink);
+  Conversion conversion(const Extent& extent) const;
+  void take_conversion(const Conversion& conversion);
+  void set(LayerColumn column);
+  void set_position(const std::string& name, std::vector<double> values);
+  void note(std::string text) { result_.notes.push_back(std::move(text)); }
+
+  const Dataset& dataset_;
+  OGRLayer& layer_;
+  std::optional<CoordinateSystem> target_;
+  std::string file_;
+  data::Table table_{};
+  OpenedTable result_{};
+};
+
+LayerColumns LayerReader::read_columns_with(const GeometrySink& sink) {
+  if (dataset_.is_sqlite()) widen_whole_numbers(layer_);
+  LayerColumns columns = read_columns(layer_, row_id_of(layer_), sink, file_);
+  if (columns.columns.empty() && columns.rows == 0) {
+    throw InputError("contains no rows", {.file = file_});
+  }
+  if (!columns.unread.empty()) {
+    note(fmt::format("columns of lists or binary values are not read: {}",
+                     fmt::join(columns.unread, ", ")));
+  }
+  table_ = data::Table(columns.rows);
+  table_.set_origin(file_, {});
+  for (LayerColumn& column : columns.columns) set(std::move(column));
+  for (const std::string& name : columns.early_dates) table_.set(name, dates_of(layer_, name));
+  return columns;
+}
+
+void LayerReader::set(LayerColumn column) {
+  std::visit([&](auto& values) { table_.set(column.name, std::move(values)); }, column.values);
+}
+
+/// Adds a column of positions; a column of that name with other values gets another name.
+void LayerReader::set_position(const std::string& name, std::vector<double> values) {
+  const std::vector<std::string> names = table_.names();
+  for (const std::string& own : names) {
+    if (!are_equal_names(own, name)) continue;
+    if (own == name && has_values(table_, own, values)) continue;
+    const std::string kept = own + "_column";
+    table_.is_numeric(own)
+        ? table_.set(kept, {table_.numbers(own).begin(), table_.numbers(own).end()})
+        : table_.set(kept, data::TextColumn(table_.text(own)));
+    note(
+        fmt::format("the layer has a column {0}, which differs from the positions of its points; "
+                    "the points are used, and the column is called {1}",
+                    own,
+                    kept));
+  }
+  table_.set(name, std::move(values));
+}
+
+Conversion LayerReader::conversion(const Extent& extent) const {
+  const bool may_be_assumed = dataset_.kind().drivers.starts_with("GeoJSON");
+  return {layer_.GetSpatialRef(), extent, target_, file_, may_be_assumed};
+}
+
+void LayerReader::take_conversion(const Conversion& conversion) {
+  result_.coordinates = conversion.result();
+  for (const std::string& text : conversion.notes()) note(text);
+}
+
+void LayerReader::read_positions() {
+  PointCollector points;
+  read_columns_with([&points](std::span<const unsigned char> wkb) { points.add(wkb); });
+  const auto other = points.first_other();
+  if (points.has_points() && other) {
+    throw InputError(
+        fmt::format("the geometry is {}, but others are points; keep only points in the layer, or "
+                    "select them with --sql",
+                    points.other_kind()),
+        {.file = file_, .line = *other});
+  }
+  if (other) {
+    note(fmt::format("the geometry of the rows is {}, which is not used; x and y come from points",
+                     points.other_kind()));
+    return;
+  }
+  if (!points.has_points()) return;
+  const Conversion to_meters = conversion(points.extent());
+  to_meters.apply(points.x, points.y);
+  take_conversion(to_meters);
+  set_position("x", std::move(points.x));
+  set_position("y", std::move(points.y));
+  if (points.has_elevations() && !table_.has("z")) table_.set("z", std::move(points.z));
+}
+
+void LayerReader::read_areas() {
+  AreaCollector areas;
+  read_columns_with([&](std::span<const unsigned char> wkb) { areas.add(wkb, file_); });
+  if (!areas.has_polygons() && !areas.has_points()) {
+    throw InputError("the layer has no geometry; choose a layer of polygons", {.file = file_});
+  }
+  const Conversion to_meters = conversion(areas.extent());
+  areas.convert(to_meters, file_);
+  take_conversion(to_meters);
+  if (areas.has_polygons() && areas.has_points()) {
+    throw InputError(
+        "has polygons and points; windows are either polygons, or circles around "
+        "points",
+        {.file = file_});
+  }
+  if (areas.has_polygons()) {
+    table_.set("wkt", areas.wkt());
+  } else {
+    table_.set("x", std::move(areas.x));
+    table_.set("y", std::move(areas.y));
+  }
+}
+
+}  // namespace
+
+OpenedTable open_table(const std::string& name,
+                       const TableChoice& choice,
+                       GeometryUse use,
+                       const std::optional<CoordinateSystem>& target) {
+  if (kind_of_source(name) == nullptr) {
+    if (!choice.layer.empty() || !choice.sql.empty()) {
+      throw UsageError("a CSV file has no layers",
+                       {.column = choice.layer.empty() ? "--sql" : "--layer"});
+    }
+    return {.table = std::filesystem::path(name)};
+  }
+  Dataset dataset(name, choice);
+  OGRLayer& layer = dataset.choose(choice, use);
+  if (dataset.kind().is_workbook && choice.sql.empty()) {
+    OpenedTable opened;
+    opened.table = text_of_sheet(dataset, layer, opened.notes);
+    return opened;
+  }
+  return LayerReader(dataset, layer, target).read(use);
+}
+
+}  // namespace silvafit::source

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/source/write_layers.hpp"
+
+#include <fmt/format.h>
+#include <gdal_priv.h>
+#include <ogrsf_frmts.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+#include "gdal/qgis_style.hpp"
+#include "gdal/session.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/io_error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "source_kind.hpp"
+
+namespace silvafit::source {
+namespace {
+
+// Files of the same content have the same bytes.
+constexpr const char* kNoDate = "2000-01-01T00:00:00.000Z";
+
+const char* driver_of(const std::string& ending) {
+  if (ending == "gpkg") return "GPKG";
+  if (ending == "fgb") return "FlatGeobuf";
+  if (ending == "xlsx") return "XLSX";
+  return "ODS";
+}
+
+/// A name that no other field of the layer has; databases ignore capitals.
+std::string free_name(const std::string& name, std::set<std::string>& taken) {
+  for (int number = 1;; ++number) {
+    std::string candidate = number == 1 ? name : fmt::format("{}_{}", name, number);
+    std::string lower = candidate;
+    std::ranges::transform(
+        lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (taken.insert(lower).second) return candidate;
+  }
+}
+
+bool are_whole(std::span<const double> values) {
+  constexpr double kLargest = 9007199254740992.0;
+  return std::ranges::all_of(values, [](double value) {
+    return std::isnan(value) || (value == std::floor(value) && std::abs(value) < kLargest);
+  });
+}
+
+/// Writes one file; an object so that its parts need not be handed around.
+class Writer {
+ public:
+  Writer(std::filesystem::path target, const std::filesystem::path& draft)
+      : target_(std::move(target)),
+        ending_(ending_of(target_.string())),
+        date_("OGR_CURRENT_DATE", kNoDate) {
+    GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName(driver_of(ending_));
+    if (driver != nullptr) {
+      dataset_.reset(driver->Create(draft.string().c_str(), 0, 0, 0, GDT_Unknown, nullptr));
+    }
+    if (!dataset_) fail();
+  }
+
+  void add(const Layer& layer, const OGRSpatialReference* system, double meters_per_unit);
+  void add_styles(const std::vector<Layer>& layers);
+  void finish();
+
+ private:
+  struct Field {
+    std::string column{};
+    int index = 0;
+    bool is_whole = false;
+  };
+
+  [[noreturn]] void fail() const {
+    throw IoError("cannot be written; is the disk full?", {.file = target_.string()});
+  }
+  void require(bool is_done) const {
+    if (!is_done) fail();
+  }
+  std::vector<Field> add_fields(OGRLayer& target, const Layer& layer) const;
+  void fill(OGRFeature& feature,
+            const data::Table& table,
+            const std::vector<Field>& fields,
+            std::size_t row) const;
+  static std::unique_ptr<OGRGeometry> geometry_of(const Layer& layer,
+                                                  std::size_t row,
+                                                  double meters_per_unit);
+
+  std::filesystem::path target_;
+  std::string ending_;
+  Setting date_;
+  KeptMessages messages_{};
+  GDALDatasetUniquePtr dataset_{};
+};
+
+std::vector<Writer::Field> Writer::add_fields(OGRLayer& target, const Layer& layer) const {
+  std::set<std::string> taken{"fid", "geom"};
+  if (!has_geometries(target_)) taken.clear();
+  std::vector<Field> fields;
+  for (const std::string& name : layer.table.names()) {
+    if (layer.geometry == LayerGeometry::kAreas && name == "wkt") continue;
+    const bool is_numeric = layer.table.is_numeric(name);
+    const bool is_whole = is_numeric && are_whole(layer.table.numbers(name));
+    const OGRFieldType type = !is_numeric ? OFTString : is_whole ? OFTInteger64 : OFTReal;
+    OGRFieldDefn definition(free_name(name, taken).c_str(), type);
+    require(target.CreateField(&definition) == OGRERR_NONE);
+    fields.push_back({.column = name,
+                      .index = target.GetLayerDefn()->GetFieldCount() - 1,
+                      .is_whole = is_whole});
+  }
+  return fields;
+}
+
+void Writer::fill(OGRFeature& feature,
+                  const data::Table& table,
+                  const std::vector<Field>& fields,
+                  std::size_t row) const {
+  for (const Field& field : fields) {
+    if (!table.is_numeric(field.column)) {
+      const data::TextColumn& texts = table.text(field.column);
+      if (texts.is_missing(row)) continue;
+      std::string text(texts[row]);
+      // A workbook would compute it.
+      if (!has_geometries(target_) && !text.empty() && text.front() == '=') {
+        text.insert(0, 1, '\'');
+      }
+      feature.SetField(field.index, text.c_str());
+      continue;
+    }
+    const double value = table.numbers(field.column)[row];
+    if (std::isnan(value)) continue;
+    field.is_whole ? feature.SetField(field.index, static_cast<GIntBig>(value))
+                   : feature.SetField(field.index, value);
+  }
+}
+
+std::unique_ptr<OGRGeometry> Writer::geometry_of(const Layer& layer,
+                                                 std::size_t row,
+                                                 double meters_per_unit) {
+  if (layer.geometry == LayerGeometry::kNone) return nullptr;
+  if (layer.geometry == LayerGeometry::kPoints) {
+    const double x = layer.table.numbers("x")[row];
+    const double y = layer.table.numbers("y")[row];
+    if (std::isnan(x) || std::isnan(y)) return nullptr;
+    return std::make_unique<OGRPoint>(x / meters_per_unit, y / meters_per_unit);
+  }
+  OGRGeometry* made = nullptr;
+  const std::string text(layer.table.text("wkt")[row]);
+  OGRGeometryFactory::createFromWkt(text.c_str(), nullptr, &made);
+  std::unique_ptr<OGRGeometry> geometry(made);
+  if (!geometry || meters_per_unit == 1.0) return geometry;
+  for (auto* const polygon : *geometry->toMultiPolygon()) {
+    for (auto* const ring : *polygon) {
+      for (auto& point : *ring) {
+        point.setX(point.getX() / meters_per_unit);
+        point.setY(point.getY() / meters_per_unit);
+      }
+    }
+  }
+  return geometry;
+}
+
+void Writer::add(const Layer& layer, const OGRSpatialReference* system, double meters_per_unit) {
+  OGRwkbGeometryType type = wkbNone;
+  if (layer.geometry == LayerGeometry::kPoints) type = wkbPoint;
+  if (layer.geometry == LayerGeometry::kAreas) type = wkbMultiPolygon;
+  CPLStringList options;
+  if (ending_ == "gpkg") options.SetNameValue("GEOMETRY_NAME", "geom");
+  OGRLayer* const target = dataset_->CreateLayer(
+      layer.name.c_str(), const_cast<OGRSpatialReference*>(system), type, options.List());
+  if (target == nullptr) fail();
+  const std::vector<Field> fields = add_fields(*target, layer);
+  dataset_->StartTransaction();
+  OGRFeature feature(target->GetLayerDefn());
+  for (std::size_t row = 0; row < layer.table.rows(); ++row) {
+    feature.Reset();
+    fill(feature, layer.table, fields, row);
+    feature.SetGeometryDirectly(geometry_of(layer, row, meters_per_unit).release());
+    require(target->CreateFeature(&feature) == OGRERR_NONE);
+  }
+  dataset_->CommitTransaction();
+}
+
+/// The table that QGIS itself writes when it saves a style in a GeoPackage.
+void Writer::add_styles(const std::vector<Layer>& layers) {
+  CPLStringList options;
+  options.SetNameValue("FID", "id");
+  OGRLayer* const styles = dataset_->CreateLayer("layer_styles", nullptr, wkbNone, options.List());
+  if (styles == nullptr) fail();
+  constexpr std::array<std::pair<const char*, OGRFieldType>, 12> kFields{
+      {{"f_table_catalog", OFTString},
+       {"f_table_schema", OFTString},
+       {"f_table_name", OFTString},
+       {"f_geometry_column", OFTString},
+       {"styleName", OFTString},
+       {"styleQML", OFTString},
+       {"styleSLD", OFTString},
+       {"useAsDefault", OFTInteger},
+       {"description", OFTString},
+       {"owner", OFTString},
+       {"ui", OFTString},
+       {"update_time", OFTDateTime}}};
+  for (const auto& [name, field_type] : kFields) {
+    OGRFieldDefn field(name, field_type);
+    if (field_type == OFTInteger) field.SetSubType(OFSTBoolean);
+    require(styles->CreateField(&field) == OGRERR_NONE);
+  }
+  for (const Layer& layer : layers) {
+    const std::string style = qgis_style(layer);
+    if (style.empty() || layer.geometry == LayerGeometry::kNone) continue;
+    OGRFeature feature(styles->GetLayerDefn());
+    for (const char* const name : {"f_table_catalog", "f_table_schema", "owner", "styleSLD"}) {
+      feature.SetField(name, "");
+    }
+    feature.SetField("f_table_name", layer.name.c_str());
+    feature.SetField("f_geometry_column", "geom");
+    feature.SetField("styleName", "silvafit");
+    feature.SetField("styleQML", style.c_str());
+    feature.SetField("useAsDefault", 1);
+    feature.SetField("description", "Default style, written by silvafit");
+    feature.SetField("update_time", kNoDate);
+    require(styles->CreateFeature(&feature) == OGRERR_NONE);
+  }
+}
+
+void Writer::finish() {
+  dataset_.reset();
+  if (!messages_.errors().empty()) fail();
+}
+
+/// The system of the coordinates, with x before y; null if it is not known.
+std::unique_ptr<OGRSpatialReference> system_of(const std::optional<CoordinateSystem>& coordinates) {
+  if (!coordinates) return nullptr;
+  auto system = std::make_unique<OGRSpatialReference>();
+  system->SetFromUserInput(coordinates->wkt.c_str());
+  system->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  return system;
+}
+
+}  // namespace
+
+void require_layer_output(const std::filesystem::path& /*file*/) {}
+
+void write_layers(const std::filesystem::path& file,
+                  const std::vector<Layer>& layers,
+                  const std::optional<CoordinateSystem>& coordinates) {
+  if (!is_written_as_layers(file)) {
+    throw UsageError("the ending must be .gpkg, .fgb, .xlsx or .ods", {.file = file.string()});
+  }
+  start_gdal();
+  // The target is opened first, so that a folder that cannot be written to costs no work.
+  AtomicFile target(file);
+  const TemporaryFolder folder("silvafit-layers");
+  const std::filesystem::path draft = folder.path() / ("draft." + ending_of(file.string()));
+  const auto system = system_of(coordinates);
+  const double meters_per_unit = coordinates ? coordinates->meters_per_unit : 1.0;
+  Writer writer(file, draft);
+  const bool has_several = ending_of(file.string()) != "fgb";
+  for (const Layer& layer : layers) {
+    writer.add(layer, system.get(), meters_per_unit);
+    if (!has_several) break;
+  }
+  if (ending_of(file.string()) == "gpkg") writer.add_styles(layers);
+  writer.finish();
+  std::ifstream written(draft, std::ios::binary);
+  target.stream() << written.rdbuf();
+  target.commit();
+}
+
+}  // namespace silvafit::source

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// The kinds of sources, by their names.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace silvafit::source {
+
+/// What is known of the sources with one ending.
+struct SourceKind {
+  std::string_view ending{};   ///< without its dot, lower case; `PG:` for PostgreSQL
+  std::string_view drivers{};  ///< of GDAL, separated by commas
+  std::string_view format{};   ///< for messages
+  bool is_workbook = false;
+  /// The source has an SQL of its own; for others GDAL imports the layers into SQLite.
+  bool has_own_sql = false;
+};
+
+/// All of them.
+std::span<const SourceKind> source_kinds();
+
+/// The kind of a name; nothing if no kind has its ending.
+const SourceKind* kind_of_source(std::string_view name);
+
+/// The ending of a name in lower case, without its dot.
+std::string ending_of(std::string_view name);
+
+}  // namespace silvafit::source
