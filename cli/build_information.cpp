@@ -13,6 +13,7 @@
 #include "revision.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/data/vector_instructions.hpp"
+#include "silvafit/source/open_table.hpp"
 #include "standard_output.hpp"
 
 namespace silvafit::cli {
@@ -30,6 +31,9 @@ std::string build_as_text() {
   text += fmt::format(
       "render               {}\n",
       kRenderer.empty() ? std::string_view("no, built without Embree or libpng") : kRenderer);
+  const std::string gdal = source::gdal_version();
+  text += fmt::format("workbooks and layers {}\n",
+                      gdal.empty() ? "no, built without GDAL" : "GDAL " + gdal);
   text += fmt::format("vector instructions  {}", data::vector_instructions());
   return text;
 }
@@ -42,6 +46,7 @@ std::string build_as_json() {
       {"compiler", SILVAFIT_COMPILER},
       {"build_type", SILVAFIT_BUILD_TYPE},
       {"render", text_or_null(kRenderer)},
+      {"gdal", text_or_null(source::gdal_version())},
       {"vector_instructions", data::vector_instructions()},
   };
   return json_text(build, 2);

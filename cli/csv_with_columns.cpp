@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <sstream>
+#include <utility>
 
 #include "prediction_digits.hpp"
 #include "silvafit/base/atomic_file.hpp"
@@ -11,13 +13,14 @@
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "standard_output.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 /// For each field of a file, whether its decimal comma becomes a decimal point.
-std::vector<char> columns_of_numbers(const std::string& file) {
-  data::CsvReader reader(file);
+std::vector<char> columns_of_numbers(const data::TableSource& source) {
+  data::CsvReader reader(source);
   if (!reader.has_decimal_commas()) return {};
   const std::vector<std::string>& header = reader.header();
   const auto is_label = [](const std::string& name) {
@@ -29,7 +32,8 @@ std::vector<char> columns_of_numbers(const std::string& file) {
     if (found != header.end()) is_number[static_cast<std::size_t>(found - header.begin())] = 0;
   };
   for (const char* name : {"plot", "tree", "species"}) keep(name);
-  for (const auto& usual : stand::usual_columns(header, is_label, file)) keep(usual.source);
+  for (const auto& usual : stand::usual_columns(header, is_label, reader.file()))
+    keep(usual.source);
   std::vector<std::string_view> fields;
   while (reader.next(fields)) {
     for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -52,14 +56,14 @@ std::string field_of(const data::Table& table,
   return std::isnan(value) ? std::string() : with_digits(value, digits);
 }
 
-void write_rows(const std::string& in,
+void write_rows(const data::TableSource& in,
                 const AddedColumns& columns,
                 const study::ReadingSettings& reading,
                 std::ostream& stream) {
   const std::vector<char> is_number = columns_of_numbers(in);
   data::CsvReader reader(in);
   const auto& header = reader.header();
-  for (const std::size_t field : study::filled_fields(header, reading, in)) {
+  for (const std::size_t field : study::filled_fields(header, reading, reader.file())) {
     reader.fill_down(field);
   }
   const auto replaced = std::ranges::find(header, columns.replaced) - header.begin();
@@ -96,17 +100,21 @@ void write_rows(const std::string& in,
 
 }  // namespace
 
-void write_with_columns(const std::string& in,
+void write_with_columns(const TreeTable& in,
                         const std::string& out,
                         const AddedColumns& columns,
                         const study::ReadingSettings& reading,
                         const CommonOptions& common) {
-  if (!out.empty()) {
+  if (is_layer_output(out)) {
+    std::ostringstream text;
+    write_rows(in.table, columns, reading, text);
+    write_trees(out, table_of_csv(std::move(text).str(), out, reading), {}, in.coordinates, common);
+  } else if (!out.empty()) {
     AtomicFile file(out);
-    write_rows(in, columns, reading, file.stream());
+    write_rows(in.table, columns, reading, file.stream());
     file.commit();
   } else if (!common.json) {
-    write_rows(in, columns, reading, std::cout);
+    write_rows(in.table, columns, reading, std::cout);
     finish_standard_output();
   }
 }

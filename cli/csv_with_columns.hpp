@@ -9,6 +9,7 @@
 #include "command.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/unit_settings.hpp"
+#include "table_arguments.hpp"
 
 namespace silvafit::cli {
 
@@ -26,8 +27,8 @@ struct AddedColumns {
 /// that are not replaced are copied byte for byte. The table goes to a file or to standard output;
 /// with --json it is not written. In a file with decimal commas, numbers get decimal points,
 /// because commas separate the fields; labels of plots, trees and species are not changed.
-/// \param out  file to write; empty: standard output
-void write_with_columns(const std::string& in,
+/// \param out  CSV file, workbook or layer to write; empty: standard output
+void write_with_columns(const TreeTable& in,
                         const std::string& out,
                         const AddedColumns& columns,
                         const study::ReadingSettings& reading,

@@ -37,6 +37,7 @@ namespace {
 
 struct FitArguments {
   CommonOptions common{};
+  TableArguments table{};
   std::string data{};
   std::string formula{};
   std::vector<std::string> models{};
@@ -87,9 +88,10 @@ study::ReadTable read_data(const FitArguments& arguments,
                                                               .where = arguments.where,
                                                               .random = arguments.random,
                                                               .variance = arguments.variance});
+  const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
   Progress progress(arguments.common);
   study::ReadTable read = study::read_model_table(
-      arguments.data,
+      trees.table,
       arguments.reading,
       {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true},
       callbacks(arguments.common, progress).note);
@@ -435,9 +437,12 @@ void add_fit_command(CLI::App& program) {
   const auto arguments = std::make_shared<FitArguments>();
   CLI::App& command =
       *program.add_subcommand("fit", "Fit models by least squares or with mixed effects");
-  command.add_option("data", arguments->data, "A CSV file with a header")
+  command
+      .add_option(
+          "data", arguments->data, "Table with a header: a CSV file, workbook, layer or database")
       ->type_name("DATA.csv")
       ->required();
+  add_layer_options(command, arguments->table);
   add_model_options(command, *arguments);
   add_method_options(command, *arguments);
   add_resampling_options(command, arguments->resampling);

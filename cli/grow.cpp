@@ -4,6 +4,7 @@
 
 #include "grow_command.hpp"
 #include "output_files.hpp"
+#include "table_arguments.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 struct GrowArguments {
   std::string file{};
   study::GrowSettings settings{};
+  TableArguments table{};
   CommonOptions common{};
 };
 
@@ -22,9 +24,10 @@ void run(const GrowArguments& arguments) {
   settings.seed = arguments.common.seed;
   settings.threads = arguments.common.threads;
   const auto catalogue = tree::BuilderCatalogue::load(data_directory() / "models");
+  const TreeTable trees = open_trees(arguments.file, arguments.table, arguments.common);
   Progress progress(arguments.common);
   const study::GrowResult result =
-      study::grow(arguments.file, catalogue, settings, callbacks(arguments.common, progress));
+      study::grow(trees.table, catalogue, settings, callbacks(arguments.common, progress));
   progress.clear();
   report_grown(arguments.common, result);
 }
@@ -36,6 +39,7 @@ void add_grow_command(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("grow", "Grow measured or predicted trees as 3D models");
   add_grow_options(*command, arguments->file, arguments->settings);
+  add_layer_options(*command, arguments->table);
   add_common_options(*command, arguments->common);
   add_example(*command,
               "silvafit grow examples/fir-mixed/inventory.csv --plot 1 --scene plot1.glb");

@@ -11,7 +11,9 @@ namespace {
 
 /// Selection of trees and builders.
 void add_table_options(CLI::App& command, std::string& file, study::GrowSettings& options) {
-  command.add_option("morphology", file, "CSV of an inventory or of predictions")
+  command
+      .add_option(
+          "morphology", file, "Inventory or predictions: a CSV file, workbook, layer or database")
       ->required()
       ->type_name("FILE.csv");
   command

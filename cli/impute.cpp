@@ -11,12 +11,14 @@
 #include "prediction_digits.hpp"
 #include "silvafit/study/impute_table.hpp"
 #include "standard_output.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 struct ImputeArguments {
   CommonOptions common{};
+  TableArguments table{};
   study::ImputeOptions impute{};
   study::ReadingSettings reading{};
   std::string data{};
@@ -24,13 +26,15 @@ struct ImputeArguments {
   int digits = kPredictedDigits;
 };
 
-void write_out(const ImputeArguments& arguments, const study::TableImputation& imputed) {
+void write_out(const ImputeArguments& arguments,
+               const TreeTable& trees,
+               const study::TableImputation& imputed) {
   const auto& source = imputed.imputation.source;
   const auto is_imputed = [&source](std::size_t row) {
     return source[row] == study::ImputeSource::kImputed;
   };
   // With --columns, the response may have another name in the file, and gets a column of its own.
-  write_with_columns(arguments.data,
+  write_with_columns(trees,
                      arguments.out,
                      {.table = study::imputed_columns(imputed),
                       .digits = arguments.digits,
@@ -43,15 +47,17 @@ void write_out(const ImputeArguments& arguments, const study::TableImputation& i
 void run(ImputeArguments& arguments) {
   refuse_same_files({{"INVENTORY.csv", arguments.data}}, {{"--out", arguments.out}});
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
+  require_table_output(arguments.out);
   arguments.impute.seed = arguments.common.seed;
   arguments.impute.threads = arguments.common.threads;
+  const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
   Progress progress(arguments.common);
-  const study::TableImputation imputed = study::impute_table(arguments.data,
+  const study::TableImputation imputed = study::impute_table(trees.table,
                                                              catalogue,
                                                              arguments.impute,
                                                              arguments.reading,
                                                              callbacks(arguments.common, progress));
-  write_out(arguments, imputed);
+  write_out(arguments, trees, imputed);
   for (const std::string& line : study::summary_of(imputed)) say(arguments.common, line);
   if (arguments.common.json) print_json_value(study::json_of(imputed, arguments.out));
 }
@@ -83,9 +89,10 @@ void add_impute_command(CLI::App& program) {
   const auto arguments = std::make_shared<ImputeArguments>();
   CLI::App& command = *program.add_subcommand(
       "impute", "Fill in heights, crown bases or crown widths that were not measured");
-  command.add_option("data", arguments->data, "Trees: a CSV file with a header")
+  command.add_option("data", arguments->data, "Trees: a CSV file, workbook, layer or database")
       ->type_name("INVENTORY.csv")
       ->required();
+  add_layer_options(command, arguments->table);
   study::ImputeOptions& options = arguments->impute;
   command.add_option("--response", options.response, "Column to fill in")->capture_default_str();
   add_model_options(command, options);
@@ -107,8 +114,7 @@ void add_impute_command(CLI::App& program) {
   add_digits_option(command, arguments->digits);
   add_sheet_options(command, reading);
   add_trust_units_option(command, reading);
-  command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
-      ->type_name("FILE.csv");
+  command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit impute inventory.csv --response h --by species --out filled.csv");
   command.callback([arguments, &command] {

@@ -11,7 +11,10 @@
 #include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/study/study_files.hpp"
 #include "standard_output.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -21,14 +24,18 @@ struct IndicesArguments {
   study::IndicesOptions options{};
   std::string out{};
   std::string excluded{};
+  TableArguments table{};
   CommonOptions common{};
 };
 
-/// Target of the table of units: a file, standard output or, with --json alone, none.
+/// Target of the table of units: a file, standard output or, with --json alone, none. A layer gets
+/// the columns of the inventory, too, and the plots as a layer of their own.
 class UnitTable {
  public:
-  explicit UnitTable(const IndicesArguments& arguments) {
-    if (!arguments.out.empty()) {
+  explicit UnitTable(const IndicesArguments& arguments) : arguments_(arguments) {
+    if (is_layer_output(arguments.out)) {
+      require_table_output(arguments.out);
+    } else if (!arguments.out.empty()) {
       file_.emplace(arguments.out);
       stream_ = &file_->stream();
     } else if (!arguments.common.json) {
@@ -36,7 +43,16 @@ class UnitTable {
     }
   }
 
-  void write(const stand::Inventory& inventory, const stand::StructuralUnits& units) {
+  void write(const stand::Inventory& inventory,
+             const stand::StructuralUnits& units,
+             const std::optional<source::CoordinateSystem>& coordinates) {
+    if (is_layer_output(arguments_.out)) {
+      write_trees(arguments_.out,
+                  study::inventory_table(inventory, units),
+                  plot_layer(inventory, units.windows),
+                  coordinates,
+                  arguments_.common);
+    }
     if (stream_ == nullptr) return;
     stand::write_structural_units(inventory, units, *stream_, is_first_);
     is_first_ = false;
@@ -48,6 +64,7 @@ class UnitTable {
   }
 
  private:
+  const IndicesArguments& arguments_;
   std::optional<AtomicFile> file_{};
   std::ostream* stream_ = nullptr;
   bool is_first_ = true;
@@ -89,16 +106,23 @@ void run(const IndicesArguments& arguments) {
       {{"INVENTORY.csv", arguments.inventory}, {"--window", arguments.options.units.window}},
       {{"--out", arguments.out}, {"--excluded", arguments.excluded}});
   study::IndicesOptions options = arguments.options;
+  if (options.stream && is_layer_output(arguments.out)) {
+    throw UsageError("writes CSV only, because a layer is written as a whole",
+                     {.column = "--stream"});
+  }
   options.threads = arguments.common.threads;
   Tables tables(arguments);
-  const auto write = [&tables](const stand::CheckedInventory& checked,
-                               const stand::StructuralUnits& units) {
+  const TreeTable trees =
+      open_inventory(arguments.inventory, arguments.table, options.units, arguments.common);
+  const auto write = [&](const stand::CheckedInventory& checked,
+                         const stand::StructuralUnits& units) {
     tables.excluded.write(checked.excluded);
-    if (checked.inventory.size() > 0) tables.units.write(checked.inventory, units);
+    if (checked.inventory.size() > 0)
+      tables.units.write(checked.inventory, units, trees.coordinates);
   };
   Progress progress(arguments.common);
-  const study::IndicesSummary summary = study::compute_indices(
-      arguments.inventory, options, write, callbacks(arguments.common, progress));
+  const study::IndicesSummary summary =
+      study::compute_indices(trees.table, options, write, callbacks(arguments.common, progress));
   progress.clear();
   tables.excluded.finish();
   tables.units.finish();
@@ -111,10 +135,11 @@ void add_indices_command(CLI::App& program) {
   const auto arguments = std::make_shared<IndicesArguments>();
   CLI::App& command = *program.add_subcommand(
       "indices", "Compute W, M, U and C of every tree from its nearest neighbors");
-  add_inventory_options(command, arguments->inventory, arguments->options.reading);
+  add_inventory_options(
+      command, arguments->inventory, arguments->options.reading, arguments->table);
   add_unit_options(command, arguments->options.units);
-  command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
-      ->type_name("FILE.csv");
+  add_window_layer_option(command, arguments->table);
+  command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
   command
       .add_option("--excluded",
                   arguments->excluded,

@@ -23,7 +23,7 @@ void add_window_options(CLI::App& command, study::UnitSettings& settings) {
               "--window",
               settings.window,
               "Area of the inventory in m: GeoJSON, WKT, or CSV with plot and wkt, or plot, "
-              "x, y and radius (default: the convex hull of the trees)")
+              "x, y and radius; or a layer of polygons (default: the convex hull of the trees)")
           ->type_name("FILE");
   command
       .add_option("--circle",
@@ -97,10 +97,16 @@ void add_trust_units_option(CLI::App& command, study::ReadingSettings& settings)
 
 void add_inventory_options(CLI::App& command,
                            std::string& inventory,
-                           study::ReadingSettings& settings) {
-  command.add_option("inventory", inventory, "Inventory: a CSV file with one row per tree")
+                           study::ReadingSettings& settings,
+                           TableArguments& table) {
+  command
+      .add_option("inventory",
+                  inventory,
+                  "Inventory with one row per tree: a CSV file; a workbook (xlsx, ods, xls), a GIS "
+                  "layer of points (gpkg, shp, fgb, geojson), SQLite or PG:dbname=...")
       ->type_name("INVENTORY.csv")
       ->required();
+  add_layer_options(command, table);
   add_columns_option(
       command, settings, "Names or formulas of the columns, such as dbh=DBH_cm,h=Height,x=xk/10");
   add_trust_units_option(command, settings);

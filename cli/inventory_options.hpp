@@ -8,6 +8,7 @@
 #include "command.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/unit_settings.hpp"
+#include "table_arguments.hpp"
 
 namespace silvafit::cli {
 
@@ -31,10 +32,11 @@ void add_dead_option(CLI::App& command, study::ReadingSettings& settings);
 /// Adds --trust-units.
 void add_trust_units_option(CLI::App& command, study::ReadingSettings& settings);
 
-/// Adds INVENTORY.csv and all of these.
+/// Adds INVENTORY, its layer and all of these.
 void add_inventory_options(CLI::App& command,
                            std::string& inventory,
-                           study::ReadingSettings& settings);
+                           study::ReadingSettings& settings,
+                           TableArguments& table);
 
 /// Adds --neighbors, --alpha, --edge, --buffer, --window, --circle, --per, --dominance, --crowding,
 /// --further, --competition-radius and --open-grown.

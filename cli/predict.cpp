@@ -14,12 +14,14 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/predict_table.hpp"
 #include "standard_output.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
 
 struct PredictArguments {
   CommonOptions common{};
+  TableArguments table{};
   std::vector<std::string> files{};
   std::string library{};
   std::string data{};
@@ -67,20 +69,17 @@ void run(const CLI::App& command, PredictArguments arguments) {
   sort_files(arguments);
   refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
                     {{"--out", arguments.out}});
+  require_table_output(arguments.out);
   const study::ModelLibrary library = library_named(arguments.library);
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   arguments.settings.threads = arguments.common.threads;
+  const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
   Progress progress(arguments.common);
-  const study::TablePrediction prediction =
-      study::predict_table(arguments.data,
-                           library,
-                           catalogue,
-                           arguments.settings,
-                           callbacks(arguments.common, progress));
+  const study::TablePrediction prediction = study::predict_table(
+      trees.table, library, catalogue, arguments.settings, callbacks(arguments.common, progress));
   const AddedColumns added{.table = study::new_columns(prediction), .digits = arguments.digits};
   refuse_known_columns(prediction.table, added.table.names());
-  write_with_columns(
-      arguments.data, arguments.out, added, arguments.settings.reading, arguments.common);
+  write_with_columns(trees, arguments.out, added, arguments.settings.reading, arguments.common);
   if (arguments.common.json) print_json_value(study::json_of(prediction, arguments.out));
 }
 
@@ -89,7 +88,8 @@ void add_file_options(CLI::App& command, PredictArguments& arguments) {
       .add_option("files",
                   arguments.files,
                   "The library (library.json of a study, the output of `silvafit fit --json`, or a "
-                  "published library such as shanxia-2023) and a CSV file of trees; with --library "
+                  "published library such as shanxia-2023) and a table of trees (CSV, workbook, "
+                  "layer, database); with --library "
                   "only the file of trees")
       ->type_name("LIBRARY.json NEW.csv")
       ->expected(1, 2)
@@ -159,13 +159,13 @@ void add_predict_command(CLI::App& program) {
           "all in the file is replaced by the next simpler one")
       ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
       ->default_str("nlme");
+  add_layer_options(command, arguments->table);
   add_digits_option(command, arguments->digits);
   study::ReadingSettings& reading = arguments->settings.reading;
   add_columns_option(command, reading, "Names or formulas of the columns, such as dbh=DBH_cm");
   add_sheet_options(command, reading);
   add_trust_units_option(command, reading);
-  command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
-      ->type_name("FILE.csv");
+  command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit predict library.json new.csv --level calibrated --interval 0.95 --out "

@@ -18,6 +18,7 @@ struct StandArguments {
   std::string inventory{};
   study::StandOptions options{};
   std::string out{};
+  TableArguments table{};
   CommonOptions common{};
 };
 
@@ -33,9 +34,11 @@ void run(const StandArguments& arguments) {
                 "indices.csv"}));
   study::StandOptions options = arguments.options;
   options.threads = arguments.common.threads;
+  const TreeTable trees =
+      open_inventory(arguments.inventory, arguments.table, options.units, arguments.common);
   Progress progress(arguments.common);
   const study::StandSummary summary =
-      study::stand_summary(arguments.inventory, options, callbacks(arguments.common, progress));
+      study::stand_summary(trees.table, options, callbacks(arguments.common, progress));
   if (!arguments.out.empty()) {
     stand::write_stand(summary.inventory.inventory, summary.report, arguments.out);
   }
@@ -87,9 +90,11 @@ void add_stand_command(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
       "stand",
       "Print stand tables: density, basal area, heights, diameters, importance values, structure");
-  add_inventory_options(command, arguments->inventory, arguments->options.reading);
+  add_inventory_options(
+      command, arguments->inventory, arguments->options.reading, arguments->table);
   add_figure_options(command, *arguments);
   add_unit_options(command, arguments->options.units);
+  add_window_layer_option(command, arguments->table);
   command.add_option("--out", arguments->out, "Write the tables as CSV files to this folder")
       ->type_name("DIR");
   add_common_options(command, arguments->common);

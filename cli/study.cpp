@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "command.hpp"
@@ -21,6 +23,7 @@
 #include "silvafit/study/whole_study.hpp"
 #include "standard_output.hpp"
 #include "study_arguments.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -109,9 +112,10 @@ void print_table(const study::Study& study) {
 void initialise(const StudyArguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   const std::filesystem::path file = arguments.initial;
+  const TreeTable trees = open_trees(arguments.inventory, arguments.table, arguments.common);
   Progress progress(arguments.common);
   const std::string text =
-      study::study_configuration_for(arguments.inventory,
+      study::study_configuration_for(trees.table,
                                      catalogue,
                                      study::seen_from(file.parent_path(), arguments.settings),
                                      callbacks(arguments.common, progress));
@@ -132,20 +136,48 @@ void initialise(const StudyArguments& arguments) {
   }
 }
 
-study::StudyRecord make_record(const StudyArguments& arguments, const study::Catalogue& catalogue) {
+/// \param coordinates  gets the system of the trees' positions
+study::StudyRecord make_record(const StudyArguments& arguments,
+                               const study::Catalogue& catalogue,
+                               std::optional<source::CoordinateSystem>& coordinates) {
+  study::StudyConfiguration settings = arguments.settings;
+  const TreeTable trees =
+      open_inventory(arguments.inventory, arguments.table, settings.units, arguments.common);
+  coordinates = trees.coordinates;
   Progress progress(arguments.common);
   return study::whole_study(
-      arguments.inventory, catalogue, arguments.settings, callbacks(arguments.common, progress));
+      trees.table, catalogue, settings, callbacks(arguments.common, progress));
+}
+
+/// `--workbook`: each table as a sheet, or the trees with their predictions as a layer.
+void write_workbook(const StudyArguments& arguments,
+                    const study::StudyRecord& record,
+                    const std::optional<source::CoordinateSystem>& coordinates) {
+  const std::string& file = arguments.workbook;
+  if (file.empty()) return;
+  if (source::has_geometries(file)) {
+    auto plots =
+        record.units ? plot_layer(record.inventory.inventory, record.units->windows) : std::nullopt;
+    write_trees(file,
+                study::predictions_of(record, study::library_of(record)),
+                std::move(plots),
+                coordinates,
+                arguments.common);
+  } else {
+    write_sheets_of_folder(file, arguments.out);
+  }
 }
 
 /// \param page  that becomes the report
 void run_whole_study(const StudyArguments& arguments, const std::filesystem::path& page) {
   const auto start = std::chrono::steady_clock::now();
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
-  study::StudyRecord record = make_record(arguments, catalogue);
+  std::optional<source::CoordinateSystem> coordinates;
+  study::StudyRecord record = make_record(arguments, catalogue, coordinates);
   record.command = command_line();
   const std::filesystem::path folder = arguments.out;
   study::write_study(record, catalogue, page, folder);
+  write_workbook(arguments, record, coordinates);
 
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   if (arguments.common.json) {
@@ -188,6 +220,10 @@ void run(const CLI::App& command, StudyArguments& arguments) {
                               "report.html",
                               "run.json"}));
   // Before the time that the fits take.
+  if (!arguments.workbook.empty() && !is_layer_output(arguments.workbook)) {
+    throw UsageError("the ending must be .xlsx, .ods, .gpkg or .fgb", {.column = "--workbook"});
+  }
+  require_table_output(arguments.workbook);
   const std::filesystem::path page = bundled_page("report.html");
   const ResultFolder folder(arguments.out);
   run_whole_study(arguments, page);
@@ -199,8 +235,15 @@ void add_study_command(CLI::App& program) {
   auto arguments = std::make_shared<StudyArguments>();
   CLI::App* command = program.add_subcommand(
       "study", "Run all steps: indices, models at three levels, library, predictions, report");
-  add_inventory_options(*command, arguments->inventory, arguments->settings.reading);
+  add_inventory_options(
+      *command, arguments->inventory, arguments->settings.reading, arguments->table);
   command->add_option("--out", arguments->out, "Folder for the results")->type_name("DIR");
+  command
+      ->add_option("--workbook",
+                   arguments->workbook,
+                   "Also write the tables as sheets of this workbook (.xlsx, .ods), or the trees "
+                   "and plots as layers (.gpkg, .fgb)")
+      ->type_name("FILE");
   command
       ->add_option("--config",
                    arguments->configuration,
@@ -240,6 +283,7 @@ void add_study_command(CLI::App& program) {
                    "Minimum number of measured trees of a species")
       ->capture_default_str();
   add_unit_options(*command, arguments->settings.units);
+  add_window_layer_option(*command, arguments->table);
   add_common_options(*command, arguments->common);
   add_example(*command, "silvafit study examples/fir-mixed/inventory.csv --out build/demo");
   command->callback([arguments, command] { run(*command, *arguments); });

@@ -14,9 +14,11 @@ struct StudyArguments {
   std::string inventory{};
   study::StudyConfiguration settings{};
   std::string out{};
+  std::string workbook{};  ///< file for all tables, or for the trees as a layer
   std::string criterion = "level";
   std::string configuration{};
   std::string initial{};  ///< file that a configuration to start from is written to
+  TableArguments table{};
   CommonOptions common{};
 };
 

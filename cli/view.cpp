@@ -20,6 +20,7 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/study/view_page.hpp"
 #include "standard_output.hpp"
+#include "table_arguments.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -27,6 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 struct ViewArguments {
   CommonOptions common{};
+  TableArguments table{};
   std::string source{};
   std::string trees{};
   std::string out{};
@@ -88,22 +90,27 @@ std::string trees_text(const study::View& view) {
 
 void run(ViewArguments& arguments) {
   check(arguments);
+  if (arguments.out.empty() && arguments.source.starts_with("PG:")) {
+    throw UsageError("--out FILE.html is needed for the trees of a database");
+  }
   const fs::path page =
       arguments.out.empty() ? study::view_page_path(arguments.source) : fs::path(arguments.out);
   refuse_same_files({{"FILE", arguments.source}, {"--trees", arguments.trees}}, {{"--out", page}});
   study::ViewPageSettings& settings = arguments.settings;
   settings.view.seed = arguments.common.seed;
   settings.view.threads = arguments.common.threads;
-  if (!arguments.trees.empty()) settings.trees = arguments.trees;
+  if (!arguments.trees.empty()) {
+    settings.trees = open_trees(arguments.trees, arguments.table, arguments.common).table;
+  }
+  const data::TableSource source =
+      arguments.trees.empty()
+          ? open_trees(arguments.source, arguments.table, arguments.common).table
+          : fs::path(arguments.source);
   const fs::path empty_page = bundled_page("scene.html");
   const auto catalogue = tree::PresetCatalogue::load(data_directory() / "models");
   Progress progress(arguments.common);
-  const study::ViewPage result = study::write_view_page(arguments.source,
-                                                        catalogue,
-                                                        empty_page,
-                                                        page,
-                                                        settings,
-                                                        callbacks(arguments.common, progress));
+  const study::ViewPage result = study::write_view_page(
+      source, catalogue, empty_page, page, settings, callbacks(arguments.common, progress));
   if (arguments.common.json) {
     print_json_value(study::json_of(result), -1);
     return;
@@ -126,9 +133,11 @@ void add_view_command(CLI::App& program) {
   const auto arguments = std::make_shared<ViewArguments>();
   CLI::App& command = *program.add_subcommand("view", "Write a 3D page of a stand for the browser");
   command
-      .add_option("source",
-                  arguments->source,
-                  "Folder of `silvafit study`, GLB scene, or CSV of an inventory or predictions")
+      .add_option(
+          "source",
+          arguments->source,
+          "Folder of `silvafit study`, GLB scene, or table of an inventory or predictions (CSV, "
+          "workbook, layer, database)")
       ->type_name("DIR|FILE.glb|FILE.csv")
       ->required();
   command.add_option("--trees", arguments->trees, "Measurements of the trees of a GLB scene")
@@ -139,6 +148,7 @@ void add_view_command(CLI::App& program) {
           arguments->out,
           "Page to write (default: view.html in the folder, or the name of the file with .html)")
       ->type_name("FILE.html");
+  add_layer_options(command, arguments->table);
   add_names_option(command, "--plot", arguments->settings.view.plots, "Show these plots only");
   command.add_option("--title", arguments->settings.view.title, "Headline (default: the name)");
   study::ReadingSettings& reading = arguments->settings.reading;

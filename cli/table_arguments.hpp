@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Tables of commands: CSV files, and with GDAL sheets, layers and results of queries.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "command.hpp"
+#include "silvafit/source/open_table.hpp"
+#include "silvafit/study/unit_settings.hpp"
+
+namespace silvafit::cli {
+
+/// Which table of a file is meant.
+struct TableArguments {
+  source::TableChoice choice{};
+  std::string window_layer{};
+};
+
+/// A table, and the system of its coordinates if that is known.
+struct TreeTable {
+  data::TableSource table{};
+  std::optional<source::CoordinateSystem> coordinates{};
+};
+
+/// Adds --layer, --sql and --allow-network.
+void add_layer_options(CLI::App& command, TableArguments& arguments);
+
+/// Adds --window-layer.
+void add_window_layer_option(CLI::App& command, TableArguments& arguments);
+
+/// Opens the trees of a command, with notes on standard error.
+/// \throws as source::open_table
+TreeTable open_trees(const std::string& name,
+                     const TableArguments& arguments,
+                     const CommonOptions& common);
+
+/// Opens the trees, and reads the windows of --window if they are a layer, in the coordinates of
+/// the trees. If the trees are a CSV file, --layer means the layer of the windows.
+/// \param units  gets the windows
+TreeTable open_inventory(const std::string& name,
+                         const TableArguments& arguments,
+                         study::UnitSettings& units,
+                         const CommonOptions& common);
+
+}  // namespace silvafit::cli
