@@ -435,7 +435,7 @@ class Database(LayerTest):
         plot = lambda row: {**row, "plot": f"{int(row['plot']):02d}"}
         units, _ = self.indices("PG:" + self.address)
         self.assert_same_units(map_list(plot, units), expected)
-        query = "select plot, tree, species, dbh, h, st_transform(wkb_geometry, 4326) as geom from trees order by ogc_fid"
+        query = "select plot, tree, species, dbh, h, hcb, cw, st_transform(wkb_geometry, 4326) as geom from trees order by ogc_fid"
         units, said = self.indices("PG:" + self.address, "--sql", query)
         self.assertIn("are projected to EPSG:32633", said)
         self.assert_same_units(map_list(plot, units), expected, 1e-5)
