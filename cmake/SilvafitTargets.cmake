@@ -106,7 +106,9 @@ function(silvafit_add_tests target)
   target_link_libraries(${target} PRIVATE
     ${ARG_LIBRARIES} silvafit_build_options silvafit_test_files Catch2::Catch2WithMain fmt::fmt)
   catch_discover_tests(${target} TEST_PREFIX "${ARG_LABEL}: "
-    PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 300 SKIP_REGULAR_EXPRESSION "  skipped: ")
+    PROPERTIES LABELS ${ARG_LABEL} TIMEOUT 300 SKIP_REGULAR_EXPRESSION "  skipped: "
+    # A name that Catch2 does not find, for example one with a semicolon, has run no test.
+    FAIL_REGULAR_EXPRESSION "No tests ran")
 endfunction()
 
 # Where tests find files. The paths stand in one object, so that ccache knows the others in any checkout.

@@ -28,7 +28,7 @@ data::Table trees_to_check() {
 
 }  // namespace
 
-TEST_CASE("a condition chooses rows; where its values are missing it does not hold") {
+TEST_CASE("a condition chooses rows and does not hold where its values are missing") {
   CHECK(rows_where("species == \"SM\"", trees_to_check()).rows() == 3);
   CHECK(rows_where("species == \"SM\" && dbh > 0", trees_to_check()).rows() == 1);
   // The missing dbh is neither below nor not below 15.
@@ -36,7 +36,8 @@ TEST_CASE("a condition chooses rows; where its values are missing it does not ho
   CHECK(rows_where("!(dbh < 15)", trees_to_check()).rows() == 1);
   CHECK(rows_where("dbh < 15 || plot == \"08\"", trees_to_check()).rows() == 3);
   CHECK(rows_where("tree", trees_to_check()).line(3) == 5);
-  CHECK_THROWS_WITH(rows_where("dbh > 99", trees_to_check()), Contains("trees.csv: no row meets"));
+  CHECK_THROWS_WITH(rows_where("dbh > 99", trees_to_check()),
+                    Contains("trees.csv: no row satisfies"));
   CHECK_THROWS_WITH(rows_where("species == SM", trees_to_check()),
                     Contains("column 12: unknown column 'SM' (put text in double quotes)"));
   CHECK_THROWS_WITH(rows_where("species > 1", trees_to_check()),
