@@ -61,5 +61,27 @@ check_data <- function(data, argument = "data") {
   if (nrow(data) == 0) stop_input("`", argument, "` has no rows")
   twice <- names(data)[duplicated(names(data))]
   if (length(twice) > 0) stop_input("`", argument, "` has two columns '", twice[1], "'", column = twice[1])
+  with_plain_values(data)
+}
+
+# An empty text is a missing value, as in CSV files: read.csv() keeps the empty cells of text columns.
+# scale() makes a matrix of one column.
+with_plain_values <- function(data) {
+  for (name in names(data)) {
+    column <- data[[name]]
+    if (is.matrix(column) && ncol(column) == 1) {
+      data[[name]] <- as.vector(column)
+    } else if (is.factor(column) && "" %in% levels(column)) {
+      levels(data[[name]])[levels(column) == ""] <- NA
+    } else if (is.character(column) && any(column == "", na.rm = TRUE)) {
+      data[[name]][which(column == "")] <- NA
+    }
+  }
+  data
+}
+
+# Columns that cannot be used stop here, before other functions meet them.
+check_columns <- function(data) {
+  for (name in names(data)) plain_column(data[[name]], name)
   data
 }

@@ -70,6 +70,9 @@ in_words_of_r <- function(text) {
   for (option in names(words)[order(-nchar(names(words)))]) {
     text <- gsub(paste0("(?<![[:alnum:]-])", option, "(?![[:alnum:]-])"), words[[option]], text, perl = TRUE)
   }
+  # All others have the name of their argument, as --class-width.
+  options <- gregexpr("(?<![[:alnum:]-])--[a-z]+(-[a-z]+)*", text, perl = TRUE)
+  regmatches(text, options) <- lapply(regmatches(text, options), function(names) paste0("`", gsub("-", "_", sub("--", "", names)), "`", recycle0 = TRUE))
   text
 }
 

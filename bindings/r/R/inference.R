@@ -26,12 +26,13 @@
 #' confint(fit, c("Asym", "sigma"))
 #' intervals(fit)
 confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile"), threads = 1, ...) {
+  check_count(threads, "threads")
   result <- parameter_intervals(object, level, match.arg(method), threads)
   half <- (1 - level) / 2
   table <- cbind(result$lower, result$upper)
   dimnames(table) <- list(result$name, paste(format(100 * c(half, 1 - half), trim = TRUE, digits = 3), "%"))
   if (!missing(parm)) {
-    unknown <- if (is.character(parm)) setdiff(parm, rownames(table))
+    unknown <- if (is.character(parm)) setdiff(parm, rownames(table)) else setdiff(abs(parm), seq_len(nrow(table)))
     if (length(unknown) > 0) stop_usage("unknown parameter '", unknown[1], "'; available: ", paste(rownames(table), collapse = ", "))
     table <- table[parm, , drop = FALSE]
   }
@@ -57,7 +58,7 @@ print_notes <- function(notes) {
 
 parameter_intervals <- function(object, level, method, threads = 1) {
   needs_data(object, "confidence intervals")
-  if (!is.numeric(level) || length(level) != 1 || level <= 0 || level >= 1) stop_usage("`level` has to be between 0 and 1")
+  if (!is.numeric(level) || length(level) != 1 || !isTRUE(level > 0 && level < 1)) stop_usage("`level` has to be between 0 and 1")
   result <- engine(.Call(C_intervals_of_fit, object$json, plain_columns(object$frame, names(object$frame)), method, level, threads))
   result$name <- r_names(object, result$name)
   result$note <- r_names(object, in_words_of_r(result$note))
@@ -139,6 +140,7 @@ print.intervals.silvafit <- function(x, ...) {
 #' anova(one, two)
 #' anova(one)
 anova.silvafit <- function(object, ..., type = "marginal") {
+  if (!identical(type, "marginal")) stop_usage("`type` has to be \"marginal\"; sequential tests are not available")
   further <- list(...)
   if (length(further) == 0) return(wald_tests(object))
   fits <- c(list(object), further)

@@ -66,12 +66,7 @@ expression_text <- function(expression, what = "the formula") {
 
 text_and_precedence <- function(expression, what) {
   atom <- function(text) list(text = text, precedence = 9)
-  if (is.name(expression)) {
-    name <- as.character(expression)
-    if (name == "T") return(atom("1"))
-    if (name == "F") return(atom("0"))
-    return(atom(name_text(name)))
-  }
+  if (is.name(expression)) return(atom(name_text(as.character(expression))))
   if (is.logical(expression) && !is.na(expression)) return(atom(if (expression) "1" else "0"))
   if (is.numeric(expression)) {
     if (expression < 0) return(list(text = number_text(expression), precedence = operator_precedence[["unary"]]))

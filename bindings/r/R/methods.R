@@ -353,7 +353,8 @@ write_text <- function(text, file) {
 #' @rdname fit_json
 #' @export
 read_fit <- function(file) {
-  if (!file.exists(file)) stop_input(file, ": there is no such file")
+  if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be the path of one file")
+  if (!file.exists(file) || dir.exists(file)) stop_input(file, ": there is no such file")
   json <- paste(readLines(file, encoding = "UTF-8", warn = FALSE), collapse = "\n")
   fit_from_json(json, file, match.call())
 }

@@ -31,6 +31,8 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
                              coverage = 0.95, se.fit = FALSE, new_groups = c("population", "marginal", "missing", "error"),
                              seen_groups = c("fitted", "new", "combined"), na.action = stats::na.pass, threads = 1, ...) {
   interval <- match.arg(interval)
+  check_flag(se.fit, "se.fit")
+  if (!identical(na.action, stats::na.pass) && !identical(na.action, stats::na.omit)) stop_usage("`na.action` has to be na.pass or na.omit")
   new_groups <- match.arg(new_groups)
   seen_groups <- match.arg(seen_groups)
   if (length(level) > 1 && is.numeric(level)) return(predict_levels(object, newdata, level, new_groups = new_groups))
@@ -96,9 +98,7 @@ prediction_data <- function(object, newdata, level) {
   if (!is.null(left) && !is.name(left) && !response %in% names(newdata) && all(all.vars(left) %in% names(newdata))) {
     newdata[[response]] <- eval(left, newdata, environment(object$formula))
   }
-  if (level == "calibrated" && !is.null(left) && !response %in% names(newdata)) {
-    stop_input("calibrated predictions need the column '", response, "' in `newdata`, with NA where it was not measured", column = response)
-  }
+  if (level == "calibrated" && !is.null(left)) check_measured(newdata[[response]], response)
   wanted <- if (is.null(object$frame)) names(newdata) else names(object$frame)
   newdata <- newdata[intersect(wanted, names(newdata))]
   if (length(newdata) == 0) stop_input("`newdata` has none of the columns of the model: ", paste(wanted, collapse = ", "))
@@ -108,6 +108,14 @@ prediction_data <- function(object, newdata, level) {
     if (is.logical(newdata[[name]]) && all(is.na(newdata[[name]]))) newdata[[name]] <- as.numeric(newdata[[name]])
   }
   newdata
+}
+
+check_measured <- function(values, response) {
+  if (is.null(values)) {
+    stop_input("calibrated predictions need the column '", response, "' in `newdata`, with NA where it was not measured", column = response)
+  }
+  if (is_text(values) && !all(is.na(values))) stop_input("column '", response, "' has text, but calibration needs numbers", column = response)
+  if (is.numeric(values) && any(is.infinite(values))) stop_input("column '", response, "' has an infinite value; use NA where it was not measured", column = response)
 }
 
 is_text <- function(column) is.character(column) || is.factor(column)
@@ -137,8 +145,9 @@ without_inner_groups <- function(object, newdata) {
 #' head(simulated)
 simulate.silvafit <- function(object, nsim = 1, seed = NULL, ...) {
   needs_data(object, "simulate()")
-  if (!is.numeric(nsim) || length(nsim) != 1 || nsim < 1) stop_usage("`nsim` has to be a whole number of 1 or more")
+  check_count(nsim, "nsim", 1)
   if (is.null(seed)) seed <- sample.int(.Machine$integer.max, 1)
+  check_count(seed, "seed")
   result <- engine(.Call(C_simulate_fit, object$json, plain_columns(object$frame, names(object$frame)), nsim, seed))
   frame <- as.data.frame(matrix(NA_real_, nrow(object$frame), nsim), row.names = row.names(object$frame))
   frame[result$rows, ] <- result$values

@@ -88,16 +88,19 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   object
 }
 
+check_flag <- function(value, name) if (!isTRUE(value) && !isFALSE(value)) stop_usage("`", name, "` has to be TRUE or FALSE")
+
+check_count <- function(value, name, least = 0) {
+  if (!is.numeric(value) || length(value) != 1 || !is.finite(value) || value != floor(value) || value < least || value > .Machine$integer.max) {
+    stop_usage("`", name, "` has to be a whole number from ", least, " to ", .Machine$integer.max)
+  }
+}
+
 check_options <- function(options) {
-  is_count <- function(value, least) is.numeric(value) && length(value) == 1 && is.finite(value) && value >= least && value == floor(value)
   if (!is.null(options$method) && (!is.character(options$method) || length(options$method) != 1)) stop_usage("`method` has to be one text")
-  for (name in c("reml", "trace")) {
-    if (!isTRUE(options[[name]]) && !isFALSE(options[[name]])) stop_usage("`", name, "` has to be TRUE or FALSE")
-  }
-  for (name in c("starts", "threads")) if (!is_count(options[[name]], 0)) stop_usage("`", name, "` has to be a whole number of 0 or more")
-  for (name in c("quadrature_points", "maximum_iterations")) {
-    if (!is_count(options[[name]], 1)) stop_usage("`", sub("maximum_", "max_", name), "` has to be a whole number of 1 or more")
-  }
+  for (name in c("reml", "trace")) check_flag(options[[name]], name)
+  for (name in c("starts", "threads")) check_count(options[[name]], name)
+  for (name in c("quadrature_points", "maximum_iterations")) check_count(options[[name]], sub("maximum_", "max_", name), 1)
 }
 
 # All rows if NULL, without a copy.
@@ -125,8 +128,9 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   if (!response$name %in% names(data)) data[[response$name]] <- response$values
   right <- without_data_pronouns(formula[[3]], data)
   formulas <- sub_model_formulas(parameters)
+  check_contrasts(contrasts)
   needed <- c(all.vars(right), unlist(lapply(formulas, all.vars)))
-  complete <- stats::complete.cases(data[intersect(c(needed, response$name), names(data))])
+  complete <- stats::complete.cases(check_columns(data[intersect(c(needed, response$name), names(data))]))
   used <- if (all(complete)) data else data[complete, , drop = FALSE]
   if (nrow(used) == 0) stop_input("no row has all values that the model needs")
   subs <- sub_models(formulas, used, contrasts)
@@ -139,6 +143,13 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
        texts = list(formula = paste(name_text(response$name), "~", expression_text(right)), sub_models = subs$texts,
                     factors = subs$factors, random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
                     variance = variance))
+}
+
+check_contrasts <- function(contrasts) {
+  if (is.null(contrasts)) return(invisible())
+  if (!is.list(contrasts) || is.null(names(contrasts)) || any(names(contrasts) == "")) {
+    stop_usage("`contrasts` has to be a named list, such as list(species = \"contr.sum\")")
+  }
 }
 
 # The left side is a column, or an expression of columns whose values become one.
@@ -187,6 +198,9 @@ tell_near_columns <- function(model, columns) {
 check_missing <- function(frame, na.action) {
   name <- if (is.function(na.action)) NULL else as.character(na.action)
   is_it <- function(which) identical(na.action, get(which, asNamespace("stats"))) || identical(name, which)
+  if (!is.null(na.action) && !is_it("na.omit") && !is_it("na.exclude") && !is_it("na.fail")) {
+    stop_usage("`na.action` has to be na.omit, na.exclude or na.fail")
+  }
   incomplete <- which(!stats::complete.cases(frame))
   if (is_it("na.fail") && length(incomplete) > 0) {
     column <- names(frame)[vapply(frame, anyNA, logical(1))][1]

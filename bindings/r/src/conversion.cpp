@@ -2,12 +2,17 @@
 #include "conversion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cpp11/doubles.hpp>
 #include <cpp11/strings.hpp>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
+
+#include "silvafit/base/error.hpp"
 
 namespace silvafit::r {
 namespace {
@@ -52,6 +57,40 @@ data::TextColumn factor_column(SEXP values) {
     }
   }
   return column;
+}
+
+/// The largest integer of R and of the settings.
+constexpr double kLargestInteger = std::numeric_limits<int>::max();
+
+[[noreturn]] void refuse(const char* argument, const std::string& wanted) {
+  throw UsageError("`" + std::string(argument) + "` has to be " + wanted);
+}
+
+std::vector<std::string> checked_texts(SEXP value, const char* argument) {
+  if (TYPEOF(value) != STRSXP) refuse(argument, "text");
+  for (R_xlen_t i = 0; i < Rf_xlength(value); ++i) {
+    if (STRING_ELT(value, i) == NA_STRING) refuse(argument, "text without missing values");
+  }
+  return texts_of(value);
+}
+
+double checked_number(SEXP value, const char* argument) {
+  const bool is_integer = TYPEOF(value) == INTSXP && !Rf_isFactor(value);
+  if ((TYPEOF(value) != REALSXP && !is_integer) || Rf_xlength(value) != 1) {
+    refuse(argument, "one number");
+  }
+  const double number = numbers_of(value).front();
+  if (std::isnan(number)) refuse(argument, "a number, not a missing value");
+  return number;
+}
+
+double checked_count(SEXP value, const char* argument, double largest) {
+  const double number = checked_number(value, argument);
+  if (number < 0 || number > largest || number != std::floor(number)) {
+    const std::string end = std::to_string(static_cast<std::int64_t>(largest));
+    refuse(argument, "a whole number from 0 to " + end);
+  }
+  return number;
 }
 
 /// Integers and logical values, whose missing value is the same.
@@ -277,8 +316,6 @@ std::vector<double> numbers_of(SEXP value) {
 
 double number_of(SEXP value) { return numbers_of(value).at(0); }
 
-bool is_true(SEXP value) { return cpp11::safe[Rf_asLogical](value) == TRUE; }
-
 unsigned threads_of(SEXP value) { return static_cast<unsigned>(number_of(value)); }
 
 std::map<std::string, double> named_numbers(SEXP value) {
@@ -303,25 +340,37 @@ bool Arguments::has(const char* name) const {
 SEXP Arguments::operator[](const char* name) const { return VECTOR_ELT(list_, places_.at(name)); }
 
 void Arguments::read(const char* name, std::string& value) const {
-  if (has(name)) value = text_of((*this)[name]);
+  if (!has(name)) return;
+  const std::vector<std::string> texts = checked_texts((*this)[name], name);
+  if (texts.size() > 1) refuse(name, "one text");
+  value = texts.empty() ? std::string() : texts.front();
 }
 void Arguments::read(const char* name, std::vector<std::string>& value) const {
-  if (has(name)) value = texts_of((*this)[name]);
+  if (has(name)) value = checked_texts((*this)[name], name);
 }
 void Arguments::read(const char* name, double& value) const {
-  if (has(name)) value = number_of((*this)[name]);
+  if (has(name)) value = checked_number((*this)[name], name);
+}
+void Arguments::read(const char* name, std::optional<double>& value) const {
+  if (has(name)) value = checked_number((*this)[name], name);
 }
 void Arguments::read(const char* name, bool& value) const {
-  if (has(name)) value = is_true((*this)[name]);
+  if (!has(name)) return;
+  SEXP truth = (*this)[name];
+  if (TYPEOF(truth) != LGLSXP || Rf_xlength(truth) != 1 || LOGICAL(truth)[0] == NA_LOGICAL) {
+    refuse(name, "TRUE or FALSE");
+  }
+  value = LOGICAL(truth)[0] == TRUE;
 }
 void Arguments::read(const char* name, std::size_t& value) const {
-  if (has(name)) value = static_cast<std::size_t>(number_of((*this)[name]));
+  // Larger whole numbers are no exact doubles.
+  if (has(name)) value = static_cast<std::size_t>(checked_count((*this)[name], name, 0x1p53));
 }
 void Arguments::read(const char* name, int& value) const {
-  if (has(name)) value = static_cast<int>(number_of((*this)[name]));
+  if (has(name)) value = static_cast<int>(checked_count((*this)[name], name, kLargestInteger));
 }
 void Arguments::read(const char* name, unsigned& value) const {
-  if (has(name)) value = threads_of((*this)[name]);
+  if (has(name)) value = static_cast<unsigned>(checked_count((*this)[name], name, kLargestInteger));
 }
 
 void NamedList::add(const std::string& name, const cpp11::sexp& value) {

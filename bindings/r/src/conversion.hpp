@@ -7,6 +7,7 @@
 #include <cpp11/list.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,7 +43,6 @@ std::string text_of(SEXP value);
 std::vector<std::string> texts_of(SEXP value);
 std::vector<double> numbers_of(SEXP value);
 double number_of(SEXP value);
-bool is_true(SEXP value);
 unsigned threads_of(SEXP value);
 /// A named vector of numbers.
 std::map<std::string, double> named_numbers(SEXP value);
@@ -55,9 +55,11 @@ class Arguments {
   /// \throws std::out_of_range if the list has no such element
   SEXP operator[](const char* name) const;
   // Nothing happens if the list has no such element, or if it is NULL.
+  // \throws UsageError that names the argument if its value has another type or range
   void read(const char* name, std::string& value) const;
   void read(const char* name, std::vector<std::string>& value) const;
   void read(const char* name, double& value) const;
+  void read(const char* name, std::optional<double>& value) const;
   void read(const char* name, bool& value) const;
   void read(const char* name, std::size_t& value) const;
   void read(const char* name, int& value) const;

@@ -246,7 +246,7 @@ SEXP predict_fit(SEXP json, SEXP columns, SEXP settings) {
   fit::PredictionOptions options;
   options.new_groups = parse_new_groups(text_of(arguments["new_groups"]));
   options.seen_groups = parse_seen_groups(text_of(arguments["seen_groups"]));
-  if (arguments.has("coverage")) options.interval = number_of(arguments["coverage"]);
+  arguments.read("coverage", options.interval);
   options.interval_kind = parse_interval_kind(text_of(arguments["interval"]));
   arguments.read("standard_errors", options.standard_errors);
   arguments.read("threads", options.threads);

@@ -33,17 +33,19 @@ SEXP grow_trees(SEXP source, SEXP settings) {
   if (arguments.has("builder")) {
     options.builder = tree::builder_from_text(text_of(arguments["builder"]));
   }
-  if (arguments.has("level")) options.levels = {static_cast<int>(number_of(arguments["level"]))};
-  if (arguments.has("seed")) {
-    options.seed = static_cast<std::uint64_t>(number_of(arguments["seed"]));
+  if (arguments.has("level")) {
+    int level = 0;
+    arguments.read("level", level);
+    options.levels = {level};
   }
+  arguments.read("seed", options.seed);
   options.keeps_trees = true;
   study::GrowResult result;
   const auto notes = run_in_background(
       [&](Reports& reports) {
         result = study::grow(trees, catalogue, options, reports.callbacks());
       },
-      arguments.has("progress") && is_true(arguments["progress"]));
+      shows_progress(arguments));
   NamedList list;
   list.add("json", value_of(study::json_of(result)));
   list.add("notes", value_of(notes));
@@ -60,9 +62,7 @@ SEXP view_page(SEXP source, SEXP settings) {
   arguments.read("title", options.view.title);
   arguments.read("plots", options.view.plots);
   arguments.read("threads", options.view.threads);
-  if (arguments.has("seed")) {
-    options.view.seed = static_cast<std::uint64_t>(number_of(arguments["seed"]));
-  }
+  arguments.read("seed", options.view.seed);
   const std::filesystem::path page = text_of(arguments["file"]);
   study::ViewPage result;
   const auto notes = run_in_background(
@@ -70,7 +70,7 @@ SEXP view_page(SEXP source, SEXP settings) {
         result = study::write_view_page(
             trees, catalogue, folder / "viewer" / "scene.html", page, options, reports.callbacks());
       },
-      arguments.has("progress") && is_true(arguments["progress"]));
+      shows_progress(arguments));
   NamedList list;
   list.add("json", value_of(study::json_of(result)));
   list.add("notes", value_of(notes));

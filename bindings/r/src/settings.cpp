@@ -86,6 +86,12 @@ study::UnitSettings unit_settings(const Arguments& arguments) {
   return settings;
 }
 
+bool shows_progress(const Arguments& arguments) {
+  bool shows = false;
+  arguments.read("progress", shows);
+  return shows;
+}
+
 std::filesystem::path data_folder(const Arguments& arguments) {
   return text_of(arguments["data_folder"]);
 }

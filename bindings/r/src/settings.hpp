@@ -14,6 +14,9 @@ study::ReadingSettings reading_settings(const Arguments& arguments);
 /// Windows are a file, or rings of coordinates from an object of sf.
 study::UnitSettings unit_settings(const Arguments& arguments);
 
+/// Whether the argument `progress` asks for a progress bar.
+bool shows_progress(const Arguments& arguments);
+
 /// The folder of the catalogue and the pages, which the R functions know.
 std::filesystem::path data_folder(const Arguments& arguments);
 

@@ -29,12 +29,6 @@ study::Catalogue catalogue_of(const Arguments& arguments) {
   return study::Catalogue::load(data_folder(arguments) / "models");
 }
 
-bool shows_progress(const Arguments& arguments) {
-  bool shows = false;
-  arguments.read("progress", shows);
-  return shows;
-}
-
 /// Numbers of the rows of a data frame that an inventory has kept.
 cpp11::sexp rows_of(const stand::Inventory& inventory) {
   return row_numbers({inventory.lines.begin(), inventory.lines.end()}, 1);
@@ -70,9 +64,7 @@ SEXP stand_summary(SEXP source, SEXP settings) {
   arguments.read("class_width", options.report.diameter_class_cm);
   arguments.read("quadrat", options.report.species.quadrat_m);
   arguments.read("dominant_trees", options.report.species.dominant_trees_per_ha);
-  if (arguments.has("plot_area")) {
-    options.report.plot_area_m2 = number_of(arguments["plot_area"]);
-  }
+  arguments.read("plot_area", options.report.plot_area_m2);
   arguments.read("threads", options.threads);
   study::StandSummary result;
   const auto notes = run_in_background(
@@ -106,9 +98,7 @@ SEXP impute_table(SEXP source, SEXP settings) {
   arguments.read("method", options.method);
   arguments.read("add_residual", options.add_residual);
   arguments.read("threads", options.threads);
-  if (arguments.has("seed")) {
-    options.seed = static_cast<std::uint64_t>(number_of(arguments["seed"]));
-  }
+  arguments.read("seed", options.seed);
   study::TableImputation result;
   const auto notes = run_in_background(
       [&](Reports& reports) {
