@@ -53,7 +53,7 @@ def _labels_of(values: Any, texts: List[str]) -> Optional[Dict[str, Any]]:
     return pairs or None
 
 
-def _text_column(name: str, codes: Any, values: Any) -> Tuple[Any, Any]:
+def _text_column(codes: Any, values: Any) -> Tuple[Any, Any]:
     texts = [value if isinstance(value, str) else _text_of(value) for value in values]
     return (np.asarray(codes, dtype=np.int32), texts), _labels_of(values, texts)
 
@@ -68,25 +68,30 @@ def _text_of(value: Any) -> str:
 
 def _integers(values: np.ndarray) -> Tuple[Any, Any]:
     if values.size and max(abs(int(values.min())), abs(int(values.max()))) > _LARGEST_EXACT:
-        codes, unique = pd.factorize(values)
-        return _text_column("", codes, unique.tolist())
+        return _labels(values)
     return values.astype(np.float64), int
 
 
-def _objects(name: str, values: Any) -> Tuple[Any, Any]:
+def _labels(values: Any) -> Tuple[Any, Any]:
+    codes, unique = pd.factorize(values)
+    return _text_column(codes, list(unique))
+
+
+def _objects(values: Any) -> Tuple[Any, Any]:
     """Numbers among objects are numbers if there is nothing else."""
     values = np.asarray(values, dtype=object)
     texts = _core.text(values)
     if texts is not None:
         return texts, None
     kind = pd.api.types.infer_dtype(values, skipna=True)
+    if kind == "integer" and any(abs(value) > _LARGEST_EXACT for value in values[~pd.isna(values)]):
+        return _labels(values)
     if kind in ("integer", "floating", "mixed-integer-float", "decimal", "boolean"):
         numbers = pd.to_numeric(pd.Series(values).astype(object), errors="coerce")
-        return numbers.to_numpy(np.float64, na_value=np.nan), int if kind == "integer" else None
+        return numbers.to_numpy(np.float64, na_value=np.nan), {"integer": int, "boolean": bool}.get(kind)
     if kind == "empty":
         return np.full(len(values), np.nan), None
-    codes, unique = pd.factorize(np.asarray(values, dtype=object))
-    return _text_column(name, codes, list(unique))
+    return _labels(values)
 
 
 def _texts_or_none(texts: Any, missing: np.ndarray) -> np.ndarray:
@@ -97,14 +102,25 @@ def _texts_or_none(texts: Any, missing: np.ndarray) -> np.ndarray:
 
 def _column(name: str, values: Any) -> Tuple[Any, Any]:
     """A column as numbers or (codes, texts), and how its labels become values again."""
+    try:
+        return _converted(name, values)
+    except (TypeError, UnicodeDecodeError) as error:
+        if str(error).startswith(f"{name}: "):
+            raise
+        raise TypeError(f"{name}: the values are neither numbers nor text ({error})") from error
+
+
+def _converted(name: str, values: Any) -> Tuple[Any, Any]:
     if isinstance(values, (pd.Series, pd.Index)):
         values = values.array
     if isinstance(values, pd.arrays.PandasArray):
         values = values.to_numpy()
     if isinstance(values, pd.Categorical):
-        return _text_column(name, values.codes, list(values.categories))
+        return _text_column(values.codes, list(values.categories))
     if isinstance(values, pd.api.extensions.ExtensionArray):
         return _extension(name, values)
+    if isinstance(values, np.ma.MaskedArray):
+        return _masked(name, values)
     values = np.asarray(values)
     if values.ndim != 1:
         raise TypeError(f"{name}: a column has one dimension, this one has {values.ndim}")
@@ -116,13 +132,21 @@ def _column(name: str, values: Any) -> Tuple[Any, Any]:
     if kind == "b":
         return values.astype(np.float64), bool
     if kind in "mM":
-        return _objects(name, _texts_or_none(values.astype(str), np.isnat(values)))
+        return _objects(_texts_or_none(values.astype(str), np.isnat(values)))
     if kind == "O":
-        return _objects(name, values)
+        return _objects(values)
     if kind in "US":
-        codes, unique = pd.factorize(values.astype(object))
-        return _text_column(name, codes, list(unique))
+        return _labels(values.astype(object))
     raise TypeError(f"{name}: values of type {values.dtype} are neither numbers nor text")
+
+
+def _masked(name: str, values: Any) -> Tuple[Any, Any]:
+    """Masked values are missing."""
+    if not np.ma.getmaskarray(values).any():
+        return _column(name, values.data)
+    plain = np.array(values.data, dtype=object)
+    plain[np.ma.getmaskarray(values)] = None
+    return _column(name, plain)
 
 
 def _extension(name: str, values: Any) -> Tuple[Any, Any]:
@@ -135,11 +159,11 @@ def _extension(name: str, values: Any) -> Tuple[Any, Any]:
     if pd.api.types.is_integer_dtype(dtype):
         if not values.isna().any():
             return _integers(values.to_numpy())
-        return values.to_numpy(np.float64, na_value=np.nan), int
+        return _objects(values.to_numpy(dtype=object, na_value=None))
     if pd.api.types.is_float_dtype(dtype):
         return values.to_numpy(np.float64, na_value=np.nan), None
     if pd.api.types.is_datetime64_any_dtype(dtype):
-        return _objects(name, _texts_or_none(values.astype(str), values.isna()))
+        return _objects(_texts_or_none(values.astype(str), values.isna()))
     plain = values.to_numpy(dtype=object, na_value=None) if pd.api.types.is_string_dtype(dtype) else values
     return _column(name, np.asarray(plain, dtype=None if isinstance(plain, np.ndarray) else object))
 
@@ -160,14 +184,32 @@ def _named_columns(data: Any, choose: Optional[Choice]) -> Columns:
     if isinstance(data, Mapping):
         names = [str(name) for name in data]
         chosen = names if choose is None else choose(names)
-        index = next((column.index for column in data.values() if isinstance(column, pd.Series)), None)
-        rows = len(next(iter(data.values()), ()))
+        index = _common_index(data)
+        rows = _length(next(iter(data.items()), ("", ())))
         return names, {str(name): data[name] for name in data if str(name) in chosen}, index, rows
     if isinstance(data, (str, os.PathLike)):
         raise TypeError("data are a table here, not a file; read it first, for example by pandas.read_csv")
     raise TypeError(
         f"data of type {type(data).__name__} are no table; give a pandas DataFrame, a dict of arrays, or an "
         "object with __arrow_c_stream__ (polars, pyarrow, DuckDB)")
+
+
+def _common_index(data: Mapping) -> Optional[pd.Index]:
+    """Rows of a dict are those of the same place, so that Series cannot have different indices."""
+    series = [(name, column) for name, column in data.items() if isinstance(column, pd.Series)]
+    for name, column in series[1:]:
+        if not column.index.equals(series[0][1].index):
+            raise TypeError(f"{name}: the index is not that of {series[0][0]}; give a DataFrame of both, "
+                            "pd.DataFrame(data), or their values without an index")
+    return series[0][1].index if series else None
+
+
+def _length(item: Tuple[Any, Any]) -> int:
+    name, column = item
+    try:
+        return len(column)
+    except TypeError:
+        raise TypeError(f"{name}: one value is no column; give a value for each row") from None
 
 
 def _columns_of_frame(data: pd.DataFrame, choose: Optional[Choice]) -> Columns:

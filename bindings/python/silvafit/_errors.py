@@ -7,7 +7,26 @@ import re
 import warnings
 from typing import Any, Iterator, Optional
 
+import numpy as np
+
 _OPTION = re.compile(r"(?<![\w-])--([a-z][a-z-]*)")
+
+
+def check_text(name: str, value: Any, is_optional: bool = True) -> None:
+    """Refuses what is no text; None is an absent argument."""
+    if not isinstance(value, str) and not (is_optional and value is None):
+        raise UsageError(f"{value!r} is not a text", column=name)
+
+
+def check_number(name: str, value: Any) -> None:
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise UsageError(f"{value!r} is not a number", column=name)
+
+
+def check_count(name: str, value: Any, least: int = 0, most: int = 2**31 - 1) -> None:
+    """Refuses what is no whole number of a range."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+        raise UsageError(f"{value!r} is not a whole number from {least} to {most}", column=name)
 
 
 def _as_arguments(text: str) -> str:

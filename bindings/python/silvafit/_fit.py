@@ -12,7 +12,7 @@ import pandas as pd
 
 from . import _core, _location
 from ._data import Frame, data_frame, frame_of, restored_labels
-from ._errors import Error, UsageError, located_in, warn_of
+from ._errors import Error, InputError, UsageError, check_count, check_number, check_text, located_in, warn_of
 from ._listener import Listener
 from ._summary import Summary, fit_html, fit_text, summary_of
 
@@ -25,7 +25,10 @@ _INVENTORY = ("plot", "tree", "species", "x", "y", "dbh", "h", "cw", "cr_e", "cr
 def _texts(parameters: Union[str, Sequence[str], None]) -> List[str]:
     if parameters is None:
         return []
-    return [parameters] if isinstance(parameters, str) else list(parameters)
+    texts: List[Any] = [parameters] if isinstance(parameters, str) or not np.iterable(parameters) else list(parameters)
+    for text in texts:
+        check_text("parameters", text)
+    return texts
 
 
 def _has_names(names: Sequence[str], mentioned: Sequence[str]) -> List[str]:
@@ -130,6 +133,13 @@ def fit(
     >>> import silvafit as sf
     >>> fit = sf.fit("h ~ 1.3 + a*(1 - exp(-b*dbh))", trees, random="a + b | plot")  # doctest: +SKIP
     """
+    check_text("formula", formula, is_optional=False)
+    for name, value in (("random", random), ("covariance", covariance), ("variance", variance), ("method", method)):
+        check_text(name, value)
+    for name, count, least in (("starts", starts, 0), ("agq_points", agq_points, 1),
+                               ("maximum_iterations", maximum_iterations, 1), ("threads", threads, 0)):
+        if count is not None:
+            check_count(name, count, least)
     catalogue = None
     texts: Dict[str, Any] = {"parameters": _texts(parameters), "random": random, "covariance": covariance,
                              "variance": variance}
@@ -142,7 +152,7 @@ def fit(
     options: Dict[str, Any] = {"method": method, "reml": reml, "start": start, "starts": starts, "fixed": fixed,
                "bounds": bounds, "agq_points": agq_points, "maximum_iterations": maximum_iterations,
                "threads": threads}
-    options = {name: dict(value) if isinstance(value, Mapping) else value
+    options = {name: dict(value) if isinstance(value, (Mapping, pd.Series)) else value
                for name, value in options.items() if value is not None}
     mentioned = _mentioned(formula, texts)
     frame = _with_structure(data, texts["parameters"], mentioned)
@@ -165,13 +175,13 @@ def _run_fit(frame: Frame, data: Any, catalogue: Any, texts: dict, options: dict
     listener = Listener()
     try:
         with located_in(frame.index):
-            return _core.fit(frame.table, catalogue, texts, options, trace, listener)
+            return _core.fit(frame.table, catalogue, texts, options, bool(trace), listener)
     except (Error, TypeError):
         if set(frame.names) <= set(frame.table.names):
             raise
     # Messages list the columns that there are: with all of them, the same error says more.
     with located_in(frame.index):
-        return _core.fit(frame_of(data).table, catalogue, texts, options, trace, listener)
+        return _core.fit(frame_of(data).table, catalogue, texts, options, bool(trace), listener)
 
 
 class Fit:
@@ -331,7 +341,7 @@ class Fit:
         labels = [restored_labels(texts, known.get(column))
                   for column, texts in zip(term["columns"], term["labels"])]
         if len(labels) == 1:
-            return pd.Index(labels[0], name=term["columns"][0])
+            return pd.Index(labels[0], name=term["columns"][0], tupleize_cols=False)
         return pd.MultiIndex.from_arrays(labels, names=term["columns"])
 
     # Numbers on the whole fit.
@@ -472,6 +482,8 @@ class Fit:
             frame = self._own_frame("predict() without data")
         else:
             frame = self._frame_for(data, needs_response=level == "calibrated")
+            if level == "calibrated":
+                self._check_measured(frame)
         keywords = {"level": level, "interval": interval, "coverage": coverage,
                     "standard_errors": standard_errors, "new_groups": new_groups,
                     "seen_groups": seen_groups, "threads": threads}
@@ -502,6 +514,9 @@ class Fit:
             A row for each group: the number of measured trees, and the random effects.
         """
         frame = self._frame_for(data)
+        self._check_measured(frame)
+        check_text("seen_groups", seen_groups, is_optional=False)
+        check_count("threads", threads)
         with located_in(frame.index):
             found = _core.calibrate(self._core, frame.table, seen_groups, threads)
         term = self._core.random_terms[-1]
@@ -511,6 +526,17 @@ class Fit:
         result = pd.DataFrame(found["effects"], pd.Index(labels, name="/".join(term["columns"])), term["names"])
         result.insert(0, "measured", found["measured"])
         return result
+
+    def _check_measured(self, frame: Frame) -> None:
+        """Calibration is by the measured response, so that a missing column or text is an error."""
+        values = dict(frame.table.columns()).get(self.response)
+        if values is None:
+            raise InputError("calibration needs this column, with NaN where it was not measured", column=self.response)
+        if isinstance(values, tuple):
+            if (values[0] >= 0).any():
+                raise InputError("this column holds text, but calibration needs numbers", column=self.response)
+        elif np.isinf(values).any():
+            raise InputError("a value is infinite; use NaN where it was not measured", column=self.response)
 
     @property
     def fitted(self) -> pd.Series:
@@ -571,6 +597,9 @@ class Fit:
             is profiled. A limit that is not known is NaN, one that does not exist infinite.
         """
         frame = self._own_frame("intervals()")
+        check_text("method", method, is_optional=False)
+        check_number("level", level)
+        check_count("threads", threads)
         found = _core.intervals(self._core, frame.table, method, level, threads)
         columns = ["name", "kind", "estimate", "lower", "upper", "note"]
         result = pd.DataFrame(found["parameters"], columns=columns).set_index("name")
@@ -588,6 +617,8 @@ class Fit:
             With the index of the data, NaN for skipped rows, and columns 0, 1, ... `count` - 1.
         """
         frame = self._own_frame("simulate()")
+        check_count("count", count, 1)
+        check_count("seed", seed, 0, 2**63 - 1)
         rows, values = _core.simulate(self._core, frame.table, count, seed)
         result = np.full((frame.table.rows, count), np.nan)
         result[np.asarray(rows, dtype=np.intp)] = values
@@ -809,6 +840,10 @@ def compare(*fits: Fit, names: Optional[Sequence[str]] = None) -> pd.DataFrame:
     UserWarning
         If the likelihoods cannot be compared.
     """
+    for one in fits:
+        if not isinstance(one, Fit):
+            raise UsageError(f"only fits can be compared, not {type(one).__name__}; give each as an argument, "
+                             "compare(first, second)")
     labels = list(names) if names is not None else _names_of(fits)
     if len(labels) != len(fits):
         raise UsageError(f"there are {len(fits)} fits and {len(labels)} names", column="names")

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -24,13 +25,18 @@ std::span<const Value> view(const py::array_t<Value, Flags>& array) {
   return {array.data(), static_cast<std::size_t>(array.size())};
 }
 
+/// An empty text is a missing value, as in CSV files.
+void append(std::string_view text, data::TextColumn& column) {
+  text.empty() ? column.append_missing() : column.append(text);
+}
+
 /// \param codes  numbers of texts; negative for a missing value
 data::TextColumn text_column(std::span<const std::int32_t> codes,
                              const std::vector<std::string>& texts) {
   data::TextColumn column;
   column.reserve(codes.size());
   for (const std::int32_t code : codes) {
-    code < 0 ? column.append_missing() : column.append(texts.at(static_cast<std::size_t>(code)));
+    append(code < 0 ? "" : texts.at(static_cast<std::size_t>(code)), column);
   }
   return column;
 }
@@ -103,7 +109,7 @@ bool append(PyObject* object, data::TextColumn& column) {
   Py_ssize_t size = 0;
   const char* const bytes = PyUnicode_AsUTF8AndSize(object, &size);
   if (bytes == nullptr) throw py::error_already_set();
-  column.append({bytes, static_cast<std::size_t>(size)});
+  append(std::string_view(bytes, static_cast<std::size_t>(size)), column);
   return true;
 }
 
