@@ -79,12 +79,6 @@ in_words_of_r <- function(text) {
 # The value of a C++ function, or its error as a condition.
 engine <- function(value) {
   if (!inherits(value, "silvafit_failure")) return(value)
-  if (value$kind == "interrupt") {
-    interrupt <- structure(class = c("silvafit_interrupt", "interrupt", "condition"),
-                           list(message = "interrupted", call = NULL))
-    signalCondition(interrupt)
-    invokeRestart("abort")
-  }
   stop_classed(value$kind, in_words_of_r(value$message), column = value$column, plot = value$plot,
                tree = value$tree)
 }

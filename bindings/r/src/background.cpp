@@ -2,10 +2,10 @@
 #include "background.hpp"
 
 #include <R_ext/Print.h>
-#include <R_ext/Utils.h>
 
 #include <chrono>
 #include <cpp11/R.hpp>
+#include <cpp11/protect.hpp>
 #include <csignal>
 #include <future>
 
@@ -13,11 +13,6 @@
 
 namespace silvafit::r {
 namespace {
-
-void check_interrupt(void* /*unused*/) { R_CheckUserInterrupt(); }
-
-/// An interrupt is a jump out of C++; R_ToplevelExec ends it here.
-bool is_interrupted() { return R_ToplevelExec(check_interrupt, nullptr) == FALSE; }
 
 /// No signal reaches the threads that start while this lives: R handles them in its own thread.
 class BlockedSignals {
@@ -92,9 +87,16 @@ std::vector<std::string> run_in_background(const std::function<void(Reports&)>& 
     const BlockedSignals blocked;
     return std::async(std::launch::async, [&] { work(reports); });
   }();
-  while (result.wait_for(50ms) != std::future_status::ready) {
-    reports.show(shows_progress);
-    if (is_interrupted()) stop.request_stop();
+  try {
+    while (result.wait_for(50ms) != std::future_status::ready) {
+      reports.show(shows_progress);
+      cpp11::check_user_interrupt();
+    }
+  } catch (const cpp11::unwind_exception&) {
+    // An interrupt, or the error of a time limit. R goes on with it when the work has ended.
+    stop.request_stop();
+    result.wait();
+    throw;
   }
   reports.show(shows_progress);
   reports.end_progress();

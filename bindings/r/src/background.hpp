@@ -48,7 +48,8 @@ class Reports {
 
 /// Runs work on another thread until it ends or the user interrupts R.
 /// \return the notes of the work
-/// \throws Stopped after an interrupt; else what the work throws
+/// \throws cpp11::unwind_exception after an interrupt or a time limit of R; else what the work
+/// throws
 std::vector<std::string> run_in_background(const std::function<void(Reports&)>& work,
                                            bool shows_progress);
 

@@ -8,7 +8,6 @@
 #include "conversion.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/io_error.hpp"
-#include "silvafit/base/stop.hpp"
 
 namespace silvafit::r {
 namespace {
@@ -49,8 +48,6 @@ SEXP guarded(const std::function<SEXP()>& work) {
     throw;  // a jump of R, which cpp11 continues
   } catch (const Error& error) {
     return failure(kind_of(error), error.what(), error.place());
-  } catch (const Stopped&) {
-    return failure("interrupt", "interrupted by the user");
   } catch (const std::bad_alloc&) {
     return failure("memory", "there is not enough memory");
   } catch (const std::exception& error) {

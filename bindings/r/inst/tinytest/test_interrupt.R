@@ -32,3 +32,14 @@ for (i in 1:300) {
 }
 if (!any(grepl("^interrupted", lines))) tools::pskill(pid)
 expect_true(any(grepl("^interrupted 6", lines)))
+
+# A time limit is an error that can be caught.
+set.seed(1)
+n <- 20000
+trees <- data.frame(plot = factor(rep(seq_len(n / 20), each = 20)), dbh = runif(n, 5, 50))
+trees$h <- 1.3 + (25 + 3 * rnorm(n / 20)[trees$plot]) * (1 - exp(-(0.06 + 0.01 * rnorm(n / 20)[trees$plot]) * trees$dbh))^(1.3 + 0.1 * rnorm(n / 20)[trees$plot]) + rnorm(n)
+limited <- tryCatch({
+  setTimeLimit(elapsed = 0.5, transient = TRUE)
+  silvafit(h ~ 1.3 + a * (1 - exp(-b * dbh))^c, data = trees, random = a + b + c ~ 1 | plot, method = "agq", starts = 50)
+}, error = function(e) "stopped", finally = setTimeLimit())
+expect_equal(limited, "stopped")
