@@ -36,9 +36,6 @@ libmeshoptimizer-dev, libpng-dev")
 if(SILVAFIT_HAS_RENDER)
   string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libembree-dev")
 endif()
-if(SILVAFIT_HAS_GDAL)
-  string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libgdal-dev")
-endif()
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "The C++ libraries that silvafit is made of: statistics of mixed models,
 structure of stands, geometry of trees. find_package(silvafit) finds them.")
 

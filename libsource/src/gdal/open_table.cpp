@@ -14,6 +14,7 @@
 #include "gdal/arrow_columns.hpp"
 #include "gdal/conversion.hpp"
 #include "gdal/dataset.hpp"
+#include "gdal/functions.hpp"
 #include "gdal/geometries.hpp"
 #include "gdal/workbook.hpp"
 #include "silvafit/base/error.hpp"
@@ -213,17 +214,10 @@ void LayerReader::read_areas() {
 
 }  // namespace
 
-OpenedTable open_table(const std::string& name,
-                       const TableChoice& choice,
-                       GeometryUse use,
-                       const std::optional<CoordinateSystem>& target) {
-  if (kind_of_source(name) == nullptr) {
-    if (!choice.layer.empty() || !choice.sql.empty()) {
-      throw UsageError("a CSV file has no layers",
-                       {.column = choice.layer.empty() ? "--sql" : "--layer"});
-    }
-    return {.table = std::filesystem::path(name)};
-  }
+OpenedTable open_with_gdal(const std::string& name,
+                           const TableChoice& choice,
+                           GeometryUse use,
+                           const std::optional<CoordinateSystem>& target) {
   Dataset dataset(name, choice);
   OGRLayer& layer = dataset.choose(choice, use);
   if (dataset.kind().is_workbook && choice.sql.empty()) {

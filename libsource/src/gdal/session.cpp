@@ -12,6 +12,7 @@
 #include <string_view>
 #include <utility>
 
+#include "gdal/functions.hpp"
 #include "silvafit/source/open_table.hpp"
 #include "source_kind.hpp"
 
@@ -71,6 +72,6 @@ Setting::~Setting() {
   CPLSetThreadLocalConfigOption(name_.c_str(), had_value_ ? before_.c_str() : nullptr);
 }
 
-std::string gdal_version() { return GDALVersionInfo("RELEASE_NAME"); }
+std::string version_of_gdal() { return GDALVersionInfo("RELEASE_NAME"); }
 
 }  // namespace silvafit::source

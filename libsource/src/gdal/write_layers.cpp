@@ -9,12 +9,11 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 #include <set>
 
+#include "gdal/functions.hpp"
 #include "gdal/qgis_style.hpp"
 #include "gdal/session.hpp"
-#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/data/csv.hpp"
@@ -244,19 +243,11 @@ std::unique_ptr<OGRSpatialReference> system_of(const std::optional<CoordinateSys
 
 }  // namespace
 
-void require_layer_output(const std::filesystem::path& /*file*/) {}
-
-void write_layers(const std::filesystem::path& file,
-                  const std::vector<Layer>& layers,
-                  const std::optional<CoordinateSystem>& coordinates) {
-  if (!is_written_as_layers(file)) {
-    throw UsageError("the ending must be .gpkg, .fgb, .xlsx or .ods", {.file = file.string()});
-  }
+void write_with_gdal(const std::filesystem::path& draft,
+                     const std::filesystem::path& file,
+                     const std::vector<Layer>& layers,
+                     const std::optional<CoordinateSystem>& coordinates) {
   start_gdal();
-  // The target is opened first, so that a folder that cannot be written to costs no work.
-  AtomicFile target(file);
-  const TemporaryFolder folder("silvafit-layers");
-  const std::filesystem::path draft = folder.path() / ("draft." + ending_of(file.string()));
   const auto system = system_of(coordinates);
   const double meters_per_unit = coordinates ? coordinates->meters_per_unit : 1.0;
   Writer writer(file, draft);
@@ -267,9 +258,6 @@ void write_layers(const std::filesystem::path& file,
   }
   if (ending_of(file.string()) == "gpkg") writer.add_styles(layers);
   writer.finish();
-  std::ifstream written(draft, std::ios::binary);
-  target.stream() << written.rdbuf();
-  target.commit();
 }
 
 }  // namespace silvafit::source

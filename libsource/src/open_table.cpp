@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+// CSV files are read without GDAL; its module is loaded when another source needs it.
+#include "silvafit/source/open_table.hpp"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <fstream>
+#include <system_error>
+
+#include "gdal_module.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/source/write_layers.hpp"
+#include "source_kind.hpp"
+
+namespace silvafit::source {
+namespace {
+
+/// The module, or why there is none.
+struct LoadedModule {
+  const GdalModule* functions = nullptr;
+  std::string problem{};
+};
+
+/// The module lies in lib/silvafit beside the folder of the program.
+LoadedModule load_module() {
+  std::error_code unknown;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  const std::filesystem::path file =
+      program.parent_path().parent_path() / "lib" / "silvafit" / "silvafit_gdal.so";
+  if (unknown || !std::filesystem::exists(file, unknown)) {
+    return {.problem =
+                "this silvafit was built without GDAL; install libgdal-dev and build it again, or "
+                "use CSV"};
+  }
+  // It is never unloaded: tables that it made refer to its code.
+  void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  using Function = const GdalModule* (*)();
+  const auto function =
+      module == nullptr ? nullptr : reinterpret_cast<Function>(dlsym(module, kGdalModuleFunction));
+  if (function == nullptr) {
+    return {.problem = fmt::format("GDAL cannot be loaded ({}); install libgdal32, or use CSV",
+                                   dlerror())};
+  }
+  return {.functions = function()};
+}
+
+const LoadedModule& module() {
+  static const LoadedModule loaded = load_module();
+  return loaded;
+}
+
+}  // namespace
+
+OpenedTable open_table(const std::string& name,
+                       const TableChoice& choice,
+                       GeometryUse use,
+                       const std::optional<CoordinateSystem>& target) {
+  const SourceKind* const kind = kind_of_source(name);
+  if (kind == nullptr) {
+    if (!choice.layer.empty() || !choice.sql.empty()) {
+      throw UsageError("a CSV file has no layers",
+                       {.column = choice.layer.empty() ? "--sql" : "--layer"});
+    }
+    return {.table = std::filesystem::path(name)};
+  }
+  if (module().functions == nullptr) {
+    throw InputError(fmt::format("{} cannot be read: {}", kind->format, module().problem),
+                     {.file = shown_name(name)});
+  }
+  return module().functions->open_layer(name, choice, use, target);
+}
+
+void require_layer_output(const std::filesystem::path& file) {
+  if (module().functions != nullptr) return;
+  throw UsageError(
+      fmt::format(
+          "files ending in .{} cannot be written: {}", ending_of(file.string()), module().problem),
+      {.file = file.string()});
+}
+
+void write_layers(const std::filesystem::path& file,
+                  const std::vector<Layer>& layers,
+                  const std::optional<CoordinateSystem>& coordinates) {
+  if (!is_written_as_layers(file)) {
+    throw UsageError("the ending must be .gpkg, .fgb, .xlsx or .ods", {.file = file.string()});
+  }
+  require_layer_output(file);
+  // The target is opened first, so that a folder that cannot be written to costs no work.
+  AtomicFile target(file);
+  const TemporaryFolder folder("silvafit-layers");
+  const std::filesystem::path draft = folder.path() / ("draft." + ending_of(file.string()));
+  module().functions->write_draft(draft, file, layers, coordinates);
+  std::ifstream written(draft, std::ios::binary);
+  target.stream() << written.rdbuf();
+  target.commit();
+}
+
+std::string gdal_version() {
+  return module().functions == nullptr ? std::string() : module().functions->version();
+}
+
+}  // namespace silvafit::source
