@@ -117,7 +117,7 @@ SUBSET_CURVES = ("prodan-1", "richards-2", "weibull-2", "logistic-3", "sibbesen-
 
 
 def subsets(_folder, _seed):
-    """Small samples of the trees of spati, drawn for issue 25 because lb or laplace ended below a better optimum there."""
+    """Small samples of the trees of spati, in which lb or laplace once ended below a better optimum."""
     for number in (26, 28, 30, 33):
         for curve_effects in SUBSET_CURVES:
             curve, count = curve_effects.split("-")

@@ -73,7 +73,7 @@ def fol(folder, seed):
 
 
 def sets(folder, seed, family, header, draw_rows):
-    """Five sets that the repository ships (drawn in R for issue 25), then 20 of this seed."""
+    """Five sets that the repository ships (drawn in R), then 20 of this seed."""
     for number in range(1, 6):
         yield f"{family}-given-{number:02}", cases.FOLDER / "data" / f"{family}{number:02}.csv"
     for number in range(1, 21):
