@@ -16,7 +16,7 @@ expect_equal(names(units)[1:7], names(trees))
 shuffled <- trees[sample(60), ]
 again <- suppressMessages(structural_units(shuffled, edge = "none", trust_units = TRUE))
 expect_equal(again$W, units$W[match(shuffled$tree, trees$tree)])
-broken <- rbind(trees, data.frame(plot = "1", tree = 61, species = "SM", x = 5, y = 5, dbh = NA, h = NA))
+broken <- rbind(trees, data.frame(plot = "1", tree = 61, species = "SM", x = NA, y = 5, dbh = 12, h = NA))
 expect_true(is.na(suppressMessages(structural_units(broken, edge = "none", trust_units = TRUE))$M[61]))
 expect_equal(tryCatch(structural_units(trees, edge = "none", trust_units = TRUE), silvafit_note = function(m) "a note"), "a note")
 
