@@ -18,6 +18,9 @@ import silvafit as sf
 
 #: Takes minutes, so that there is time to interrupt it.
 LONG = """
+import signal
+# A job in the background ignores SIGINT unless it asks for it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 import numpy as np, silvafit as sf
 random = np.random.default_rng(1)
 dbh = random.uniform(5, 60, 200000)
