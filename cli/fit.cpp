@@ -90,12 +90,12 @@ study::ReadTable read_data(const FitArguments& arguments,
                                                               .variance = arguments.variance});
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
   Progress progress(arguments.common);
-  study::ReadTable read = study::read_model_table(
+  study::ObservedTable read = study::read_model_table(
       trees.table,
       arguments.reading,
       {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true},
       callbacks(arguments.common, progress).note);
-  data::Table& table = read.table;
+  data::Table table = read.observations();
   if (table.rows() == 0) {
     throw InputError("there are no rows below the header", {.file = table.file()});
   }
@@ -108,7 +108,7 @@ study::ReadTable read_data(const FitArguments& arguments,
     say(arguments.common, "note: " + note);
   }
   if (!arguments.where.empty()) table = study::rows_where(arguments.where, table);
-  return read;
+  return {.table = std::move(table), .recognized = std::move(read.recognized)};
 }
 
 /// The model of a formula with what all models of a command have in common.

@@ -82,15 +82,17 @@ std::optional<Point> SameId::position_of(std::size_t row) const {
   return point;
 }
 
-/// What tells stems of one place apart: their dbh or, without a position, all measures.
+/// What distinguishes stems at one position: their dbh or, without a position, all measures.
 std::vector<double> SameId::measures_of(std::size_t row) const {
-  if (position_of(row)) return {inventory_.dbh_cm[row]};
+  // Missing values are equal, and NaN cannot be ordered.
+  const auto comparable = [row](const std::vector<double>& values) {
+    const bool is_missing = values.empty() || std::isnan(values[row]);
+    return is_missing ? -std::numeric_limits<double>::infinity() : values[row];
+  };
+  if (position_of(row)) return {comparable(inventory_.dbh_cm)};
   std::vector<double> measures;
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
-    const std::vector<double>& values = values_of(inventory_, i);
-    // Missing values are alike, and NaN has no place in an order.
-    const bool is_missing = values.empty() || std::isnan(values[row]);
-    measures.push_back(is_missing ? -std::numeric_limits<double>::infinity() : values[row]);
+    measures.push_back(comparable(values_of(inventory_, i)));
   }
   return measures;
 }

@@ -145,6 +145,13 @@ TEST_CASE("a row that repeats a tree goes, a tree that has another's number stay
   CHECK(checked.inventory.x == std::vector<double>{0, 0, 1, 2, 3});
   CHECK(has_note(checked, "2 trees have the number of another tree of the same plot"));
 
+  // Missing diameters at one position are equal, and differ from known ones.
+  const CheckedInventory without_dbh = read_inventory_text(
+      "plot,tree,species,x,y,dbh\n1,5,SM,0,0,20\n1,5,SM,0,0,\n1,5,SM,0,0,30\n1,5,SM,0,0,\n"
+      "1,5,SM,0,0,20\n");
+  CHECK(problems(without_dbh) == std::vector<std::string>{"5 tree: the same tree is on line 3",
+                                                          "6 tree: the same tree is on line 2"});
+
   const CheckedInventory unplaced =
       read_inventory_text("plot,tree,species,dbh,h\n1,5,SM,20,15\n1,5,SM,20,15\n1,5,SM,20,16\n");
   CHECK(unplaced.excluded_tree_count == 1);

@@ -25,7 +25,7 @@ tree::Moments read_trees(const data::TableSource& trees, const GrowJob& job) {
       .plots = job.plots,
       .needs_position = !job.scene.empty() || job.resolve_overlaps};
   const data::Table table =
-      read_tree_table(trees, job.reading, options.columns, job.callbacks.note).table;
+      read_tree_table(trees, job.reading, job.by, options.columns, job.callbacks.note).table;
   if (!job.by.empty()) return tree::read_moments(table, job.by, options);
   tree::MorphologyTable read = tree::read_morphologies(table, options);
   tree::Moments one{.left_out = std::move(read.left_out)};

@@ -12,6 +12,7 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/tree_table.hpp"
+#include "workflow/repeated_rows.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -63,6 +64,15 @@ std::string label_of(const ImputeModel& model, const ImputeOptions& options) {
   return (model.label.empty() ? "all others" : model.label) + ": ";
 }
 
+/// A copy of a row has its values.
+void give_to_copies(const std::vector<std::size_t>& place, Imputation& imputation) {
+  if (place.empty()) return;
+  imputation.value = of_all_rows(imputation.value, place);
+  imputation.source = of_all_rows(imputation.source, place);
+  imputation.level = of_all_rows(imputation.level, place);
+  imputation.flag = of_all_rows(imputation.flag, place);
+}
+
 }  // namespace
 
 TableImputation impute_table(const data::TableSource& trees,
@@ -73,12 +83,14 @@ TableImputation impute_table(const data::TableSource& trees,
   const std::vector<std::string> labels = label_columns(options);
   std::vector<std::string> wanted = labels;
   wanted.insert(wanted.end(), {options.response, "dbh"});
-  ReadTable read = read_model_table(
+  ObservedTable read = read_model_table(
       trees, reading, {.names = labels, .wanted = std::move(wanted)}, callbacks.note);
   check_columns(options, read.table);
-  TableImputation result{
-      .options = options, .table = std::move(read.table), .recognized = std::move(read.recognized)};
-  result.imputation = impute(result.table, catalogue, options);
+  TableImputation result{.options = options};
+  result.imputation = impute(read.observations(), catalogue, options);
+  give_to_copies(read.place, result.imputation);
+  result.table = std::move(read.table);
+  result.recognized = std::move(read.recognized);
   give_notes(result.imputation.notes, callbacks.note);
   return result;
 }

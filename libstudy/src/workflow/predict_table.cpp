@@ -16,6 +16,7 @@
 #include "silvafit/base/text.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "study/words.hpp"
+#include "workflow/repeated_rows.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -107,6 +108,18 @@ ordered_json unused_json(const std::vector<UnusedModel>& models) {
   return list;
 }
 
+/// A copy of a row has its predictions.
+void give_to_copies(const std::vector<std::size_t>& place, PredictedResponses& predictions) {
+  if (place.empty()) return;
+  for (PredictedResponse& one : predictions.responses) {
+    for (std::vector<double>* values :
+         {&one.value, &one.lower, &one.upper, &one.standard_error, &one.trees}) {
+      if (!values->empty()) *values = of_all_rows(*values, place);
+    }
+  }
+  predictions.flags = of_all_rows(predictions.flags, place);
+}
+
 }  // namespace
 
 TablePrediction predict_table(const data::TableSource& trees,
@@ -116,16 +129,17 @@ TablePrediction predict_table(const data::TableSource& trees,
                               const Callbacks& callbacks) {
   const PredictResponsesOptions options = options_of(settings, catalogue);
   const UnitSettings units = library.inventory.units.value_or(UnitSettings{});
-  ReadTable read = read_model_table(trees,
-                                    settings.reading,
-                                    {.names = text_columns(library),
-                                     .wanted = columns_read(library),
-                                     .units = unit_options(units, settings.threads)},
-                                    callbacks.note);
-  TablePrediction result{.settings = settings,
-                         .table = std::move(read.table),
-                         .recognized = std::move(read.recognized)};
-  result.predictions = predict_responses(library, result.table, options);
+  ObservedTable read = read_model_table(trees,
+                                        settings.reading,
+                                        {.names = text_columns(library),
+                                         .wanted = columns_read(library),
+                                         .units = unit_options(units, settings.threads)},
+                                        callbacks.note);
+  TablePrediction result{.settings = settings};
+  result.predictions = predict_responses(library, read.observations(), options);
+  give_to_copies(read.place, result.predictions);
+  result.table = std::move(read.table);
+  result.recognized = std::move(read.recognized);
   std::string unknown = note_on_species(library, result.table);
   if (!unknown.empty()) result.predictions.notes.push_back(std::move(unknown));
   give_notes(result.predictions.notes, callbacks.note);

@@ -5,8 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdint>
 #include <functional>
 #include <iterator>
 #include <optional>
@@ -23,6 +21,7 @@
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"
 #include "silvafit/study/table_checks.hpp"
+#include "workflow/repeated_rows.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -41,6 +40,13 @@ const stand::ColumnMapping* mapping_to(const Mappings& mappings, const std::stri
   return found == mappings.end() ? nullptr : &*found;
 }
 
+/// What becomes of rows with the plot and tree of an earlier row.
+enum class RepeatedRows {
+  kAll,            ///< they stay as they are
+  kObservations,   ///< copies are found
+  kOneOfEachTree,  ///< copies and later times are removed; other trees get their own numbers
+};
+
 /// How a file was converted to a table.
 struct Wishes {
   Names names{};      ///< columns that stay text, in our words
@@ -49,7 +55,7 @@ struct Wishes {
   const ReadingSettings& settings;
   bool unifies_spellings = false;
   bool leaves_out_dead = false;
-  bool counts_repeated = false;  ///< rows of one plot and tree
+  RepeatedRows repeated = RepeatedRows::kAll;
 };
 
 /// Reads one source; a class, so that its parts need not be arguments.
@@ -64,6 +70,8 @@ class TableReader {
     data::Table table{};
     Mappings mapped{};  ///< columns in other units are expressions
     Names recognized{};
+    std::vector<std::size_t> distinct{};  ///< as in ObservedTable
+    std::vector<std::size_t> place{};
   };
   Result read();
 
@@ -75,6 +83,7 @@ class TableReader {
   void unify_spellings();
   void read_status();
   void describe_labels();
+  void resolve_repeated_rows();
   void note(std::string text) {
     if (!text.empty()) result_.recognized.push_back(std::move(text));
   }
@@ -196,32 +205,42 @@ void TableReader::read_status() {
   if (are_left_out) result_.table = result_.table.select(alive);
 }
 
-/// Notes on labels of plots and trees that may be errors.
+/// Notes on labels of plots that may be errors.
 void TableReader::describe_labels() {
   const data::Table& table = result_.table;
   if (!table.has("plot")) return;
-  const data::TextColumn plot = table.labels("plot");
   // As numbers, 001 and 1 are one plot.
-  if (!table.is_numeric("plot")) note(stand::describe_similar_plots(plot));
-  if (!wishes_.counts_repeated || !table.has("tree")) return;
-  const data::TextColumn tree = table.labels("tree");
-  using Row = std::array<std::uint32_t, 3>;
-  std::vector<Row> rows(table.rows());
-  const auto time = stand::usual_time_column(table.names());
-  const data::TextColumn times = time ? table.labels(*time) : data::TextColumn();
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    rows[row] = {plot.code(row), tree.code(row), time ? times.code(row) : 0};
+  if (!table.is_numeric("plot")) note(stand::describe_similar_plots(table.text("plot")));
+}
+
+/// The rule for rows of one tree (docs/inventory.md).
+void TableReader::resolve_repeated_rows() {
+  data::Table& table = result_.table;
+  const auto column_of = [this](const char* name) {
+    const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, name);
+    return mapping == nullptr ? std::string(name) : mapping->source;
+  };
+  const std::string plot = column_of("plot");
+  const std::string tree = column_of("tree");
+  if (!table.has(plot) || !table.has(tree)) return;
+  if (wishes_.repeated == RepeatedRows::kObservations) {
+    ObservedRows rows = observed_rows(table, plot, tree);
+    std::ranges::for_each(rows.notes, [this](std::string& text) { note(std::move(text)); });
+    result_.distinct = std::move(rows.distinct);
+    result_.place = std::move(rows.place);
+  } else if (wishes_.repeated == RepeatedRows::kOneOfEachTree) {
+    const auto measure = [&](const char* name) -> std::vector<double> {
+      const std::string column = column_of(name);
+      const bool is_mapped = mapping_to(result_.mapped, name) != nullptr;
+      if (!is_mapped && !table.has(column)) return {};
+      std::vector<data::TextCell> cells;
+      return data::numbers_of(
+          table, data::column_reference(name, column, table.names(), reader_.file()), cells);
+    };
+    for (std::string& text : keep_one_row_per_tree(table, plot, tree, measure)) {
+      note(std::move(text));
+    }
   }
-  std::erase_if(rows, [](const Row& row) {
-    return row[0] == data::TextColumn::kMissingCode || row[1] == data::TextColumn::kMissingCode;
-  });
-  const std::size_t all = rows.size();
-  std::ranges::sort(rows);
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  const std::size_t repeated = all - rows.size();
-  if (repeated == 0) return;
-  note(fmt::format("{} the plot and tree of another row; all rows are used",
-                   counted(repeated, "row has", "rows have")));
 }
 
 TableReader::Result TableReader::read() {
@@ -252,6 +271,7 @@ TableReader::Result TableReader::read() {
   if (wishes_.unifies_spellings) unify_spellings();
   read_status();
   describe_labels();
+  resolve_repeated_rows();
   return std::move(result_);
 }
 
@@ -306,6 +326,7 @@ std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
 
 ReadTable read_tree_table(const data::TableSource& source,
                           const ReadingSettings& settings,
+                          const std::string& by,
                           std::map<std::string, std::string>& columns,
                           const NoteCallback& note) {
   columns = column_map(settings.columns);
@@ -313,7 +334,8 @@ ReadTable read_tree_table(const data::TableSource& source,
                 .is_wanted = [](const std::string&) { return true; },
                 .settings = settings,
                 .unifies_spellings = true,
-                .leaves_out_dead = true};
+                .leaves_out_dead = true,
+                .repeated = by.empty() ? RepeatedRows::kOneOfEachTree : RepeatedRows::kAll};
   for (const auto& [name, column] : columns) wishes.mapped.push_back({name, column});
   TableReader::Result result = TableReader(source, wishes).read();
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
@@ -323,17 +345,21 @@ ReadTable read_tree_table(const data::TableSource& source,
   return {std::move(result.table), std::move(result.recognized)};
 }
 
-ReadTable read_model_table(const data::TableSource& source,
-                           const ReadingSettings& settings,
-                           const ModelColumns& columns,
-                           const NoteCallback& note) {
-  const Wishes wishes{
-      .names = columns.names,
-      .mapped = stand::parse_column_mappings(joined(settings.columns)),
-      .is_wanted = [&](const std::string& name) { return contains(columns.wanted, name); },
-      .settings = settings,
-      .unifies_spellings = !columns.keeps_spellings,
-      .counts_repeated = true};
+ObservedTable read_model_table(const data::TableSource& source,
+                               const ReadingSettings& settings,
+                               const ModelColumns& columns,
+                               const NoteCallback& note) {
+  const Wishes wishes{.names = columns.names,
+                      .mapped = stand::parse_column_mappings(joined(settings.columns)),
+                      .is_wanted =
+                          [&](const std::string& name) {
+                            const bool is_label = name == "plot" || name == "tree";
+                            return contains(columns.wanted, name) ||
+                                   (is_label && !columns.wanted.empty());
+                          },
+                      .settings = settings,
+                      .unifies_spellings = !columns.keeps_spellings,
+                      .repeated = RepeatedRows::kObservations};
   TableReader::Result result = TableReader(source, wishes).read();
   Names entries;
   for (const stand::ColumnMapping& mapping : result.mapped) {
@@ -343,7 +369,9 @@ ReadTable read_model_table(const data::TableSource& source,
   std::ranges::move(computed, std::back_inserter(result.recognized));
   give_notes(result.recognized, note);
   if (!settings.trust_units) check_mixed_units(result.table);
-  return {std::move(result.table), std::move(result.recognized)};
+  return {{std::move(result.table), std::move(result.recognized)},
+          std::move(result.distinct),
+          std::move(result.place)};
 }
 
 }  // namespace silvafit::study

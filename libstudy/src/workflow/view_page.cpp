@@ -61,7 +61,8 @@ class ViewSource {
 
  private:
   data::Table read_trees(const data::TableSource& source) {
-    ReadTable read = read_tree_table(source, settings_.reading, options_.columns, callbacks_.note);
+    ReadTable read =
+        read_tree_table(source, settings_.reading, "", options_.columns, callbacks_.note);
     recognized_ = std::move(read.recognized);
     return std::move(read.table);
   }

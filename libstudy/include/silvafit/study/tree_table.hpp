@@ -26,14 +26,29 @@ struct ReadTable {
   std::vector<std::string> recognized{};
 };
 
+/// Such a table as observations: a row with the plot, tree and all other values of an earlier one
+/// is a copy of it and no observation.
+struct ObservedTable : ReadTable {
+  std::vector<std::size_t> distinct{};  ///< if there are copies, all other rows, ascending
+  /// For each row its place in `distinct`, for a copy that of the row it copies; empty if there are
+  /// no copies.
+  std::vector<std::size_t> place{};
+
+  /// The rows that are no copies.
+  data::Table observations() const { return place.empty() ? table : table.select(distinct); }
+};
+
 /// A table for builders of trees, which read the columns of `columns` themselves: plot, tree and
 /// species stay text, whatever they are called. Columns of ours that the source has under a usual
 /// name or in another unit only, such as dbh as `BHD (mm)`, are added under our names. Dead trees
-/// are left out unless they are to be included.
+/// are left out unless they are to be included. Without `by`, each tree has one row at one time
+/// (docs/inventory.md).
+/// \param by       the column of the moments that are wanted of each tree; empty: one moment
 /// \param columns  gets NAME -> COLUMN of the settings; columns in other units become expressions
 /// \throws as data::read_csv_table(); UsageError if two columns could be one of ours
 ReadTable read_tree_table(const data::TableSource& source,
                           const ReadingSettings& settings,
+                          const std::string& by,
                           std::map<std::string, std::string>& columns,
                           const NoteCallback& note = {});
 
@@ -48,10 +63,10 @@ struct ModelColumns {
 /// A table for models, with the columns that the settings name, and with wanted ones of ours that
 /// the source has under a usual name or in another unit only.
 /// \throws as read_tree_table() and study::add_columns(); InputError if plots have other units
-ReadTable read_model_table(const data::TableSource& source,
-                           const ReadingSettings& settings,
-                           const ModelColumns& columns,
-                           const NoteCallback& note = {});
+ObservedTable read_model_table(const data::TableSource& source,
+                               const ReadingSettings& settings,
+                               const ModelColumns& columns,
+                               const NoteCallback& note = {});
 
 /// The fields that ReadingSettings::fill_down means, by position in a header.
 /// \param file  for messages

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+#include "workflow/repeated_rows.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/repeated_trees.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using Rows = std::vector<std::size_t>;
+
+/// Compares the values of rows, column by column. Missing values are equal.
+class RowOrder {
+ public:
+  explicit RowOrder(const data::Table& table) {
+    for (const std::string& name : table.names()) {
+      if (table.is_numeric(name)) {
+        numbers_.push_back(table.numbers(name));
+      } else {
+        texts_.push_back(&table.text(name));
+      }
+    }
+  }
+
+  /// -1, 0 or 1
+  int compare(std::size_t left, std::size_t right) const {
+    for (const data::TextColumn* text : texts_) {
+      if (const int order = compare_values(text->code(left), text->code(right))) return order;
+    }
+    for (const auto& values : numbers_) {
+      if (const int order = compare_values(key(values[left]), key(values[right]))) return order;
+    }
+    return 0;
+  }
+
+ private:
+  static std::uint64_t key(double value) {
+    if (std::isnan(value)) value = data::kMissing;
+    // 0 and -0 are equal.
+    return std::bit_cast<std::uint64_t>(value + 0.0);
+  }
+  static int compare_values(std::uint64_t left, std::uint64_t right) {
+    return left < right ? -1 : left > right ? 1 : 0;
+  }
+
+  std::vector<std::span<const double>> numbers_{};
+  std::vector<const data::TextColumn*> texts_{};
+};
+
+/// The rows of each tree that has several.
+std::vector<Rows> rows_of_trees(const data::TextColumn& plot, const data::TextColumn& tree) {
+  Rows rows;
+  for (std::size_t row = 0; row < plot.size(); ++row) {
+    if (!plot.is_missing(row) && !tree.is_missing(row)) rows.push_back(row);
+  }
+  const auto id = [&](std::size_t row) { return std::pair(plot.code(row), tree.code(row)); };
+  std::ranges::stable_sort(rows, {}, id);
+  std::vector<Rows> trees;
+  for (auto begin = rows.begin(); begin != rows.end();) {
+    const auto end =
+        std::find_if(begin, rows.end(), [&](std::size_t row) { return id(row) != id(*begin); });
+    if (end - begin > 1) trees.emplace_back(begin, end);
+    begin = end;
+  }
+  return trees;
+}
+
+struct Copy {
+  std::size_t row = 0;
+  std::size_t original = 0;  ///< the first row with the same values
+};
+
+std::vector<Copy> copies_in(const data::Table& table, std::vector<Rows> trees) {
+  std::vector<Copy> copies;
+  const RowOrder order(table);
+  for (Rows& rows : trees) {
+    std::ranges::stable_sort(rows, [&order](std::size_t left, std::size_t right) {
+      return order.compare(left, right) < 0;
+    });
+    std::size_t original = rows.front();
+    for (const std::size_t row : std::span(rows).subspan(1)) {
+      if (order.compare(original, row) == 0) {
+        copies.push_back({.row = row, .original = original});
+      } else {
+        original = row;
+      }
+    }
+  }
+  std::ranges::sort(copies, {}, &Copy::row);
+  return copies;
+}
+
+/// When the rows were measured; empty if the table has no such column.
+data::TextColumn times_of(const data::Table& table, const Rows& rows) {
+  data::TextColumn times;
+  const auto column = stand::usual_time_column(table.names());
+  if (!column) return times;
+  const data::TextColumn all = table.labels(*column);
+  for (const std::size_t row : rows) {
+    all.is_missing(row) ? times.append_missing() : times.append(all[row]);
+  }
+  return times;
+}
+
+/// Rows of a tree beside its first one at each time.
+std::size_t further_rows(const data::Table& table, const std::vector<Rows>& trees) {
+  const auto time = stand::usual_time_column(table.names());
+  const data::TextColumn times = time ? table.labels(*time) : data::TextColumn();
+  std::size_t further = 0;
+  for (const Rows& rows : trees) {
+    std::set<std::uint32_t> seen;
+    for (const std::size_t row : rows) {
+      if (!seen.insert(time ? times.code(row) : 0).second) ++further;
+    }
+  }
+  return further;
+}
+
+Place place_in(const data::Table& table,
+               const data::TextColumn& plot,
+               const data::TextColumn& tree,
+               std::size_t row) {
+  Place place{.file = table.file(), .plot = std::string(plot[row]), .tree = std::string(tree[row])};
+  if (table.line(row) > 0) place.line = table.line(row);
+  return place;
+}
+
+std::string describe_copies(const std::vector<Copy>& copies,
+                            const data::Table& table,
+                            const Place& first) {
+  const std::size_t line = table.line(copies.front().original);
+  return fmt::format(
+      "{} of an earlier row of the same plot and tree and used once, the first: {}",
+      counted(copies.size(), "row is a copy", "rows are copies"),
+      describe(first, line > 0 ? fmt::format("copy of line {}", line) : "copy of an earlier row"));
+}
+
+/// The measures that tell trees of one number apart.
+struct Member {
+  const char* name;
+  std::vector<double> stand::Inventory::*values;
+};
+constexpr std::array<Member, 11> kMembers{{{"x", &stand::Inventory::x},
+                                           {"y", &stand::Inventory::y},
+                                           {"z", &stand::Inventory::z},
+                                           {"dbh", &stand::Inventory::dbh_cm},
+                                           {"h", &stand::Inventory::h_m},
+                                           {"hcb", &stand::Inventory::hcb_m},
+                                           {"cw", &stand::Inventory::cw_m},
+                                           {"cr_e", &stand::Inventory::cr_e_m},
+                                           {"cr_w", &stand::Inventory::cr_w_m},
+                                           {"cr_s", &stand::Inventory::cr_s_m},
+                                           {"cr_n", &stand::Inventory::cr_n_m}}};
+
+/// The rows with a plot and a tree, as far as needed to compare them.
+stand::Inventory inventory_of(const data::Table& table,
+                              const Rows& rows,
+                              const data::TextColumn& plot,
+                              const data::TextColumn& tree,
+                              const MeasureOf& measure) {
+  stand::Inventory inventory;
+  for (const std::size_t row : rows) {
+    inventory.plot.append(plot[row]);
+    inventory.tree.append(tree[row]);
+  }
+  for (const Member& member : kMembers) {
+    const std::vector<double> values = measure(member.name);
+    if (values.size() != table.rows()) continue;
+    for (const std::size_t row : rows) (inventory.*member.values).push_back(values[row]);
+  }
+  inventory.dbh_cm.resize(rows.size(), data::kMissing);
+  return inventory;
+}
+
+}  // namespace
+
+ObservedRows observed_rows(const data::Table& table,
+                           const std::string& plot_column,
+                           const std::string& tree_column) {
+  ObservedRows result;
+  const data::TextColumn plot = table.labels(plot_column);
+  const data::TextColumn tree = table.labels(tree_column);
+  const std::vector<Rows> trees = rows_of_trees(plot, tree);
+  const std::vector<Copy> copies = copies_in(table, trees);
+  const std::size_t others = further_rows(table, trees) - copies.size();
+  if (!copies.empty()) {
+    auto copy = copies.begin();
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      const bool is_copy = copy != copies.end() && copy->row == row;
+      result.place.push_back(is_copy ? result.place[copy->original] : result.distinct.size());
+      is_copy ? static_cast<void>(++copy) : result.distinct.push_back(row);
+    }
+    result.notes.push_back(
+        describe_copies(copies, table, place_in(table, plot, tree, copies.front().row)));
+  }
+  if (others > 0) {
+    result.notes.push_back(
+        fmt::format("{} the plot and tree of another row with other values; each is an observation",
+                    counted(others, "row has", "rows have")));
+  }
+  return result;
+}
+
+std::vector<std::string> keep_one_row_per_tree(data::Table& table,
+                                               const std::string& plot_column,
+                                               const std::string& tree_column,
+                                               const MeasureOf& measure) {
+  const data::TextColumn plot = table.labels(plot_column);
+  const data::TextColumn tree = table.labels(tree_column);
+  Rows rows;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (!plot.is_missing(row) && !tree.is_missing(row)) rows.push_back(row);
+  }
+  const auto repeated =
+      stand::repeated_trees(inventory_of(table, rows, plot, tree, measure), times_of(table, rows));
+  if (repeated.empty()) return {};
+  std::map<std::size_t, std::string> new_ids;
+  std::set<std::size_t> same_trees;
+  for (const stand::RepeatedTree& one : repeated) {
+    if (one.is_same_tree) same_trees.insert(rows[one.row]);
+    if (!one.is_same_tree) new_ids.emplace(rows[one.row], one.new_id);
+  }
+  std::vector<std::string> notes;
+  if (!same_trees.empty()) {
+    const stand::RepeatedTree& first =
+        *std::ranges::find_if(repeated, &stand::RepeatedTree::is_same_tree);
+    const std::size_t line = table.line(rows[first.first_row]);
+    notes.push_back(fmt::format(
+        "{} skipped, the first: {}",
+        counted(same_trees.size(), "row repeats a tree and is", "rows repeat trees and are"),
+        describe(place_in(table, plot, tree, rows[first.row]),
+                 fmt::format("the same tree is {}{}",
+                             line > 0 ? fmt::format("on line {}", line) : "in an earlier row",
+                             first.is_later ? ", measured at another time" : ""))));
+  }
+  if (!new_ids.empty()) {
+    const auto& [row, id] = *new_ids.begin();
+    notes.push_back(fmt::format(
+        "{} the number of another tree of the same plot and got a new one, the first: {}",
+        counted(new_ids.size(), "tree has", "trees have"),
+        describe(place_in(table, plot, tree, row), "now " + id)));
+  }
+  Rows kept;
+  data::TextColumn ids;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto new_id = new_ids.find(row);
+    if (new_id != new_ids.end()) {
+      ids.append(new_id->second);
+    } else {
+      tree.is_missing(row) ? ids.append_missing() : ids.append(tree[row]);
+    }
+    if (!same_trees.contains(row)) kept.push_back(row);
+  }
+  table.set(tree_column, std::move(ids));
+  if (!same_trees.empty()) table = table.select(kept);
+  return notes;
+}
+
+}  // namespace silvafit::study

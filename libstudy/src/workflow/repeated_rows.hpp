@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Rows of a table that have the plot and tree of an earlier row.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::study {
+
+/// Rows as observations of models.
+struct ObservedRows {
+  std::vector<std::size_t> distinct{};  ///< if there are copies, all other rows, ascending
+  /// For each row its place in `distinct`, for a copy that of the row it copies; empty
+  /// if there are no copies.
+  std::vector<std::size_t> place{};
+  std::vector<std::string> notes{};  ///< on copies, and on trees of several rows
+};
+
+/// Finds the rows that have the plot and tree of an earlier row. A copy has its values in all
+/// columns. Other rows are further observations of a tree, or another tree of the same number.
+ObservedRows observed_rows(const data::Table& table,
+                           const std::string& plot_column,
+                           const std::string& tree_column);
+
+/// The values of all rows from those of the distinct ones.
+/// \param place  as ObservedRows::place, not empty
+template <class Value>
+std::vector<Value> of_all_rows(const std::vector<Value>& values,
+                               const std::vector<std::size_t>& place) {
+  std::vector<Value> all;
+  all.reserve(place.size());
+  for (const std::size_t row : place) all.push_back(values[row]);
+  return all;
+}
+
+/// The numbers of a measure (x, dbh ...), NaN where unknown; empty if the table has no such column.
+using MeasureOf = std::function<std::vector<double>(const char* name)>;
+
+/// Leaves one row for each tree at one time, by the rule for inventories
+/// (stand::repeated_trees()): copies and later measurements are removed, other trees of the same
+/// number get one of their own.
+/// \return notes on what was changed
+std::vector<std::string> keep_one_row_per_tree(data::Table& table,
+                                               const std::string& plot_column,
+                                               const std::string& tree_column,
+                                               const MeasureOf& measure);
+
+}  // namespace silvafit::study
