@@ -14,7 +14,8 @@ GRAMMARS = Path(__file__).parents[1] / "fuzz" / "corpus" / "grammar"
 
 # The file of each input, and what changes it.
 CHANGES = {".csv": mutations.of_table, ".json": mutations.of_json, ".geojson": mutations.of_json, ".gltf": mutations.of_json,
-           ".glb": mutations.of_glb, ".lsys": mutations.of_grammar}
+           ".glb": mutations.of_glb, ".lsys": mutations.of_grammar, ".xlsx": mutations.of_workbook, ".ods": mutations.of_workbook,
+           ".gpkg": mutations.of_layers}
 
 FORMULAS = ["h ~ 1.3 + a*(1 - exp(-b*dbh))", "h ~ 1.3 + a*dbh^b", "h ~ a + b*log(dbh)", "cw ~ a + b*dbh", "hcb ~ h/(1 + exp(a + b*dbh))",
             "h ~ 1.3 + ifelse(dbh > 20, a, b)*sqrt(dbh)"]
@@ -55,7 +56,16 @@ def write_inputs(program, folder):
     run("grow", "few.csv", "--scene", "stand.glb", "--lod", "3")
     run("grow", "few.csv", "--scene", "packed.glb", "--lod", "3", "--share", "--models", "2", "--instancing", "--compress")
     run("grow", "few.csv", "--scene", "stand.gltf", "--lod", "3")
+    # Without the module of GDAL, the commands that read these end with the message that says so.
+    for name in LAYERED:
+        if subprocess.run([program, "indices", "inventory.csv", "--out", name, "--quiet"], cwd=folder, capture_output=True, check=False).returncode:
+            (folder / name).write_bytes(b"no GDAL")
 
+
+LAYERED = ["trees.xlsx", "trees.ods", "trees.gpkg"]
+LAYERS = {"--layer": ["trees", "plots", "Sheet1", "trees.csv"],
+          "--sql": ["select * from trees", "select * from trees where dbh > 20", "select plot, tree, x, y, dbh, h from trees order by dbh",
+                    "select count(*) from trees", "attach 'out/x.db' as x", "drop table trees"]}
 
 # Options: name, and values that make sense; none: a flag.
 COMMON = {"--threads": ["1", "2", "4"], "--seed": ["1", "7"], "--json": None, "--quiet": None}
@@ -118,11 +128,22 @@ COMMANDS = {
                {"--camera": ["200,12"], "--view": ["35"], "--zoom": ["2"], "--sun": ["135,45"], "--date": ["2023-06-21T15:00+08:00"],
                 "--place": ["31,117"], "--turntable": ["2"], "--no-ground": None}),
     "simulate": (["design.json"], ["simulate", "design.json", "--out", "out/i.csv"], {"--truth": ["out/t.json"]}),
+    "study workbook": (["inventory.csv"], ["study", "inventory.csv", "--out", "out", "--config", "settings.json", "--workbook", "out/all.xlsx"],
+                       {"--species": ["SM"], "--responses": ["h"], "--minimum-trees": ["20"], **INVENTORY}),
+    "indices layers": (LAYERED, ["indices", "trees.xlsx"],
+                       {"--out": ["out/indices.csv", "out/trees.gpkg", "out/trees.xlsx", "out/trees.ods"], "--excluded": ["out/excluded.csv"],
+                        "--stream": None, "--window-layer": ["plots", "trees"], "--window": ["trees.gpkg"], **LAYERS, **INVENTORY}),
+    "fit layers": (LAYERED, ["fit", "trees.xlsx", "--model", "M4"],
+                   {"--random": RANDOM, "--where": ["dbh > 20"], "--residuals": ["out/residuals.csv"], **LAYERS, **TABLE}),
+    "predict layers": (LAYERED, ["predict", "one.json", "trees.xlsx"],
+                       {"--out": ["out/p.csv", "out/p.gpkg", "out/p.xlsx"], "--level": ["population", "calibrated"], **LAYERS, **TABLE}),
+    "view layers": (LAYERED, ["view", "trees.xlsx", "--no-open", "--out", "out/v.html", "--lod", "3", "--plot", "1"], {**LAYERS, **TABLE}),
     "models": ([], ["models"], {"--response": ["h", "hcb"], "--builders": None}),
 }
 
 # Inputs that stand in for the one that a command names.
 INSTEAD = {"view scene": ("stand.glb", ["stand.glb", "packed.glb"]), "render": ("stand.glb", ["stand.glb", "packed.glb", "stand.gltf"]),
+           **{name: ("trees.xlsx", LAYERED) for name in ("indices layers", "fit layers", "predict layers", "view layers")},
            "predict": ("library.json", ["library.json", "one.json", "shanxia-2023"])}
 
 

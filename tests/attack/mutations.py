@@ -6,7 +6,11 @@ import csv
 import io
 import json
 import re
+import sqlite3
 import struct
+import tempfile
+import zipfile
+import zlib
 
 NUMBERS = ["0", "-0", "1", "-1", "0.5", "1e-300", "-1e-320", "1e9", "1e15", "1e300", "1e308", "-1e308", "1e999", "nan", "inf",
            "-inf", "2147483648", "99999999999999999999", "0x10", "1,5", "1e", "+-1", ".", "1e-9", "360", "1000", "65536"]
@@ -238,3 +242,82 @@ def of_grammar(draw, data):
         at = draw.randrange(len(lines))
         lines[at:at + 1] = draw.choice([[], [lines[at]] * 2, [draw.choice(lines)], [value(draw)]])
     return of_text(draw, "\n".join(lines) + "\n").encode("utf-8", "replace")
+
+
+# Workbooks and layers.
+
+def of_workbook(draw, data):
+    """Cells, tags or bytes of parts of a workbook; or bytes of the archive."""
+    if draw.random() < 0.2:
+        return of_bytes(draw, data)
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    sheets = [name for name in parts if name.endswith(".xml")]
+    for name in some(draw, sheets, 2):
+        text = parts[name].decode("utf-8")
+        kind = draw.randrange(5)
+        if kind == 0:
+            parts[name] = of_bytes(draw, parts[name])
+            continue
+        if kind == 1:  # the contents of elements
+            text = _replaced(draw, text, r">[^<>]+<", lambda: f">{value(draw)}<")
+        elif kind == 2:  # attributes: types of cells, references, numbers of styles
+            text = _replaced(draw, text, r'"[^"]*"', lambda: f'"{value(draw)}"')
+        elif kind == 3:  # an element twice
+            text = re.sub(r"<(c|row|si|sheet)\b.*?</\1>", lambda found: found.group(0) * 2, text, count=draw.randint(1, 3))
+        else:
+            text = text[:draw.randrange(len(text) + 1)]
+        parts[name] = text.encode("utf-8", "replace")
+    if draw.random() < 0.1:
+        parts.pop(draw.choice(sorted(parts)))
+    changed = io.BytesIO()
+    with zipfile.ZipFile(changed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, part in parts.items():
+            archive.writestr(name, part)
+    return changed.getvalue()
+
+
+def _replaced(draw, text, pattern, new):
+    """Some places that match a pattern have other text."""
+    places = [found.span() for found in re.finditer(pattern, text)]
+    for begin, end in sorted(some(draw, places, 5) if places else [], reverse=True):
+        text = text[:begin] + new() + text[end:]
+    return text
+
+
+def of_layers(draw, data):
+    """Cells, columns, geometries or metadata of a GeoPackage; or bytes of the file."""
+    if draw.random() < 0.3:
+        return of_bytes(draw, data)
+    with tempfile.NamedTemporaryFile(suffix=".gpkg") as file:
+        file.write(data)
+        file.flush()
+        base = sqlite3.connect(file.name)
+        # The triggers of the spatial index call functions that only GDAL has.
+        for (name,) in base.execute("select name from sqlite_master where type = 'trigger'").fetchall():
+            base.execute(f'drop trigger "{name}"')
+        tables = [name for (name,) in base.execute("select name from sqlite_master where type = 'table'") if not name.startswith("rtree")]
+        for table in some(draw, sorted(tables)):
+            _of_database_table(draw, base, table)
+        base.commit()
+        base.close()
+        file.seek(0)
+        return file.read()
+
+
+def _of_database_table(draw, base, table):
+    columns = [row[1] for row in base.execute(f'pragma table_info("{table}")')]
+    for column in some(draw, columns, 2):
+        kind = draw.randrange(4)
+        content = [value(draw), zlib.compress(b"x" * 100), of_bytes(draw, b"GP\0\1" + b"\0" * 30), None, 10.0 ** draw.randint(-300, 300)]
+        try:
+            if kind == 0:
+                base.execute(f'update "{table}" set "{column}" = ?', (draw.choice(content),))
+            elif kind == 1:
+                base.execute(f'alter table "{table}" rename column "{column}" to "{value(draw).replace(chr(34), "")}"')
+            elif kind == 2:
+                base.execute(f'delete from "{table}" where rowid % 3 = {draw.randrange(3)}')
+            else:
+                base.execute(f'update "{table}" set "{column}" = ? where rowid % 7 = {draw.randrange(7)}', (draw.choice(content),))
+        except (sqlite3.Error, OverflowError, ValueError):
+            pass  # the change breaks a rule of the database
