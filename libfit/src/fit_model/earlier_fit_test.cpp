@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "result/earlier_fit.hpp"
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
@@ -110,4 +112,25 @@ TEST_CASE("a refit from an earlier fit reaches the optimum of a fit from scratch
   // = -1, between which the four marginal likelihoods' fits from scratch choose by their last
   // digits.
   CHECK(higher + lower <= 4);
+}
+
+TEST_CASE("a variance function starts from the fit with a constant variance") {
+  const data::Table table = trees_of("SM");
+  const FitModelOptions usual{.method = Method::kLindstromBates};
+  const FittedModel constant = fit_model(height_curve(table, "a | plot", "none"), table, usual).fit;
+  REQUIRE(constant.convergence.converged());
+  for (const std::string variance : {"power", "exponential"}) {
+    const ModelSpecification model = height_curve(table, "a | plot", variance);
+    CHECK(as_start(constant, NonlinearModel(model, table)).has_value());
+    FitModelOptions options = usual;
+    options.from = &constant;
+    const FittedModel found = fit_model(model, table, options).fit;
+    const FittedModel scratch = fit_model(model, table, usual).fit;
+    REQUIRE(found.convergence.converged());
+    // Both end where an iteration changes theta by less than 1e-6 standard errors.
+    CHECK(found.log_likelihood == Approx(scratch.log_likelihood).margin(1e-6));
+    // The other way round the weights would be lost.
+    const ModelSpecification simpler = height_curve(table, "a | plot", "none");
+    CHECK_FALSE(as_start(found, NonlinearModel(simpler, table)).has_value());
+  }
 }

@@ -180,6 +180,7 @@ MixedEffectsOptions alternation_options(const NonlinearModel& model,
   return {.starts = complete_starts(model, options.start),
           .maximum_iterations = options.maximum_iterations,
           .reml = options.reml,
+          .is_brief = options.effort == SearchEffort::kBrief,
           .trace = options.trace};
 }
 

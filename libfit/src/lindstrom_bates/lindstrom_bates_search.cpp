@@ -229,6 +229,12 @@ class Ladder {
   std::map<std::string, Known> known_;
 };
 
+/// Whether coefficients are the same but for rounding, so that a search from them is a repetition.
+bool is_same_start(const VectorXd& a, const VectorXd& b) {
+  constexpr double kSame = 1e-8;
+  return ((a - b).array().abs() <= kSame * a.array().abs().max(b.array().abs())).all();
+}
+
 /// Whether coefficients lead to about the same curve as the pooled fit, so that nothing new can be
 /// expected from there.
 bool lies_by(const NonlinearModel& model, const VectorXd& pooled, const VectorXd& other) {
@@ -256,18 +262,18 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const VectorXd& start,
                                             const MixedEffectsOptions& options) {
-  LindstromBatesSearch best =
-      climb_lindstrom_bates(model, start, options, Persistence::kUntilFound);
+  const Persistence persistence = options.is_brief ? Persistence::kOnce : Persistence::kUntilFound;
+  LindstromBatesSearch best = climb_lindstrom_bates(model, start, options, persistence);
   const bool is_doubtful = !best.outcome.converged || is_doubtful_start(model, start);
   std::vector<VectorXd> others = options.starts;
+  std::erase_if(others, [&](const VectorXd& other) { return is_same_start(start, other); });
   if (!is_doubtful)
     std::erase_if(others, [&](const VectorXd& other) { return lies_by(model, start, other); });
-  if (is_doubtful) {
+  if (is_doubtful && !options.is_brief) {
     if (const auto typical = start_of_strata(model, start)) others.push_back(*typical);
   }
   for (const VectorXd& other : others) {
-    LindstromBatesSearch found =
-        climb_lindstrom_bates(model, other, options, Persistence::kUntilFound);
+    LindstromBatesSearch found = climb_lindstrom_bates(model, other, options, persistence);
     if (is_better(found.outcome, best.outcome)) best = std::move(found);
   }
   return best;

@@ -82,15 +82,19 @@ VarianceData VarianceData::of(const NonlinearModel& model) {
 }
 
 VarianceModel::VarianceModel(const VarianceFunction& function, VarianceData data)
-    : function_(function), data_(std::move(data)), log_scale_(Expression::constant(0.0)) {
+    : function_(function),
+      data_(std::move(data)),
+      log_scale_(Expression::constant(0.0)),
+      resolved_log_scale_(log_scale_) {
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
     typical_.push_back(typical(function_.factors[k]));
     const Expression factor = factor_expression(function_.factors[k], k);
     log_scale_ = filled("a + b", {{"a", log_scale_}, {"b", factor}});
   }
+  resolved_log_scale_ = differentiated(log_scale_, 0);
   std::vector<data::Program::Input> inputs{{.name = fitted_name()}};
   for (const std::string& column : columns_of(function_)) inputs.push_back({.name = column});
-  const Expression logarithm = log_scale();
+  const Expression& logarithm = resolved_log_scale_;
   std::vector<Expression> outputs{logarithm, exp(-2.0 * logarithm)};
   for (const Quantity& quantity : quantities_) {
     inputs.push_back({.name = quantity.name, .is_scalar = quantity.strata < 0});
@@ -107,8 +111,6 @@ const std::string& VarianceModel::fitted_name() {
   static const std::string name = "fitted value";
   return name;
 }
-
-Expression VarianceModel::log_scale() const { return differentiated(log_scale_, 0); }
 
 Expression VarianceModel::by_fitted(int order) const { return differentiated(log_scale_, order); }
 

@@ -62,7 +62,7 @@ class VarianceModel {
   Eigen::VectorXd constant() const;
 
   /// log g as an expression of the fitted value, columns and quantities.
-  data::Expression log_scale() const;
+  const data::Expression& log_scale() const { return resolved_log_scale_; }
   /// The derivative of an order of log g, or of its derivative by a quantity, by the fitted value.
   data::Expression by_fitted(int order) const;
   data::Expression by_fitted(int order, const std::string& quantity) const;
@@ -125,6 +125,8 @@ class VarianceModel {
   double smallest_ = 0.0;  ///< |fitted value| below this counts as this in powers
   /// log g, with the logarithm of the fitted value as a variable of its own.
   data::Expression log_scale_;
+  /// The same without that variable.
+  data::Expression resolved_log_scale_;
   data::Program value_program_;
   data::Program derivative_program_;
 };

@@ -2,11 +2,13 @@
 #include "result/earlier_fit.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "model/group_labels.hpp"
+#include "model/variance_weights.hpp"
 #include "result/group_coefficients.hpp"
 #include "result/nested_effects.hpp"
 
@@ -50,7 +52,21 @@ bool is_like(const FittedModel& earlier, const ModelSpecification& specification
                                                    &RandomEffects::coefficients,
                                                    &RandomEffects::coefficients);
   return has_same_effects && earlier.random.size() == specification.random.size() &&
-         earlier.variance.function().text() == specification.variance.text();
+         (earlier.specification.variance.is_constant() ||
+          earlier.variance.function().text() == specification.variance.text());
+}
+
+/// The start of a variance function after a constant variance: of the same typical size.
+void start_variance(const FittedModel& earlier, const NonlinearModel& model, MixedEffectsFit& fit) {
+  const VarianceModel variance(model.specification().variance, VarianceData::of(model));
+  const VectorXd start = variance.start();
+  NonlinearModel::Workspace workspace;
+  VectorXd fitted;
+  model.evaluate(fit.estimate, fitted, nullptr, workspace);
+  const double mean_log =
+      variance.scale(fitted, start, false).sum_log / static_cast<double>(fitted.size());
+  fit.variance = variance.estimate(start);
+  fit.sigma = earlier.sigma * variance.sigma_factor(start) * std::exp(-mean_log);
 }
 
 }  // namespace
@@ -89,9 +105,13 @@ std::optional<MixedEffectsFit> as_start(const FittedModel& earlier, const Nonlin
     term.effects = effects_by_label(known.labels, known.effects, term.labels);
     is_known = is_known && term.covariance.allFinite() && term.effects.allFinite();
   }
-  ResidualVariance residual = residual_variance_for(earlier, model);
-  fit.variance = std::move(residual.variance);
-  fit.sigma = residual.sigma;
+  if (earlier.specification.variance.is_constant() && !specification.variance.is_constant()) {
+    start_variance(earlier, model, fit);
+  } else {
+    ResidualVariance residual = residual_variance_for(earlier, model);
+    fit.variance = std::move(residual.variance);
+    fit.sigma = residual.sigma;
+  }
   return is_known ? std::optional(std::move(fit)) : std::nullopt;
 }
 

@@ -12,9 +12,10 @@ namespace silvafit::fit {
 /// The start of a model and its groups from an earlier fit.
 ///
 /// Coefficients, strata and groups are found by name; groups that the earlier fit has not seen have
-/// effects of zero, strata a typical parameter.
+/// effects of zero, strata a typical parameter. A variance function after a constant variance has
+/// its usual start.
 /// \returns nothing if the earlier fit has no value of a coefficient, other random effects or
-///   another variance function, or failed
+///   another variance function that is not constant, or failed
 std::optional<MixedEffectsFit> as_start(const FittedModel& earlier, const NonlinearModel& model);
 
 /// A variance function's estimate with its sigma.

@@ -27,6 +27,15 @@ fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
   return result;
 }
 
+/// Coefficients with random effects, of all groupings.
+std::vector<std::string> random_effects_of(const Trial& trial) {
+  std::vector<std::string> result;
+  for (const fit::RandomEffects& term : trial.specification.random) {
+    result.insert(result.end(), term.coefficients.begin(), term.coefficients.end());
+  }
+  return result;
+}
+
 /// The one place where a study fits: candidates by run() with one start each, chosen models by
 /// result() from all starts.
 /// \param from  a fit to other trees to start from, if given
@@ -119,24 +128,73 @@ void LevelFits::add(std::size_t work, std::vector<Trial> trials) {
   }
 }
 
+void LevelFits::add_known(std::size_t work,
+                          Trial trial,
+                          fit::FittedModel compared,
+                          fit::FitResult final) {
+  tasks_.push_back({.trial = std::move(trial),
+                    .work = work,
+                    .position = results_[work].size(),
+                    .known = std::move(final)});
+  results_[work].emplace_back(fit::FitResult{.fit = std::move(compared)});
+  cross_validated_[work].emplace_back();
+}
+
+std::vector<std::vector<std::size_t>> LevelFits::waves() const {
+  std::vector<std::vector<std::size_t>> result;
+  for (std::size_t i = 0; i < tasks_.size(); ++i) {
+    const std::size_t wave = random_effects_of(tasks_[i].trial).size();
+    if (wave >= result.size()) result.resize(wave + 1);
+    result[wave].push_back(i);
+  }
+  return result;
+}
+
 void LevelFits::run(unsigned threads,
                     const ProgressCallback& progress,
                     std::vector<StageTime>& stages) {
   const auto start = std::chrono::steady_clock::now();
+  const auto is_known = [](const Task& task) { return task.known.has_value(); };
+  const auto known = static_cast<std::size_t>(std::ranges::count_if(tasks_, is_known));
+  const std::size_t all = tasks_.size() - known;
   std::atomic<std::size_t> done{0};
-  parallel_for(tasks_.size(), threads, [&](std::size_t i) {
-    const Task& task = tasks_[i];
-    const data::Table& table = works_[task.work].compared_trees();
-    fit::FitResult result = fit_trial(task.trial, table, fit::SearchEffort::kQuick);
-    if (criterion_ == Criterion::kCrossValidation) {
-      cross_validated_[task.work][task.position] = cross_validated(result.fit, table, group_);
-    }
-    take(task, std::move(result));
-    const std::size_t count = ++done;
-    if (progress) progress(name_, count, tasks_.size());
-  });
+  for (const std::vector<std::size_t>& wave : waves()) {
+    parallel_for(wave.size(), threads, [&](std::size_t i) {
+      const Task& task = tasks_[wave[i]];
+      run_task(task);
+      if (is_known(task)) return;
+      const std::size_t count = ++done;
+      if (progress) progress(name_, count, all);
+    });
+  }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  stages.push_back({.name = name_, .seconds = seconds.count(), .fits = tasks_.size()});
+  stages.push_back({.name = name_, .seconds = seconds.count(), .fits = all});
+}
+
+void LevelFits::run_task(const Task& task) {
+  const data::Table& table = works_[task.work].compared_trees();
+  if (!task.known) {
+    const auto effort =
+        contains_failure(task) ? fit::SearchEffort::kBrief : fit::SearchEffort::kQuick;
+    take(task, fit_trial(task.trial, table, effort, task.trial.options.from));
+  }
+  if (criterion_ != Criterion::kCrossValidation) return;
+  cross_validated_[task.work][task.position] =
+      cross_validated(results_[task.work][task.position].fit, table, group_);
+}
+
+bool LevelFits::contains_failure(const Task& task) {
+  const std::lock_guard lock(taking_);
+  const std::vector<std::string> effects = random_effects_of(task.trial);
+  return std::ranges::any_of(tasks_, [&](const Task& other) {
+    const std::vector<std::string> fewer = random_effects_of(other.trial);
+    if (other.work != task.work || fewer.size() >= effects.size()) return false;
+    const bool is_contained = std::ranges::all_of(fewer, [&](const std::string& effect) {
+      return std::ranges::find(effects, effect) != effects.end();
+    });
+    const fit::Convergence& of = results_[other.work][other.position].fit.convergence;
+    return is_contained && (!of.converged() || of.has_boundary());
+  });
 }
 
 /// Values of each observation are many, and wanted of the chosen fit only.
@@ -167,7 +225,9 @@ const LevelFits::Task& LevelFits::task_of(std::size_t work, std::size_t position
 fit::FitResult LevelFits::result(std::size_t work, std::size_t position) const {
   using enum fit::SearchEffort;
   const fit::FitResult& known = results_[work][position];
-  const Trial& trial = task_of(work, position).trial;
+  const Task& task = task_of(work, position);
+  if (task.known) return *task.known;
+  const Trial& trial = task.trial;
   const data::Table& table = works_[work].table;
   if (works_[work].is_sampled()) return fit_trial(trial, table, kQuick, &known.fit);
   if (!trial.specification.random.empty()) return fit_trial(trial, table, kThorough);

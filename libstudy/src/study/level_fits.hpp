@@ -24,6 +24,10 @@ class LevelFits {
             std::string group);
 
   void add(std::size_t work, std::vector<Trial> trials);
+  /// Adds a trial whose fit is known from an earlier level.
+  /// \param compared  the fit to the trees that candidates are compared on
+  /// \param final     the fit that result() gives
+  void add_known(std::size_t work, Trial trial, fit::FittedModel compared, fit::FitResult final);
   void run(unsigned threads, const ProgressCallback& progress, std::vector<StageTime>& stages);
   /// The fits of one work as candidates, in the order in which they were added.
   std::vector<Candidate> candidates(std::size_t work) const;
@@ -37,8 +41,16 @@ class LevelFits {
     Trial trial;
     std::size_t work = 0;
     std::size_t position = 0;
+    std::optional<fit::FitResult> known{};  ///< the final fit, from an earlier level
   };
 
+  /// Tasks in the order in which they have to run: those of a number wait for those before, whose
+  /// random effects they may contain.
+  std::vector<std::vector<std::size_t>> waves() const;
+  void run_task(const Task& task);
+  /// Whether a fit with fewer of its random effects has failed or is a boundary (singular) one, so
+  /// that more of them are hardly supported.
+  bool contains_failure(const Task& task);
   void take(const Task& task, fit::FitResult result);
   void forget_worst(std::size_t work);
   const Task& task_of(std::size_t work, std::size_t position) const;

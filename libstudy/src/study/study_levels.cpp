@@ -150,6 +150,13 @@ std::vector<fit::ParameterModel> extended(const fit::ParameterModel& parameter,
   return result;
 }
 
+/// Whether one start is enough: the likelihood of a constant plus a power has several maxima.
+bool has_one_start(const fit::VarianceFunction& function) {
+  return std::ranges::none_of(function.factors, [](const fit::VarianceFactor& factor) {
+    return factor.kind == fit::VarianceFactor::Kind::kConstantPlusPower;
+  });
+}
+
 /// A trial with other sub-models of some parameters; new coefficients start at zero.
 Trial with_sub_models(Trial trial,
                       const std::vector<std::pair<std::size_t, fit::ParameterModel>>& models) {
@@ -262,6 +269,7 @@ std::vector<Trial> variance_trials(const Candidate& mixed,
         .terms = mixed.terms, .model = mixed.fit.model, .specification = mixed.fit.specification};
     trial.specification.variance = fit::parse_variance_function(function);
     trial.options.method = fit::Method::kLindstromBates;
+    if (has_one_start(trial.specification.variance)) trial.options.from = &mixed.fit;
     for (Eigen::Index k = 0; k < mixed.fit.estimate.size(); ++k) {
       trial.options.start[mixed.fit.coefficient_names[static_cast<std::size_t>(k)]] =
           mixed.fit.estimate[k];

@@ -47,7 +47,8 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
                                         const std::string& group,
                                         std::size_t largest);
 
-/// The chosen mixed model with each variance function, none first.
+/// The chosen mixed model with each variance function, none first. They start from its fit, which
+/// has to live as long as they are fitted.
 std::vector<Trial> variance_trials(const Candidate& mixed,
                                    const std::vector<std::string>& functions);
 

@@ -115,7 +115,7 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
     level.add(i, base_trials(works[i].candidates, works[i].table));
   }
   level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
+  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
     ResponseStudy& result = works[i].result;
     result.base = level.candidates(i);
     for (const auto& [barred, why] : works[i].barred) {
@@ -126,14 +126,14 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
     const auto settled = settle(works[i], level, i, result.base, [&] {
       return choose_base(result.base, study.options, examine);
     });
-    if (!settled) continue;
+    if (!settled) return;
     result.ols = settled->result;
     works[i].compared = result.base[settled->chosen].fit;
     const std::string& objection = result.base[settled->chosen].objection;
-    if (objection.empty()) continue;
+    if (objection.empty()) return;
     result.doubts.push_back(
         fmt::format("No base model has plausible curves; this is the best one. {}", objection));
-  }
+  });
 }
 
 /// Tests against the first candidate; a fit that failed has no likelihood to test. A gain that
@@ -194,7 +194,7 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
                                works[i].table));
   }
   level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
+  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
     ResponseStudy& result = works[i].result;
     result.covariates = level.candidates(i);
     result.with_covariates = result.ols;
@@ -203,10 +203,10 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
     const auto settled = settle(works[i], level, i, result.covariates, [&] {
       return choose_covariates(result.covariates, study.options, examine);
     });
-    if (!settled) continue;
+    if (!settled) return;
     result.with_covariates = settled->result;
     works[i].compared = result.covariates[settled->chosen].fit;
-  }
+  });
   run_without_intercept(works, study, progress);
 }
 
@@ -240,7 +240,7 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
                                    study.options.maximum_random_effects));
   }
   level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
+  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
     if (works[i].compared) add_random_effect_tests(result.random, *works[i].compared);
@@ -255,20 +255,24 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
     } else {
       doubt_mixed_models(result);
     }
-  }
+  });
 }
 
 void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   LevelFits level(
       "variance functions", works, study.options.criteria.variance, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
-    for (const Candidate& candidate : works[i].result.random) {
-      if (candidate.chosen)
-        level.add(i, variance_trials(candidate, study.options.variance_functions));
+    const ResponseStudy& result = works[i].result;
+    for (const Candidate& candidate : result.random) {
+      if (!candidate.chosen || !result.nlme) continue;
+      std::vector<Trial> trials = variance_trials(candidate, study.options.variance_functions);
+      level.add_known(i, trials.front(), candidate.fit, *result.nlme);
+      trials.erase(trials.begin());
+      level.add(i, std::move(trials));
     }
   }
   level.run(study.options.threads, progress, study.stages);
-  for (std::size_t i = 0; i < works.size(); ++i) {
+  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
     ResponseStudy& result = works[i].result;
     result.variance = level.candidates(i);
     add_tests(result.variance);
@@ -278,7 +282,7 @@ void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback
       return choose_variance(result.variance, study.options, examine);
     });
     if (settled) result.nlme = settled->result;
-  }
+  });
 }
 
 /// The mixed model with b = 0 predicts a typical plot, which may be far from the mean of all plots.

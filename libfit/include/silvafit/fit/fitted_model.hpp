@@ -104,7 +104,8 @@ struct Bounds {
 struct FitModelOptions {
   std::optional<Method> method{};         ///< default_method unless given
   std::map<std::string, double> start{};  ///< by coefficient, never needed
-  /// An earlier fit of the same specification, perhaps to other data, if given: its coefficients,
+  /// An earlier fit of the same specification, or of that with a constant variance, perhaps to
+  /// other data, if given: its coefficients,
   /// covariance and variance parameters and, by the groups' labels, random effects are where the
   /// fit starts. Other starts follow only if this does not converge. It has to
   /// live as long as the call.

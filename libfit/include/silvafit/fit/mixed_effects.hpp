@@ -14,6 +14,9 @@ namespace silvafit::fit {
 
 /// How far a search for the highest maximum goes.
 enum class SearchEffort {
+  /// By lb, one run from the pooled least-squares fit and from each given start; as kQuick by other
+  /// methods.
+  kBrief,
   /// From the pooled least-squares fit, and from others only where that does not converge.
   kQuick,
   /// From all starting points that are known, with checks of the maximum; docs/local-maxima.md.
@@ -27,6 +30,9 @@ struct MixedEffectsOptions {
   /// Restricted maximum likelihood instead of maximum likelihood: of the model that is linear
   /// around the estimates (R nlme's REML).
   bool reml = false;
+  /// Whether a start is given up where the first run from it does not converge, instead of trying
+  /// other variance components.
+  bool is_brief = false;
   /// Called with one line for each iteration, if given.
   std::function<void(const std::string&)> trace{};
 };
