@@ -43,6 +43,23 @@ void check_finite(const std::vector<double>& values,
   throw InputError("the value is not finite", place);
 }
 
+/// Fits square values and products of two columns, which must neither overflow nor vanish.
+void check_size(const std::vector<double>& values,
+                const std::string& name,
+                const data::Table& table) {
+  constexpr double kLargest = 1e140;
+  double largest = 0.0;
+  for (const double value : values) {
+    if (std::abs(value) > largest) largest = std::abs(value);
+  }
+  if (largest == 0.0 || (largest <= kLargest && largest >= 1.0 / kLargest)) return;
+  throw InputError(
+      fmt::format("the largest absolute value is {:.2g}, so that squares {}; use another unit",
+                  largest,
+                  largest > 1.0 ? "overflow" : "are zero"),
+      {.file = table.file(), .column = name});
+}
+
 Eigen::VectorXd gathered(const std::vector<double>& values, const std::vector<std::size_t>& rows) {
   Eigen::VectorXd result(static_cast<Index>(rows.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) result[static_cast<Index>(i)] = values[rows[i]];
@@ -164,6 +181,7 @@ void NonlinearModel::choose_rows(const data::Table& table) {
   for (const std::string& name : data_variables(specification_)) {
     const std::vector<double> values = data::variable_values(name, table);
     check_finite(values, name, table);
+    check_size(values, name, table);
     for (std::size_t row = 0; row < values.size(); ++row) {
       if (std::isnan(values[row])) complete[row] = false;
     }

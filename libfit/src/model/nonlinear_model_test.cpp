@@ -51,6 +51,26 @@ TEST_CASE("more random effects than a group can have are refused") {
   CHECK_THROWS_WITH(NonlinearModel(with(13, 0), table), Contains("at most 12"));
 }
 
+TEST_CASE("values whose squares overflow or vanish are refused with their column") {
+  const auto scaled = [](const std::string& column, double factor) {
+    Table table = five_trees();
+    const auto numbers = table.numbers(column);
+    std::vector<double> values(numbers.begin(), numbers.end());
+    for (double& value : values) value *= factor;
+    table.set(column, values);
+    table.set_origin("trees.csv", {2, 3, 4, 6, 7});
+    return table;
+  };
+  for (const std::string column : {"h", "dbh", "C"}) {
+    CHECK_NOTHROW(by_plot(scaled(column, 1e130)));
+    CHECK_NOTHROW(by_plot(scaled(column, 1e-130)));
+    CHECK_THROWS_WITH(by_plot(scaled(column, 1e200)),
+                      Contains("trees.csv") && Contains(column) && Contains("squares overflow") &&
+                          Contains("use another unit"));
+    CHECK_THROWS_WITH(by_plot(scaled(column, 1e-200)), Contains("squares are zero"));
+  }
+}
+
 TEST_CASE("rows are complete and sorted by group, and know their line") {
   const NonlinearModel model = by_plot(five_trees());
   CHECK(model.rows() == std::vector<std::size_t>{0, 2, 4, 3});
