@@ -257,3 +257,19 @@ TEST_CASE("base models without plausible curves are taken with a doubt") {
   REQUIRE_FALSE(result.doubts.empty());
   CHECK_THAT(result.doubts.front(), Contains("No base model has plausible curves"));
 }
+
+TEST_CASE("a model that says less than the mean of the trees is doubted") {
+  data::Table table = test::stand({.has_indices = false});
+  Random random(17);
+  std::vector<double> heights(table.rows());
+  // Independent of everything.
+  for (double& height : heights) height = random.uniform(8.0, 30.0);
+  table.set("h", heights);
+  const ResponseStudy noise = study_of(table).results.front();
+  REQUIRE(noise.ols);
+  CHECK_FALSE(noise.is_sound());
+  CHECK(any_contains(noise.doubts, "The mean of the trees describes them better"));
+
+  const ResponseStudy curve = study_of(test::stand({.has_indices = false})).results.front();
+  CHECK_FALSE(any_contains(curve.doubts, "The mean of the trees"));
+}
