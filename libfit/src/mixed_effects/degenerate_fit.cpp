@@ -223,8 +223,9 @@ Degeneracy degeneracy(const NonlinearModel& model,
   if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
   const double spread = spread_of(model.response());
   Degeneracy exact{.text = exactness(model, fit, spread)};
+  exact.is_exact = !exact.text.empty();
   const ModelSpecification& specification = model.specification();
-  if (!exact.text.empty() || specification.random.empty()) return exact;
+  if (exact.is_exact || specification.random.empty()) return exact;
   Curves curves(model, fit.estimate);
   const Index p = fit.estimate.size();
   const EffectLevel inner{.names = finer(fit).names,

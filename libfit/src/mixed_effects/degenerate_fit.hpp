@@ -14,7 +14,8 @@ namespace silvafit::fit {
 struct Degeneracy {
   ConvergenceStatus status = ConvergenceStatus::kNoMaximum;
   std::vector<Evidence> evidence{};
-  std::string text{};  ///< a sentence with the remedy; empty without a sign of degeneracy
+  std::string text{};     ///< a sentence with the remedy; empty without a sign of degeneracy
+  bool is_exact = false;  ///< whether the model goes through all observations
 };
 
 /// Whether the likelihood of a mixed model is unbounded, or nearly so:

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "mixed_effects/mixed_effects_evidence.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
@@ -105,6 +106,41 @@ TEST_CASE("groups of one observation whose random effects take up the residual a
   fit.residual_sd = VectorXd::Constant(model.observations(), 1e-4);
   const std::string what = degeneracy(model, frame_at(model, fit.estimate), fit).text;
   CHECK_THAT(what, Contains("each group of plot has one observation"));
+}
+
+TEST_CASE("one observation a group is named by every method, whatever else the fit shows") {
+  // Five observations for seven parameters.
+  data::Table table;
+  data::TextColumn plot;
+  for (const char* const label : {"0", "1", "3", "5", "6"}) plot.append(label);
+  table.set("plot", plot);
+  table.set("d", std::vector<double>{17.9, 34.1, 24.7, 10.5, 40.2});
+  table.set("h", std::vector<double>{17.2, 19.2, 19.0, 17.7, 18.9});
+  table.set("z", std::vector<double>{-1.1, -0.4, 0.5, 0.9, -0.2});
+  for (const char* const method : {"lb", "laplace", "focei", "agq"}) {
+    INFO(method);
+    const Convergence convergence = fitted(table, method, {"b ~ 1 + z"}, "a + b | plot");
+    CHECK_FALSE(convergence.converged());
+    CHECK_THAT(convergence.verdict, Contains("each group of plot has one observation"));
+  }
+}
+
+TEST_CASE("a search has diverged where the mean does not depend on what it depends on elsewhere") {
+  const data::Table table = curves(0.5);
+  ModelSpecification specification = specify_model("h ~ a/(1 + exp((b - log(d))/c))", {}, table);
+  add_random_effects(specification, "a | plot", table);
+  const NonlinearModel model(specification, table);
+  MixedEffectsFit fit;
+  fit.estimate = Eigen::Vector3d(24.0, 2.4, 0.7);
+  CHECK_FALSE(has_diverged(model, fit));
+  // The mean is a/(1 + exp(-5)), whatever d is.
+  fit.estimate = Eigen::Vector3d(24.0, 1e15, -2e14);
+  CHECK(has_diverged(model, fit));
+  // These are not identifiable anywhere.
+  ModelSpecification sum = specify_model("h ~ a + b + 0*d", {}, table);
+  add_random_effects(sum, "a | plot", table);
+  fit.estimate = Eigen::Vector2d(10.0, 5.0);
+  CHECK_FALSE(has_diverged(NonlinearModel(sum, table), fit));
 }
 
 TEST_CASE("collinear covariates are named by every method") {

@@ -219,16 +219,17 @@ std::string remedy(const NonlinearModel& model, bool is_of_effects) {
                        : ". Remove one of them.";
 }
 
+std::string divergence(const std::string& names) {
+  return fmt::format(
+      "Not converged: the search diverged to values at which the mean hardly depends on {}. Use "
+      "other start values, fewer random effects, or a curve with fewer coefficients.",
+      names);
+}
+
 std::string confounding(const NonlinearModel& model,
                         const MixedEffectsFit& fit,
                         const Confounded& confounded) {
   const std::string names = listed(model, confounded.coefficients);
-  if (!names.empty() && is_identifiable(model)) {
-    return fmt::format(
-        "Not converged: the search diverged to values at which the mean hardly depends on {}. Use "
-        "other start values, fewer random effects, or a curve with fewer coefficients.",
-        names);
-  }
   if (confounded.coefficients.size() == 1) {
     return fmt::format(
         "Not converged: {} is not identifiable: the mean does not depend on it. Remove it.", names);
@@ -281,17 +282,24 @@ void add_confounding(const NonlinearModel& model,
 }
 
 /// Records parameters that are not identifiable; false if there are none. If a fit has not
-/// converged, only coefficients that the mean does not identify anywhere explain it.
+/// converged, only coefficients that the mean does not identify at its end explain it.
 bool note_confounding(const NonlinearModel& model,
                       bool has_full_rank,
                       bool is_restricted,
+                      const Obstacle& obstacle,
+                      bool is_exact,
                       MixedEffectsFit& fit) {
   Convergence& convergence = fit.convergence;
   if (!convergence.converged() && has_full_rank) return false;
   Confounded confounded = confounded_parameters(model, fit, has_full_rank, is_restricted);
+  // Where a search has diverged, the mean does not depend on what it depends on elsewhere.
+  const bool is_far_off = !confounded.coefficients.empty() && is_identifiable(model);
+  // A residual variance of zero leaves nothing that could tell parameters apart.
+  if (is_exact && (confounded.coefficients.empty() || is_far_off)) return false;
   if (!convergence.converged()) {
-    // Where a search has run off, the mean may not depend on what it depends on elsewhere.
-    if (confounded.coefficients.empty() || is_identifiable(model)) return false;
+    const bool is_explained =
+        is_far_off && obstacle.status == ConvergenceStatus::kInvalidApproximation;
+    if (confounded.coefficients.empty() || is_explained) return false;
     confounded.variances = {};
   }
   for (const Index j : confounded.coefficients) {
@@ -302,19 +310,18 @@ bool note_confounding(const NonlinearModel& model,
     convergence.rank = std::min(convergence.rank, static_cast<int>(fit.estimate.size()) - 1);
   }
   convergence.rank = std::max(0, convergence.rank - confounded.variances.directions);
-  const std::string verdict = confounding(model, fit, confounded);
+  const std::string verdict = is_far_off ? divergence(listed(model, confounded.coefficients))
+                                         : confounding(model, fit, confounded);
   if (verdict.empty()) return false;
-  convergence.status = ConvergenceStatus::kNotIdentifiable;
+  convergence.status =
+      is_far_off ? ConvergenceStatus::kDiverged : ConvergenceStatus::kNotIdentifiable;
   convergence.verdict = verdict;
   add_confounding(model, confounded, convergence);
   return true;
 }
 
 /// Takes note where the likelihood has no maximum.
-void note_degeneracy(const NonlinearModel& model,
-                     const CoefficientFrame& frame,
-                     MixedEffectsFit& fit) {
-  Degeneracy found = degeneracy(model, frame, fit);
+void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
   if (found.text.empty()) return;
   Convergence& convergence = fit.convergence;
   convergence.status = found.status;
@@ -355,6 +362,11 @@ std::string success_verdict(const NonlinearModel& model, MixedEffectsFit& fit, R
 
 }  // namespace
 
+bool has_diverged(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  if (!fit.estimate.allFinite() || frame_at(model, fit.estimate).has_full_rank) return false;
+  return !confounded_at(model, fit.estimate).empty() && is_identifiable(model);
+}
+
 void describe(const NonlinearModel& model, MixedEffectsFit& fit) {
   fit.coefficient_names = model.coefficient_names();
   name_terms(model, fit);
@@ -380,8 +392,10 @@ void judge(const NonlinearModel& model,
       fit.convergence.add(Evidence::Kind::kMoving, {obstacle.moving});
     }
   }
-  if (note_confounding(model, slopes.frame.has_full_rank, is_restricted, fit)) return;
-  note_degeneracy(model, slopes.frame, fit);
+  Degeneracy degenerate = degeneracy(model, slopes.frame, fit);
+  const bool is_confounded = note_confounding(
+      model, slopes.frame.has_full_rank, is_restricted, obstacle, degenerate.is_exact, fit);
+  if (!is_confounded) note_degeneracy(std::move(degenerate), fit);
 }
 
 }  // namespace silvafit::fit

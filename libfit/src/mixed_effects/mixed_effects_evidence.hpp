@@ -24,6 +24,10 @@ inline constexpr std::string_view kNoClearMode =
 /// What the iterations of a method are: alternations of its two steps, or values of a likelihood.
 enum class Rounds { kAlternations, kEvaluations };
 
+/// Whether a search has ended where the mean hardly depends on coefficients that it depends on
+/// elsewhere. A likelihood is flat there, which looks like a maximum.
+bool has_diverged(const NonlinearModel& model, const MixedEffectsFit& fit);
+
 /// Fills in names, labels and the degrees of freedom of the t tests.
 void describe(const NonlinearModel& model, MixedEffectsFit& fit);
 
