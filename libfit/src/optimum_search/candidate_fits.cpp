@@ -21,16 +21,10 @@ std::pair<bool, double> place_of(const Candidate& candidate) {
           std::isnan(candidate.rank) ? -std::numeric_limits<double>::infinity() : candidate.rank};
 }
 
-template <typename Place>
-std::vector<const Candidate*> first_few(const std::vector<Candidate>& candidates,
-                                        std::size_t count,
-                                        Place place) {
-  std::vector<const Candidate*> result;
-  for (const Candidate& candidate : candidates) result.push_back(&candidate);
-  std::ranges::stable_sort(
-      result, [&](const Candidate* a, const Candidate* b) { return place(*a) > place(*b); });
-  result.resize(std::min(count, result.size()));
-  return result;
+/// Whether coefficients are of the same sign and size.
+bool is_in_region(const VectorXd& a, const VectorXd& b) {
+  constexpr double kShare = 0.5;
+  return ((a - b).array().abs() <= kShare * a.array().abs().max(b.array().abs())).all();
 }
 
 }  // namespace
@@ -105,15 +99,23 @@ std::vector<LocalOptimum> optima_of(const Candidate& best,
   return result;
 }
 
-std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates,
-                                       std::size_t count) {
-  return first_few(candidates, count, place_of);
-}
-
-std::vector<const Candidate*> highest_few(const std::vector<Candidate>& candidates,
-                                          std::size_t count) {
-  return first_few(
-      candidates, count, [](const Candidate& candidate) { return place_of(candidate).second; });
+std::vector<const Candidate*> spread_out(const std::vector<Candidate>& candidates,
+                                         std::size_t first) {
+  std::vector<const Candidate*> highest;
+  for (const Candidate& candidate : candidates) highest.push_back(&candidate);
+  std::ranges::stable_sort(highest, [](const Candidate* a, const Candidate* b) {
+    return place_of(*a).second > place_of(*b).second;
+  });
+  std::vector<const Candidate*> result;
+  std::vector<const Candidate*> others;
+  for (const Candidate* const candidate : highest) {
+    const bool is_known = std::ranges::any_of(result, [&](const Candidate* known) {
+      return is_in_region(candidate->fit.estimate, known->fit.estimate);
+    });
+    (is_known && result.size() >= first ? others : result).push_back(candidate);
+  }
+  result.insert(result.end(), others.begin(), others.end());
+  return result;
 }
 
 }  // namespace silvafit::fit

@@ -44,11 +44,11 @@ std::vector<LocalOptimum> optima_of(const Candidate& best,
                                     const std::vector<Candidate>& candidates,
                                     bool is_marginal);
 
-/// The best candidates of a list, the best first.
-std::vector<const Candidate*> best_few(const std::vector<Candidate>& candidates, std::size_t count);
-
-/// Those of the highest rank, whether or not they have converged, the highest first.
-std::vector<const Candidate*> highest_few(const std::vector<Candidate>& candidates,
-                                          std::size_t count);
+/// All of them, whether or not they have converged, those of the highest rank first, but after some
+/// the highest ones of other regions: the highest start does not always lead to the highest
+/// optimum.
+/// \param first  how many come by their rank alone
+std::vector<const Candidate*> spread_out(const std::vector<Candidate>& candidates,
+                                         std::size_t first);
 
 }  // namespace silvafit::fit

@@ -144,17 +144,21 @@ bool FixedPoints::is_rugged() const {
 }
 
 /// Further starts where a surface has many fixed points: coefficients of groups as the best fit
-/// describes them.
+/// describes them, and again from a better one.
 void FixedPoints::explore() {
-  if (!is_rugged()) return;
   constexpr std::uint64_t kStarts = 8;
-  const MixedEffectsFit best = best_of(candidates_).fit;
-  const std::size_t known = candidates_.size();
-  for (std::uint64_t k = 0; k < kStarts && !budget_.is_spent(); ++k) {
-    linearize_from({.coefficients = drawn_group(model_, best, k), .origin = "a drawn group"},
-                   Persistence::kOnce);
+  constexpr std::uint64_t kRounds = 3;
+  for (std::uint64_t round = 0; round < kRounds && is_rugged(); ++round) {
+    const MixedEffectsFit best = best_of(candidates_).fit;
+    const double before = best_of(candidates_).rank;
+    for (std::uint64_t k = 0; k < kStarts && !budget_.is_spent(); ++k) {
+      linearize_from({.coefficients = drawn_group(model_, best, round * kStarts + k),
+                      .origin = "a drawn group"},
+                     Persistence::kOnce);
+    }
+    rank();
+    if (!(best_of(candidates_).rank > before + kSlack)) return;
   }
-  if (candidates_.size() > known) rank();
 }
 
 void FixedPoints::compare() {
@@ -203,11 +207,13 @@ void FixedPoints::finish_given_up() {
 /// from which it goes on.
 void FixedPoints::follow_to_maxima() {
   constexpr int kRounds = 3;
-  constexpr std::size_t kBest = 3;
+  constexpr std::size_t kBest = 4;
   for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
     const std::size_t known = candidates_.size();
     std::vector<MixedEffectsFit> starts;
-    for (const Candidate* const candidate : highest_few(candidates_, kBest)) {
+    std::vector<const Candidate*> best = spread_out(candidates_, kBest - 1);
+    best.resize(std::min(kBest, best.size()));
+    for (const Candidate* const candidate : best) {
       if (!candidate->is_followed) starts.push_back(candidate->fit);
     }
     for (Candidate& candidate : candidates_) {
@@ -241,8 +247,9 @@ void FixedPoints::follow_to_maximum(const MixedEffectsFit& start) {
     add_candidate(candidates_, {.fit = *std::move(found), .origin = origin});
   }
   if (!has_several_ends()) return;
-  linearize_from(
-      {.coefficients = maximum->estimate, .origin = origin}, Persistence::kOnce, kVeryNarrow);
+  const StartingPoint point{.coefficients = maximum->estimate, .origin = origin};
+  linearize_from(point, Persistence::kOnce, kVeryNarrow);
+  linearize_from(point, Persistence::kOnce);
 }
 
 void FixedPoints::add_without_random_effects(std::vector<ContainedModel>& contained) const {

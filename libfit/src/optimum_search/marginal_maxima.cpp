@@ -64,7 +64,11 @@ void MarginalMaxima::rank_ends() {
   if (invalid != maxima_.end()) reason = invalid->obstacle;
   for (Candidate& candidate : maxima_) {
     candidate.rank = value_at(candidate.fit, Integration::kInteraction);
-    if (reason) candidate.obstacle = *reason;
+    if (!reason) continue;
+    candidate.obstacle = *reason;
+    if (candidate.fit.convergence.status == ConvergenceStatus::kDiverged) {
+      candidate.fit.convergence.verdict.clear();
+    }
   }
 }
 
@@ -80,7 +84,7 @@ double MarginalMaxima::value_at(const MixedEffectsFit& fit, Integration integrat
 std::vector<Candidate> MarginalMaxima::starts() {
   std::vector<Candidate> result = points_.all();
   if (!is_first_order()) add_first_order_maximum(result);
-  if (integration_ == Integration::kQuadrature) add_laplace_maxima(result);
+  if (is_quadrature()) add_laplace_maxima(result);
   for (Candidate& candidate : result) candidate.rank = value_at(candidate.fit, integration_);
   return result;
 }
@@ -118,12 +122,10 @@ void MarginalMaxima::follow(const std::vector<Candidate>& starts) {
   const std::size_t asked =
       options_.linearized.starts.size() + static_cast<std::size_t>(options_.spread_starts) / 4;
   // The maximum of Laplace's likelihood is as good a start for quadrature as there is.
-  const std::size_t usual = integration_ != Integration::kQuadrature ? 6
-                            : points_.has_several_ends()             ? 3
-                                                                     : 1;
+  const std::size_t usual = !is_quadrature() ? 6 : points_.has_several_ends() ? 3 : 1;
   const std::size_t most = usual + 3 * asked;
   std::vector<const MixedEffectsFit*> tried;
-  for (const Candidate* const start : highest_few(starts, starts.size())) {
+  for (const Candidate* const start : spread_out(starts, most / 2)) {
     const bool is_enough = tried.size() >= most || (tried.size() >= asked && budget_.is_spent());
     if (is_enough && has_converged(maxima_)) return;
     const bool is_tried = std::ranges::any_of(
@@ -152,8 +154,23 @@ void MarginalMaxima::follow_patiently() {
 
 void MarginalMaxima::add(Candidate candidate) {
   candidate.rank = candidate.fit.log_likelihood;
+  if (candidate.fit.convergence.converged() && has_diverged(model_, candidate.fit)) {
+    candidate.fit.convergence.status = ConvergenceStatus::kDiverged;
+    candidate.obstacle.status = ConvergenceStatus::kDiverged;
+  }
   add_candidate(maxima_, std::move(candidate));
 }
+
+/// Few points of quadrature lead near the maximum that more have, which is enough for a smaller
+/// structure.
+MarginalOptions MarginalMaxima::coarse_options() const {
+  constexpr int kFew = 3;
+  MarginalOptions result = options_.marginal;
+  result.quadrature_points = std::min(result.quadrature_points, kFew);
+  return result;
+}
+
+bool MarginalMaxima::is_quadrature() const { return integration_ == Integration::kQuadrature; }
 
 void MarginalMaxima::try_from(const MixedEffectsFit& start, const std::string& origin) {
   Obstacle obstacle;
@@ -174,8 +191,12 @@ void MarginalMaxima::compare_with_smaller() {
     if (budget_.is_spent() || maxima_.empty()) break;
     const MixedEffectsFit before = best_of(maxima_).fit;
     if (!std::isfinite(before.log_likelihood)) break;
-    const auto found =
-        marginal_from(smaller.model, reduced(before, smaller), integration_, options_.marginal);
+    auto found =
+        marginal_from(smaller.model, reduced(before, smaller), integration_, coarse_options());
+    if (found && is_quadrature()) {
+      found->log_likelihood =
+          marginal_log_likelihood(smaller.model, *found, integration_, options_.marginal);
+    }
     if (found) budget_.spend_evaluations(found->convergence.iterations);
     if (!found || !found->convergence.converged()) continue;
     const bool is_above = is_higher(*found, before);

@@ -33,6 +33,8 @@ class MarginalMaxima {
 
  private:
   bool is_first_order() const;
+  bool is_quadrature() const;
+  MarginalOptions coarse_options() const;
   double value_at(const MixedEffectsFit& fit, Integration integration) const;
   std::vector<Candidate> starts();
   void add_first_order_maximum(std::vector<Candidate>& starts);
