@@ -59,7 +59,8 @@ std::vector<double> basal_area_of_larger(const Inventory& inventory,
       for (; next < trees.size() && inventory.dbh_cm[trees[next]] == inventory.dbh_cm[trees[first]];
            ++next) {
         result[trees[next]] = larger_m2 / hectares;
-        equal_m2 += basal_area_m2(inventory.dbh_cm[trees[next]]);
+        equal_m2 +=
+            inventory.trees_represented(trees[next]) * basal_area_m2(inventory.dbh_cm[trees[next]]);
       }
       larger_m2 += equal_m2;
       first = next;
@@ -84,7 +85,8 @@ std::vector<double> crown_competition(const Inventory& inventory,
                                      inventory.dbh_cm[tree]),
                          {.column = kOpenGrownOption});
       }
-      crowns_m2.push_back(std::numbers::pi / 4.0 * widths_m[tree] * widths_m[tree]);
+      crowns_m2.push_back(inventory.trees_represented(tree) * std::numbers::pi / 4.0 *
+                          widths_m[tree] * widths_m[tree]);
     }
     // Summed in order of size, so that the order of the rows does not change the last digits.
     std::ranges::sort(crowns_m2);

@@ -18,6 +18,8 @@ namespace {
 
 constexpr char kOnlyPlot[] = "1";
 constexpr char kOnlySpecies[] = "unknown";
+/// Between a plot and a time, where files have none.
+constexpr char kSeparator = '\x1f';
 
 bool is_missing(std::string_view field) {
   return data::is_missing_field(field) || field == "NaN" || field == "nan";
@@ -173,6 +175,7 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
 /// Rows of trees that are dead or gone, unless they are to be used.
 bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus status) {
   if (status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude) return false;
+  if (options_.keeps_measurements) return false;
   if (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors) return false;
   exclude(row, status_.header(), row.status, fmt::format("the tree is {}", name_of(status)));
   result_.excluded.back().is_problem = false;
@@ -210,6 +213,9 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
     const std::string& column = plan_.measures[problem.measure].text;
     // A field that is no number is reported as such, not also as missing.
     if (std::isnan(value) && !row.unreadable.empty()) continue;
+    // A dead or cut tree is known by its row; it is not measured.
+    const bool is_at_end = options_.keeps_measurements && status != TreeStatus::kAlive;
+    if (is_at_end && std::isnan(value) && problem.measure == kDbh) continue;
     if (problem.measure == kHcb && value >= row.measures[kH]) ++crown_base_above_top_;
     exclude(row, column, std::isnan(value) ? "" : data::shortest(value), std::move(problem.reason));
     excluded = true;
@@ -244,6 +250,7 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   if (plan_.time_field) {
     is_missing(row.time) ? times_.append_missing() : times_.append(row.time);
   }
+  if (options_.keeps_measurements && plan_.status_field) inventory.status.push_back(status);
   if (plan_.stand_field && !is_missing(row.stand)) {
     shared_labels_.add(row.labels[kPlot], row.stand);
   }
@@ -300,9 +307,35 @@ void InventoryReader::count_findings() {
   const Inventory& inventory = result_.inventory;
   for (std::size_t i = 0; i < inventory.size(); ++i) {
     if (inventory.species.is_missing(i)) ++without_species_;
-    if (std::isnan(inventory.dbh_cm[i])) ++without_dbh_;
+    const bool is_alive = inventory.status.empty() || inventory.status[i] == TreeStatus::kAlive;
+    if (is_alive && std::isnan(inventory.dbh_cm[i])) ++without_dbh_;
   }
   odd_values_.add(inventory);
+}
+
+/// The rules of trees with one number hold within each time of measurement.
+void InventoryReader::keep_measurements() {
+  Inventory& inventory = result_.inventory;
+  inventory.time = times_;
+  if (times_.size() == 0) {
+    resolve_repeated_trees(
+        plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+    return;
+  }
+  data::TextColumn labels;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    labels.append(fmt::format("{}{}{}", inventory.plot[row], kSeparator, times_[row]));
+  }
+  inventory.plot = std::move(labels);
+  resolve_repeated_trees(plan_.labels[kTree].text, {}, result_, kept_rows_, repeated_numbers_);
+  const auto plot_in = [](std::string_view label) {
+    return label.substr(0, label.find(kSeparator));
+  };
+  data::TextColumn plots;
+  for (std::size_t row = 0; row < inventory.size(); ++row)
+    plots.append(plot_in(inventory.plot[row]));
+  inventory.plot = std::move(plots);
+  for (ExcludedRow& row : result_.excluded) row.plot = plot_in(row.plot);
 }
 
 void InventoryReader::find_plots_left_out() {
@@ -325,6 +358,8 @@ std::string InventoryReader::note_on_dead() const {
   const bool has_dead = status_.dead() > 0;
   if (options_.dead == DeadTrees::kInclude) {
     text += ", all used as living trees";
+  } else if (options_.keeps_measurements) {
+    text += ", which are mortality and cut at the end of a period";
   } else if (options_.dead == DeadTrees::kNeighbors && has_dead) {
     text += "; dead trees are neighbors only, the others are skipped";
   } else if (has_dead || status_.gone() > 0) {
@@ -396,7 +431,12 @@ CheckedInventory InventoryReader::read() {
   while (read_block()) {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
-  resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+  if (options_.keeps_measurements) {
+    keep_measurements();
+  } else {
+    resolve_repeated_trees(
+        plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+  }
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
   if (result_.inventory.size() == 0) refuse_empty(describe_excluded(result_));

@@ -91,6 +91,7 @@ class InventoryReader {
   void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
   void read_other_columns();
   void count_findings();
+  void keep_measurements();
   void find_plots_left_out();
   [[noreturn]] void refuse_empty(const std::string& excluded) const;
 

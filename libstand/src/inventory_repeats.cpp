@@ -212,10 +212,12 @@ void keep_rows(const std::vector<std::size_t>& rows,
   for (std::size_t i = 0; i < kMeasureCount; ++i) select(values_of(inventory, i));
   select(inventory.lines);
   select(inventory.neighbor_only);
+  select(inventory.status);
   select(positions);
   select_text(inventory.plot);
   select_text(inventory.tree);
   select_text(inventory.species);
+  if (inventory.time.size() > 0) select_text(inventory.time);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Running mean and standard deviation.
+// Running mean and standard deviation, with weights.
 #pragma once
 
 #include <cmath>
@@ -9,27 +9,33 @@
 
 namespace silvafit::stand {
 
-/// Welford's recurrence, which loses no digits if the mean is large. Missing values are
-/// skipped.
+/// Welford's recurrence, which loses no digits if the mean is large (with weights: West 1979).
+/// Missing values are skipped.
 class Moments {
  public:
-  void add(double value) {
+  /// \param weight  > 0; the unit of weights does not matter
+  void add(double value, double weight = 1.0) {
     if (std::isnan(value)) return;
     ++count_;
+    weights_ += weight;
     const double deviation = value - mean_;
-    mean_ += deviation / static_cast<double>(count_);
-    squares_ += deviation * (value - mean_);
+    mean_ += deviation * weight / weights_;
+    squares_ += weight * deviation * (value - mean_);
   }
 
   /// NaN without values.
   double mean() const { return count_ > 0 ? mean_ : data::kMissing; }
-  /// With n - 1; NaN for fewer than two values.
+  /// With n - 1; NaN for fewer than two values. With weights: their sum times (n - 1) / n is
+  /// divided by, which is n - 1 for equal ones.
   double standard_deviation() const {
-    return count_ > 1 ? std::sqrt(squares_ / static_cast<double>(count_ - 1)) : data::kMissing;
+    if (count_ < 2) return data::kMissing;
+    const auto n = static_cast<double>(count_);
+    return std::sqrt(squares_ / (weights_ * (n - 1.0) / n));
   }
 
  private:
   std::size_t count_ = 0;
+  double weights_ = 0.0;
   double mean_ = 0.0;
   double squares_ = 0.0;
 };

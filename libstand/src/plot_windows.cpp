@@ -92,7 +92,7 @@ class Assignment {
     for (const NamedWindow& window : given) by_plot_.try_emplace(window.plot, &window);
   }
 
-  void run(SearchScope scope, PlotWindows& result);
+  void run(SearchScope scope, bool may_lack, PlotWindows& result);
 
  private:
   const NamedWindow* named(const std::optional<std::string>& plot) const {
@@ -104,7 +104,7 @@ class Assignment {
   std::map<std::optional<std::string>, const NamedWindow*> by_plot_{};
 };
 
-void Assignment::run(SearchScope scope, PlotWindows& result) {
+void Assignment::run(SearchScope scope, bool may_lack, PlotWindows& result) {
   const std::vector<std::string>& names = inventory_.plot.levels();
   std::vector<std::string> missing;
   std::vector<std::size_t> in_stand;
@@ -121,6 +121,10 @@ void Assignment::run(SearchScope scope, PlotWindows& result) {
   const NamedWindow* stand = named(std::nullopt);
   if (stand == nullptr) {
     for (const std::size_t plot : in_stand) missing.push_back(names[plot]);
+  }
+  if (may_lack && !missing.empty()) {
+    result.plots_without_window = std::move(missing);
+    return;
   }
   if (!missing.empty()) {
     throw InputError(fmt::format("no window for plot {}", data::list_of(missing)),
@@ -152,12 +156,13 @@ const Window* PlotWindows::window_of(const Inventory& inventory, std::size_t tre
 PlotWindows plot_windows(const Inventory& inventory,
                          const std::vector<NamedWindow>& given,
                          SearchScope scope,
-                         AssumedWindow assumed) {
+                         AssumedWindow assumed,
+                         bool may_lack) {
   PlotWindows result;
   result.domain_of_plot.resize(inventory.plot.levels().size());
-  result.is_assumed = given.empty();
-  if (!given.empty()) {
-    Assignment(inventory, given).run(scope, result);
+  result.is_assumed = given.empty() && !may_lack;
+  if (!result.is_assumed) {
+    Assignment(inventory, given).run(scope, may_lack, result);
   } else if (scope == SearchScope::kStand) {
     assume_stand(inventory, assumed, result);
   } else {

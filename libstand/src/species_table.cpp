@@ -22,6 +22,7 @@ struct SpeciesMember {
   std::size_t species = 0;  ///< code; the number of species for trees without species
   std::size_t plot = 0;
   std::size_t layer = 0;
+  double represented = 1.0;  ///< trees
   double basal_area_m2 = 0.0;
   /// Area, and quadrat within it, or the plot.
   std::tuple<std::size_t, long long, long long> quadrat{};
@@ -44,8 +45,10 @@ std::vector<Importance> importance_of(const std::vector<const SpeciesMember*>& m
   std::vector<Importance> result(species_count);
   std::set<std::pair<std::size_t, std::tuple<std::size_t, long long, long long>>> occurrences;
   double basal_m2 = 0.0;
+  double stems = 0.0;
   for (const SpeciesMember* member : members) {
-    result[member->species].relative_density += 1.0;
+    result[member->species].relative_density += member->represented;
+    stems += member->represented;
     result[member->species].relative_dominance += member->basal_area_m2;
     basal_m2 += member->basal_area_m2;
     occurrences.emplace(member->species, member->quadrat);
@@ -54,7 +57,7 @@ std::vector<Importance> importance_of(const std::vector<const SpeciesMember*>& m
   for (const auto& [species, quadrat] : occurrences) result[species].relative_frequency += 1.0;
   if (members.empty()) return result;
   for (Importance& importance : result) {
-    importance.relative_density *= 100.0 / static_cast<double>(members.size());
+    importance.relative_density *= 100.0 / stems;
     importance.relative_frequency *= 100.0 / static_cast<double>(occurrences.size());
     importance.relative_dominance *= 100.0 / basal_m2;
     importance.value = (importance.relative_density + importance.relative_frequency +
@@ -139,7 +142,9 @@ void TableMaker::add_members() {
           .plot = inventory_.plot.code(tree),
           .layer = options_.layers.layer_of(inventory_.h_m.empty() ? data::kMissing
                                                                    : inventory_.h_m[tree]),
-          .basal_area_m2 = basal_area_m2(inventory_.dbh_cm[tree])};
+          .represented = inventory_.trees_represented(tree),
+          .basal_area_m2 =
+              inventory_.trees_represented(tree) * basal_area_m2(inventory_.dbh_cm[tree])};
       if (options_.quadrat_m > 0.0) {
         const Window& window = *areas_[area].window;
         const Point low = window.low();

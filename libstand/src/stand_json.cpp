@@ -13,22 +13,27 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json figures_json(const StandFigures& figures) {
-  return {{"trees", figures.trees},
-          {"area_ha", number_or_null(figures.area_ha)},
-          {"stems_per_ha", number_or_null(figures.stems_per_ha)},
-          {"basal_area_m2_per_ha", number_or_null(figures.basal_area_m2_per_ha)},
-          {"mean_dbh_cm", number_or_null(figures.mean_dbh_cm)},
-          {"sd_dbh_cm", number_or_null(figures.sd_dbh_cm)},
-          {"quadratic_mean_dbh_cm", number_or_null(figures.quadratic_mean_dbh_cm)},
-          {"mean_height_m", number_or_null(figures.mean_height_m)},
-          {"sd_height_m", number_or_null(figures.sd_height_m)},
-          {"lorey_height_m", number_or_null(figures.lorey_height_m)},
-          {"dominant_height_m", number_or_null(figures.dominant_height_m)},
-          {"crown_cover_percent", number_or_null(figures.crown_cover_percent)},
-          {"trees_without_crown_width", figures.trees_without_crown_width},
-          {"dominant_trees", figures.dominant_trees},
-          {"dominant_trees_without_height", figures.dominant_trees_without_height}};
+ordered_json figures_json(const StandFigures& figures, const std::vector<std::string>& names) {
+  ordered_json result{{"trees", figures.trees},
+                      {"area_ha", number_or_null(figures.area_ha)},
+                      {"stems_per_ha", number_or_null(figures.stems_per_ha)},
+                      {"basal_area_m2_per_ha", number_or_null(figures.basal_area_m2_per_ha)},
+                      {"mean_dbh_cm", number_or_null(figures.mean_dbh_cm)},
+                      {"sd_dbh_cm", number_or_null(figures.sd_dbh_cm)},
+                      {"quadratic_mean_dbh_cm", number_or_null(figures.quadratic_mean_dbh_cm)},
+                      {"mean_height_m", number_or_null(figures.mean_height_m)},
+                      {"sd_height_m", number_or_null(figures.sd_height_m)},
+                      {"lorey_height_m", number_or_null(figures.lorey_height_m)},
+                      {"dominant_height_m", number_or_null(figures.dominant_height_m)},
+                      {"crown_cover_percent", number_or_null(figures.crown_cover_percent)},
+                      {"trees_without_crown_width", figures.trees_without_crown_width},
+                      {"dominant_trees", figures.dominant_trees},
+                      {"dominant_trees_without_height", figures.dominant_trees_without_height}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    result[names[i] + "_per_ha"] = number_or_null(figures.quantities_per_ha[i]);
+    result["trees_without_" + names[i]] = figures.trees_without_quantity[i];
+  }
+  return result;
 }
 
 ordered_json clark_evans_json(const std::optional<ClarkEvans>& result) {
@@ -49,6 +54,11 @@ ordered_json estimate_json(const Estimate& estimate) {
           {"total_standard_error", number_or_null(estimate.total_standard_error)}};
 }
 
+ordered_json mean_json(const Mean& mean) {
+  return {{"value", number_or_null(mean.value)},
+          {"standard_error", number_or_null(mean.standard_error)}};
+}
+
 ordered_json importance_json(const Importance& importance) {
   return {{"relative_density", number_or_null(importance.relative_density)},
           {"relative_frequency", number_or_null(importance.relative_frequency)},
@@ -61,8 +71,9 @@ ordered_json importance_json(const Importance& importance) {
 ordered_json areas_json(const StandReport& report) {
   ordered_json list = ordered_json::array();
   for (const AreaReport& area : report.areas) {
-    ordered_json entry{{"plot", text_or_null(area.area.name)}};
-    entry.update(figures_json(area.figures));
+    ordered_json entry{{"plot", text_or_null(area.area.name)},
+                       {"stratum", text_or_null(area.stratum)}};
+    entry.update(figures_json(area.figures, report.quantities));
     entry["clark_evans"] = clark_evans_json(area.clark_evans);
     list.push_back(std::move(entry));
   }
@@ -79,7 +90,12 @@ ordered_json strata_json(const StandReport& report) {
                     {"sampled_ha", number_or_null(stratum.sampled_ha)},
                     {"area_ha", number_or_null(stratum.area_ha)},
                     {"stems", estimate_json(stratum.stems)},
-                    {"basal_area_m2", estimate_json(stratum.basal_area_m2)}});
+                    {"basal_area_m2", estimate_json(stratum.basal_area_m2)},
+                    {"mean_height_m", mean_json(stratum.mean_height_m)},
+                    {"quadratic_mean_dbh_cm", mean_json(stratum.quadratic_mean_dbh_cm)}});
+    for (std::size_t i = 0; i < report.quantities.size(); ++i) {
+      list.back()[report.quantities[i]] = estimate_json(stratum.quantities[i]);
+    }
   }
   return list;
 }
@@ -88,7 +104,7 @@ ordered_json species_json(const StandReport& report) {
   ordered_json list = ordered_json::array();
   for (const SpeciesRow& row : report.species) {
     ordered_json entry{{"species", text_or_null(row.species)}};
-    entry.update(figures_json(row.figures));
+    entry.update(figures_json(row.figures, report.quantities));
     entry["basal_area_m2"] = number_or_null(row.basal_area_m2);
     entry["all"] = importance_json(row.all);
     entry["layers"] = ordered_json::object();
@@ -163,7 +179,7 @@ ordered_json json_of(const StandReport& report) {
   return {{"dominant_trees_per_ha", report.dominant_trees_per_ha},
           {"quadrat_m", report.quadrat_m > 0.0 ? ordered_json(report.quadrat_m) : nullptr},
           {"areas", areas_json(report)},
-          {"all", figures_json(report.all)},
+          {"all", figures_json(report.all, report.quantities)},
           {"strata", strata_json(report)},
           {"species", species_json(report)},
           {"diameters", diameters_json(report)},

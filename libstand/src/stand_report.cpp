@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string_view>
 #include <utility>
 
@@ -20,8 +21,11 @@ constexpr double kQuadratMeters = 10.0;
 
 class ReportMaker {
  public:
-  ReportMaker(const Inventory& inventory, const StandReportOptions& options)
-      : inventory_(inventory), options_(options) {}
+  /// \param sample  none: the inventory has no sampling design, or its areas are given otherwise
+  ReportMaker(const Inventory& inventory,
+              const StandReportOptions& options,
+              const DesignedSample* sample)
+      : inventory_(inventory), options_(options), sample_(sample) {}
 
   StandReport run();
 
@@ -33,22 +37,31 @@ class ReportMaker {
   data::TextColumn stratum_column() const;
   void check_one_stratum(const SampledArea& area, const data::TextColumn& column) const;
   std::vector<std::string> strata_of(std::vector<SampledArea>& areas);
+  std::vector<std::string> strata_of_table(const std::vector<SampledArea>& areas);
   void add_structure();
   std::string outside_text(bool are_neighbors) const;
   void add_species(const std::vector<SampledArea>& areas);
   void note_single_plots();
+  StructuralUnits compute_units() const;
   AreaReport report_on(SampledArea area) const;
-  void add_figures(std::vector<SampledArea> areas);
+  void add_figures(std::vector<SampledArea> areas, const std::vector<std::string>& strata);
   void note_dominant_height();
 
   const Inventory& inventory_;
   const StandReportOptions& options_;
+  const DesignedSample* sample_;
   StandReport report_{};
+  std::map<std::string, double> stratum_sizes_{};
+  bool are_weights_ = false;
   std::size_t outside_ = 0;         ///< trees with a position that are outside of a window
   std::size_t without_window_ = 0;  ///< trees with a position whose plot has no window
 };
 
 std::vector<SampledArea> ReportMaker::find_areas() {
+  if (sample_ != nullptr) {
+    report_.notes = sample_->notes;
+    return sample_->areas;
+  }
   const bool has_window = !options_.units.windows.empty();
   if (options_.plot_area_m2 && has_window) {
     throw UsageError("use either --plot-area or windows (--window, --circle), not both",
@@ -85,6 +98,17 @@ void ReportMaker::note_plots_without_window(const PlotWindows& windows) {
       counted(names.size(), "plot is", "plots are"),
       counted(without_window_, "tree", "trees"),
       data::list_of(names)));
+}
+
+/// Strata are in the table of plots, which plots without trees have, too.
+std::vector<std::string> ReportMaker::strata_of_table(const std::vector<SampledArea>& areas) {
+  DesignStrata strata = strata_of_plots(*options_.design.plots, areas);
+  report_.notes.insert(report_.notes.end(), strata.notes.begin(), strata.notes.end());
+  if (stratum_sizes_.empty()) {
+    stratum_sizes_ = std::move(strata.sizes);
+    are_weights_ = strata.are_weights;
+  }
+  return std::move(strata.stratum_of_area);
 }
 
 /// Their trees are unknown, so they are not plots without trees.
@@ -164,7 +188,10 @@ void ReportMaker::check_one_stratum(const SampledArea& area, const data::TextCol
 /// The stratum of each area; areas without trees have none and are removed from the list.
 std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas) {
   std::vector<std::string> strata;
-  if (options_.stratum.empty()) return strata;
+  if (options_.stratum.empty()) {
+    const bool has_table = options_.design.plots && options_.design.plots->has_stratum;
+    return has_table ? strata_of_table(areas) : strata;
+  }
   const data::TextColumn column = stratum_column();
   std::vector<std::string> without_stratum;
   const auto left_out =
@@ -192,14 +219,24 @@ std::vector<std::string> ReportMaker::strata_of(std::vector<SampledArea>& areas)
   return strata;
 }
 
+StructuralUnits ReportMaker::compute_units() const {
+  StructuralUnitOptions options = options_.units;
+  options.plot_area_m2 = options_.plot_area_m2;
+  const bool has_circles = sample_ != nullptr && !sample_->complete_circles.empty();
+  return has_circles ? structural_units_of_sample(inventory_, *sample_, options)
+                     : structural_units(inventory_, options);
+}
+
 void ReportMaker::add_structure() {
   if (!inventory_.has_coordinates()) {
     report_.notes.emplace_back("no tree positions, therefore no structural units");
     return;
   }
-  StructuralUnitOptions options = options_.units;
-  options.plot_area_m2 = options_.plot_area_m2;
-  report_.units = structural_units(inventory_, options);
+  if (sample_ != nullptr && sample_->complete_circles.empty() && options_.design.chooses_trees()) {
+    report_.notes.emplace_back("neighborhoods of this design are unknown: no structural units");
+    return;
+  }
+  report_.units = compute_units();
   for (const std::string& note : report_.units->notes) {
     if (note != outside_note(outside_, options_.units.edge)) {
       report_.notes.push_back(note);
@@ -227,6 +264,11 @@ void ReportMaker::add_species(const std::vector<SampledArea>& areas) {
   report_.quadrat_m = options.quadrat_m;
   report_.dominant_trees_per_ha = options.dominant_trees_per_ha;
   report_.species = species_table(inventory_, areas, options);
+  if (std::ranges::all_of(areas, &SampledArea::has_area)) return;
+  for (SpeciesRow& row : report_.species) {
+    row.figures.area_ha = data::kMissing;
+    row.basal_area_m2 = data::kMissing;
+  }
 }
 
 /// Why standard errors are missing where a stratum has one plot.
@@ -272,6 +314,7 @@ AreaReport ReportMaker::report_on(SampledArea area) const {
   AreaReport report;
   report.figures =
       stand_figures(inventory_, area.trees, area.area_m2, options_.species.dominant_trees_per_ha);
+  if (!area.has_area) report.figures.area_ha = data::kMissing;
   if (area.window) {
     std::vector<Point> points;
     for (const std::size_t tree : area.trees) {
@@ -283,7 +326,8 @@ AreaReport ReportMaker::report_on(SampledArea area) const {
   return report;
 }
 
-void ReportMaker::add_figures(std::vector<SampledArea> areas) {
+void ReportMaker::add_figures(std::vector<SampledArea> areas,
+                              const std::vector<std::string>& strata) {
   std::vector<std::size_t> trees;
   double area_m2 = 0.0;
   for (const SampledArea& area : areas) {
@@ -291,16 +335,25 @@ void ReportMaker::add_figures(std::vector<SampledArea> areas) {
     area_m2 += area.area_m2;
   }
   report_.all = stand_figures(inventory_, trees, area_m2, options_.species.dominant_trees_per_ha);
+  const bool have_areas = std::ranges::all_of(areas, &SampledArea::has_area);
+  if (!have_areas) report_.all.area_ha = data::kMissing;
   if (std::string note = note_on_crown_cover(report_.all); !note.empty()) {
     report_.notes.push_back(std::move(note));
   }
   report_.diameters = diameter_distribution(inventory_, trees, area_m2, options_.diameter_class_cm);
-  for (SampledArea& area : areas) report_.areas.push_back(report_on(std::move(area)));
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    report_.areas.push_back(report_on(std::move(areas[i])));
+    if (!strata.empty()) report_.areas.back().stratum = strata[i];
+  }
 }
 
 StandReport ReportMaker::run() {
+  stratum_sizes_ = options_.stratum_areas_ha;
+  for (const TreeQuantity& quantity : inventory_.quantities) {
+    report_.quantities.push_back(quantity.name + "_" + quantity.unit);
+  }
   std::vector<SampledArea> areas = find_areas();
-  note_trees_left_out(areas);
+  if (sample_ == nullptr) note_trees_left_out(areas);
   note_plots_left_out();
   const std::vector<std::string> strata = strata_of(areas);
   if (areas.empty()) {
@@ -311,9 +364,9 @@ StandReport ReportMaker::run() {
   }
   add_structure();
   add_species(areas);
-  report_.strata = stratum_figures(inventory_, areas, strata, options_.stratum_areas_ha);
+  report_.strata = stratum_figures(inventory_, areas, strata, stratum_sizes_, are_weights_);
   note_single_plots();
-  add_figures(std::move(areas));
+  add_figures(std::move(areas), strata);
   note_dominant_height();
   return std::move(report_);
 }
@@ -321,7 +374,16 @@ StandReport ReportMaker::run() {
 }  // namespace
 
 StandReport stand_report(const Inventory& inventory, const StandReportOptions& options) {
-  return ReportMaker(inventory, options).run();
+  const bool has_areas = !options.units.windows.empty() || options.plot_area_m2.has_value();
+  if (options.design.chooses_trees() && has_areas) {
+    throw UsageError("the sampling design gives the areas; omit --window, --circle and --plot-area",
+                     {.column = options.plot_area_m2 ? "--plot-area" : "--window"});
+  }
+  if (!options.design.is_given() || has_areas) {
+    return ReportMaker(inventory, options, nullptr).run();
+  }
+  const DesignedSample sample = sample_of(inventory, options.design);
+  return ReportMaker(with_represented(inventory, sample), options, &sample).run();
 }
 
 }  // namespace silvafit::stand

@@ -2,12 +2,10 @@
 #include "silvafit/stand/stand_summary.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "density_indices.hpp"
 #include "moments.hpp"
@@ -31,8 +29,11 @@ void set_dominant_height(const Inventory& inventory,
   const auto height = [&inventory](std::size_t tree) {
     return std::isnan(inventory.h_m[tree]) ? 0.0 : inventory.h_m[tree];
   };
-  const auto count =
-      std::clamp<std::size_t>(static_cast<std::size_t>(std::llround(wanted)), 1, order.size());
+  const bool is_weighted = !inventory.represented.empty();
+  const auto count = is_weighted
+                         ? order.size()
+                         : std::clamp<std::size_t>(
+                               static_cast<std::size_t>(std::llround(wanted)), 1, order.size());
   std::partial_sort(order.begin(),
                     order.begin() + static_cast<std::ptrdiff_t>(count),
                     order.end(),
@@ -41,112 +42,21 @@ void set_dominant_height(const Inventory& inventory,
                              std::pair(inventory.dbh_cm[right], height(right));
                     });
   Moments heights;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (std::isnan(inventory.h_m[order[i]])) {
+  double represented = 0.0;
+  std::size_t used = 0;
+  for (; used < count && (represented < wanted || used == 0); ++used) {
+    const double own = inventory.trees_represented(order[used]);
+    // Of the last tree only as many as are missing.
+    const double weight = is_weighted && used > 0 ? std::min(own, wanted - represented) : own;
+    represented += is_weighted ? own : 0.0;
+    if (std::isnan(inventory.h_m[order[used]])) {
       ++figures.dominant_trees_without_height;
     } else {
-      heights.add(inventory.h_m[order[i]]);
+      heights.add(inventory.h_m[order[used]], weight);
     }
   }
-  figures.dominant_trees = count;
+  figures.dominant_trees = used;
   figures.dominant_height_m = heights.mean();
-}
-
-/// The values of each plot of a stratum.
-struct Sample {
-  std::vector<double> counted{};
-  std::vector<double> area_ha{};
-};
-
-Estimate ratio_estimate(const Sample& sample) {
-  const auto n = static_cast<double>(sample.counted.size());
-  double counted = 0.0;
-  double area = 0.0;
-  for (std::size_t i = 0; i < sample.counted.size(); ++i) {
-    counted += sample.counted[i];
-    area += sample.area_ha[i];
-  }
-  Estimate estimate{.per_ha = counted / area,
-                    .standard_error = data::kMissing,
-                    .total = data::kMissing,
-                    .total_standard_error = data::kMissing};
-  if (sample.counted.size() < 2) return estimate;
-  double squares = 0.0;
-  for (std::size_t i = 0; i < sample.counted.size(); ++i) {
-    const double deviation = sample.counted[i] - estimate.per_ha * sample.area_ha[i];
-    squares += deviation * deviation;
-  }
-  estimate.standard_error = std::sqrt(squares / (n * (n - 1.0))) / (area / n);
-  return estimate;
-}
-
-void add_total(Estimate& estimate, double area_ha) {
-  estimate.total = estimate.per_ha * area_ha;
-  estimate.total_standard_error = estimate.standard_error * area_ha;
-}
-
-/// Sum over independent strata.
-Estimate stratified(const std::vector<StratumFigures>& strata, Estimate StratumFigures::*what) {
-  double area = 0.0;
-  double total = 0.0;
-  double variance = 0.0;
-  for (const StratumFigures& stratum : strata) {
-    const Estimate& part = stratum.*what;
-    area += stratum.area_ha;
-    total += part.total;
-    variance += part.total_standard_error * part.total_standard_error;
-  }
-  return {.per_ha = total / area,
-          .standard_error = std::sqrt(variance) / area,
-          .total = total,
-          .total_standard_error = std::sqrt(variance)};
-}
-
-StratumFigures figures_of_plots(const Inventory& inventory,
-                                const std::vector<SampledArea>& areas,
-                                const std::vector<std::size_t>& members,
-                                std::string name) {
-  StratumFigures result{
-      .name = std::move(name), .plots = members.size(), .area_ha = data::kMissing};
-  Sample stems;
-  Sample basal_areas;
-  for (const std::size_t member : members) {
-    const SampledArea& area = areas[member];
-    const double hectares = area.area_m2 / kSquareMetersPerHectare;
-    double basal_m2 = 0.0;
-    for (const std::size_t tree : area.trees) basal_m2 += basal_area_m2(inventory.dbh_cm[tree]);
-    result.trees += area.trees.size();
-    result.sampled_ha += hectares;
-    stems.counted.push_back(static_cast<double>(area.trees.size()));
-    stems.area_ha.push_back(hectares);
-    basal_areas.counted.push_back(basal_m2);
-    basal_areas.area_ha.push_back(hectares);
-  }
-  result.stems = ratio_estimate(stems);
-  result.basal_area_m2 = ratio_estimate(basal_areas);
-  return result;
-}
-
-void check_stratum_areas(const std::set<std::string>& names,
-                         const std::map<std::string, double>& areas_ha) {
-  for (const auto& [name, area] : areas_ha) {
-    if (!names.contains(name)) {
-      throw UsageError(
-          fmt::format("unknown stratum '{}'; available: {}", name, fmt::join(names, ", ")),
-          {.column = "--stratum-area"});
-    }
-    if (!(area > 0.0) || std::isinf(area)) {
-      throw UsageError(fmt::format("the area of stratum '{}', {} ha, must be above 0", name, area),
-                       {.column = "--stratum-area"});
-    }
-  }
-  if (areas_ha.empty() || areas_ha.size() == names.size()) return;
-  for (const std::string& name : names) {
-    if (!areas_ha.contains(name)) {
-      throw UsageError(fmt::format("no area for stratum '{}'; give it with --stratum-area", name),
-                       {.column = "--stratum-area"});
-    }
-  }
 }
 
 }  // namespace
@@ -209,22 +119,39 @@ StandFigures stand_figures(const Inventory& inventory,
   double basal_with_height_m2 = 0.0;
   double basal_times_height = 0.0;
   double crowns_m2 = 0.0;
+  double count = 0.0;
   for (const std::size_t tree : trees) {
-    const double own_m2 = basal_area_m2(inventory.dbh_cm[tree]);
+    const double represented = inventory.trees_represented(tree);
+    const double own_m2 = represented * basal_area_m2(inventory.dbh_cm[tree]);
+    count += represented;
     basal_m2 += own_m2;
-    dbh.add(inventory.dbh_cm[tree]);
+    dbh.add(inventory.dbh_cm[tree], represented);
     if (!inventory.h_m.empty() && !std::isnan(inventory.h_m[tree])) {
-      heights.add(inventory.h_m[tree]);
+      heights.add(inventory.h_m[tree], represented);
       basal_with_height_m2 += own_m2;
       basal_times_height += own_m2 * inventory.h_m[tree];
     }
     if (inventory.cw_m.empty() || std::isnan(inventory.cw_m[tree])) {
       ++figures.trees_without_crown_width;
     } else {
-      crowns_m2 += std::numbers::pi / 4.0 * inventory.cw_m[tree] * inventory.cw_m[tree];
+      crowns_m2 +=
+          represented * std::numbers::pi / 4.0 * inventory.cw_m[tree] * inventory.cw_m[tree];
     }
   }
-  const auto count = static_cast<double>(trees.size());
+  for (const TreeQuantity& quantity : inventory.quantities) {
+    double sum = 0.0;
+    std::size_t without = 0;
+    for (const std::size_t tree : trees) {
+      if (std::isnan(quantity.values[tree])) {
+        ++without;
+      } else {
+        sum += inventory.trees_represented(tree) * quantity.values[tree];
+      }
+    }
+    const bool is_unknown = without > 0 && without == trees.size();
+    figures.quantities_per_ha.push_back(is_unknown ? data::kMissing : sum / figures.area_ha);
+    figures.trees_without_quantity.push_back(without);
+  }
   figures.stems_per_ha = count / figures.area_ha;
   figures.basal_area_m2_per_ha = basal_m2 / figures.area_ha;
   figures.mean_dbh_cm = dbh.mean();
@@ -286,51 +213,11 @@ std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
     const double number = class_of(inventory.dbh_cm[tree]) - lowest;
     DiameterClass& own = classes[static_cast<std::size_t>(number)];
     ++own.trees;
-    own.stems_per_ha += 1.0 / hectares;
-    own.basal_area_m2_per_ha += basal_area_m2(inventory.dbh_cm[tree]) / hectares;
+    const double represented = inventory.trees_represented(tree);
+    own.stems_per_ha += represented / hectares;
+    own.basal_area_m2_per_ha += represented * basal_area_m2(inventory.dbh_cm[tree]) / hectares;
   }
   return classes;
-}
-
-std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
-                                            const std::vector<SampledArea>& areas,
-                                            const std::vector<std::string>& stratum_of_area,
-                                            const std::map<std::string, double>& stratum_areas_ha) {
-  std::map<std::string, std::vector<std::size_t>> members;
-  std::vector<std::size_t> without;
-  std::vector<std::size_t> all;
-  for (std::size_t i = 0; i < areas.size(); ++i) {
-    const bool has_stratum = !stratum_of_area.empty() && !stratum_of_area[i].empty();
-    if (has_stratum) members[stratum_of_area[i]].push_back(i);
-    if (!has_stratum && !stratum_of_area.empty()) without.push_back(i);
-    if (has_stratum || stratum_areas_ha.empty()) all.push_back(i);
-  }
-  std::set<std::string> names;
-  for (const auto& [name, plots] : members) names.insert(name);
-  check_stratum_areas(names, stratum_areas_ha);
-  std::vector<StratumFigures> result;
-  for (const auto& [name, plots] : members) {
-    StratumFigures& stratum = result.emplace_back(figures_of_plots(inventory, areas, plots, name));
-    const auto area = stratum_areas_ha.find(name);
-    if (area == stratum_areas_ha.end()) continue;
-    stratum.area_ha = area->second;
-    add_total(stratum.stems, stratum.area_ha);
-    add_total(stratum.basal_area_m2, stratum.area_ha);
-  }
-  StratumFigures total = figures_of_plots(inventory, areas, all, "");
-  total.kind = StratumFigures::Kind::kAll;
-  if (!stratum_areas_ha.empty()) {
-    total.area_ha = 0.0;
-    for (const auto& [name, area] : stratum_areas_ha) total.area_ha += area;
-    total.stems = stratified(result, &StratumFigures::stems);
-    total.basal_area_m2 = stratified(result, &StratumFigures::basal_area_m2);
-  }
-  if (!without.empty()) {
-    StratumFigures& others = result.emplace_back(figures_of_plots(inventory, areas, without, ""));
-    others.kind = StratumFigures::Kind::kWithout;
-  }
-  result.push_back(std::move(total));
-  return result;
 }
 
 }  // namespace silvafit::stand

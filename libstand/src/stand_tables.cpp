@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A stand report as tables.
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -37,7 +38,7 @@ class Columns {
 };
 
 template <class Entry>
-void add_figures(Columns<Entry>& columns) {
+void add_figures(Columns<Entry>& columns, const std::vector<std::string>& quantities) {
   using Figures = StandFigures;
   const auto add = [&columns](const std::string& name, double Figures::*member) {
     columns.number(name, [member](const Entry& entry) { return entry.figures.*member; });
@@ -55,13 +56,21 @@ void add_figures(Columns<Entry>& columns) {
   add("lorey_height_m", &Figures::lorey_height_m);
   add("dominant_height_m", &Figures::dominant_height_m);
   add("crown_cover_percent", &Figures::crown_cover_percent);
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
+    columns.number(quantities[i] + "_per_ha",
+                   [i](const Entry& entry) { return entry.figures.quantities_per_ha[i]; });
+  }
 }
 
 data::Table areas_table(const StandReport& report) {
   using Area = AreaReport;
   Columns<Area> columns(report.areas);
   columns.text("plot", [](const Area& area) { return area.area.name; });
-  add_figures(columns);
+  const auto has_stratum = [](const Area& area) { return !area.stratum.empty(); };
+  if (std::ranges::any_of(report.areas, has_stratum)) {
+    columns.text("stratum", [](const Area& area) { return area.stratum; });
+  }
+  add_figures(columns, report.quantities);
   const auto add = [&columns](const std::string& name, double ClarkEvans::*member) {
     columns.number(name, [member](const Area& area) {
       return area.clark_evans ? (*area.clark_evans).*member : data::kMissing;
@@ -85,18 +94,31 @@ data::Table strata_table(const StandReport& report) {
                  [](const Stratum& stratum) { return static_cast<double>(stratum.trees); });
   columns.number("sampled_ha", [](const Stratum& stratum) { return stratum.sampled_ha; });
   columns.number("area_ha", [](const Stratum& stratum) { return stratum.area_ha; });
-  const auto add = [&columns](const std::string& name, Estimate Stratum::*what) {
+  using Pick = std::function<const Estimate&(const Stratum&)>;
+  const auto add = [&columns](const std::string& name, const Pick& pick) {
     const auto part = [&](const std::string& suffix, double Estimate::*member) {
       columns.number(name + suffix,
-                     [what, member](const Stratum& stratum) { return (stratum.*what).*member; });
+                     [pick, member](const Stratum& stratum) { return pick(stratum).*member; });
     };
     part("_per_ha", &Estimate::per_ha);
     part("_per_ha_se", &Estimate::standard_error);
     part("_total", &Estimate::total);
     part("_total_se", &Estimate::total_standard_error);
   };
-  add("stems", &Stratum::stems);
-  add("basal_area_m2", &Stratum::basal_area_m2);
+  add("stems", [](const Stratum& stratum) -> const Estimate& { return stratum.stems; });
+  add("basal_area_m2",
+      [](const Stratum& stratum) -> const Estimate& { return stratum.basal_area_m2; });
+  for (std::size_t i = 0; i < report.quantities.size(); ++i) {
+    add(report.quantities[i],
+        [i](const Stratum& stratum) -> const Estimate& { return stratum.quantities[i]; });
+  }
+  const auto add_mean = [&columns](const std::string& name, Mean Stratum::*what) {
+    columns.number(name, [what](const Stratum& stratum) { return (stratum.*what).value; });
+    columns.number(name + "_se",
+                   [what](const Stratum& stratum) { return (stratum.*what).standard_error; });
+  };
+  add_mean("mean_height_m", &Stratum::mean_height_m);
+  add_mean("quadratic_mean_dbh_cm", &Stratum::quadratic_mean_dbh_cm);
   // A stratum may be called "all".
   columns.text("kind", [](const Stratum& stratum) { return std::string(kind_of(stratum)); });
   return std::move(columns).table();
@@ -106,7 +128,7 @@ data::Table species_table(const StandReport& report) {
   using Row = SpeciesRow;
   Columns<Row> columns(report.species);
   columns.text("species", [](const Row& row) { return row.species; });
-  add_figures(columns);
+  add_figures(columns, report.quantities);
   columns.number("basal_area_m2", [](const Row& row) { return row.basal_area_m2; });
   using Pick = std::function<const Importance&(const Row&)>;
   const auto add = [&columns](const std::string& prefix, const Pick& pick) {

@@ -118,7 +118,8 @@ bool Calculator::needs_area() const {
 }
 
 void Calculator::find_windows() {
-  if (options_.windows.empty() && options_.edge == EdgeCorrection::kNone) {
+  const bool is_open = options_.windows.empty() && !options_.sampled;
+  if (is_open && options_.edge == EdgeCorrection::kNone) {
     // Every tree is a core tree, for any area.
     for (std::size_t i = 0; i < inventory_.size(); ++i) inside_.push_back(is_placed(i) ? 1 : 0);
     windows_.domain_of_plot.resize(inventory_.plot.levels().size());
@@ -128,7 +129,8 @@ void Calculator::find_windows() {
   windows_ = plot_windows(inventory_,
                           options_.windows,
                           options_.scope,
-                          is_torus ? AssumedWindow::kRectangle : AssumedWindow::kConvexHull);
+                          is_torus ? AssumedWindow::kRectangle : AssumedWindow::kConvexHull,
+                          options_.sampled.has_value());
   UnitFindings& findings = units_.findings;
   findings.on_windows = windows_.notes;
   findings.plots_without_window = PlotNames(windows_.plots_without_window);
@@ -366,6 +368,7 @@ void Calculator::compute_all() {
 
 /// The areas used by BAL and CCF.
 std::vector<SampledArea> Calculator::areas() {
+  if (options_.sampled) return *options_.sampled;
   const bool is_given = !options_.windows.empty();
   if (options_.plot_area_m2 && !is_given) {
     return sampled_areas(inventory_, *options_.plot_area_m2);

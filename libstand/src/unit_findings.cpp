@@ -91,23 +91,30 @@ std::vector<std::string> notes_of(const UnitFindings& findings,
   if (options.scope == SearchScope::kPlot) {
     refuse_shared_window(findings.plots_in_window_of_stand);
   }
-  refuse_all_outside(findings, file);
+  if (!options.sampled) refuse_all_outside(findings, file);
   std::vector<std::string> notes = findings.on_windows;
   if (!findings.plots_without_window.empty()) {
-    notes.push_back(
-        fmt::format("trees on one line have no convex hull, so there is no core tree in: {}",
-                    findings.plots_without_window.text()));
+    notes.push_back(fmt::format("{}, so there is no core tree in: {}",
+                                options.sampled ? "no circle of complete neighborhoods is known"
+                                                : "trees on one line have no convex hull",
+                                findings.plots_without_window.text()));
   }
   if (!findings.plots_without_density.empty()) {
     notes.push_back(fmt::format(
         "trees on one line have no area, so indices per hectare (BAL, CCF) are missing in: {}",
         findings.plots_without_density.text()));
   }
-  if (findings.outside > 0) notes.push_back(outside_note(findings.outside, options.edge));
+  if (findings.outside > 0 && !options.sampled) {
+    notes.push_back(outside_note(findings.outside, options.edge));
+  }
   if (!findings.plots_outside.empty()) {
-    notes.push_back(fmt::format(
-        "all trees are outside the window of plot {}; check that it has the same coordinates",
-        findings.plots_outside.text()));
+    const std::string plots = findings.plots_outside.text();
+    notes.push_back(
+        options.sampled
+            ? "no tree is within the circle of complete neighborhoods of plot " + plots
+            : fmt::format("all trees are outside the window of plot {}; check that it has the same "
+                          "coordinates",
+                          plots));
   }
   if (findings.with_cut_competitors > 0) {
     notes.push_back(

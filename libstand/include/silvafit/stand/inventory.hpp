@@ -16,8 +16,16 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/tree_status.hpp"
 
 namespace silvafit::stand {
+
+/// What an equation gives for each tree, such as its volume.
+struct TreeQuantity {
+  std::string name{};            ///< volume, biomass, carbon
+  std::string unit{};            ///< m3, kg
+  std::vector<double> values{};  ///< (N) NaN where the equation does not apply
+};
 
 /// Measured trees, N of them, in the order of the file. A measure has N values, NaN where it was
 /// not taken; it has none if the file has no such column.
@@ -46,6 +54,17 @@ struct Inventory {
   /// standing dead ones with DeadTrees::kNeighbors; none if there are no such trees.
   std::vector<char> neighbor_only{};
 
+  /// (N) Number of trees on the area of its plot that a tree stands for, by the sampling design;
+  /// none if it is one for all.
+  std::vector<double> represented{};
+
+  std::vector<TreeQuantity> quantities{};  ///< none, unless they were computed
+
+  /// Of repeated measurements only (InventoryOptions::keeps_measurements): year or date of each
+  /// row, as written, and whether the tree was alive then; none if the file has no such column.
+  data::TextColumn time{};
+  std::vector<TreeStatus> status{};
+
   /// Plots of the file none of whose rows could be used, so that what stands there is not known.
   std::vector<std::string> plots_left_out{};
 
@@ -55,6 +74,10 @@ struct Inventory {
   std::size_t size() const { return dbh_cm.size(); }
   bool is_neighbor_only(std::size_t row) const {
     return !neighbor_only.empty() && neighbor_only[row] != 0;
+  }
+  /// The number of trees on the area of its plot that a tree stands for.
+  double trees_represented(std::size_t row) const {
+    return represented.empty() ? 1.0 : represented[row];
   }
   bool has_coordinates() const { return !x.empty() && !y.empty(); }
   /// Where a tree stands in the file, for messages.
@@ -130,6 +153,9 @@ struct InventoryOptions {
                                           ///< kInclude
   bool case_sensitive = false;            ///< species that differ only in capitals are different
   std::vector<std::string> needs{};       ///< measures the file must have, such as "h"
+  /// Keep the rows of all dates and of dead and cut trees, with Inventory::time and status, for
+  /// growth. Else later measurements of a tree are left out.
+  bool keeps_measurements = false;
 };
 
 /// Why a row cannot be used. A row with several problems has as many entries.

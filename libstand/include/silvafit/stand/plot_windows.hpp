@@ -38,7 +38,8 @@ struct PlotWindows {
   std::vector<std::optional<std::size_t>> domain_of_plot{};
   bool is_assumed = false;           ///< no window was given
   std::vector<std::string> notes{};  ///< the assumed window
-  /// Plots without a convex hull: one or two trees, or all on one line.
+  /// Plots without a convex hull: one or two trees, or all on one line. Or those without a given
+  /// window that may lack one.
   std::vector<std::string> plots_without_window{};
   std::size_t plots_in_window_of_stand = 0;  ///< plots without a given window of their own
 
@@ -52,10 +53,13 @@ struct PlotWindows {
 /// \throws InputError if windows are given and a plot has none; UsageError if neighbors are
 /// searched
 ///         within plots and several plots share the stand's window
+/// \param may_lack  plots may have no window although windows are given; their trees are in no
+/// domain
 PlotWindows plot_windows(const Inventory& inventory,
                          const std::vector<NamedWindow>& given,
                          SearchScope scope,
-                         AssumedWindow assumed = AssumedWindow::kConvexHull);
+                         AssumedWindow assumed = AssumedWindow::kConvexHull,
+                         bool may_lack = false);
 
 /// \throws UsageError if several plots share the stand's window, because neighbors are searched
 ///         within each plot

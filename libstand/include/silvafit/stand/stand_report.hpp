@@ -10,6 +10,7 @@
 
 #include "silvafit/stand/clark_evans.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/sampling_design.hpp"
 #include "silvafit/stand/species_table.hpp"
 #include "silvafit/stand/stand_summary.hpp"
 #include "silvafit/stand/structural_units.hpp"
@@ -22,6 +23,9 @@ struct StandReportOptions {
   StructuralUnitOptions units{};
   SpeciesTableOptions species{};  ///< quadrat_m 0 in a stand of one plot: quadrats of 10 m
   double diameter_class_cm = 4.0;
+  /// How trees and plots were chosen. A table of plots gives strata, too, and areas if there are
+  /// neither windows nor plot_area_m2.
+  SamplingDesign design{};
   /// Area of every plot, for inventories without windows; do not give both.
   std::optional<double> plot_area_m2{};
   /// Column of Inventory::other with each tree's stratum; empty: none.
@@ -32,6 +36,7 @@ struct StandReportOptions {
 /// A plot, or the stand if plots have no window of their own.
 struct AreaReport {
   SampledArea area{};
+  std::string stratum{};  ///< empty if it has none
   StandFigures figures{};
   std::optional<ClarkEvans> clark_evans{};  ///< only with a window
 };
@@ -45,8 +50,9 @@ struct NamedJointDistribution {
 /// Stand values, species, diameters and structure of an inventory.
 struct StandReport {
   std::vector<AreaReport> areas{};
-  StandFigures all{};                    ///< all areas together
-  std::vector<StratumFigures> strata{};  ///< the last entry: all strata together
+  StandFigures all{};                     ///< all areas together
+  std::vector<std::string> quantities{};  ///< names and units, such as volume_m3
+  std::vector<StratumFigures> strata{};   ///< the last entry: all strata together
   std::vector<SpeciesRow> species{};
   Layers layers{};
   double quadrat_m = 0.0;  ///< 0: plots were the quadrats

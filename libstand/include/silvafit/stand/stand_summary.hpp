@@ -20,6 +20,9 @@ struct SampledArea {
   double area_m2 = 0.0;
   std::optional<Window> window{};  ///< none if only the area is known
   std::vector<std::size_t> trees{};
+  /// False for designs without area, such as angle counts: area_m2 is then 1 ha, or the share of it
+  /// in the population.
+  bool has_area = true;
 };
 
 /// The domains of the windows with their trees, in the order of the domains, then given windows of
@@ -34,7 +37,8 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_a
 /// Every plot of the inventory with an unknown area, NaN: values per hectare are NaN, too.
 std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory);
 
-/// Values of an area. NaN if unknown: no tree, no heights, no crowns.
+/// Values of an area. NaN if unknown: no tree, no heights, no crowns. Trees count as many times as
+/// they represent others (Inventory::represented), also in means and standard deviations.
 struct StandFigures {
   std::size_t trees = 0;
   double area_ha = 0.0;
@@ -49,6 +53,9 @@ struct StandFigures {
   double dominant_height_m = 0.0;
   /// Sum of crown areas (circles of cw) over the area; of the trees with a crown width.
   double crown_cover_percent = 0.0;
+  /// Sums of Inventory::quantities over the area, of the trees that have them.
+  std::vector<double> quantities_per_ha{};
+  std::vector<std::size_t> trees_without_quantity{};
   std::size_t trees_without_crown_width = 0;
   std::size_t dominant_trees = 0;                 ///< number of trees in the dominant height
   std::size_t dominant_trees_without_height = 0;  ///< of these
@@ -89,6 +96,12 @@ struct Estimate {
   double total_standard_error = 0.0;
 };
 
+/// A mean over the trees of a population.
+struct Mean {
+  double value = 0.0;           ///< NaN without trees
+  double standard_error = 0.0;  ///< NaN for one plot
+};
+
 /// Plots of one stratum, or of all.
 struct StratumFigures {
   enum class Kind {
@@ -104,6 +117,9 @@ struct StratumFigures {
   double area_ha = 0.0;  ///< of the stratum; NaN if not given
   Estimate stems{};
   Estimate basal_area_m2{};
+  std::vector<Estimate> quantities{};  ///< of Inventory::quantities
+  Mean mean_height_m{};
+  Mean quadratic_mean_dbh_cm{};
 };
 
 /// Estimates by stratum and, last, for all together.
@@ -111,16 +127,21 @@ struct StratumFigures {
 /// Plots are a simple random sample of their stratum. Per hectare: the ratio R = sum y / sum a of
 /// the plots' values and areas; standard error sqrt(sum (y - R a)^2 / (n (n - 1))) / mean a,
 /// which is that of the mean if plots are equal (Cochran 1977, chapter 6). Over strata:
-/// weighted by their areas if all are known (chapter 5), else all plots are one sample. Plots
-/// without a stratum have an entry of their own after the strata, and are not in the values of all
-/// that are weighted by areas.
-/// \param stratum_of_area   one for each area, empty if it has none; no entries: no strata, and
+/// weighted by their areas if all are known (chapter 5), else all plots are one sample. Means over
+/// trees are ratios of two such totals, sum of heights to number of trees with a height, with the
+/// standard error of the combined ratio (chapter 6.11), which is that of the total of y - R x
+/// divided by the total of x; for the quadratic mean diameter with the first term of a Taylor
+/// series. Plots without a stratum have an entry of their own after the strata, and are not in the
+/// values of all that are weighted by areas. \param stratum_of_area   one for each area, empty if
+/// it has none; no entries: no strata, and
 ///                          the result is one entry
 /// \param stratum_areas_ha  areas by name; may be empty
+/// \param are_weights       they are relative areas, which give no totals
 /// \throws UsageError if an area is given for an unknown stratum, or not for all strata
 std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
                                             const std::vector<SampledArea>& areas,
                                             const std::vector<std::string>& stratum_of_area,
-                                            const std::map<std::string, double>& stratum_areas_ha);
+                                            const std::map<std::string, double>& stratum_areas_ha,
+                                            bool are_weights = false);
 
 }  // namespace silvafit::stand

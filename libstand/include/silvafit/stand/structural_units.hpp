@@ -14,6 +14,7 @@
 
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/plot_windows.hpp"
+#include "silvafit/stand/stand_summary.hpp"
 #include "silvafit/stand/unit_findings.hpp"
 #include "silvafit/stand/window.hpp"
 
@@ -76,6 +77,9 @@ struct StructuralUnitOptions {
   /// Area of every plot, used by BAL and CCF if no window is given: that of all its trees.
   /// Otherwise the area is that of the windows, or of the convex hulls, with a note.
   std::optional<double> plot_area_m2{};
+  /// Plots of a sampling design with their counted trees, used by BAL and CCF. `windows` are then
+  /// circles of complete neighborhoods: plots may lack one, and all trees may be outside.
+  std::optional<std::vector<SampledArea>> sampled{};
   /// CCF's crown width of an open-grown tree [m], an expression of dbh [cm] and other columns.
   std::string open_grown_crown{};
   unsigned threads = 0;  ///< 0: one for each core

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Tables of plots: one row a plot, or a plot and date, with what is known besides its trees.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/inventory.hpp"
+
+namespace silvafit::stand {
+
+/// A row of a table of plots. Numbers are NaN and texts empty where they are missing.
+struct PlotRecord {
+  std::size_t line = 0;
+  std::string plot{};
+  std::string stratum{};
+  std::string time{};                      ///< year or date of the measurement, as written
+  double area_m2 = data::kMissing;         ///< > 0
+  double radius_m = data::kMissing;        ///< > 0
+  double expansion = data::kMissing;       ///< trees per ha that each tree stands for, > 0
+  double slope_deg = data::kMissing;       ///< in [0, 90)
+  double share = data::kMissing;           ///< of the plot that lies in the population, in [0, 1]
+  double x = data::kMissing;               ///< center, east [m]
+  double y = data::kMissing;               ///< center, north [m]
+  double stratum_ha = data::kMissing;      ///< area of the stratum, > 0
+  double stratum_weight = data::kMissing;  ///< relative area of the stratum, > 0
+};
+
+struct PlotTable {
+  std::string file{};
+  std::vector<PlotRecord> plots{};
+  bool has_stratum = false;
+  bool has_time = false;
+  bool has_slope = false;
+  bool has_center = false;
+  std::string recognized{};  ///< columns that are read under other names
+};
+
+/// Reads a table of plots: plot, and any of area, radius, expansion, slope (degrees) or
+/// slope_percent, share, x, y, stratum, stratum_area, stratum_weight, year or date; docs/plots.md
+/// has their usual names and units.
+/// \param columns  `name=source`: where columns come from, as for inventories
+/// \throws InputError if the column plot is missing, a plot is listed twice (for one year or date),
+///         or values cannot be right (with the first problems); UsageError if a name of `columns`
+///         is none of these
+PlotTable read_plot_table(const data::TableSource& source,
+                          const std::vector<ColumnMapping>& columns = {});
+
+}  // namespace silvafit::stand

@@ -1,0 +1,490 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/growth.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "density_indices.hpp"
+#include "growth_strata.hpp"
+#include "living_trees.hpp"
+#include "measured_plots.hpp"
+#include "ratio_estimates.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr std::size_t kNoTreeRow = static_cast<std::size_t>(-1);
+
+double& part_of(GrowthParts& parts, GrowthPart part) {
+  return parts[static_cast<std::size_t>(part)];
+}
+
+/// A plot's name at a time, also for messages.
+std::string label_of(const MeasuredPlot& plot, std::size_t occasion) {
+  return fmt::format("{} ({})", plot.plot, plot.occasions[occasion].text);
+}
+
+/// A tree in a period, with its rows of the living trees.
+struct TreeInPeriod {
+  std::size_t start = kNoTreeRow;
+  std::size_t end = kNoTreeRow;
+  TreeFate fate = TreeFate::kSurvivor;
+};
+
+struct Period {
+  std::size_t plot = 0;      ///< number of the plot
+  std::size_t occasion = 0;  ///< of the start
+  std::vector<TreeInPeriod> trees{};
+};
+
+class GrowthMaker {
+ public:
+  GrowthMaker(const Inventory& inventory, const StandReportOptions& options)
+      : inventory_(inventory), options_(options) {}
+
+  GrowthReport run();
+
+ private:
+  bool is_alive(std::size_t row) const {
+    return inventory_.status.empty() || inventory_.status[row] == TreeStatus::kAlive;
+  }
+  std::vector<std::size_t> living_rows(const MeasuredPlot& plot,
+                                       const MeasuredTree& tree,
+                                       LivingTrees& living);
+  TreeFate fate_at_end(const std::optional<std::size_t>& row) const;
+  void follow_plot(std::size_t number, LivingTrees& living);
+  void follow_trees();
+  void find_areas();
+  SamplingDesign design_of_occasions() const;
+  std::vector<NamedWindow> windows_of_occasions() const;
+  void add_trees();
+  void add_tree(const Period& period, const TreeInPeriod& tree);
+  GrowthParts parts_of_value(const Period& period,
+                             const TreeValue& value,
+                             const SampledArea& start,
+                             const SampledArea& end,
+                             double years) const;
+  std::vector<TreeValue> values() const;
+  void add_plots();
+  void find_strata();
+  void add_strata();
+  void add_notes();
+
+  const Inventory& inventory_;
+  const StandReportOptions& options_;
+  std::vector<MeasuredPlot> plots_{};
+  std::vector<Period> periods_{};
+  Inventory living_{};
+  std::unordered_map<std::string, SampledArea> areas_{};  ///< by label
+  std::vector<char> is_counted_{};                        ///< of the living trees
+  std::set<std::size_t> interpolated_{};
+  std::vector<double> areas_ha_{};  ///< sizes in ratios, of GrowthReport::plots
+  std::map<std::string, double> stratum_sizes_{};
+  bool are_weights_ = false;
+  std::size_t revived_ = 0;
+  std::string first_revived_{};
+  std::size_t never_alive_ = 0;
+  GrowthReport report_{};
+};
+
+/// The rows of living trees at the occasions between which a tree was alive; none if it never was.
+std::vector<std::size_t> GrowthMaker::living_rows(const MeasuredPlot& plot,
+                                                  const MeasuredTree& tree,
+                                                  LivingTrees& living) {
+  const auto alive_at = [&](std::size_t k) { return tree.rows[k] && is_alive(*tree.rows[k]); };
+  std::vector<std::size_t> alive;
+  for (std::size_t k = 0; k < tree.rows.size(); ++k) {
+    if (alive_at(k)) alive.push_back(k);
+  }
+  std::vector<std::size_t> rows(tree.rows.size(), kNoTreeRow);
+  for (std::size_t i = 0; i < alive.size(); ++i) {
+    const std::size_t k = alive[i];
+    rows[k] = living.add(*tree.rows[k], label_of(plot, k));
+    const std::size_t next = i + 1 < alive.size() ? alive[i + 1] : k;
+    const double years = plot.occasions[next].years - plot.occasions[k].years;
+    for (std::size_t missing = k + 1; missing < next; ++missing) {
+      if (tree.rows[missing] && revived_++ == 0) {
+        first_revived_ =
+            describe(inventory_.place(*tree.rows[missing]), "dead or cut, but alive later");
+      }
+      const double share = (plot.occasions[missing].years - plot.occasions[k].years) / years;
+      rows[missing] =
+          living.add_between(*tree.rows[k], *tree.rows[next], share, label_of(plot, missing));
+      interpolated_.insert(rows[missing]);
+    }
+  }
+  return rows;
+}
+
+TreeFate GrowthMaker::fate_at_end(const std::optional<std::size_t>& row) const {
+  if (!row) return TreeFate::kNotFound;
+  return inventory_.status[*row] == TreeStatus::kDead ? TreeFate::kMortality : TreeFate::kCut;
+}
+
+void GrowthMaker::follow_plot(std::size_t number, LivingTrees& living) {
+  const MeasuredPlot& plot = plots_[number];
+  const std::size_t first_period = periods_.size();
+  for (std::size_t k = 0; k + 1 < plot.occasions.size(); ++k) {
+    periods_.push_back({.plot = number, .occasion = k});
+  }
+  for (const MeasuredTree& tree : plot.trees) {
+    const std::vector<std::size_t> rows = living_rows(plot, tree, living);
+    const auto is_alive_ever = [](std::size_t row) { return row != kNoTreeRow; };
+    if (std::ranges::none_of(rows, is_alive_ever)) ++never_alive_;
+    for (std::size_t k = 0; k + 1 < rows.size(); ++k) {
+      if (rows[k] == kNoTreeRow && rows[k + 1] == kNoTreeRow) continue;
+      TreeInPeriod one{.start = rows[k], .end = rows[k + 1]};
+      if (one.start == kNoTreeRow) one.fate = TreeFate::kIngrowth;
+      if (one.end == kNoTreeRow) one.fate = fate_at_end(tree.rows[k + 1]);
+      periods_[first_period + k].trees.push_back(one);
+    }
+  }
+}
+
+void GrowthMaker::follow_trees() {
+  LivingTrees living(inventory_);
+  std::vector<std::string> once;
+  for (std::size_t i = 0; i < plots_.size(); ++i) {
+    if (plots_[i].occasions.size() < 2) once.push_back(plots_[i].plot);
+    follow_plot(i, living);
+  }
+  living_ = std::move(living).finish();
+  if (periods_.empty()) {
+    throw InputError("no plot was measured twice; growth needs two years or dates of a plot",
+                     {.file = inventory_.file});
+  }
+  if (once.empty()) return;
+  report_.notes.push_back(fmt::format("{}: {}",
+                                      counted(once.size(),
+                                              "plot was measured once and has no growth",
+                                              "plots were measured once and have no growth"),
+                                      data::list_of(once)));
+}
+
+/// The table of plots with a row for each time of each plot.
+SamplingDesign GrowthMaker::design_of_occasions() const {
+  SamplingDesign design = options_.design;
+  if (!design.plots) return design;
+  design.plots->plots.clear();
+  std::unordered_map<std::string, const MeasuredPlot*> by_name;
+  for (const MeasuredPlot& plot : plots_) by_name.emplace(plot.plot, &plot);
+  for (const PlotRecord& record : options_.design.plots->plots) {
+    const auto found = by_name.find(record.plot);
+    const auto add = [&](const std::string& label) {
+      design.plots->plots.push_back(record);
+      design.plots->plots.back().plot = label;
+    };
+    if (found == by_name.end()) {
+      add(record.plot);
+      continue;
+    }
+    const MeasuredPlot& plot = *found->second;
+    const auto own = record.time.empty() ? std::nullopt : occasion_at(plot, record.time);
+    for (std::size_t k = 0; k < plot.occasions.size(); ++k) {
+      if (!own || *own == k) add(label_of(plot, k));
+    }
+  }
+  return design;
+}
+
+std::vector<NamedWindow> GrowthMaker::windows_of_occasions() const {
+  std::vector<NamedWindow> windows;
+  for (const NamedWindow& window : options_.units.windows) {
+    if (window.plot == kEveryPlot) windows.push_back(window);
+    for (const MeasuredPlot& plot : plots_) {
+      const bool is_own = window.plot ? *window.plot == plot.plot : plots_.size() == 1;
+      for (std::size_t k = 0; is_own && k < plot.occasions.size(); ++k) {
+        windows.push_back({.plot = label_of(plot, k), .window = window.window});
+      }
+    }
+  }
+  return windows;
+}
+
+void GrowthMaker::find_areas() {
+  std::vector<SampledArea> areas;
+  if (options_.plot_area_m2) {
+    areas = sampled_areas(living_, *options_.plot_area_m2);
+  } else if (!options_.units.windows.empty()) {
+    const std::vector<NamedWindow> given = windows_of_occasions();
+    areas = sampled_areas(living_, plot_windows(living_, given, SearchScope::kPlot), given);
+  } else if (options_.design.is_given()) {
+    DesignedSample sample = sample_of(living_, design_of_occasions());
+    living_.represented = std::move(sample.represented);
+    areas = std::move(sample.areas);
+    report_.notes.insert(report_.notes.end(), sample.notes.begin(), sample.notes.end());
+  } else {
+    areas = plots_of_unknown_area(living_);
+    report_.notes.emplace_back(
+        "areas are unknown, so there are no values per hectare; give --plot-area, --window, "
+        "--circle, --plots or a sampling design");
+  }
+  is_counted_.assign(living_.size(), 0);
+  for (SampledArea& area : areas) {
+    for (const std::size_t tree : area.trees) is_counted_[tree] = 1;
+    areas_.emplace(area.name, std::move(area));
+  }
+}
+
+void GrowthMaker::add_tree(const Period& period, const TreeInPeriod& tree) {
+  const MeasuredPlot& plot = plots_[period.plot];
+  const Occasion& from = plot.occasions[period.occasion];
+  const Occasion& to = plot.occasions[period.occasion + 1];
+  const std::size_t any = tree.start == kNoTreeRow ? tree.end : tree.start;
+  const auto at = [](const std::vector<double>& values, std::size_t row) {
+    return values.empty() || row == kNoTreeRow ? data::kMissing : values[row];
+  };
+  const double years = to.years - from.years;
+  TreeGrowth growth{.plot = plot.plot,
+                    .tree = std::string(living_.tree[any]),
+                    .species = std::string(living_.species[any]),
+                    .from = from.text,
+                    .to = to.text,
+                    .years = years,
+                    .fate = tree.fate,
+                    .dbh_start_cm = at(living_.dbh_cm, tree.start),
+                    .dbh_end_cm = at(living_.dbh_cm, tree.end),
+                    .h_start_m = at(living_.h_m, tree.start),
+                    .h_end_m = at(living_.h_m, tree.end)};
+  growth.dbh_cm_per_year = (growth.dbh_end_cm - growth.dbh_start_cm) / years;
+  growth.h_m_per_year = (growth.h_end_m - growth.h_start_m) / years;
+  constexpr double kSquareCentimeters = 1e4;
+  growth.basal_area_cm2_per_year =
+      kSquareCentimeters * (basal_area_m2(growth.dbh_end_cm) - basal_area_m2(growth.dbh_start_cm)) /
+      years;
+  for (const TreeQuantity& quantity : living_.quantities) {
+    growth.quantities_per_year.push_back(
+        (at(quantity.values, tree.end) - at(quantity.values, tree.start)) / years);
+  }
+  growth.is_interpolated = interpolated_.contains(tree.start) || interpolated_.contains(tree.end);
+  report_.trees.push_back(std::move(growth));
+}
+
+void GrowthMaker::add_trees() {
+  for (const Period& period : periods_) {
+    for (const TreeInPeriod& tree : period.trees) add_tree(period, tree);
+  }
+}
+
+std::vector<TreeValue> GrowthMaker::values() const {
+  std::vector<TreeValue> values{
+      [](std::size_t) { return 1.0; },
+      [this](std::size_t row) { return basal_area_m2(living_.dbh_cm[row]); }};
+  for (const TreeQuantity& quantity : living_.quantities) {
+    values.emplace_back([&quantity](std::size_t row) { return quantity.values[row]; });
+  }
+  return values;
+}
+
+GrowthParts GrowthMaker::parts_of_value(const Period& period,
+                                        const TreeValue& value,
+                                        const SampledArea& start,
+                                        const SampledArea& end,
+                                        double years) const {
+  GrowthParts parts{};
+  const auto per_ha = [&](std::size_t row, const SampledArea& area) {
+    return living_.trees_represented(row) / (area.area_m2 / kSquareMetersPerHectare);
+  };
+  const auto known = [&value](std::size_t row) {
+    const double own = value(row);
+    return std::isnan(own) ? 0.0 : own;
+  };
+  for (const TreeInPeriod& tree : period.trees) {
+    const bool at_start = tree.start != kNoTreeRow && is_counted_[tree.start] != 0;
+    const bool at_end = tree.end != kNoTreeRow && is_counted_[tree.end] != 0;
+    const double before = at_start ? per_ha(tree.start, start) * known(tree.start) : 0.0;
+    const double after = at_end ? per_ha(tree.end, end) * known(tree.end) : 0.0;
+    part_of(parts, GrowthPart::kStart) += before;
+    part_of(parts, GrowthPart::kEnd) += after;
+    switch (tree.fate) {
+      case TreeFate::kSurvivor:
+        if (at_start) {
+          part_of(parts, GrowthPart::kSurvivorGrowth) +=
+              per_ha(tree.start, start) * (known(tree.end) - known(tree.start)) / years;
+        }
+        break;
+      case TreeFate::kIngrowth:
+        part_of(parts, GrowthPart::kIngrowth) += after / years;
+        break;
+      case TreeFate::kMortality:
+        part_of(parts, GrowthPart::kMortality) += before / years;
+        break;
+      case TreeFate::kCut:
+        part_of(parts, GrowthPart::kCut) += before / years;
+        break;
+      case TreeFate::kNotFound:
+        part_of(parts, GrowthPart::kNotFound) += before / years;
+        break;
+    }
+  }
+  const auto get = [&parts](GrowthPart part) { return parts[static_cast<std::size_t>(part)]; };
+  part_of(parts, GrowthPart::kNetChange) =
+      (get(GrowthPart::kEnd) - get(GrowthPart::kStart)) / years;
+  const double factor_change =
+      get(GrowthPart::kNetChange) -
+      (get(GrowthPart::kSurvivorGrowth) + get(GrowthPart::kIngrowth) - get(GrowthPart::kMortality) -
+       get(GrowthPart::kCut) - get(GrowthPart::kNotFound));
+  // What is left of a difference of equal sums is rounding.
+  const double rounding = 1e-12 * (get(GrowthPart::kStart) + get(GrowthPart::kEnd)) / years;
+  part_of(parts, GrowthPart::kFactorChange) =
+      std::abs(factor_change) <= rounding ? 0.0 : factor_change;
+  return parts;
+}
+
+void GrowthMaker::add_plots() {
+  const std::vector<TreeValue> of_tree = values();
+  for (const Period& period : periods_) {
+    const MeasuredPlot& plot = plots_[period.plot];
+    const Occasion& from = plot.occasions[period.occasion];
+    const Occasion& to = plot.occasions[period.occasion + 1];
+    PlotGrowth growth{.plot = plot.plot,
+                      .from = from.text,
+                      .to = to.text,
+                      .period = period.occasion + 1,
+                      .years = to.years - from.years,
+                      .area_ha = data::kMissing};
+    auto start = areas_.find(label_of(plot, period.occasion));
+    auto end = areas_.find(label_of(plot, period.occasion + 1));
+    // Without living trees a plot keeps its area.
+    if (start == areas_.end()) start = end;
+    if (end == areas_.end()) end = start;
+    const bool is_known = start != areas_.end() && !std::isnan(start->second.area_m2);
+    double area_ha = data::kMissing;
+    if (is_known) {
+      area_ha = start->second.area_m2 / kSquareMetersPerHectare;
+      if (start->second.has_area) growth.area_ha = area_ha;
+    }
+    for (const TreeValue& value : of_tree) {
+      GrowthParts parts;
+      parts.fill(data::kMissing);
+      if (is_known) {
+        parts = parts_of_value(period, value, start->second, end->second, growth.years);
+      }
+      growth.values.push_back(parts);
+    }
+    areas_ha_.push_back(area_ha);
+    report_.plots.push_back(std::move(growth));
+  }
+}
+
+/// By the table of plots, or a column of the trees.
+void GrowthMaker::find_strata() {
+  stratum_sizes_ = options_.stratum_areas_ha;
+  if (!options_.stratum.empty()) {
+    const data::Table table = to_table(inventory_);
+    if (!table.has(options_.stratum)) {
+      throw InputError(data::no_such_column(options_.stratum, table.names()),
+                       {.file = inventory_.file, .column = "--stratum"});
+    }
+    const data::TextColumn column = table.labels(options_.stratum);
+    std::unordered_map<std::string, std::string> stratum_of;
+    for (std::size_t row = 0; row < inventory_.size(); ++row) {
+      const auto [found, is_new] =
+          stratum_of.try_emplace(std::string(inventory_.plot[row]), std::string(column[row]));
+      if (is_new || found->second == column[row]) continue;
+      Place place = inventory_.place(row);
+      place.column = options_.stratum;
+      throw InputError(
+          fmt::format("the plot belongs to two strata, '{}' and '{}'", found->second, column[row]),
+          place);
+    }
+    for (PlotGrowth& plot : report_.plots) plot.stratum = stratum_of[plot.plot];
+    return;
+  }
+  if (!options_.design.plots || !options_.design.plots->has_stratum) return;
+  std::vector<SampledArea> names;
+  for (const PlotGrowth& plot : report_.plots) names.push_back({.name = plot.plot});
+  DesignStrata strata = strata_of_plots(*options_.design.plots, names);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    report_.plots[i].stratum = strata.stratum_of_area[i];
+  }
+  if (!stratum_sizes_.empty()) return;
+  stratum_sizes_ = std::move(strata.sizes);
+  are_weights_ = strata.are_weights;
+}
+
+void GrowthMaker::add_strata() {
+  std::set<std::string> names;
+  std::size_t periods = 0;
+  for (const PlotGrowth& plot : report_.plots) {
+    if (!plot.stratum.empty()) names.insert(plot.stratum);
+    periods = std::max(periods, plot.period);
+  }
+  check_stratum_sizes(names, stratum_sizes_);
+  for (std::size_t period = 1; period <= periods; ++period) {
+    std::vector<StratumGrowth> strata =
+        strata_of_period(report_, areas_ha_, period, stratum_sizes_, are_weights_);
+    std::ranges::move(strata, std::back_inserter(report_.strata));
+  }
+}
+
+void GrowthMaker::add_notes() {
+  std::size_t not_found = 0;
+  std::size_t shrunk = 0;
+  std::string first_lost;
+  for (const TreeGrowth& tree : report_.trees) {
+    if (tree.dbh_cm_per_year < 0.0) ++shrunk;
+    if (tree.fate == TreeFate::kNotFound && not_found++ == 0) {
+      first_lost = fmt::format("plot {}, tree {}, {}", tree.plot, tree.tree, tree.to);
+    }
+  }
+  const auto note = [this](std::size_t count, const std::string& text) {
+    if (count > 0) report_.notes.push_back(text);
+  };
+  note(not_found,
+       fmt::format("{} no row at the end of a period and no status of death or cut: 'not found', "
+                   "the first: {}",
+                   counted(not_found, "tree has", "trees have"),
+                   first_lost));
+  note(
+      interpolated_.size(),
+      fmt::format("{} missing between two others of the same tree; dbh and height are interpolated",
+                  counted(interpolated_.size(), "measurement is", "measurements are")));
+  note(revived_,
+       fmt::format("{} not used, the first: {}",
+                   counted(revived_, "status is", "statuses are"),
+                   first_revived_));
+  note(never_alive_,
+       fmt::format("{} not alive at any time and {} no growth",
+                   counted(never_alive_, "tree was", "trees were"),
+                   never_alive_ == 1 ? "has" : "have"));
+  note(shrunk,
+       fmt::format("{} negative and kept: errors of measurement, or bark that was lost",
+                   counted(shrunk, "dbh increment is", "dbh increments are")));
+}
+
+GrowthReport GrowthMaker::run() {
+  const SamplingDesign& design = options_.design;
+  plots_ = measured_plots(inventory_, design.plots ? &*design.plots : nullptr);
+  report_.values = {"stems", "basal_area_m2"};
+  for (const TreeQuantity& quantity : inventory_.quantities) {
+    report_.quantities.push_back(quantity.name + "_" + quantity.unit);
+    report_.values.push_back(report_.quantities.back());
+  }
+  follow_trees();
+  find_areas();
+  add_trees();
+  add_plots();
+  find_strata();
+  add_strata();
+  add_notes();
+  return std::move(report_);
+}
+
+}  // namespace
+
+GrowthReport growth_report(const Inventory& inventory, const StandReportOptions& options) {
+  return GrowthMaker(inventory, options).run();
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Repeated measurements, sorted: plots, their times, and the rows of each tree at each time.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/plot_table.hpp"
+
+namespace silvafit::stand {
+
+/// A time at which a plot was measured.
+struct Occasion {
+  double years = 0.0;
+  std::string text{};
+};
+
+/// A tree at the occasions of its plot.
+struct MeasuredTree {
+  std::string tree{};
+  std::vector<std::optional<std::size_t>> rows{};  ///< of the inventory, by occasion
+};
+
+struct MeasuredPlot {
+  std::string plot{};
+  std::vector<Occasion> occasions{};  ///< by time
+  std::vector<MeasuredTree> trees{};  ///< in the order of their first rows
+};
+
+/// Sorts an inventory. Times of the table of plots count, too, so that plots that have become
+/// empty, or were empty, have their periods.
+/// \throws InputError if there is no time, or a time is no year or date
+std::vector<MeasuredPlot> measured_plots(const Inventory& inventory, const PlotTable* plots);
+
+/// The occasion at which a time was; a year is the occasion of any date in it, and the other way
+/// round. None if there is no such occasion.
+std::optional<std::size_t> occasion_at(const MeasuredPlot& plot, const std::string& time);
+
+}  // namespace silvafit::stand

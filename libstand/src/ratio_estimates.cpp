@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#include "ratio_estimates.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::stand {
+
+PlotTotals totals_of(const Inventory& inventory,
+                     const std::vector<SampledArea>& areas,
+                     const TreeValue& value) {
+  PlotTotals totals;
+  for (const SampledArea& area : areas) {
+    double sum = 0.0;
+    for (const std::size_t tree : area.trees) {
+      const double own = value(tree);
+      if (!std::isnan(own)) sum += inventory.trees_represented(tree) * own;
+    }
+    totals.push_back(sum);
+  }
+  return totals;
+}
+
+Mean ratio_of_sums(const PlotTotals& values, const PlotTotals& sizes, const PlotNumbers& plots) {
+  const auto n = static_cast<double>(plots.size());
+  double value = 0.0;
+  double size = 0.0;
+  for (const std::size_t plot : plots) {
+    value += values[plot];
+    size += sizes[plot];
+  }
+  Mean ratio{.value = value / size, .standard_error = data::kMissing};
+  if (plots.size() < 2) return ratio;
+  double squares = 0.0;
+  for (const std::size_t plot : plots) {
+    const double deviation = values[plot] - ratio.value * sizes[plot];
+    squares += deviation * deviation;
+  }
+  ratio.standard_error = std::sqrt(squares / (n * (n - 1.0))) / (size / n);
+  return ratio;
+}
+
+Mean total_of(const PlotTotals& values,
+              const PlotTotals& areas_ha,
+              const std::vector<SizedStratum>& strata) {
+  double total = 0.0;
+  double variance = 0.0;
+  for (const SizedStratum& stratum : strata) {
+    const Mean mean = ratio_of_sums(values, areas_ha, stratum.plots);
+    total += stratum.size * mean.value;
+    variance += std::pow(stratum.size * mean.standard_error, 2);
+  }
+  return {.value = total, .standard_error = std::sqrt(variance)};
+}
+
+Mean combined_ratio(const PlotTotals& values,
+                    const PlotTotals& counts,
+                    const PlotTotals& areas_ha,
+                    const std::vector<SizedStratum>& strata) {
+  const double count = total_of(counts, areas_ha, strata).value;
+  if (!(count > 0.0)) return {.value = data::kMissing, .standard_error = data::kMissing};
+  const double ratio = total_of(values, areas_ha, strata).value / count;
+  PlotTotals residuals;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    residuals.push_back(values[i] - ratio * counts[i]);
+  return {.value = ratio,
+          .standard_error = total_of(residuals, areas_ha, strata).standard_error / count};
+}
+
+Estimate estimate_of(const Mean& per_ha) {
+  return {.per_ha = per_ha.value,
+          .standard_error = per_ha.standard_error,
+          .total = data::kMissing,
+          .total_standard_error = data::kMissing};
+}
+
+void add_total(Estimate& estimate, double area_ha) {
+  estimate.total = estimate.per_ha * area_ha;
+  estimate.total_standard_error = estimate.standard_error * area_ha;
+}
+
+Estimate over_strata(const Mean& total, double size, bool are_weights) {
+  Estimate estimate = estimate_of({total.value / size, total.standard_error / size});
+  if (are_weights) return estimate;
+  estimate.total = total.value;
+  estimate.total_standard_error = total.standard_error;
+  return estimate;
+}
+
+void check_stratum_sizes(const std::set<std::string>& names,
+                         const std::map<std::string, double>& sizes) {
+  for (const auto& [name, area] : sizes) {
+    if (!names.contains(name)) {
+      throw UsageError(
+          fmt::format("unknown stratum '{}'; available: {}", name, fmt::join(names, ", ")),
+          {.column = "--stratum-area"});
+    }
+    if (!(area > 0.0) || std::isinf(area)) {
+      throw UsageError(fmt::format("the area of stratum '{}', {} ha, must be above 0", name, area),
+                       {.column = "--stratum-area"});
+    }
+  }
+  if (sizes.empty() || sizes.size() == names.size()) return;
+  for (const std::string& name : names) {
+    if (!sizes.contains(name)) {
+      throw UsageError(fmt::format("no area for stratum '{}'; give it with --stratum-area", name),
+                       {.column = "--stratum-area"});
+    }
+  }
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// Ratios of sums over sampled plots, by stratum and over strata, with standard errors.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/stand_summary.hpp"
+
+namespace silvafit::stand {
+
+/// A value of a tree; NaN for trees that do not take part.
+using TreeValue = std::function<double(std::size_t tree)>;
+/// A sum over the trees of each plot, or its area.
+using PlotTotals = std::vector<double>;
+/// Numbers of plots in such a list.
+using PlotNumbers = std::vector<std::size_t>;
+
+/// Sums over the trees of each plot, each tree as often as it represents others.
+PlotTotals totals_of(const Inventory& inventory,
+                     const std::vector<SampledArea>& areas,
+                     const TreeValue& value);
+
+/// The ratio R of two sums over plots (Cochran 1977, chapter 6) with standard error
+/// sqrt(sum (y - R x)^2 / (n (n - 1))) / mean x; NaN for one plot.
+Mean ratio_of_sums(const PlotTotals& values, const PlotTotals& sizes, const PlotNumbers& plots);
+
+/// A stratum with its area or weight.
+struct SizedStratum {
+  PlotNumbers plots{};
+  double size = 1.0;
+};
+
+/// The sum over strata of the mean per hectare times the size of the stratum.
+Mean total_of(const PlotTotals& values,
+              const PlotTotals& areas_ha,
+              const std::vector<SizedStratum>& strata);
+
+/// The combined ratio of the totals of two values (Cochran 1977, 6.11); NaN if the second is 0.
+Mean combined_ratio(const PlotTotals& values,
+                    const PlotTotals& counts,
+                    const PlotTotals& areas_ha,
+                    const std::vector<SizedStratum>& strata);
+
+/// Per hectare, without a total.
+Estimate estimate_of(const Mean& per_ha);
+
+/// Sets the total of an area.
+void add_total(Estimate& estimate, double area_ha);
+
+/// Per hectare of all strata, with the total if their sizes are areas.
+/// \param size  the sum of the strata's sizes
+Estimate over_strata(const Mean& total, double size, bool are_weights);
+
+/// \throws UsageError if a size is not above 0 or of an unknown stratum, or one is missing
+void check_stratum_sizes(const std::set<std::string>& names,
+                         const std::map<std::string, double>& sizes);
+
+}  // namespace silvafit::stand

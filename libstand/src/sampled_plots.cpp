@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// Structural units and strata of sampled plots.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/sampling_design.hpp"
+
+namespace silvafit::stand {
+
+Inventory with_represented(const Inventory& inventory, const DesignedSample& sample) {
+  Inventory result = inventory;
+  result.represented = sample.represented;
+  return result;
+}
+
+StructuralUnits structural_units_of_sample(const Inventory& inventory,
+                                           const DesignedSample& sample,
+                                           StructuralUnitOptions options) {
+  if (!options.windows.empty()) {
+    throw UsageError("the sampling design has circles of its own; omit --window and --circle",
+                     {.column = "--window"});
+  }
+  if (options.scope == SearchScope::kStand) {
+    throw UsageError("neighbors of sampled plots are searched within each plot; omit --per stand",
+                     {.column = "--per"});
+  }
+  const bool has_hegyi =
+      std::ranges::find(options.further, FurtherIndex::kHegyi) != options.further.end();
+  if (has_hegyi && options.edge == EdgeCorrection::kBuffer) {
+    options.buffer_m = std::max(options.buffer_m, options.competition_radius_m);
+  }
+  options.windows = sample.complete_circles;
+  options.sampled = sample.areas;
+  Inventory labeled = with_represented(inventory, sample);
+  if (sample.subplot_labels) labeled.plot = *sample.subplot_labels;
+  StructuralUnits units = structural_units(labeled, options);
+  // Windows are found by the plots of the inventory, which has no subplots.
+  if (sample.subplot_labels) units.windows = {};
+  return units;
+}
+
+DesignStrata strata_of_plots(const PlotTable& plots, const std::vector<SampledArea>& areas) {
+  DesignStrata result;
+  std::unordered_map<std::string, const PlotRecord*> by_name;
+  for (const PlotRecord& record : plots.plots) by_name.try_emplace(record.plot, &record);
+  std::vector<std::string> without;
+  for (const SampledArea& area : areas) {
+    const auto found = by_name.find(area.name);
+    const std::string stratum = found == by_name.end() ? "" : found->second->stratum;
+    if (stratum.empty()) without.push_back(area.name);
+    result.stratum_of_area.push_back(stratum);
+  }
+  const auto size_of = [&result](const PlotRecord& record) {
+    return result.are_weights ? record.stratum_weight : record.stratum_ha;
+  };
+  const auto has_area = [](const PlotRecord& record) { return !std::isnan(record.stratum_ha); };
+  const auto has_weight = [](const PlotRecord& record) {
+    return !std::isnan(record.stratum_weight);
+  };
+  result.are_weights =
+      std::ranges::none_of(plots.plots, has_area) && std::ranges::any_of(plots.plots, has_weight);
+  for (const PlotRecord& record : plots.plots) {
+    if (record.stratum.empty() || std::isnan(size_of(record))) continue;
+    const auto [size, is_new] = result.sizes.try_emplace(record.stratum, size_of(record));
+    if (is_new || size->second == size_of(record)) continue;
+    throw InputError(fmt::format("stratum '{}' has {} here and {} in another row",
+                                 record.stratum,
+                                 size_of(record),
+                                 size->second),
+                     {.file = plots.file,
+                      .line = record.line,
+                      .column = result.are_weights ? "stratum_weight" : "stratum_area",
+                      .plot = record.plot});
+  }
+  if (!without.empty()) {
+    result.notes.push_back(
+        fmt::format("{} no stratum in the table of plots; {} values are in the row '(none)'{}: {}",
+                    counted(without.size(), "plot has", "plots have"),
+                    without.size() == 1 ? "its" : "their",
+                    result.sizes.empty() ? "" : ", which the row of all strata does not include",
+                    data::list_of(without)));
+  }
+  return result;
+}
+
+}  // namespace silvafit::stand
