@@ -77,6 +77,39 @@ std::vector<stand::NamedWindow> given_windows(const UnitSettings& settings) {
 
 }  // namespace
 
+stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
+  stand::SamplingDesign design{.basal_area_factor = settings.angle_count,
+                               .smallest_dbh_cm = settings.smallest_dbh_cm,
+                               .expansion = settings.expansion,
+                               .subplots = settings.subplots,
+                               .subplot = settings.subplot,
+                               .corrects_slope = settings.slope_correction};
+  constexpr std::string_view kWhat = "DBH=RADIUS, such as 7=4,30=12 (cm and m)";
+  for (const std::string& part : settings.circles) {
+    const std::size_t sign = part.find('=');
+    if (sign == std::string::npos) {
+      throw UsageError(fmt::format("'{}' is not {}", part, kWhat), {.column = "--circles"});
+    }
+    design.circles.push_back({.from_dbh_cm = number_in(part.substr(0, sign), "--circles", kWhat),
+                              .radius_m = number_in(part.substr(sign + 1), "--circles", kWhat)});
+  }
+  if (settings.plots) {
+    design.plots = stand::read_plot_table(
+        *settings.plots,
+        stand::parse_column_mappings(fmt::format("{}", fmt::join(settings.plots_columns, ","))));
+  }
+  stand::check_design(design);
+  return design;
+}
+
+std::vector<std::string> columns_of(const SamplingSettings& settings) {
+  std::vector<std::string> columns;
+  for (const std::string& column : {settings.expansion, settings.subplot}) {
+    if (!column.empty()) columns.push_back(column);
+  }
+  return columns;
+}
+
 stand::InventoryOptions inventory_options(const ReadingSettings& settings,
                                           stand::InventoryOptions options) {
   options.columns =

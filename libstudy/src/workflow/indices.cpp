@@ -34,6 +34,7 @@ class IndicesRun {
       : source_(source),
         settings_(options),
         options_(unit_options(options.units, options.threads)),
+        design_(sampling_design(options.sampling)),
         sink_(sink),
         callbacks_(callbacks) {
     result_.inventory = data::file_of(source);
@@ -66,7 +67,7 @@ class IndicesRun {
     stand::StructuralUnits units;
     if (checked.inventory.size() > 0) {
       const auto start = Clock::now();
-      units = stand::structural_units(checked.inventory, options_);
+      units = units_of(checked.inventory);
       result_.seconds_units += seconds_since(start);
       findings_.add(units.findings);
       result_.alpha0_deg = units.alpha0_deg;
@@ -75,9 +76,21 @@ class IndicesRun {
     sink_(checked, units);
   }
 
+  stand::StructuralUnits units_of(const stand::Inventory& inventory) {
+    if (!design_.is_given()) return stand::structural_units(inventory, options_);
+    const stand::DesignedSample sample = stand::sample_of(inventory, design_);
+    note(sample.notes);
+    // For the notes on the units.
+    options_.sampled = sample.areas;
+    return stand::structural_units_of_sample(inventory, sample, options_);
+  }
+
   void read_whole() {
     stand::CheckedInventory checked =
-        read_inventory(source_, settings_.reading, {.needs_coordinates = true}, callbacks_.note);
+        read_inventory(source_,
+                       settings_.reading,
+                       {.keep = columns_of(settings_.sampling), .needs_coordinates = true},
+                       callbacks_.note);
     result_.notes = checked.notes;
     result_.recognized = checked.recognized;
     take(checked);
@@ -87,6 +100,9 @@ class IndicesRun {
     const auto* const file = std::get_if<std::filesystem::path>(&source_);
     if (file == nullptr) {
       throw UsageError("only CSV files can be read plot by plot", {.column = "--stream"});
+    }
+    if (design_.is_given()) {
+      throw UsageError("--stream knows no sampling design; omit it", {.column = "--stream"});
     }
     if (options_.scope == stand::SearchScope::kStand) {
       throw UsageError("--stream cannot search neighbors across plots; use --per plot",
@@ -125,6 +141,7 @@ class IndicesRun {
   const data::TableSource& source_;
   const IndicesOptions& settings_;
   stand::StructuralUnitOptions options_;
+  stand::SamplingDesign design_;
   const UnitSink& sink_;
   const Callbacks& callbacks_;
   /// Of all parts of the inventory, whose notes are made at the end.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -120,6 +121,30 @@ void give_to_copies(const std::vector<std::size_t>& place, PredictedResponses& p
   predictions.flags = of_all_rows(predictions.flags, place);
 }
 
+/// Measured values, and predicted ones where none is measured.
+void fill_with_predictions(const PredictedResponse& response, data::Table& table) {
+  std::vector<double> values = response.value;
+  if (table.has(response.response) && table.is_numeric(response.response)) {
+    const std::span<const double> measured = table.numbers(response.response);
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      if (!std::isnan(measured[row])) values[row] = measured[row];
+    }
+  }
+  table.set(response.response, std::move(values));
+}
+
+void add_quantities(TablePrediction& prediction) {
+  const EquationSettings& equations = prediction.settings.equations;
+  if (equations.equations.empty()) return;
+  data::Table table = prediction.table;
+  for (const PredictedResponse& response : prediction.predictions.responses) {
+    fill_with_predictions(response, table);
+  }
+  TreeQuantities found = tree_quantities(table, equations);
+  prediction.quantities = std::move(found.quantities);
+  std::ranges::move(found.notes, std::back_inserter(prediction.predictions.notes));
+}
+
 }  // namespace
 
 TablePrediction predict_table(const data::TableSource& trees,
@@ -129,10 +154,12 @@ TablePrediction predict_table(const data::TableSource& trees,
                               const Callbacks& callbacks) {
   const PredictResponsesOptions options = options_of(settings, catalogue);
   const UnitSettings units = library.inventory.units.value_or(UnitSettings{});
+  std::vector<std::string> wanted = columns_read(library);
+  if (!settings.equations.equations.empty()) wanted.insert(wanted.end(), {"dbh", "h"});
   ObservedTable read = read_model_table(trees,
                                         settings.reading,
                                         {.names = text_columns(library),
-                                         .wanted = columns_read(library),
+                                         .wanted = wanted,
                                          .units = unit_options(units, settings.threads)},
                                         callbacks.note);
   TablePrediction result{.settings = settings};
@@ -142,6 +169,7 @@ TablePrediction predict_table(const data::TableSource& trees,
   result.recognized = std::move(read.recognized);
   std::string unknown = note_on_species(library, result.table);
   if (!unknown.empty()) result.predictions.notes.push_back(std::move(unknown));
+  add_quantities(result);
   give_notes(result.predictions.notes, callbacks.note);
   return result;
 }
@@ -158,6 +186,9 @@ data::Table new_columns(const TablePrediction& prediction) {
     add("_upper", one.upper);
     if (prediction.settings.standard_errors) add("_se", one.standard_error);
     if (!one.trees.empty()) add_trees(one.response + "_trees", one.trees, table);
+  }
+  for (const stand::TreeQuantity& quantity : prediction.quantities) {
+    table.set(quantity.name + "_" + quantity.unit, quantity.values);
   }
   data::TextColumn flags;
   for (const std::string& flag : predictions.flags) flags.append(flag);

@@ -1,51 +1,28 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/study/stand_summary.hpp"
 
-#include <fmt/format.h>
-
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "silvafit/base/error.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/indices.hpp"
+#include "workflow/stand_options.hpp"
 
 namespace silvafit::study {
-namespace {
-
-void add_stratum_areas(const std::vector<std::string>& areas, stand::StandReportOptions& options) {
-  for (const std::string& part : areas) {
-    const std::size_t sign = part.rfind('=');
-    double hectares = 0.0;
-    const bool is_pair = sign != std::string::npos &&
-                         data::parse_number(std::string_view(part).substr(sign + 1), hectares);
-    if (!is_pair) {
-      throw UsageError(fmt::format("'{}' is not STRATUM=HECTARES, such as A=120", part),
-                       {.column = "--stratum-area"});
-    }
-    options.stratum_areas_ha[part.substr(0, sign)] = hectares;
-  }
-  if (!options.stratum_areas_ha.empty() && options.stratum.empty()) {
-    throw UsageError("--stratum-area needs --stratum, the column of the strata",
-                     {.column = "--stratum-area"});
-  }
-}
-
-}  // namespace
-
 StandSummary stand_summary(const data::TableSource& inventory,
                            const StandOptions& options,
                            const Callbacks& callbacks) {
   const auto start = std::chrono::steady_clock::now();
-  stand::StandReportOptions report = options.report;
-  report.units = unit_options(options.units, options.threads);
-  add_stratum_areas(options.stratum_areas, report);
-  stand::InventoryOptions reading;
-  if (!report.stratum.empty()) reading.keep = {report.stratum};
+  const stand::StandReportOptions report = report_options(options);
+  const stand::InventoryOptions reading{.keep = columns_of(options)};
   StandSummary summary{
       .settings = options.units,
       .inventory = read_inventory(inventory, options.reading, reading, callbacks.note)};
+  const std::vector<std::string> on_equations =
+      add_quantities(options, summary.inventory.inventory);
   summary.report = stand::stand_report(summary.inventory.inventory, report);
+  summary.report.notes.insert(summary.report.notes.end(), on_equations.begin(), on_equations.end());
+  add_note_on_plots(report, summary.report.notes);
   give_notes(summary.report.notes, callbacks.note);
   summary.notes = summary.inventory.notes;
   summary.notes.insert(

@@ -21,6 +21,7 @@ namespace silvafit::study {
 struct IndicesOptions {
   ReadingSettings reading{};
   UnitSettings units{};
+  SamplingSettings sampling{};
   /// Reads plot by plot, so that memory does not grow with the file; the rows of a plot must be
   /// contiguous, and neighbors are searched within plots.
   bool stream = false;

@@ -10,6 +10,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/predict_responses.hpp"
+#include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
@@ -17,6 +18,8 @@ namespace silvafit::study {
 /// PredictResponsesOptions in words, and how the table is read.
 struct PredictionSettings {
   ReadingSettings reading{};
+  /// Volume, biomass and carbon of the trees, with predicted heights where none is measured.
+  EquationSettings equations{};
   std::string level = "population";          ///< population, conditional, calibrated or marginal
   std::string new_groups = "population";     ///< population, marginal, missing or error
   std::string seen_groups = "fitted";        ///< of calibrated predictions: fitted, new or combined
@@ -30,9 +33,10 @@ struct PredictionSettings {
 
 struct TablePrediction {
   PredictionSettings settings{};
-  data::Table table{};                    ///< as it was read, with computed indices
-  std::vector<std::string> recognized{};  ///< how it was read
-  PredictedResponses predictions{};       ///< with the notes
+  data::Table table{};                            ///< as it was read, with computed indices
+  std::vector<std::string> recognized{};          ///< how it was read
+  PredictedResponses predictions{};               ///< with the notes
+  std::vector<stand::TreeQuantity> quantities{};  ///< of the equations
 };
 
 /// Reads a table and predicts each response of the library. Structural indices that models need and
@@ -46,7 +50,8 @@ TablePrediction predict_table(const data::TableSource& trees,
                               const Callbacks& callbacks = {});
 
 /// The new columns of N rows: for each response h_pred and, where asked for, h_lower, h_upper, h_se
-/// and h_trees (measured trees that calibrated, or "fitted"), then flag.
+/// and h_trees (measured trees that calibrated, or "fitted"), then quantities such as volume_m3,
+/// then flag.
 data::Table new_columns(const TablePrediction& prediction);
 
 /// In short as JSON, schema silvafit-predict/1 (docs/predict.md).

@@ -10,6 +10,7 @@
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/stand_report.hpp"
 #include "silvafit/study/callbacks.hpp"
+#include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
@@ -17,7 +18,9 @@ namespace silvafit::study {
 struct StandOptions {
   ReadingSettings reading{};
   UnitSettings units{};
-  stand::StandReportOptions report{};  ///< its `units` come from the settings
+  SamplingSettings sampling{};
+  EquationSettings equations{};        ///< of volume, biomass and carbon
+  stand::StandReportOptions report{};  ///< its `units` and `design` come from the settings
   /// Areas of strata in ha, `A=120`, besides those of `report`.
   std::vector<std::string> stratum_areas{};
   unsigned threads = 0;  ///< 0: as many as there are cores

@@ -4,10 +4,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "silvafit/data/csv.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/sampling_design.hpp"
 #include "silvafit/stand/structural_units.hpp"
 
 namespace silvafit::study {
@@ -38,6 +41,27 @@ struct UnitSettings {
   double competition_radius_m = 0.0;
   std::string open_grown{};  ///< for CCF: crown width [m], an expression of dbh
 };
+
+/// How plots and their trees were chosen; stand::SamplingDesign explains the values.
+struct SamplingSettings {
+  std::optional<data::TableSource> plots{};  ///< table of plots
+  std::vector<std::string> plots_columns{};  ///< `area=SIZE_M2`: where its columns come from
+  std::vector<std::string> circles{};        ///< `7=4`: trees from 7 cm up to 4 m
+  double angle_count = 0.0;                  ///< basal area factor [m2/ha]
+  double smallest_dbh_cm = 0.0;              ///< of angle counts
+  std::string expansion{};                   ///< column of the inventory [trees/ha]
+  std::size_t subplots = 1;
+  std::string subplot{};  ///< column of the inventory
+  bool slope_correction = false;
+};
+
+/// The design, with the table of plots read.
+/// \throws UsageError if a text cannot be read or the design contradicts itself; else as
+///   stand::read_plot_table
+stand::SamplingDesign sampling_design(const SamplingSettings& settings);
+
+/// Columns of the inventory that a design needs.
+std::vector<std::string> columns_of(const SamplingSettings& settings);
 
 /// What an inventory's reader needs of the settings, beside what a caller asks for.
 /// \throws UsageError if a column or a word cannot be read

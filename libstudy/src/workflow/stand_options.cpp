@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#include "workflow/stand_options.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::study {
+namespace {
+
+void add_stratum_areas(const std::vector<std::string>& areas, stand::StandReportOptions& options) {
+  for (const std::string& part : areas) {
+    const std::size_t sign = part.rfind('=');
+    double hectares = 0.0;
+    const bool is_pair = sign != std::string::npos &&
+                         data::parse_number(std::string_view(part).substr(sign + 1), hectares);
+    if (!is_pair) {
+      throw UsageError(fmt::format("'{}' is not STRATUM=HECTARES, such as A=120", part),
+                       {.column = "--stratum-area"});
+    }
+    options.stratum_areas_ha[part.substr(0, sign)] = hectares;
+  }
+  const bool has_strata =
+      !options.stratum.empty() || (options.design.plots && options.design.plots->has_stratum);
+  if (!options.stratum_areas_ha.empty() && !has_strata) {
+    throw UsageError(
+        "--stratum-area needs the strata: --stratum COLUMN, or the column stratum in "
+        "the table of --plots",
+        {.column = "--stratum-area"});
+  }
+}
+
+}  // namespace
+
+stand::StandReportOptions report_options(const StandOptions& options) {
+  stand::StandReportOptions report = options.report;
+  report.units = unit_options(options.units, options.threads);
+  report.design = sampling_design(options.sampling);
+  add_stratum_areas(options.stratum_areas, report);
+  return report;
+}
+
+std::vector<std::string> columns_of(const StandOptions& options) {
+  std::vector<std::string> columns = columns_of(options.sampling);
+  const std::vector<std::string> needed = columns_of(options.equations);
+  columns.insert(columns.end(), needed.begin(), needed.end());
+  if (!options.report.stratum.empty()) columns.push_back(options.report.stratum);
+  return columns;
+}
+
+std::vector<std::string> add_quantities(const StandOptions& options, stand::Inventory& inventory) {
+  if (options.equations.equations.empty()) return {};
+  TreeQuantities found = tree_quantities(stand::to_table(inventory), options.equations);
+  inventory.quantities = std::move(found.quantities);
+  return std::move(found.notes);
+}
+
+void add_note_on_plots(const stand::StandReportOptions& options, std::vector<std::string>& notes) {
+  if (!options.design.plots || options.design.plots->recognized.empty()) return;
+  notes.insert(notes.begin(), "table of plots: " + options.design.plots->recognized);
+}
+
+}  // namespace silvafit::study
