@@ -31,6 +31,7 @@
 #include "silvafit/study/tree_table.hpp"
 #include "standard_output.hpp"
 #include "standard_streams.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -325,6 +326,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   refuse_idle_options(command, arguments);
   refuse_same_files({{"DATA.csv", arguments.data}},
                     {{"--residuals", arguments.resampling.residuals}});
+  require_table_output(arguments.resampling.residuals);
   // A single fit uses all threads.
   arguments.inference.threads = arguments.models.size() > 1 ? 1 : arguments.common.threads;
   if (arguments.formula.empty() == arguments.models.empty()) {

@@ -8,13 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "number_text.hpp"
-#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/residuals.hpp"
 #include "standard_output.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -228,6 +228,40 @@ void print_cross_validation(const fit::CrossValidation& result, const std::strin
   }
 }
 
+/// A row for each row of the table; one with missing values has no residual.
+data::Table residuals_table(const fit::Residuals& all, const data::Table& table) {
+  std::vector<double> lines;
+  data::TextColumn group;
+  std::vector<std::size_t> place_of_row(table.rows(), all.rows.size());
+  for (std::size_t i = 0; i < all.rows.size(); ++i) place_of_row[all.rows[i]] = i;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    lines.push_back(static_cast<double>(table.line(row) > 0 ? table.line(row) : row + 1));
+    const std::size_t place = place_of_row[row];
+    place < all.rows.size() ? group.append(all.group[place]) : group.append_missing();
+  }
+  data::Table result(table.rows());
+  result.set("line", std::move(lines));
+  result.set("group", std::move(group));
+  const auto add = [&](const char* name, const Eigen::VectorXd& values) {
+    std::vector<double> column;
+    for (const std::size_t place : place_of_row) {
+      const bool is_used = place < all.rows.size();
+      column.push_back(is_used ? values[static_cast<Eigen::Index>(place)] : data::kMissing);
+    }
+    result.set(name, std::move(column));
+  };
+  add("observed", all.observed);
+  add("fitted_population", all.population.fitted);
+  add("fitted_conditional", all.conditional.fitted);
+  add("residual_population", all.population.raw);
+  add("residual_conditional", all.conditional.raw);
+  add("standardized_population", all.population.standardized);
+  add("standardized_conditional", all.conditional.standardized);
+  add("normalized", all.normalized);
+  add("marginal", all.marginal);
+  return result;
+}
+
 }  // namespace
 
 void add_resampling_options(CLI::App& command, ResamplingArguments& arguments) {
@@ -260,8 +294,10 @@ void add_resampling_options(CLI::App& command, ResamplingArguments& arguments) {
                      "Column of the groups to draw or leave out (default: the groups of the random "
                      "effects, the outer ones if nested)");
   command
-      .add_option("--residuals", arguments.residuals, "CSV file for fitted values and residuals")
-      ->type_name("FILE.csv");
+      .add_option("--residuals",
+                  arguments.residuals,
+                  "File for fitted values and residuals: CSV, or a workbook (.xlsx, .ods)")
+      ->type_name("FILE");
 }
 
 std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
@@ -287,37 +323,9 @@ void write_residuals(const std::vector<fit::FittedModel>& fits,
                      const data::Table& table,
                      const ResamplingArguments& arguments) {
   if (arguments.residuals.empty() || !fits.front().convergence.converged()) return;
-  const fit::Residuals all = fit::residuals(fits.front(), table);
-  AtomicFile file(arguments.residuals);
-  std::ostream& stream = file.stream();
-  stream << "line,group,observed,fitted_population,fitted_conditional,residual_population,"
-            "residual_conditional,standardized_population,standardized_conditional,normalized,"
-            "marginal\n";
-  std::size_t next = 0;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    stream << (table.line(row) > 0 ? table.line(row) : row + 1);
-    const bool is_used = next < all.rows.size() && all.rows[next] == row;
-    if (!is_used) {
-      // A row with missing values: it has no residual.
-      stream << ",,,,,,,,,,\n";
-      continue;
-    }
-    stream << ',' << data::csv_field(all.group[next]);
-    const auto at = static_cast<Eigen::Index>(next++);
-    for (const Eigen::VectorXd* const values : {&all.observed,
-                                                &all.population.fitted,
-                                                &all.conditional.fitted,
-                                                &all.population.raw,
-                                                &all.conditional.raw,
-                                                &all.population.standardized,
-                                                &all.conditional.standardized,
-                                                &all.normalized,
-                                                &all.marginal}) {
-      stream << ',' << data::shortest((*values)[at]);
-    }
-    stream << '\n';
-  }
-  file.commit();
+  write_table(arguments.residuals,
+              "residuals",
+              residuals_table(fit::residuals(fits.front(), table), table));
 }
 
 std::string with_resampling(const std::string& fit_json,

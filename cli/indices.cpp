@@ -25,6 +25,7 @@ struct IndicesArguments {
   std::string out{};
   std::string excluded{};
   TableArguments table{};
+  PlotsArgument plots{};
   CommonOptions common{};
 };
 
@@ -102,9 +103,10 @@ struct Tables {
 };
 
 void run(const IndicesArguments& arguments) {
-  refuse_same_files(
-      {{"INVENTORY.csv", arguments.inventory}, {"--window", arguments.options.units.window}},
-      {{"--out", arguments.out}, {"--excluded", arguments.excluded}});
+  refuse_same_files({{"INVENTORY.csv", arguments.inventory},
+                     {"--window", arguments.options.units.window},
+                     {"--plots", arguments.plots.file}},
+                    {{"--out", arguments.out}, {"--excluded", arguments.excluded}});
   study::IndicesOptions options = arguments.options;
   if (options.stream && is_layer_output(arguments.out)) {
     throw UsageError("writes CSV only, because a layer is written as a whole",
@@ -114,6 +116,7 @@ void run(const IndicesArguments& arguments) {
   Tables tables(arguments);
   const TreeTable trees =
       open_inventory(arguments.inventory, arguments.table, options.units, arguments.common);
+  open_plots(arguments.plots, trees, arguments.common, options.sampling);
   const auto write = [&](const stand::CheckedInventory& checked,
                          const stand::StructuralUnits& units) {
     tables.excluded.write(checked.excluded);
@@ -139,6 +142,7 @@ void add_indices_command(CLI::App& program) {
       command, arguments->inventory, arguments->options.reading, arguments->table);
   add_unit_options(command, arguments->options.units);
   add_window_layer_option(command, arguments->table);
+  add_sampling_options(command, arguments->options.sampling, arguments->plots);
   command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
   command
       .add_option("--excluded",

@@ -114,6 +114,98 @@ void add_inventory_options(CLI::App& command,
   add_dead_option(command, settings);
 }
 
+void add_sampling_options(CLI::App& command,
+                          study::SamplingSettings& settings,
+                          PlotsArgument& plots) {
+  CLI::Option* const file =
+      command
+          .add_option("--plots",
+                      plots.file,
+                      "Table of plots, joined by the column plot: area in m2 or radius in m, "
+                      "stratum, share, slope, x, y and others; CSV, workbook, layer or database")
+          ->type_name("FILE");
+  CLI::Option* const layer =
+      command.add_option("--plots-layer", plots.choice.layer, "Sheet or layer of --plots")
+          ->type_name("NAME")
+          ->needs(file);
+  command.add_option("--plots-sql", plots.choice.sql, "Query that makes the table of plots")
+      ->type_name("QUERY")
+      ->needs(file)
+      ->excludes(layer);
+  command
+      .add_option("--plots-columns",
+                  settings.plots_columns,
+                  "Names or formulas of the columns of --plots, such as area=SIZE*100")
+      ->type_name("NAME=COLUMN,...")
+      ->needs(file)
+      ->allow_extra_args(false);
+  command
+      .add_option("--circles",
+                  settings.circles,
+                  "Concentric circles: from which dbh in cm trees are counted up to which radius "
+                  "in m, such as 7=4,15=8,30=12")
+      ->delimiter(',')
+      ->type_name("DBH=RADIUS,...");
+  CLI::Option* const angle =
+      command
+          .add_option("--angle-count",
+                      settings.angle_count,
+                      "Plots are angle counts with this basal area factor in m2/ha")
+          ->check(CLI::PositiveNumber)
+          ->type_name("FACTOR");
+  command
+      .add_option("--smallest-dbh",
+                  settings.smallest_dbh_cm,
+                  "Angle counts: smallest dbh that is counted in cm (default: the smallest dbh)")
+      ->check(CLI::PositiveNumber)
+      ->type_name("CM")
+      ->needs(angle);
+  command
+      .add_option("--expansion",
+                  settings.expansion,
+                  "Column with the number of trees per ha that each tree stands for")
+      ->type_name("COLUMN");
+  command
+      .add_option("--subplots", settings.subplots, "Number of circles of a plot, all of one kind")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      .add_option("--subplot",
+                  settings.subplot,
+                  "Column with the subplot of each tree, within which neighbors are searched")
+      ->type_name("COLUMN");
+  command.add_flag("--slope-correction",
+                   settings.slope_correction,
+                   "Distances of plots were measured along the slope of --plots");
+}
+
+void add_equation_options(CLI::App& command, study::EquationSettings& settings) {
+  CLI::Option* const equations =
+      command
+          .add_option("--equations",
+                      settings.equations,
+                      "Equations of volume, biomass and carbon, for all or single species, such as "
+                      "laasasenaho-pine,B=taper; taper is the volume by the taper equation that "
+                      "trees are drawn with (silvafit models --equations lists them)")
+          ->delimiter(',')
+          ->type_name("[SPECIES=]ID,...");
+  command
+      .add_option("--equation-file",
+                  settings.files,
+                  "File of further equations (JSON, schema silvafit-tree-equations/1)")
+      ->type_name("FILE.json")
+      ->needs(equations)
+      ->allow_extra_args(false);
+}
+
+void open_plots(const PlotsArgument& plots,
+                const TreeTable& trees,
+                const CommonOptions& common,
+                study::SamplingSettings& settings) {
+  if (plots.file.empty()) return;
+  settings.plots = open_further_table(plots.file, plots.choice, trees, common);
+}
+
 void add_unit_options(CLI::App& command, study::UnitSettings& settings) {
   command.add_option("--neighbors", settings.neighbors, "Number of neighbors in a structural unit")
       ->capture_default_str();

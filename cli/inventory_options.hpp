@@ -7,6 +7,7 @@
 
 #include "command.hpp"
 #include "silvafit/stand/structural_units.hpp"
+#include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 #include "table_arguments.hpp"
 
@@ -37,6 +38,27 @@ void add_inventory_options(CLI::App& command,
                            std::string& inventory,
                            study::ReadingSettings& settings,
                            TableArguments& table);
+
+/// The table of plots of --plots, before it is opened.
+struct PlotsArgument {
+  std::string file{};
+  source::TableChoice choice{};
+};
+
+/// Adds --plots, --plots-layer, --plots-sql, --plots-columns, --circles, --angle-count,
+/// --smallest-dbh, --expansion, --subplots, --subplot and --slope-correction.
+void add_sampling_options(CLI::App& command,
+                          study::SamplingSettings& settings,
+                          PlotsArgument& plots);
+
+/// Adds --equations and --equation-file.
+void add_equation_options(CLI::App& command, study::EquationSettings& settings);
+
+/// Opens the table of plots, in the coordinates of the trees, if there is one.
+void open_plots(const PlotsArgument& plots,
+                const TreeTable& trees,
+                const CommonOptions& common,
+                study::SamplingSettings& settings);
 
 /// Adds --neighbors, --alpha, --edge, --buffer, --window, --circle, --per, --dominance, --crowding,
 /// --further, --competition-radius and --open-grown.

@@ -11,6 +11,7 @@
 #include "command.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/tree_equations.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "standard_output.hpp"
 
@@ -24,6 +25,7 @@ struct ModelsOptions {
   std::vector<std::string> ids{};
   std::string response{};
   bool builders = false;
+  bool equations = false;
 };
 
 const char* word_of(study::Sign sign) {
@@ -160,7 +162,72 @@ void show_builders(const ModelsOptions& options) {
   }
 }
 
+// ---- Equations of volume, biomass and carbon
+// -----------------------------------------------------
+
+std::string domain_text(const study::TreeEquation& equation) {
+  std::vector<std::string> parts;
+  for (const study::EquationRange& range : equation.domain) {
+    parts.push_back(fmt::format("{} {} to {}", range.column, range.low, range.high));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void print_equation(const study::TreeEquation& equation) {
+  print_text("{}\n  {} [{}]\n  {}\n",
+             equation.id,
+             equation.title.empty() ? equation.quantity : equation.title,
+             equation.unit,
+             equation.formula);
+  if (!equation.species.empty()) {
+    print_text("  species: {}\n", fmt::format("{}", fmt::join(equation.species, ", ")));
+  }
+  if (!equation.region.empty()) print_text("  region: {}\n", equation.region);
+  if (!equation.domain.empty()) print_text("  domain: {}\n", domain_text(equation));
+  for (const std::string& source : equation.source) print_text("  source: {}\n", source);
+}
+
+nlohmann::ordered_json equation_json(const study::TreeEquation& equation) {
+  nlohmann::ordered_json domain = nlohmann::ordered_json::object();
+  for (const study::EquationRange& range : equation.domain) {
+    domain[range.column] = {range.low, range.high};
+  }
+  return {{"id", equation.id},
+          {"title", equation.title},
+          {"quantity", equation.quantity},
+          {"unit", equation.unit},
+          {"formula", equation.formula},
+          {"value", equation.value.text()},
+          {"species", equation.species},
+          {"region", equation.region},
+          {"domain", std::move(domain)},
+          {"source", equation.source}};
+}
+
+void show_equations(const ModelsOptions& options) {
+  const auto equations = study::TreeEquations::load(data_directory() / "models");
+  std::vector<const study::TreeEquation*> chosen;
+  for (const std::string& id : options.ids) chosen.push_back(&equations.find(id));
+  if (options.ids.empty()) {
+    for (const study::TreeEquation& equation : equations.all()) chosen.push_back(&equation);
+  }
+  if (!options.common.json) {
+    for (const study::TreeEquation* const equation : chosen) print_equation(*equation);
+    return;
+  }
+  nlohmann::ordered_json result{{"schema", "silvafit-equations/1"},
+                                {"equations", nlohmann::ordered_json::array()}};
+  for (const study::TreeEquation* const equation : chosen) {
+    result["equations"].push_back(equation_json(*equation));
+  }
+  print_json_value(result);
+}
+
 void run(const ModelsOptions& options) {
+  if (options.equations) {
+    show_equations(options);
+    return;
+  }
   if (options.builders) {
     show_builders(options);
     return;
@@ -180,14 +247,21 @@ void run(const ModelsOptions& options) {
 
 void add_models_command(CLI::App& program) {
   auto options = std::make_shared<ModelsOptions>();
-  CLI::App* command =
-      program.add_subcommand("models", "Show the catalogue of base models, or the tree builders");
+  CLI::App* command = program.add_subcommand(
+      "models",
+      "Show the catalogue of base models, equations of volume and biomass, or tree builders");
   add_common_options(*command, options->common);
   command->add_option("id", options->ids, "Entries to show in full, such as M4");
   command->add_option("--response", options->response, "Only models for h, hcb or cw")
       ->check(CLI::IsMember({"h", "hcb", "cw"}));
   command->add_flag("--builders", options->builders, "Tree builders and their presets, for `grow`")
       ->excludes("id")
+      ->excludes("--response");
+  command
+      ->add_flag("--equations",
+                 options->equations,
+                 "Equations of volume, biomass and carbon, for `stand` and `predict`")
+      ->excludes("--builders")
       ->excludes("--response");
   add_example(*command, "silvafit models --response cw");
   command->callback([options] { run(*options); });

@@ -73,6 +73,7 @@ void run(const CLI::App& command, PredictArguments arguments) {
   const study::ModelLibrary library = library_named(arguments.library);
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   arguments.settings.threads = arguments.common.threads;
+  arguments.settings.equations.models = data_directory() / "models";
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
   Progress progress(arguments.common);
   const study::TablePrediction prediction = study::predict_table(
@@ -165,6 +166,7 @@ void add_predict_command(CLI::App& program) {
   add_columns_option(command, reading, "Names or formulas of the columns, such as dbh=DBH_cm");
   add_sheet_options(command, reading);
   add_trust_units_option(command, reading);
+  add_equation_options(command, arguments->settings.equations);
   command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
   add_common_options(command, arguments->common);
   add_example(command,

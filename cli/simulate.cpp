@@ -14,6 +14,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/data/csv.hpp"
 #include "standard_output.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -51,10 +52,15 @@ void print_summary(const SimulateOptions& options,
 void run(const SimulateOptions& options) {
   refuse_same_files({{"DESIGN.json", options.design}},
                     {{"--out", options.out}, {"--truth", options.truth}});
+  require_table_output(options.out);
   const study::SimulationDesign design = study::read_design(options.design);
   const study::SimulatedStand stand =
       study::simulate(design, options.common.seed, options.common.threads);
-  data::write_csv_table(stand::to_table(stand.inventory), options.out);
+  if (is_layer_output(options.out)) {
+    write_trees(options.out, stand::to_table(stand.inventory), {}, {}, options.common);
+  } else {
+    data::write_csv_table(stand::to_table(stand.inventory), options.out);
+  }
   if (!options.truth.empty()) {
     write_file(options.truth, study::truth_json(design, stand, options.common.seed));
   }
@@ -81,7 +87,12 @@ void add_simulate_command(CLI::App& program) {
   command->add_option("design", options->design, "Design of the stand (JSON)")
       ->type_name("DESIGN.json")
       ->required();
-  command->add_option("--out", options->out, "Inventory to write (CSV)")->required();
+  command
+      ->add_option("--out",
+                   options->out,
+                   "Inventory to write: CSV, or by its ending a layer (.gpkg, .fgb) or a workbook "
+                   "(.xlsx, .ods)")
+      ->required();
   command->add_option("--truth", options->truth, "Where to write what was drawn (JSON)");
   add_example(*command,
               "silvafit simulate examples/fir-mixed/design.json --out inventory.csv "

@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: MIT
 // silvafit stand: stand tables by plot, stratum, species, diameter and structure.
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
 
 #include "command.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/paths.hpp"
+#include "silvafit/source/write_layers.hpp"
 #include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
 #include "stand_output.hpp"
 #include "standard_output.hpp"
+#include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
@@ -18,34 +27,87 @@ struct StandArguments {
   std::string inventory{};
   study::StandOptions options{};
   std::string out{};
+  bool growth = false;
   TableArguments table{};
+  PlotsArgument plots{};
   CommonOptions common{};
 };
 
-void run(const StandArguments& arguments) {
-  refuse_same_files(
-      {{"INVENTORY.csv", arguments.inventory}, {"--window", arguments.options.units.window}},
-      files_in({"--out", arguments.out},
-               {"plots.csv",
-                "strata.csv",
-                "species.csv",
-                "diameters.csv",
-                "classes.csv",
-                "indices.csv"}));
-  study::StandOptions options = arguments.options;
-  options.threads = arguments.common.threads;
-  const TreeTable trees =
-      open_inventory(arguments.inventory, arguments.table, options.units, arguments.common);
+/// Writes tables as sheets of a workbook, or as CSV files into a folder.
+void write_tables(const std::string& out, std::vector<std::pair<std::string, data::Table>> tables) {
+  if (!is_layer_output(out)) {
+    const ResultFolder results(out);
+    for (const auto& [name, table] : tables) {
+      data::write_csv_table(table, std::filesystem::path(out) / (name + ".csv"));
+    }
+    return;
+  }
+  std::vector<source::Layer> sheets;
+  for (auto& [name, table] : tables) sheets.push_back({.name = name, .table = std::move(table)});
+  source::write_layers(out, sheets, std::nullopt);
+}
+
+void run_tables(const StandArguments& arguments,
+                const TreeTable& trees,
+                const study::StandOptions& options) {
   Progress progress(arguments.common);
   const study::StandSummary summary =
       study::stand_summary(trees.table, options, callbacks(arguments.common, progress));
-  if (!arguments.out.empty()) {
+  if (is_layer_output(arguments.out)) {
+    write_tables(arguments.out, stand::tables_of(summary.report));
+  } else if (!arguments.out.empty()) {
     stand::write_stand(summary.inventory.inventory, summary.report, arguments.out);
   }
   if (arguments.common.json) {
     print_json_value(study::json_of(summary));
   } else {
     print_stand(summary.report);
+  }
+}
+
+void run_growth(const StandArguments& arguments,
+                const TreeTable& trees,
+                const study::StandOptions& options) {
+  Progress progress(arguments.common);
+  const study::GrowthSummary summary =
+      study::stand_growth(trees.table, options, callbacks(arguments.common, progress));
+  if (!arguments.out.empty()) write_tables(arguments.out, stand::tables_of(summary.report));
+  if (arguments.common.json) {
+    print_json_value(study::json_of(summary));
+  } else {
+    print_growth(summary.report);
+  }
+}
+
+void run(const StandArguments& arguments) {
+  require_table_output(arguments.out);
+  if (arguments.out.ends_with(".fgb")) {
+    throw UsageError("a FlatGeobuf file has one table only; give a folder, .xlsx, .ods or .gpkg",
+                     {.column = "--out"});
+  }
+  refuse_same_files({{"INVENTORY.csv", arguments.inventory},
+                     {"--window", arguments.options.units.window},
+                     {"--plots", arguments.plots.file}},
+                    files_in({"--out", arguments.out},
+                             {"plots.csv",
+                              "strata.csv",
+                              "species.csv",
+                              "diameters.csv",
+                              "classes.csv",
+                              "indices.csv",
+                              "growth_trees.csv",
+                              "growth_plots.csv",
+                              "growth_strata.csv"}));
+  study::StandOptions options = arguments.options;
+  options.threads = arguments.common.threads;
+  options.equations.models = data_directory() / "models";
+  const TreeTable trees =
+      open_inventory(arguments.inventory, arguments.table, options.units, arguments.common);
+  open_plots(arguments.plots, trees, arguments.common, options.sampling);
+  if (arguments.growth) {
+    run_growth(arguments, trees, options);
+  } else {
+    run_tables(arguments, trees, options);
   }
 }
 
@@ -95,7 +157,17 @@ void add_stand_command(CLI::App& program) {
   add_figure_options(command, *arguments);
   add_unit_options(command, arguments->options.units);
   add_window_layer_option(command, arguments->table);
-  command.add_option("--out", arguments->out, "Write the tables as CSV files to this folder")
+  add_sampling_options(command, arguments->options.sampling, arguments->plots);
+  add_equation_options(command, arguments->options.equations);
+  command.add_flag("--growth",
+                   arguments->growth,
+                   "Growth between repeated measurements instead of stand tables: increments, "
+                   "ingrowth, mortality and cut; needs a column year or date");
+  command
+      .add_option("--out",
+                  arguments->out,
+                  "Write the tables as CSV files to this folder, or as sheets of a workbook "
+                  "(.xlsx, .ods)")
       ->type_name("DIR");
   add_common_options(command, arguments->common);
   add_example(command,

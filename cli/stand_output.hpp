@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
-// A stand report as text tables on standard output.
+// Stand and growth reports as text tables on standard output.
 #pragma once
 
+#include "silvafit/stand/growth.hpp"
 #include "silvafit/stand/stand_report.hpp"
 
 namespace silvafit::cli {
 
 void print_stand(const stand::StandReport& report);
+
+void print_growth(const stand::GrowthReport& report);
 
 }  // namespace silvafit::cli

@@ -8,74 +8,41 @@
 
 #include "stand_output.hpp"
 #include "standard_output.hpp"
+#include "text_table.hpp"
 
 namespace silvafit::cli {
 namespace {
 
-std::string rounded(double value, int digits = 1) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
-}
-
-std::string with_error(double value, double error, int digits = 1) {
-  if (!std::isfinite(error)) return rounded(value, digits);
-  return fmt::format("{} +- {}", rounded(value, digits), rounded(error, digits));
-}
-
-std::string name_or(const std::string& name, const char* otherwise) {
-  return name.empty() ? otherwise : name;
-}
-
-/// Columns as wide as their widest cell; the first left-aligned, others right-aligned.
-class TextTable {
- public:
-  explicit TextTable(std::vector<std::string> header) { rows_.push_back(std::move(header)); }
-
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
-  void print() const;
-
- private:
-  std::vector<std::vector<std::string>> rows_{};
-};
-
-void TextTable::print() const {
-  std::vector<std::size_t> widths(rows_.front().size(), 0);
-  for (const auto& row : rows_) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  }
-  for (const auto& row : rows_) {
-    std::string line = fmt::format("{:<{}}", row[0], widths[0]);
-    for (std::size_t i = 1; i < row.size(); ++i) line += fmt::format("  {:>{}}", row[i], widths[i]);
-    print_text("{}\n", line);
-  }
-  print_text("\n");
-}
-
 void print_areas(const stand::StandReport& report) {
-  TextTable table({"plot",
-                   "trees",
-                   "ha",
-                   "N/ha",
-                   "G m2/ha",
-                   "QMD cm",
-                   "mean h",
-                   "dom. h",
-                   "cover %",
-                   "R",
-                   "R Donnelly"});
+  std::vector<std::string> header{"plot",
+                                  "trees",
+                                  "ha",
+                                  "N/ha",
+                                  "G m2/ha",
+                                  "QMD cm",
+                                  "mean h",
+                                  "dom. h",
+                                  "cover %",
+                                  "R",
+                                  "R Donnelly"};
+  for (const std::string& name : report.quantities) header.push_back(name + "/ha");
+  TextTable table(header);
   const auto add = [&table](const std::string& name,
                             const stand::StandFigures& figures,
                             const std::optional<stand::ClarkEvans>& pattern) {
-    table.add({name,
-               std::to_string(figures.trees),
-               rounded(figures.area_ha, 4),
-               rounded(figures.stems_per_ha),
-               rounded(figures.basal_area_m2_per_ha),
-               rounded(figures.quadratic_mean_dbh_cm),
-               rounded(figures.mean_height_m),
-               rounded(figures.dominant_height_m),
-               rounded(figures.crown_cover_percent),
-               pattern ? rounded(pattern->R, 3) : "-",
-               pattern ? rounded(pattern->R_donnelly, 3) : "-"});
+    std::vector<std::string> row{name,
+                                 std::to_string(figures.trees),
+                                 rounded(figures.area_ha, 4),
+                                 rounded(figures.stems_per_ha),
+                                 rounded(figures.basal_area_m2_per_ha),
+                                 rounded(figures.quadratic_mean_dbh_cm),
+                                 rounded(figures.mean_height_m),
+                                 rounded(figures.dominant_height_m),
+                                 rounded(figures.crown_cover_percent),
+                                 pattern ? rounded(pattern->R, 3) : "-",
+                                 pattern ? rounded(pattern->R_donnelly, 3) : "-"};
+    for (const double per_ha : figures.quantities_per_ha) row.push_back(rounded(per_ha));
+    table.add(std::move(row));
   };
   for (const stand::AreaReport& area : report.areas) {
     add(name_or(area.area.name, "stand"), area.figures, area.clark_evans);
@@ -88,7 +55,9 @@ void print_areas(const stand::StandReport& report) {
 
 void print_strata(const stand::StandReport& report) {
   const bool has_totals = std::isfinite(report.strata.back().area_ha);
-  std::vector<std::string> header{"stratum", "plots", "trees", "N/ha", "G m2/ha"};
+  std::vector<std::string> header{
+      "stratum", "plots", "trees", "N/ha", "G m2/ha", "QMD cm", "mean h"};
+  for (const std::string& name : report.quantities) header.push_back(name + "/ha");
   if (has_totals) header.insert(header.end(), {"ha", "N", "G m2"});
   TextTable table(header);
   for (const stand::StratumFigures& stratum : report.strata) {
@@ -97,7 +66,13 @@ void print_strata(const stand::StandReport& report) {
         std::to_string(stratum.plots),
         std::to_string(stratum.trees),
         with_error(stratum.stems.per_ha, stratum.stems.standard_error),
-        with_error(stratum.basal_area_m2.per_ha, stratum.basal_area_m2.standard_error, 2)};
+        with_error(stratum.basal_area_m2.per_ha, stratum.basal_area_m2.standard_error, 2),
+        with_error(stratum.quadratic_mean_dbh_cm.value,
+                   stratum.quadratic_mean_dbh_cm.standard_error),
+        with_error(stratum.mean_height_m.value, stratum.mean_height_m.standard_error)};
+    for (const stand::Estimate& quantity : stratum.quantities) {
+      row.push_back(with_error(quantity.per_ha, quantity.standard_error));
+    }
     if (has_totals) {
       row.push_back(rounded(stratum.area_ha, 2));
       row.push_back(with_error(stratum.stems.total, stratum.stems.total_standard_error, 0));

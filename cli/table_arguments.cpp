@@ -53,6 +53,16 @@ TreeTable open_trees(const std::string& name,
   return {.table = std::move(opened.table), .coordinates = std::move(opened.coordinates)};
 }
 
+data::TableSource open_further_table(const std::string& name,
+                                     const source::TableChoice& choice,
+                                     const TreeTable& trees,
+                                     const CommonOptions& common) {
+  source::OpenedTable opened =
+      source::open_table(name, choice, source::GeometryUse::kPositions, trees.coordinates);
+  say_notes(opened, common);
+  return std::move(opened.table);
+}
+
 TreeTable open_inventory(const std::string& name,
                          const TableArguments& arguments,
                          study::UnitSettings& units,

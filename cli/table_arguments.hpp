@@ -35,6 +35,12 @@ TreeTable open_trees(const std::string& name,
                      const TableArguments& arguments,
                      const CommonOptions& common);
 
+/// Opens another table of a command, in the coordinates of the trees if both are known.
+data::TableSource open_further_table(const std::string& name,
+                                     const source::TableChoice& choice,
+                                     const TreeTable& trees,
+                                     const CommonOptions& common);
+
 /// Opens the trees, and reads the windows of --window if they are a layer, in the coordinates of
 /// the trees. If the trees are a CSV file, --layer means the layer of the windows.
 /// \param units  gets the windows

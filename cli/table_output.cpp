@@ -90,6 +90,11 @@ data::Table table_of_csv(std::string text,
   return table;
 }
 
+void write_table(const std::string& out, const std::string& name, data::Table table) {
+  if (!is_layer_output(out)) return data::write_csv_table(table, out);
+  source::write_layers(out, {{.name = name, .table = std::move(table)}}, std::nullopt);
+}
+
 std::optional<source::Layer> plot_layer(const stand::Inventory& inventory,
                                         const stand::PlotWindows& windows) {
   if (windows.domains.empty()) return std::nullopt;

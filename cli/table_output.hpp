@@ -32,6 +32,10 @@ data::Table table_of_csv(std::string text,
                          const std::string& file,
                          const study::ReadingSettings& reading);
 
+/// Writes one table: as CSV, or as a sheet or layer without geometry by the ending of the file.
+/// \throws as source::write_layers
+void write_table(const std::string& out, const std::string& name, data::Table table);
+
 /// A layer of the windows of plots, with their trees and area; nothing without windows.
 std::optional<source::Layer> plot_layer(const stand::Inventory& inventory,
                                         const stand::PlotWindows& windows);

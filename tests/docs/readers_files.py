@@ -36,6 +36,7 @@ MADE_BY = {
     "new.csv": f"awk -F, -v OFS=, 'NR == 1 || $1 == 1 {{ if (NR > 1) {{ $1 = \"new\"; if (NR % 4) $8 = \"\" }} print }}' "
                f"{EXAMPLE} > new.csv",
     "plots.geojson": PLOTS,
+    "plots.csv": """awk 'BEGIN { print "plot,area,stratum"; for (p = 1; p <= 10; p++) print p ",5000," (p < 6 ? "a" : "b") }' > plots.csv""",
     "one.json": f"silvafit fit {EXAMPLE} {CURVE} > one.json",
     "two.json": f"silvafit fit {EXAMPLE} {CURVE} --random 'a | plot' > two.json",
     "three.json": f"silvafit fit {EXAMPLE} {CURVE} --random 'a + b | plot' > three.json",

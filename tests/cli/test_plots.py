@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""Sampled plots and growth from the built program (docs/plots.md, docs/growth.md)."""
+
+import csv
+import math
+import unittest
+
+from silvafit_program import ProgramTest
+
+HECTARE = 10000
+
+
+class SampledPlots(ProgramTest):
+    def test_subplots_and_microplots_have_the_factors_of_the_forest_service(self):
+        self.write("trees.csv", "plot,subp,tree,species,dbh\n1,1,1,A,5\n1,2,1,A,30\n2,4,1,A,41\n")
+        stand = self.run_json("stand", "trees.csv", "--circles", "2.54=2.07264,12.7=7.3152", "--subplots", "4")
+        acre = 0.40468564224
+        plots = {one["plot"]: one["stems_per_ha"] * acre for one in stand["areas"]}
+        # TPA_UNADJ of the FIADB User Guide: 74.965282 and 6.018046 trees per acre.
+        self.assertAlmostEqual(plots["1"], 74.965282 + 6.018046, delta=1e-5)
+        self.assertAlmostEqual(plots["2"], 6.018046, delta=1e-6)
+        # The same as factors of a column.
+        self.write("tpa.csv", "plot,tree,species,dbh,TPA_UNADJ\n1,1,A,5,74.965282\n1,2,A,30,6.018046\n2,1,A,41,6.018046\n")
+        factors = self.run_json("stand", "tpa.csv", "--columns", "tph=TPA_UNADJ/0.40468564224", "--expansion", "tph")
+        self.assertAlmostEqual(factors["all"]["stems_per_ha"], stand["all"]["stems_per_ha"], delta=1e-4)
+        self.assertIsNone(factors["areas"][0]["area_ha"])
+
+    def test_a_table_of_plots_has_areas_strata_and_empty_plots(self):
+        self.write("trees.csv", "plot,tree,species,dbh,h\n1,1,A,20,15\n1,2,A,30,21\n2,1,A,25,18\n7,1,A,25,18\n")
+        self.write("plots.csv", "Plot ID,Area (ha),Stratum,stratum_area\n1,0.04,wet,20\n2,0.04,wet,20\n3,0.05,dry,30\n4,0.05,dry,30\n")
+        done = self.run_program("stand", "trees.csv", "--plots", "plots.csv", "--out", "tables")
+        self.assertIn("1 plot is not in the table of plots and not counted, because the area is unknown: 7", done.stderr)
+        self.assertIn("2 plots of the table have no tree and are counted as empty: 3, 4", done.stderr)
+        self.assertIn("table of plots: plot is read from column Plot ID, ", done.stderr)
+        with open(self.folder / "tables/strata.csv", newline="") as file:
+            strata = {row["stratum"]: row for row in csv.DictReader(file)}
+        # 50 and 25 trees per ha in wet, none in dry.
+        self.assertAlmostEqual(float(strata["wet"]["stems_per_ha"]), 37.5, delta=1e-9)
+        self.assertAlmostEqual(float(strata["wet"]["stems_per_ha_se"]), 12.5, delta=1e-9)
+        self.assertAlmostEqual(float(strata["all"]["stems_total"]), 750, delta=1e-9)
+        self.assertAlmostEqual(float(strata["all"]["stems_total_se"]), 250, delta=1e-9)
+
+    def test_core_trees_are_within_the_circle_of_the_smallest_dbh(self):
+        rows = ["plot,tree,species,x,y,dbh"]
+        for tree in range(36):
+            x, y = 2 * (tree % 6) - 5, 2 * (tree // 6) - 5
+            rows.append(f"1,{tree},A,{x},{y},{10 if math.hypot(x, y) <= 4 else 40}")
+        self.write("trees.csv", "\n".join(rows) + "\n")
+        done = self.run_program("indices", "trees.csv", "--circles", "7=4,30=12", "--edge", "hanisch")
+        self.assertIn("complete only within 4 m of the center", done.stderr)
+        core = {row["tree"]: int(row["core"]) for row in csv.DictReader(done.stdout.splitlines())}
+        # The 4th neighbor is 2 m away; only the four trees at 1.41 m are more than that from the circle.
+        self.assertEqual({tree for tree, is_core in core.items() if is_core}, {"14", "15", "20", "21"})
+
+    def test_designs_and_windows_exclude_each_other(self):
+        self.write("trees.csv", "plot,tree,species,dbh\n1,1,A,20\n")
+        message = self.run_program("stand", "trees.csv", "--angle-count", "4", "--plot-area", "400", status=2).stderr
+        self.assertIn("the sampling design gives the areas", message)
+        message = self.run_program("stand", "trees.csv", "--circles", "7:4", status=2).stderr
+        self.assertIn("is not DBH=RADIUS", message)
+
+
+class Growth(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write("trees.csv", "plot,tree,species,date,dbh,h,status\n"
+                   "1,1,A,2010-07-01,20,15,alive\n1,2,A,2010-07-01,30,21,alive\n1,3,A,2010-07-01,25,18,alive\n"
+                   "1,1,A,2015-07-01,22,16,alive\n1,2,A,2015-07-01,,,cut\n1,4,A,2015-07-01,8,7,alive\n")
+
+    def test_fates_and_increments(self):
+        growth = self.run_json("stand", "trees.csv", "--growth", "--plot-area", "500")
+        self.assertEqual(growth["trees"], {"survivor": 1, "ingrowth": 1, "mortality": 0, "cut": 1, "not found": 1})
+        years = 1826 / 365.25
+        self.assertAlmostEqual(growth["plots"][0]["years"], years, delta=1e-9)
+        self.assertAlmostEqual(growth["plots"][0]["stems"]["cut"], 20 / years, delta=1e-9)
+        self.run_program("stand", "trees.csv", "--growth", "--plot-area", "500", "--out", "growth")
+        with open(self.folder / "growth/growth_trees.csv", newline="") as file:
+            trees = list(csv.DictReader(file))
+        self.assertEqual([tree["fate"] for tree in trees], ["survivor", "cut", "not found", "ingrowth"])
+        self.assertAlmostEqual(float(trees[0]["id"]), 2 / years, delta=1e-9)
+
+    def test_the_first_measurement_is_the_stand(self):
+        stand = self.run_json("stand", "trees.csv", "--plot-area", "500")
+        self.assertEqual(stand["all"]["trees"], 4)
+
+    def test_growth_needs_two_times(self):
+        self.write("once.csv", "plot,tree,species,dbh\n1,1,A,20\n")
+        message = self.run_program("stand", "once.csv", "--growth", status=3).stderr
+        self.assertIn("--columns year=COLUMN", message)
+
+
+if __name__ == "__main__":
+    unittest.main()
