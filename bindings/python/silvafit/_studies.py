@@ -31,6 +31,21 @@ def _index(frame: Optional[Frame]) -> Optional[pd.Index]:
     return None if frame is None else frame.rows
 
 
+def sampling_arguments(options: Dict[str, Any]) -> Dict[str, Any]:
+    """Options with the table of plots, circles and equations as the libraries take them."""
+    result = dict(options)
+    if result.get("plots") is not None:
+        result["plots"] = source_of(result["plots"])[0]
+    if result.get("equations") is not None:
+        equations = result["equations"]
+        result["equations"] = [f"{species}={name}" if species else name for species, name in equations.items()] \
+            if isinstance(equations, Mapping) else [equations] if isinstance(equations, str) else list(equations)
+        result["models"] = _location.models_directory()
+    if isinstance(result.get("circles"), Mapping):
+        result["circles"] = [f"{dbh!r}={radius!r}" for dbh, radius in result["circles"].items()]
+    return result
+
+
 def structural_units(
     trees: Any,
     window: Any = None,
@@ -68,7 +83,10 @@ def structural_units(
         Show a bar (tqdm); None: on a terminal.
     **options
         alpha, dominance, crowding, competition_radius, open_grown, circle (docs/structural-units.md);
-        columns, missing, fill_down, dead, trust_units, case_sensitive (docs/inventory.md).
+        columns, missing, fill_down, dead, trust_units, case_sensitive (docs/inventory.md). For sampled
+        plots plots (a DataFrame or path with a row for each plot), plots_columns, circles such as
+        {7: 4, 30: 12}, angle_count, smallest_dbh, expansion, subplots, subplot, slope_correction
+        (docs/plots.md).
 
     Returns
     -------
@@ -78,7 +96,7 @@ def structural_units(
     """
     source, frame = source_of(trees)
     keywords = {"edge": edge, "buffer": buffer, "per": per, "neighbors": neighbors, "further": list(further),
-                "threads": threads, **window_arguments(window), **options}
+                "threads": threads, **window_arguments(window), **sampling_arguments(options)}
     with Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
         found = _core.structural_units(source, keywords, listener)
     result = data_frame(found["table"], _index_of(frame, found["rows"]))
@@ -150,15 +168,56 @@ def stand_summary(
         Column with each tree's stratum.
     stratum_areas : dict, optional
         Areas of strata [ha].
+    equations, equation_files : list of str, optional
+        Equations of volume, biomass and carbon, such as ["jenkins-pine", "ipcc-carbon"] or {"A": "taper"},
+        and files of further ones (docs/volume.md).
     diameter_class : float
         Width of diameter classes [cm].
     """
     source, frame = source_of(trees)
     keywords = {"edge": edge, "buffer": buffer, "plot_area": plot_area, "stratum": stratum,
                 "stratum_areas": None if stratum_areas is None else dict(stratum_areas),
-                "diameter_class": diameter_class, "threads": threads, **window_arguments(window), **options}
+                "diameter_class": diameter_class, "threads": threads, **window_arguments(window), **sampling_arguments(options)}
     with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
         return Stand(_core.stand_summary(source, keywords, listener), listener.notes)
+
+
+def stand_growth(
+    trees: Any,
+    window: Any = None,
+    *,
+    plot_area: Optional[float] = None,
+    stratum: Optional[str] = None,
+    stratum_areas: Optional[Mapping[str, float]] = None,
+    threads: int = 0,
+    **options: Any,
+) -> Dict[str, pd.DataFrame]:
+    """Compute growth between repeated measurements: increments, ingrowth, mortality and cut.
+
+    Parameters
+    ----------
+    trees : DataFrame, dict of arrays, or path of a CSV file
+        A row for each tree and time, with a column year or date; a column of the status says which
+        trees are dead or cut (docs/growth.md).
+    window, plot_area, stratum, stratum_areas, threads, **options
+        As in `stand_summary`.
+
+    Returns
+    -------
+    dict of str to DataFrame
+        growth_trees, growth_plots and growth_strata. The ``attrs`` of each have the notes and the JSON
+        of ``silvafit stand --growth`` (summary).
+    """
+    source, frame = source_of(trees)
+    keywords = {"plot_area": plot_area, "stratum": stratum,
+                "stratum_areas": None if stratum_areas is None else dict(stratum_areas),
+                "threads": threads, **window_arguments(window), **sampling_arguments(options)}
+    with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
+        found = _core.stand_growth(source, keywords, listener)
+    tables = {name: data_frame(table) for name, table in found["tables"]}
+    for table in tables.values():
+        table.attrs.update(summary=json.loads(found["json"]), notes=listener.notes)
+    return tables
 
 
 def impute(

@@ -9,6 +9,8 @@
 #include <string>
 #include <utility>
 
+#include "tables.hpp"
+
 namespace silvafit::python {
 namespace {
 
@@ -60,6 +62,34 @@ study::UnitSettings take_units(Arguments& arguments) {
   arguments.take("open_grown", units.open_grown);
   units.windows = windows_of(windows);
   return units;
+}
+
+study::SamplingSettings take_sampling(Arguments& arguments) {
+  study::SamplingSettings sampling;
+  py::object plots = py::none();
+  arguments.take("plots", plots);
+  if (!plots.is_none()) sampling.plots = source_of(plots);
+  std::map<std::string, std::string> columns;
+  arguments.take("plots_columns", columns);
+  for (const auto& [name, source] : columns) sampling.plots_columns.push_back(name + "=" + source);
+  arguments.take("circles", sampling.circles);
+  arguments.take("angle_count", sampling.angle_count);
+  arguments.take("smallest_dbh", sampling.smallest_dbh_cm);
+  arguments.take("expansion", sampling.expansion);
+  arguments.take("subplots", sampling.subplots);
+  arguments.take("subplot", sampling.subplot);
+  arguments.take("slope_correction", sampling.slope_correction);
+  return sampling;
+}
+
+study::EquationSettings take_equations(Arguments& arguments) {
+  study::EquationSettings settings;
+  std::string models;
+  arguments.take("equations", settings.equations);
+  arguments.take("equation_files", settings.files);
+  arguments.take("models", models);
+  settings.models = models;
+  return settings;
 }
 
 std::vector<stand::NamedWindow> windows_of(const py::object& windows) {

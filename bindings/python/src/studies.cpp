@@ -19,6 +19,7 @@
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "silvafit/study/whole_study.hpp"
@@ -39,7 +40,9 @@ py::dict structural_units(const py::object& trees,
                           const py::dict& keywords,
                           const py::object& listener) {
   Arguments arguments(keywords);
-  study::IndicesOptions options{.reading = take_reading(arguments), .units = take_units(arguments)};
+  study::IndicesOptions options{.reading = take_reading(arguments),
+                                .units = take_units(arguments),
+                                .sampling = take_sampling(arguments)};
   arguments.take("threads", options.threads);
   arguments.finish();
   const data::TableSource source = source_of(trees);
@@ -52,31 +55,54 @@ py::dict structural_units(const py::object& trees,
   return result;
 }
 
-py::dict stand_summary(const py::object& trees,
-                       const py::dict& keywords,
-                       const py::object& listener) {
-  Arguments arguments(keywords);
-  study::StandOptions options{.reading = take_reading(arguments), .units = take_units(arguments)};
+study::StandOptions stand_options(Arguments& arguments) {
+  study::StandOptions options{.reading = take_reading(arguments),
+                              .units = take_units(arguments),
+                              .sampling = take_sampling(arguments)};
   double plot_area_m2 = 0.0;
   arguments.take("plot_area", plot_area_m2);
   arguments.take("stratum", options.report.stratum);
   arguments.take("stratum_areas", options.report.stratum_areas_ha);
   arguments.take("diameter_class", options.report.diameter_class_cm);
   arguments.take("threads", options.threads);
+  options.equations = take_equations(arguments);
   arguments.finish();
   if (plot_area_m2 != 0.0) options.report.plot_area_m2 = plot_area_m2;
+  return options;
+}
+
+/// Tables under their names, and what --json prints.
+py::dict results_of(std::vector<std::pair<std::string, data::Table>> tables,
+                    const nlohmann::ordered_json& json) {
+  py::list list;
+  for (auto& [name, table] : tables) list.append(py::make_tuple(name, share(std::move(table))));
+  py::dict result;
+  result["tables"] = list;
+  result["json"] = json.dump();
+  return result;
+}
+
+py::dict stand_summary(const py::object& trees,
+                       const py::dict& keywords,
+                       const py::object& listener) {
+  Arguments arguments(keywords);
+  const study::StandOptions options = stand_options(arguments);
   const data::TableSource source = source_of(trees);
   const study::StandSummary found = run(listener, [&](Work& work) {
     return study::stand_summary(source, options, work.callbacks());
   });
-  py::list tables;
-  for (auto& [name, table] : stand::tables_of(found.report)) {
-    tables.append(py::make_tuple(name, share(std::move(table))));
-  }
-  py::dict result;
-  result["tables"] = tables;
-  result["json"] = study::json_of(found).dump();
-  return result;
+  return results_of(stand::tables_of(found.report), study::json_of(found));
+}
+
+py::dict stand_growth(const py::object& trees,
+                      const py::dict& keywords,
+                      const py::object& listener) {
+  Arguments arguments(keywords);
+  const study::StandOptions options = stand_options(arguments);
+  const data::TableSource source = source_of(trees);
+  const study::GrowthSummary found = run(
+      listener, [&](Work& work) { return study::stand_growth(source, options, work.callbacks()); });
+  return results_of(stand::tables_of(found.report), study::json_of(found));
 }
 
 study::ImputeOptions impute_options(Arguments& arguments) {
@@ -272,6 +298,7 @@ void add_studies(py::module_& module) {
       .def("predict", &predict);
   module.def("structural_units", &structural_units);
   module.def("stand_summary", &stand_summary);
+  module.def("stand_growth", &stand_growth);
   module.def("impute", &impute);
   module.def("study", &study_results);
 }

@@ -172,3 +172,30 @@ def test_the_catalogue():
     models = sf.models()
     assert models.loc["M4", "formula"] == FORMULA
     assert set(models["response"]) == {"h", "hcb", "cw"}
+
+
+def test_sampled_plots_and_strata():
+    # 1e4 / (pi 25) and 1e4 / (pi 100) trees per ha; plot 4 is empty.
+    trees = pd.DataFrame({"plot": [1, 1, 2, 3], "tree": [1, 2, 3, 4], "dbh": [10.0, 35.0, 40.0, 12.0]})
+    plots = pd.DataFrame({"plot": [1, 2, 3, 4], "stratum": ["a", "a", "b", "b"], "stratum_area": [30.0, 30.0, 10.0, 10.0]})
+    stand = sf.stand_summary(trees, plots=plots, circles={7: 5, 30: 10}, trust_units=True)
+    small, large = 1e4 / (np.pi * 25), 1e4 / (np.pi * 100)
+    assert stand.plots["stems_per_ha"].tolist() == pytest.approx([small + large, large, small, 0.0], rel=1e-12)
+    a, b = (small + 2 * large) / 2, small / 2
+    assert stand.tables["strata"]["stems_total"].iloc[-1] == pytest.approx(30 * a + 10 * b, rel=1e-12)
+
+
+def test_growth_of_trees_and_plots():
+    trees = pd.DataFrame({"plot": [1, 1, 1, 1], "tree": [1, 2, 1, 3], "year": [2010, 2010, 2015, 2015],
+                          "dbh": [20.0, 30.0, 22.0, 8.0]})
+    growth = sf.stand_growth(trees, plot_area=500)
+    assert growth["growth_trees"]["fate"].tolist() == ["survivor", "not found", "ingrowth"]
+    assert growth["growth_trees"]["id"].iloc[0] == pytest.approx(0.4, rel=1e-12)
+    assert growth["growth_plots"]["stems_ingrowth"].iloc[0] == pytest.approx(4.0, rel=1e-12)
+
+
+def test_biomass_and_carbon_by_equations():
+    trees = pd.DataFrame({"plot": [1, 1], "tree": [1, 2], "dbh": [20.0, 30.0]})
+    stand = sf.stand_summary(trees, plot_area=500, equations=["jenkins-pine", "ipcc-carbon"], trust_units=True)
+    biomass = np.exp(-2.5356 + 2.4349 * np.log(trees["dbh"])).sum() * 20
+    assert stand.plots["carbon_kg_per_ha"].iloc[0] == pytest.approx(0.47 * biomass, rel=1e-12)

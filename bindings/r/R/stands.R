@@ -38,8 +38,12 @@ tree_source <- function(trees) {
   plain_columns(check_data(trees, "trees"))
 }
 
-unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, further = list()) {
-  known <- c("alpha", "dominance", "crowding", "further", "competition_radius", "open_grown", "missing", "case_sensitive")
+sampling_names <- c("plots", "plots_columns", "circles", "angle_count", "smallest_dbh", "expansion", "subplots", "subplot", "slope_correction")
+equation_arguments <- c("equations", "equation_files")
+
+unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, further = list(),
+                           also = NULL) {
+  known <- c("alpha", "dominance", "crowding", "further", "competition_radius", "open_grown", "missing", "case_sensitive", also)
   unknown <- setdiff(names(further), known)
   if (length(unknown) > 0 || any(names(further) == "") || (length(further) > 0 && is.null(names(further)))) {
     stop_usage("unknown argument ", if (length(unknown) > 0) paste0("'", unknown[1], "'") else "without a name", "; available: ", paste(known, collapse = ", "))
@@ -49,6 +53,13 @@ unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors
     circle <- paste(vapply(circle, number_text, ""), collapse = ",")
   }
   if (is.numeric(further$alpha)) further$alpha <- number_or_named(further$alpha)
+  if (is.numeric(further$circles)) further$circles <- number_or_named(further$circles)
+  if (!is.null(further$plots)) further$plots <- tree_source(further$plots)
+  further$plots_columns <- named_columns(further$plots_columns, "plots_columns")
+  if (!is.null(further$equations)) {
+    further$equations <- equation_names(further$equations)
+    further$data_folder <- data_folder()
+  }
   c(reading_arguments(columns, dead, trust_units), window_arguments(window),
     list(circle = circle, edge = edge, buffer = buffer, per = per, neighbors = neighbors, threads = threads, progress = progress), further)
 }
@@ -58,12 +69,19 @@ number_or_named <- function(values) {
   if (is.null(names(values))) texts else ifelse(names(values) == "", texts, paste0(names(values), "=", texts))
 }
 
+# c("jenkins-pine", B = "taper") as texts.
+equation_names <- function(equations) {
+  if (is.null(names(equations))) equations else ifelse(names(equations) == "", equations, paste0(names(equations), "=", equations))
+}
+
+named_columns <- function(columns, argument) {
+  if (is.null(columns)) return(NULL)
+  if (is.null(names(columns)) || any(names(columns) == "")) stop_usage("`", argument, "` has to be a named vector, such as c(dbh = \"DBH_cm\")")
+  paste0(names(columns), "=", columns)
+}
+
 reading_arguments <- function(columns, dead = NULL, trust_units = FALSE) {
-  if (!is.null(columns)) {
-    if (is.null(names(columns)) || any(names(columns) == "")) stop_usage("`columns` has to be a named vector, such as c(dbh = \"DBH_cm\")")
-    columns <- paste0(names(columns), "=", columns)
-  }
-  list(columns = columns, dead = dead, trust_units = trust_units)
+  list(columns = named_columns(columns, "columns"), dead = dead, trust_units = trust_units)
 }
 
 # Polygons of sf as lists of rings.
@@ -96,6 +114,9 @@ rings_of <- function(geometry) {
 #' U, crowding C, and further ones.
 #'
 #' @inheritParams inventory-arguments
+#' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`, `case_sensitive`, as the
+#'   options of the program. For sampled plots: `plots`, a data frame or file with a row for each plot, `plots_columns`, `circles` such as
+#'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `subplots`, `subplot`, `slope_correction`
 #' @return `trees` with the columns `core` (1 if all nearest neighbors are known) and the indices; NA for rows that cannot be used. If
 #'   `trees` is a path, the columns of the inventory as it was read. The attribute `summary` has the means.
 #' @export
@@ -107,7 +128,7 @@ rings_of <- function(geometry) {
 #' units
 structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL,
                              dead = "leave-out", trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...))
+  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), sampling_names)
   result <- engine(.Call(C_structural_units, tree_source(trees), settings))
   tell_notes(result$notes)
   table <- as.data.frame(result$table, check.names = FALSE)
@@ -132,6 +153,10 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 #' @param dominant_trees number of thickest trees per ha for the dominant height
 #' @param stratum column with the stratum of each plot
 #' @param stratum_areas named vector of the areas of strata \[ha\]
+#' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`, `case_sensitive`, as the
+#'   options of the program. For sampled plots: `plots`, a data frame or file with a row for each plot, `plots_columns`, `circles` such as
+#'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `subplots`, `subplot`, `slope_correction`. For volume, biomass
+#'   and carbon: `equations` such as `c("jenkins-pine", "ipcc-carbon", B = "taper")`, and `equation_files`
 #' @return List of class `silvafit_stand` with data frames: `plots`, `strata`, `species`, `diameters` and, with positions, `classes`.
 #' @export
 #' @examples
@@ -142,10 +167,39 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL,
                           circle = NULL, class_width = 4, dominant_trees = 100, stratum = "", stratum_areas = NULL, dead = "leave-out",
                           trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...))
-  areas <- if (!is.null(stratum_areas)) paste0(names(stratum_areas), "=", vapply(stratum_areas, number_text, ""))
-  settings <- c(settings, list(plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees, stratum = stratum, stratum_areas = areas))
+  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...),
+                             c(sampling_names, equation_arguments))
+  settings <- c(settings, stratum_arguments(stratum, stratum_areas),
+                list(plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees))
   result <- engine(.Call(C_stand_summary, tree_source(trees), settings))
+  tell_notes(result$notes)
+  structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
+}
+
+stratum_arguments <- function(stratum, stratum_areas) {
+  areas <- if (!is.null(stratum_areas)) paste0(names(stratum_areas), "=", vapply(stratum_areas, number_text, ""))
+  list(stratum = stratum, stratum_areas = areas)
+}
+
+#' Growth between repeated measurements
+#'
+#' Increments of trees, ingrowth, mortality and cut between two measurements of a plot, by tree, plot and stratum. The column `year` or `date`
+#' has the time of each row; a column of the status says which trees are dead or cut at the end of a period.
+#'
+#' @inheritParams inventory-arguments
+#' @inheritParams stand_summary
+#' @return List of class `silvafit_stand` with data frames: `growth_trees`, `growth_plots` and `growth_strata`.
+#' @export
+#' @examples
+#' trees <- data.frame(plot = 1, tree = c(1, 2, 1, 2, 3), year = c(2010, 2010, 2020, 2020, 2020),
+#'                     dbh = c(20, 31, 24, 33, 8))
+#' stand_growth(trees, plot_area = 400)$growth_trees
+stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL, circle = NULL, stratum = "", stratum_areas = NULL,
+                         trust_units = FALSE, threads = 0, progress = interactive(), ...) {
+  settings <- unit_arguments(columns, window, circle, NULL, NULL, NULL, NULL, NULL, trust_units, threads, progress, list(...),
+                             c(sampling_names, equation_arguments))
+  settings <- c(settings, stratum_arguments(stratum, stratum_areas), list(plot_area = plot_area))
+  result <- engine(.Call(C_stand_growth, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
 }

@@ -17,6 +17,7 @@ SEXP simulate_fit(SEXP json, SEXP columns, SEXP replicates, SEXP seed);
 // Stands
 SEXP structural_units(SEXP source, SEXP settings);
 SEXP stand_summary(SEXP source, SEXP settings);
+SEXP stand_growth(SEXP source, SEXP settings);
 SEXP impute_table(SEXP source, SEXP settings);
 SEXP study_of(SEXP source, SEXP settings);
 SEXP read_library(SEXP file, SEXP models);

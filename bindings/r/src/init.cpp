@@ -43,6 +43,7 @@ extern "C" __attribute__((visibility("default"))) void R_init_silvafit(DllInfo* 
                                              SILVAFIT_ENTRY(simulate_fit),
                                              SILVAFIT_ENTRY(structural_units),
                                              SILVAFIT_ENTRY(stand_summary),
+                                             SILVAFIT_ENTRY(stand_growth),
                                              SILVAFIT_ENTRY(impute_table),
                                              SILVAFIT_ENTRY(study_of),
                                              SILVAFIT_ENTRY(read_library),

@@ -86,6 +86,28 @@ study::UnitSettings unit_settings(const Arguments& arguments) {
   return settings;
 }
 
+study::SamplingSettings sampling_settings(const Arguments& arguments) {
+  study::SamplingSettings settings;
+  if (arguments.has("plots")) settings.plots = source_of(arguments["plots"]);
+  arguments.read("plots_columns", settings.plots_columns);
+  arguments.read("circles", settings.circles);
+  arguments.read("angle_count", settings.angle_count);
+  arguments.read("smallest_dbh", settings.smallest_dbh_cm);
+  arguments.read("expansion", settings.expansion);
+  arguments.read("subplots", settings.subplots);
+  arguments.read("subplot", settings.subplot);
+  arguments.read("slope_correction", settings.slope_correction);
+  return settings;
+}
+
+study::EquationSettings equation_settings(const Arguments& arguments) {
+  study::EquationSettings settings;
+  arguments.read("equations", settings.equations);
+  arguments.read("equation_files", settings.files);
+  if (arguments.has("data_folder")) settings.models = data_folder(arguments) / "models";
+  return settings;
+}
+
 bool shows_progress(const Arguments& arguments) {
   bool shows = false;
   arguments.read("progress", shows);

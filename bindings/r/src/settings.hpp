@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "conversion.hpp"
+#include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::r {
@@ -13,6 +14,12 @@ study::ReadingSettings reading_settings(const Arguments& arguments);
 
 /// Windows are a file, or rings of coordinates from an object of sf.
 study::UnitSettings unit_settings(const Arguments& arguments);
+
+/// The table of plots is a file, or columns of a data frame.
+study::SamplingSettings sampling_settings(const Arguments& arguments);
+
+/// Equations of volume, biomass and carbon.
+study::EquationSettings equation_settings(const Arguments& arguments);
 
 /// Whether the argument `progress` asks for a progress bar.
 bool shows_progress(const Arguments& arguments);

@@ -18,6 +18,7 @@
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "silvafit/study/whole_study.hpp"
@@ -34,13 +35,42 @@ cpp11::sexp rows_of(const stand::Inventory& inventory) {
   return row_numbers({inventory.lines.begin(), inventory.lines.end()}, 1);
 }
 
+study::StandOptions stand_options(const Arguments& arguments) {
+  study::StandOptions options{.reading = reading_settings(arguments),
+                              .units = unit_settings(arguments),
+                              .sampling = sampling_settings(arguments)};
+  arguments.read("stratum_areas", options.stratum_areas);
+  arguments.read("stratum", options.report.stratum);
+  arguments.read("class_width", options.report.diameter_class_cm);
+  arguments.read("quadrat", options.report.species.quadrat_m);
+  arguments.read("dominant_trees", options.report.species.dominant_trees_per_ha);
+  arguments.read("plot_area", options.report.plot_area_m2);
+  arguments.read("threads", options.threads);
+  options.equations = equation_settings(arguments);
+  return options;
+}
+
+/// Tables under their names, what --json prints, and the notes.
+SEXP results_of(const std::vector<std::pair<std::string, data::Table>>& tables,
+                const nlohmann::ordered_json& json,
+                const std::vector<std::string>& notes) {
+  NamedList named;
+  for (const auto& [name, table] : tables) named.add(name, columns_of(table));
+  NamedList list;
+  list.add("tables", named.list());
+  list.add("json", value_of(json));
+  list.add("notes", value_of(notes));
+  return list.list();
+}
+
 }  // namespace
 
 SEXP structural_units(SEXP source, SEXP settings) {
   const Arguments arguments(settings);
   const data::TableSource trees = source_of(source);
   study::IndicesOptions options{.reading = reading_settings(arguments),
-                                .units = unit_settings(arguments)};
+                                .units = unit_settings(arguments),
+                                .sampling = sampling_settings(arguments)};
   arguments.read("threads", options.threads);
   study::TreeIndices result;
   const auto notes = run_in_background(
@@ -57,28 +87,23 @@ SEXP structural_units(SEXP source, SEXP settings) {
 SEXP stand_summary(SEXP source, SEXP settings) {
   const Arguments arguments(settings);
   const data::TableSource trees = source_of(source);
-  study::StandOptions options{.reading = reading_settings(arguments),
-                              .units = unit_settings(arguments)};
-  arguments.read("stratum_areas", options.stratum_areas);
-  arguments.read("stratum", options.report.stratum);
-  arguments.read("class_width", options.report.diameter_class_cm);
-  arguments.read("quadrat", options.report.species.quadrat_m);
-  arguments.read("dominant_trees", options.report.species.dominant_trees_per_ha);
-  arguments.read("plot_area", options.report.plot_area_m2);
-  arguments.read("threads", options.threads);
+  const study::StandOptions options = stand_options(arguments);
   study::StandSummary result;
   const auto notes = run_in_background(
       [&](Reports& reports) { result = study::stand_summary(trees, options, reports.callbacks()); },
       shows_progress(arguments));
-  NamedList tables;
-  for (const auto& [name, table] : stand::tables_of(result.report)) {
-    tables.add(name, columns_of(table));
-  }
-  NamedList list;
-  list.add("tables", tables.list());
-  list.add("json", value_of(study::json_of(result)));
-  list.add("notes", value_of(notes));
-  return list.list();
+  return results_of(stand::tables_of(result.report), study::json_of(result), notes);
+}
+
+SEXP stand_growth(SEXP source, SEXP settings) {
+  const Arguments arguments(settings);
+  const data::TableSource trees = source_of(source);
+  const study::StandOptions options = stand_options(arguments);
+  study::GrowthSummary result;
+  const auto notes = run_in_background(
+      [&](Reports& reports) { result = study::stand_growth(trees, options, reports.callbacks()); },
+      shows_progress(arguments));
+  return results_of(stand::tables_of(result.report), study::json_of(result), notes);
 }
 
 SEXP impute_table(SEXP source, SEXP settings) {

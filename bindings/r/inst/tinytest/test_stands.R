@@ -81,3 +81,28 @@ expect_equal(class_of_error(structural_units(data.frame(dbh = 1:3))), "silvafit_
 expect_equal(class_of_error(structural_units(trees, edge = "none", depth = 3)), "silvafit_usage_error")
 expect_equal(class_of_error(structural_units(trees, edge = "sharp", trust_units = TRUE)), "silvafit_usage_error")
 expect_equal(class_of_error(structural_units("no.csv")), "silvafit_input_error")
+
+# Sampled plots: concentric circles, a table of plots with strata, against the formulas of stratified sampling.
+sampled <- data.frame(plot = c(1, 1, 2, 3, 3, 3), tree = 1:6, species = "A", dbh = c(10, 35, 40, 12, 31, 50))
+plots <- data.frame(plot = 1:4, stratum = c("a", "a", "b", "b"), stratum_area = c(30, 30, 10, 10))
+stand <- suppressMessages(stand_summary(sampled, plots = plots, circles = c("7" = 5, "30" = 10), trust_units = TRUE))
+factor <- ifelse(sampled$dbh < 30, 1e4 / (pi * 25), 1e4 / (pi * 100))
+per_plot <- tapply(factor, factor(sampled$plot, 1:4), sum, default = 0)
+expect_equal(stand$plots$stems_per_ha, as.vector(per_plot))
+means <- tapply(per_plot, plots$stratum, mean)
+errors <- tapply(per_plot, plots$stratum, sd) / sqrt(2)
+expect_equal(stand$strata$stems_per_ha, c(as.vector(means), sum(means * c(30, 10)) / 40))
+expect_equal(stand$strata$stems_per_ha_se, c(as.vector(errors), sqrt(sum((errors * c(30, 10))^2)) / 40))
+
+# Growth: increments are differences per year
+measured <- data.frame(plot = 1, tree = c(1, 2, 1, 3), year = c(2010, 2010, 2015, 2015), dbh = c(20, 30, 22, 8), status = c("alive", "alive", "alive", "alive"))
+measured <- rbind(measured, data.frame(plot = 1, tree = 2, year = 2015, dbh = NA, status = "cut"))
+growth <- suppressMessages(stand_growth(measured, plot_area = 500))
+expect_equal(growth$growth_trees$fate, c("survivor", "cut", "ingrowth"))
+expect_equal(growth$growth_trees$id[1], 2 / 5)
+expect_equal(growth$growth_plots$stems_cut, 20 / 5)
+
+# Biomass by an equation of the catalogue, and carbon of it
+biomass <- exp(-2.5356 + 2.4349 * log(sampled$dbh))
+with_mass <- suppressMessages(stand_summary(sampled, plot_area = 500, equations = c("jenkins-pine", "ipcc-carbon"), trust_units = TRUE))
+expect_equal(with_mass$plots$carbon_kg_per_ha, as.vector(tapply(0.47 * biomass, sampled$plot, sum)) * 20)
