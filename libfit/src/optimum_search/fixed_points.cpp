@@ -169,6 +169,20 @@ void FixedPoints::compare() {
   compare_with_smaller();
   follow_to_maxima();
   finish_given_up();
+  find_own_maximum();
+}
+
+/// Where the ranking has changed, the maxima that are known may be of another likelihood, or of
+/// other regions: one below the best fixed point says nothing about it.
+void FixedPoints::find_own_maximum() {
+  const Candidate& best = best_of(candidates_);
+  const double highest =
+      ranking_ == Integration::kLaplace ? highest_laplace_ : highest_first_order_;
+  const bool is_unknown = ranking_ == Integration::kLaplace && !std::isfinite(highest);
+  if (is_unknown || highest >= best.rank - kSlack) return;
+  const MixedEffectsFit start = best.fit;
+  follow_to_maximum(start);
+  rank();
 }
 
 void FixedPoints::compare_briefly() {

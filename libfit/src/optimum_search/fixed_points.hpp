@@ -58,6 +58,7 @@ class FixedPoints {
   bool is_rugged() const;
   void explore();
   void finish_given_up();
+  void find_own_maximum();
   void follow_to_maxima();
   void follow_to_maximum(const MixedEffectsFit& start);
   void compare_with_smaller();
