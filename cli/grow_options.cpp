@@ -74,8 +74,10 @@ void add_file_options(CLI::App& command, study::GrowSettings& options) {
   command.add_flag(
       "--compress", options.compress, "GLB, glTF: use EXT_meshopt_compression and quantization");
   command.add_flag("--ascii", options.ascii, "Write PLY as text");
-  command.add_flag(
-      "--textures", options.textures, "GLB, glTF, OBJ: add textures of bark and leaves");
+  command.add_flag_callback(
+      "--plain",
+      [&options] { options.textures = false; },
+      "Leaves as polygons in plain colors, instead of pictures of bark and shoots");
 }
 
 void add_builder_options(CLI::App& command, study::GrowSettings& options) {

@@ -167,6 +167,9 @@ void add_view_command(CLI::App& program) {
                                               "Levels of detail in the page, 0 (finest) to 3")
                                   ->delimiter(',')
                                   ->capture_default_str();
+  command.add_flag("--plain",
+                   arguments->settings.view.plain,
+                   "Leaves as polygons in plain colors, instead of pictures of bark and shoots");
   command.add_flag("--no-open", arguments->does_not_open, "Do not open the page in a browser");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit view study --plot 3");

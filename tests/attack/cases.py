@@ -115,7 +115,7 @@ COMMANDS = {
              {"--scene": ["out/s.glb", "out/s.obj", "out/s.ply", "out/s.gltf"], "--out": ["out"], "--use": ["observed", "population"],
               "--preset": ["fir", "broadleaf"], "--format": ["glb", "gltf", "obj", "ply"], "--resolve-overlaps": None,
               "--ground": ["stems", "flat", "none"], "--share": None, "--instancing": None, "--quantize": None, "--compress": None,
-              "--ascii": None, "--textures": None, "--builder": ["segment", "lsystem", "ifs", "bamboo"], "--by": ["species", "plot"],
+              "--ascii": None, "--plain": None, "--builder": ["segment", "lsystem", "ifs", "bamboo"], "--by": ["species", "plot"],
               "--animate": None, "--seconds": ["2"], **PLANTS}),
     "grow predictions": (["predictions.csv"], ["grow", "predictions.csv", "--plot", "1", "--lod", "3", "--scene", "out/s.glb"],
                          {"--use": ["ols", "population", "conditional"], "--share": None, "--resolve-overlaps": None}),

@@ -389,7 +389,7 @@ class Grow(ProgramTest):
         rows = [f"1,{i},SM,{3 * (i % 20)},{3 * (i // 20)},0,{10 + i % 17},{8 + i % 11},{2 + i % 4},"
                 f"{2 + 0.1 * (i % 23)}" for i in range(400)]
         self.write("in.csv", "plot,tree,species,x,y,z,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
-        result = self.run_json("grow", "in.csv", "--scene", "s.glb", "--share", "--models", "10")
+        result = self.run_json("grow", "in.csv", "--scene", "s.glb", "--share", "--models", "10", "--plain")
         self.assertEqual(result["shared"]["models"], 10)
         gltf, binary = read_glb(self.folder / "s.glb")
         self.assertEqual(len(gltf["meshes"]), 11)
@@ -404,7 +404,7 @@ class Grow(ProgramTest):
             # Models are right to 1 cm, and stretched by up to twice.
             self.assertAlmostEqual(off, result["trees"][i]["error_cm"]["hcb"], delta=2.5)
         packed = self.run_json("grow", "in.csv", "--scene", "p.glb", "--share", "--models", "10",
-                               "--instancing", "--compress")
+                               "--instancing", "--compress", "--plain")
         self.assertLess(packed["scenes"][0]["bytes"], result["scenes"][0]["bytes"] / 3)
         self.assertEqual(sorted(read_glb(self.folder / "p.glb")[0]["extensionsRequired"]),
                          ["EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "KHR_mesh_quantization"])

@@ -78,7 +78,7 @@ class Reproducible(ProgramTest):
                                        "--scene", "stand.glb", "--quiet")
 
     def test_bamboo(self):
-        self.assert_same_bytes("grow", BAMBOO, "--builder", "bamboo", "--lod", "2", "--textures", "--scene", "stand.glb",
+        self.assert_same_bytes("grow", BAMBOO, "--builder", "bamboo", "--lod", "2", "--scene", "stand.glb",
                                "--quiet")
 
     def test_page_in_3d(self):

@@ -56,8 +56,9 @@ std::vector<tree::SceneTree> grown_models(const tree::SharedModels& shared,
   std::vector<tree::SceneTree> grown(shared.models.size() * levels);
   parallel_for(grown.size(), options.threads, [&](std::size_t i) {
     const tree::SharedModel& model = shared.models[i / levels];
-    const tree::GrowOptions grow{.seed = options.seed,
-                                 .mesh = tree::level_of_detail(options.levels[i % levels])};
+    const tree::GrowOptions grow{
+        .seed = options.seed,
+        .mesh = tree::level_of_detail(options.levels[i % levels], {.textured = !options.plain})};
     grown[i] = tree::grow_tree(model.morphology, *model.builder, grow);
   });
   return grown;

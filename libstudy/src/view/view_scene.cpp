@@ -257,6 +257,21 @@ void check_hierarchy(const json& description) {
   if (shown < scenes.size()) count(scenes[shown].value("nodes", json::array()));
 }
 
+/// Nodes that an animation hides have scale 0 and are not among the instances.
+void check_drawable(const tree::ReadScene& scene) {
+  const bool has_triangles = std::ranges::any_of(scene.models, [](const tree::ReadModel& model) {
+    return std::ranges::any_of(
+        model.parts, [](const tree::ReadPart& part) { return !part.mesh.indices.empty(); });
+  });
+  if (has_triangles && scene.triangle_count() == 0) {
+    throw InputError("nothing to show: all nodes of the scene are scaled to 0");
+  }
+  for (const tree::ReadInstance& instance : scene.instances) {
+    if (!tree::is_flattened(instance.transform)) continue;
+    throw InputError("the node '" + instance.name + "' is scaled to 0 in one direction");
+  }
+}
+
 }  // namespace
 
 SceneTrees trees_of_scene(std::string_view glb,
@@ -269,6 +284,7 @@ SceneTrees trees_of_scene(std::string_view glb,
     check_hierarchy(description);
     // Rejects files that the page cannot draw.
     const tree::ReadScene read = tree::read_glb(glb);
+    check_drawable(read);
     SceneTrees scene{.origin = origin_of(description)};
     if (table == nullptr) {
       scene.stand = stand_of_extras(description, scene.origin, catalogue);

@@ -78,9 +78,7 @@ GrowJob grow_job(const GrowSettings& settings,
   job.levels.erase(std::unique(job.levels.begin(), job.levels.end()), job.levels.end());
   for (const int level : job.levels) static_cast<void>(tree::level_of_detail(level));
   job.scene_format = scene_format_of(job);
-  if (job.textures && job.scene_format == tree::SceneFormat::kPly) {
-    throw UsageError("PLY files have no textures; --textures needs glb, gltf or obj");
-  }
+  if (job.scene_format == tree::SceneFormat::kPly) job.textures = false;
   if (job.ascii && job.scene_format != tree::SceneFormat::kPly) {
     throw UsageError("--ascii needs the format ply");
   }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/bamboo.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "bamboo/bamboo_leaves.hpp"
 #include "bamboo/bamboo_skeleton.hpp"
-#include "silvafit/tree/texture_library.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -20,7 +20,7 @@ SmoothStyle style_with_pictures(const BambooPreset& preset) {
   const CulmLeaves& leaves = preset.leaves;
   const PictureRow row = side_by_side(
       leaves.pictures, static_cast<std::size_t>(leaves.picture_size), preset.head.name + "-leaves");
-  SmoothStyle style{.bark = preset.culm_color, .bark_texture = bark_texture(BarkKind::kCulm)};
+  SmoothStyle style{.bark = preset.culm_color, .bark_kind = BarkKind::kCulm};
   for (std::size_t i = 0; i < leaves.pictures.size(); ++i) {
     const auto left = static_cast<double>(i);
     style.leaves.push_back({.form = leaves.form,
@@ -79,7 +79,19 @@ Mesh BambooBuilder::build_mesh(const Skeleton& skeleton,
                                const Crown& crown,
                                Random& random,
                                const MeshOptions& options) const {
-  if (options.textured) return build_smooth_mesh(skeleton, crown, pictures_, random, options);
+  if (options.textured) {
+    // Branches of bamboo are thin; the pictures show the twigs only.
+    constexpr double kThinnestBranch = 0.004;
+    MeshOptions drawn = options;
+    drawn.thinnest_wood_m = std::min(options.thinnest_wood_m, kThinnestBranch);
+    // Culms have many rings, because their nodes stand out.
+    constexpr int kCulmSides = 8;
+    drawn.stem_sides = std::min(options.stem_sides, kCulmSides);
+    // Sprays are thinned like a coarser level of detail if there are too many.
+    constexpr std::size_t kMostSprays = 1500;
+    drawn.foliage_per *= static_cast<int>(1 + skeleton.leaves.size() / kMostSprays);
+    return build_smooth_mesh(skeleton, crown, pictures_, random, drawn);
+  }
   Skeleton with_leaves = skeleton;
   with_leaves.leaves.clear();
   with_leaves.leaves.reserve(skeleton.leaves.size() *

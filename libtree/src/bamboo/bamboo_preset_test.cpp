@@ -64,7 +64,7 @@ TEST_CASE("a wrong bamboo preset is refused with its file and field") {
   CHECK(refused("\"form\": \"crossed cards\"", "\"form\": \"ball\"") == "leaves.form");
   CHECK(refused("\"outer\": 0.4", "\"outer\": 0.5") == "leaves.light.outer");
   CHECK(refused("\"grades\": 4", "\"grades\": 2.5") == "leaves.grades");
-  CHECK(refused("\"picture_size\": 64", "\"picture_size\": 65") == "leaves.picture_size");
+  CHECK(refused("\"picture_size\": 256", "\"picture_size\": 257") == "leaves.picture_size");
   CHECK(refused("\"culm_color\": [0.19", "\"culm_color\": [1.9") == "culm_color");
 }
 
@@ -122,7 +122,7 @@ TEST_CASE("a preset's own pictures are ranked, whatever their order and size") {
   const BambooBuilder builder(loaded);
   const SceneTree bamboo = grow_tree(test::usual_culm(), builder, {.mesh = {.textured = true}});
   REQUIRE(bamboo.mesh.parts.back().texture);
-  CHECK(bamboo.mesh.parts.back().texture->width == 128);
+  CHECK(bamboo.mesh.parts.back().texture->width == 512);
 
   const test::ScratchFile broken(bright.substr(0, 40), ".png");
   text.replace(text.find(first.path().filename().string()),

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "catalogue/json_entry.hpp"
+#include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
 #include "catalogue/species_names.hpp"
 #include "silvafit/base/paths.hpp"
@@ -147,7 +148,9 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
   preset.twigs = twigs_of(entry.child("twigs"));
   if (entry.has("shoots")) preset.shoots = twigs_of(entry.child("shoots"));
   preset.foliage = foliage_of(entry.child("foliage"));
+  preset.leafy_shoots = leafy_shoots_of(entry.child("leafy_shoots"));
   preset.bark = color_of(entry, "bark_color");
+  preset.bark_kind = bark_kind_of(entry);
   if (entry.has("branch_count")) {
     preset.branch_count = BranchCount::load(models / "branch_count" /
                                             (entry.get<std::string>("branch_count") + ".json"));

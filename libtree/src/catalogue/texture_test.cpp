@@ -20,7 +20,6 @@ using namespace silvafit::tree;
 namespace {
 
 constexpr std::array kBarks{BarkKind::kFurrowed, BarkKind::kSmooth, BarkKind::kCulm};
-constexpr std::array kLeaves{LeafKind::kBroadleaf, LeafKind::kNeedles};
 
 double linear(std::uint8_t srgb) {
   const double c = srgb / 255.0;
@@ -94,10 +93,10 @@ TEST_CASE("pictures keep the brightness of the colors that they are multiplied w
     for (std::size_t i = 0; i < bark.rgba.size(); i += 4) sum += linear(bark.rgba[i]);
     INFO(bark.name);
     // Bytes round evenly; brightness above white is cut off.
-    CHECK(4.0 * sum / static_cast<double>(bark.rgba.size()) == Approx(0.8).margin(0.01));
+    CHECK(4.0 * sum / static_cast<double>(bark.rgba.size()) == Approx(0.6).margin(0.02));
   }
-  for (const LeafKind kind : kLeaves) {
-    const Texture& leaf = *leaf_texture(kind);
+  for (const auto& [name, kind] : shoot_kinds()) {
+    const Texture& leaf = *shoot_atlas(kind).color;
     double sum = 0.0;
     double cover = 0.0;
     for (std::size_t i = 0; i < leaf.rgba.size(); i += 4) {
@@ -108,10 +107,49 @@ TEST_CASE("pictures keep the brightness of the colors that they are multiplied w
     CHECK(has_transparency(leaf));
     CHECK(sum / cover == Approx(0.8).margin(0.02));
     const double share = cover / (255.0 * static_cast<double>(leaf.width * leaf.height));
-    CHECK(share > 0.2);
+    // Opacity is stored in bytes.
+    CHECK(share == Approx(shoot_atlas(kind).covered).margin(0.002));
+    CHECK(share > 0.15);
     CHECK(share < 0.8);
   }
   CHECK(bark_texture(BarkKind::kCulm) == bark_texture(BarkKind::kCulm));
+}
+
+TEST_CASE("a shoot begins in the middle of its lower edge, and stays in its quarter") {
+  for (const auto& [name, kind] : shoot_kinds()) {
+    INFO(name);
+    const Texture& atlas = *shoot_atlas(kind).color;
+    REQUIRE(atlas.width == 1024);
+    REQUIRE(atlas.height == 1024);
+    const auto opacity_at = [&](std::size_t x, std::size_t y) {
+      return int{atlas.rgba[4 * (y * atlas.width + x) + 3]};
+    };
+    for (std::size_t k = 0; k < kShootsPerAtlas; ++k) {
+      const std::size_t left = k % 2 * 512;
+      const std::size_t top = k / 2 * 512;
+      int at_base = 0;
+      for (std::size_t x = left + 240; x < left + 272; ++x) {
+        for (std::size_t y = top + 490; y < top + 512; ++y) {
+          at_base = std::max(at_base, opacity_at(x, y));
+        }
+      }
+      CHECK(at_base == 255);
+      // Leaves that a neighbor's edge would cut are few.
+      int on_edge = 0;
+      for (std::size_t i = 0; i < 512; ++i) {
+        on_edge += opacity_at(left, top + i) > 127;
+        on_edge += opacity_at(left + 511, top + i) > 127;
+        on_edge += opacity_at(left + i, top) > 127;
+      }
+      CHECK(on_edge < 60);
+    }
+    // The normals point out of the picture, on the whole.
+    const Texture& normals = *shoot_atlas(kind).normals;
+    REQUIRE(normals.rgba.size() == atlas.rgba.size());
+    double mean = 0.0;
+    for (std::size_t i = 2; i < normals.rgba.size(); i += 4) mean += normals.rgba[i];
+    CHECK(4.0 * mean / static_cast<double>(normals.rgba.size()) > 230.0);
+  }
 }
 
 TEST_CASE("a GLB holds each picture once and gives it back") {
@@ -120,23 +158,26 @@ TEST_CASE("a GLB holds each picture once and gives it back") {
   const ReadScene read = read_glb(glb_bytes(scene));
   REQUIRE(read.models.size() == 2);
   std::set<const Texture*> pictures;
-  for (const ReadModel& model : read.models) {
-    for (const ReadPart& part : model.parts) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ShootAtlas& shoots = shoot_atlas(i == 0 ? ShootKind::kFlatNeedles : ShootKind::kNeedles);
+    for (const ReadPart& part : read.models[i].parts) {
       REQUIRE(part.mesh.texture != nullptr);
+      REQUIRE(part.mesh.normal_texture != nullptr);
       const bool is_leaf = part.mesh.kind == PartKind::kFoliage;
-      const Texture& expected =
-          is_leaf ? *leaf_texture(LeafKind::kNeedles) : *bark_texture(BarkKind::kFurrowed);
-      CHECK(part.mesh.texture->rgba == expected.rgba);
-      CHECK(part.mesh.texture->name == expected.name);
+      const Texture& color = is_leaf ? *shoots.color : *bark_texture(BarkKind::kFurrowed);
+      const Texture& normals = is_leaf ? *shoots.normals : *bark_normals(BarkKind::kFurrowed);
+      CHECK(part.mesh.texture->rgba == color.rgba);
+      CHECK(part.mesh.texture->name == color.name);
+      CHECK(part.mesh.normal_texture->rgba == normals.rgba);
       CHECK(part.mesh.uvs.size() == 2 * part.mesh.vertex_count());
-      CHECK(part.mesh.tangents.empty());
+      CHECK(part.mesh.tangents.size() == 4 * part.mesh.vertex_count());
+      CHECK(part.mesh.colors.empty() == !is_leaf);
       pictures.insert(part.mesh.texture.get());
+      pictures.insert(part.mesh.normal_texture.get());
     }
   }
-  CHECK(pictures.size() == 2);
+  CHECK(pictures.size() == 6);
   const std::string bytes = glb_bytes(scene);
-  // They are for normal maps, and no material has one.
-  CHECK(bytes.find("TANGENT") == std::string::npos);
   CHECK(bytes.find("\"alphaMode\":\"MASK\"") != std::string::npos);
   CHECK(bytes.find("\"name\":\"generic-conifer-leaf\"") != std::string::npos);
 }
@@ -145,7 +186,8 @@ TEST_CASE("trees without pictures name none") {
   Scene scene;
   scene.trees = {grow_tree(test::paper_tree_1(), test::shipped_presets().fallback())};
   const std::string bytes = glb_bytes(scene);
-  for (const char* word : {"textures", "images", "samplers", "alphaMode", "baseColorTexture"}) {
+  for (const char* word :
+       {"textures", "images", "samplers", "alphaMode", "baseColorTexture", "TEXCOORD", "TANGENT"}) {
     CHECK(bytes.find(word) == std::string::npos);
   }
 }
@@ -159,11 +201,11 @@ TEST_CASE("OBJ names its pictures, which lie beside it") {
   materials.replace_extension(".mtl");
   const std::string text = read_file(materials);
   const std::string stem = materials.stem().string();
-  const std::string leaf = stem + "-leaf-broadleaf.png";
+  const std::string leaf = stem + "-shoots-alternate.png";
   CHECK(text.find("map_Kd " + stem + "-bark-smooth.png\n") != std::string::npos);
   CHECK(text.find("map_Kd " + leaf + "\nmap_d " + leaf + "\n") != std::string::npos);
   CHECK(texture_from_png(read_file(file.path().parent_path() / leaf), "leaf").rgba ==
-        leaf_texture(LeafKind::kBroadleaf)->rgba);
+        shoot_atlas(ShootKind::kAlternate).color->rgba);
   for (const std::string& name : {leaf, stem + "-bark-smooth.png", stem + ".mtl"}) {
     std::filesystem::remove(file.path().parent_path() / name);
   }

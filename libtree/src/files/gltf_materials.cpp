@@ -26,17 +26,25 @@ std::size_t GltfMaterials::number_of(const ModelPart& part) {
 std::string GltfMaterials::description(const ModelPart& part) {
   const Color& color = part.mesh->color;
   const Texture* const picture = picture_of(*part.mesh);
+  // Images are numbered in this order.
+  const std::string color_texture =
+      picture == nullptr ? std::string()
+                         : fmt::format("\"baseColorTexture\":{{\"index\":{}}},", texture(*picture));
+  const std::string normal_texture =
+      !has_normal_map(*part.mesh, is_packed_)
+          ? std::string()
+          : fmt::format(",\"normalTexture\":{{\"index\":{}}}", texture(*part.mesh->normal_texture));
   const bool is_cut_out = picture != nullptr && has_transparency(*picture);
   return fmt::format(
       "{{\"name\":{},\"pbrMetallicRoughness\":{{\"baseColorFactor\":[{},{},{},1],{}"
-      "\"metallicFactor\":0,\"roughnessFactor\":0.9}}{}{}}}",
+      "\"metallicFactor\":0,\"roughnessFactor\":0.9}}{}{}{}}}",
       json_quoted(part.material),
       // glTF's factors are at most 1; a sum of shades may exceed this by rounding.
       std::min(color[0], 1.0),
       std::min(color[1], 1.0),
       std::min(color[2], 1.0),
-      picture == nullptr ? std::string()
-                         : fmt::format("\"baseColorTexture\":{{\"index\":{}}},", texture(*picture)),
+      color_texture,
+      normal_texture,
       is_cut_out ? ",\"alphaMode\":\"MASK\",\"alphaCutoff\":0.5" : "",
       part.mesh->double_sided ? ",\"doubleSided\":true" : "");
 }

@@ -15,7 +15,8 @@ namespace silvafit::tree {
 class GltfMaterials {
  public:
   /// \param buffers  receive the bytes of the images; must outlive this
-  explicit GltfMaterials(GltfBuffers& buffers) : buffers_(buffers) {}
+  /// \param is_packed  quantized or compressed
+  GltfMaterials(GltfBuffers& buffers, bool is_packed) : buffers_(buffers), is_packed_(is_packed) {}
 
   /// The index of a part's material: that of the first part with the same material name.
   std::size_t number_of(const ModelPart& part);
@@ -31,6 +32,7 @@ class GltfMaterials {
   std::size_t texture(const Texture& picture);
 
   GltfBuffers& buffers_;
+  bool is_packed_;
   std::map<std::string, std::size_t> materials_{};
   std::string materials_text_{};
   std::map<std::string, std::size_t> textures_{};

@@ -349,7 +349,7 @@ class GltfWriter final : public SceneWriter {
   ArraySpool meshes_;
   ArraySpool nodes_;
   ArraySpool roots_;
-  GltfMaterials materials_{buffers_};
+  GltfMaterials materials_{buffers_, options_.quantize || options_.compress};
   GltfAnimation animation_{buffers_};
   std::vector<PlacedModel> models_{};
 };
@@ -367,7 +367,11 @@ std::size_t glb_mesh_bytes(const Mesh& mesh) {
   for (const MeshPart& part : mesh.parts) {
     constexpr std::size_t kNarrow = 65535;
     const std::size_t index_size = part.vertex_count() < kNarrow ? 2 : 4;
-    size += sizeof(float) * (part.positions.size() + part.normals.size() + part.uvs.size()) +
+    const std::size_t of_pictures =
+        part.texture == nullptr
+            ? 0
+            : part.uvs.size() + (part.normal_texture == nullptr ? 0 : part.tangents.size());
+    size += sizeof(float) * (part.positions.size() + part.normals.size() + of_pictures) +
             part.colors.size() + aligned_to_word(index_size * part.indices.size());
   }
   return size;

@@ -44,20 +44,21 @@ PackedStream positions_in_steps(const std::vector<float>& positions, double step
   return stream;
 }
 
-/// Normals in signed bytes; the fourth is 0.
-PackedStream directions_in_bytes(const std::vector<float>& values) {
-  constexpr std::size_t kWidth = 3;
-  PackedStream stream{.attribute = "NORMAL",
+/// Normals or tangents in signed bytes; the fourth of a normal is 0.
+PackedStream directions_in_bytes(const char* attribute,
+                                 std::size_t width,
+                                 const std::vector<float>& values) {
+  PackedStream stream{.attribute = attribute,
                       .component = ComponentType::kByte,
-                      .components = 3,
+                      .components = static_cast<int>(width),
                       .normalized = true,
                       .stride = 4};
-  stream.count = values.size() / kWidth;
+  stream.count = values.size() / width;
   stream.bytes.resize(stream.count * 4);
   for (std::size_t i = 0; i < values.size(); ++i) {
     constexpr double kLargestByte = 127.0;
     put(stream.bytes,
-        i / kWidth * 4 + i % kWidth,
+        i / width * 4 + i % width,
         static_cast<std::int8_t>(std::lround(kLargestByte * double{values[i]})));
   }
   return stream;
@@ -86,14 +87,22 @@ PackedStream indices_of(const std::vector<std::uint32_t>& indices, std::size_t v
   return copied("", ComponentType::kUshort, 1, narrow);
 }
 
-// Tangents are for normal maps, which no material has: they are not written.
+bool has_picture(const MeshPart& part) { return part.texture != nullptr && !part.uvs.empty(); }
+
+/// Tangents are for normal maps.
+bool has_tangents(const MeshPart& part, bool is_packed) {
+  return has_normal_map(part, is_packed) && !part.tangents.empty();
+}
 
 PackedPart plain(const MeshPart& part) {
   PackedPart packed;
   packed.attributes.push_back(copied("POSITION", ComponentType::kFloat, 3, part.positions));
   packed.attributes.push_back(copied("NORMAL", ComponentType::kFloat, 3, part.normals));
-  if (!part.uvs.empty()) {
+  if (has_picture(part)) {
     packed.attributes.push_back(copied("TEXCOORD_0", ComponentType::kFloat, 2, part.uvs));
+  }
+  if (has_tangents(part, false)) {
+    packed.attributes.push_back(copied("TANGENT", ComponentType::kFloat, 4, part.tangents));
   }
   return packed;
 }
@@ -103,8 +112,11 @@ PackedPart quantized(const MeshPart& part, double step_m) {
   packed.attributes.push_back(step_m > 0.0
                                   ? positions_in_steps(part.positions, step_m)
                                   : copied("POSITION", ComponentType::kFloat, 3, part.positions));
-  packed.attributes.push_back(directions_in_bytes(part.normals));
-  if (!part.uvs.empty()) {
+  packed.attributes.push_back(directions_in_bytes("NORMAL", 3, part.normals));
+  if (has_tangents(part, true)) {
+    packed.attributes.push_back(directions_in_bytes("TANGENT", 4, part.tangents));
+  }
+  if (has_picture(part)) {
     const bool fits = std::all_of(
         part.uvs.begin(), part.uvs.end(), [](float v) { return v >= 0.0F && v <= 1.0F; });
     packed.attributes.push_back(fits ? uvs_in_shorts(part.uvs)
@@ -173,6 +185,7 @@ MeshPart reordered(const MeshPart& part) {
   move(result.normals, 3);
   move(result.colors, 4);
   move(result.uvs, 2);
+  move(result.tangents, 4);
   return result;
 }
 
@@ -202,6 +215,11 @@ PackedPart packed_as_is(const MeshPart& part, const PackOptions& options) {
 }
 
 }  // namespace
+
+bool has_normal_map(const MeshPart& part, bool is_packed) {
+  return has_picture(part) && part.normal_texture != nullptr &&
+         !(is_packed && part.kind == PartKind::kFoliage);
+}
 
 double quantization_step_m(const std::vector<const MeshPart*>& parts) {
   double farthest = 1e-6;

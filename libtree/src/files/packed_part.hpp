@@ -49,6 +49,10 @@ struct PackOptions {
 /// The step for which the largest coordinate of a model's parts is within signed 16 bits.
 double quantization_step_m(const std::vector<const MeshPart*>& parts);
 
+/// Whether a part has a normal map in the file. Packed files do without those of leaves: their
+/// tangents would be a fifth of the size.
+bool has_normal_map(const MeshPart& part, bool is_packed);
+
 PackedPart pack(const MeshPart& part, const PackOptions& options);
 
 }  // namespace silvafit::tree

@@ -167,3 +167,27 @@ TEST_CASE("what is scaled to nothing is left out, however that is said") {
   scene["nodes"][0] = {{"mesh", 0}, {"scale", {1e300, 1, 1}}};
   CHECK_THROWS_AS(read_glb(glb(scene)), InputError);
 }
+
+TEST_CASE("a picture in a file of its own is refused by name") {
+  json scene = triangle();
+  scene["images"] = json::array({{{"uri", "bark.jpg"}}});
+  scene["textures"] = json::array({{{"source", 0}}});
+  scene["materials"] =
+      json::array({{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}});
+  scene["meshes"][0]["primitives"][0]["material"] = 0;
+  CHECK_THROWS_WITH(read_glb(glb(scene)), Catch::Contains("bark.jpg"));
+  scene["materials"] = json::array({{{"normalTexture", {{"index", 0}}}}});
+  CHECK_THROWS_WITH(read_glb(glb(scene)), Catch::Contains("bark.jpg"));
+}
+
+TEST_CASE("a transformation to a plane, a line or a point is flattened") {
+  std::array<double, 16> transform{2, 0, 0, 0, 0, -3, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1};
+  CHECK_FALSE(is_flattened(transform));
+  for (const std::size_t k : {std::size_t{0}, std::size_t{5}, std::size_t{10}}) {
+    std::array<double, 16> flat = transform;
+    flat[k] = 0.0;
+    CHECK(is_flattened(flat));
+  }
+  transform[0] = std::nan("");
+  CHECK(is_flattened(transform));
+}

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "catalogue/json_entry.hpp"
+#include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
 #include "mesh/leaf_look.hpp"
 #include "silvafit/base/constants.hpp"
@@ -181,6 +182,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                     "variation",
                     "recursion",
                     "leaves",
+                    "leafy_shoots",
                     "bark_color",
                     "bark",
                     "basis"});
@@ -193,7 +195,10 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                    .limits = limits_of(entry.child("recursion")),
                    .leaves = leaves_of(entry.child("leaves"))};
   preset.style.bark = color_of(entry, "bark_color");
-  preset.style.bark_texture = bark_picture_of(entry);
+  preset.style.bark_kind = bark_kind_of(entry);
+  if (entry.has("leafy_shoots")) {
+    preset.style.shoots = leafy_shoots_of(entry.child("leafy_shoots"));
+  }
   preset.style.leaves.push_back(leaf_look_of(entry.child("leaves").child("look")));
   check_number(entry, preset);
   return std::make_unique<IfsBuilder>(std::move(head), std::move(preset));

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
 #include "mesh/leaf_look.hpp"
 #include "silvafit/base/error.hpp"
@@ -84,11 +85,15 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "bark_color",
                     "bark",
                     "leaves",
+                    "leafy_shoots",
                     "bud",
                     "basis"});
   LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
   preset.style.bark = color_of(entry, "bark_color");
-  preset.style.bark_texture = bark_picture_of(entry);
+  preset.style.bark_kind = bark_kind_of(entry);
+  if (entry.has("leafy_shoots")) {
+    preset.style.shoots = leafy_shoots_of(entry.child("leafy_shoots"));
+  }
   for (const JsonEntry& look : entry.children("leaves")) {
     preset.style.leaves.push_back(leaf_look_of(look));
   }

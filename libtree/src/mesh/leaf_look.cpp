@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "catalogue/preset_head.hpp"
-#include "silvafit/tree/texture_library.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -48,13 +47,6 @@ LeafLook leaf_look_of(const JsonEntry& entry) {
   look.color_variation = entry.number("color_variation", 0.0, 0.5);
   if (entry.has("outline")) look.outline = outline_of(entry);
   return look;
-}
-
-std::shared_ptr<const Texture> bark_picture_of(const JsonEntry& entry) {
-  const auto kind = entry.has("bark") ? entry.get<std::string>("bark") : std::string("smooth");
-  if (kind == "smooth") return bark_texture(BarkKind::kSmooth);
-  if (kind == "furrowed") return bark_texture(BarkKind::kFurrowed);
-  throw InputError("must be smooth or furrowed", entry.place_of("bark"));
 }
 
 }  // namespace silvafit::tree

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fields of presets for the appearance of bark and leaves.
+// Fields of presets for the appearance of leaves without pictures.
 #pragma once
 
 #include "catalogue/json_entry.hpp"
@@ -11,9 +11,5 @@ namespace silvafit::tree {
 /// optionally outline.
 /// \throws InputError naming file and field
 LeafLook leaf_look_of(const JsonEntry& entry);
-
-/// The texture of the bark: the field `bark`, smooth (default) or furrowed.
-/// \throws InputError naming file and field
-std::shared_ptr<const Texture> bark_picture_of(const JsonEntry& entry);
 
 }  // namespace silvafit::tree

@@ -15,8 +15,7 @@ namespace silvafit::tree {
 
 /// Points of one spray or tuft and the leaves between them.
 ///
-/// Neighboring leaves share their points, which halves the size of a mesh. With a texture this is
-/// not possible: then every leaf is a card of its own.
+/// Neighboring leaves share their points, which halves the size of a mesh.
 class LeafSurface {
  public:
   LeafSurface(const Crown& crown,
@@ -35,19 +34,12 @@ class LeafSurface {
 
   /// A leaf folded along its middle, counterclockwise from its base.
   void leaf(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
-  /// A triangle between leaves, from the branch (`first`, `second`) out to its tip.
-  void fill(std::size_t first, std::size_t tip, std::size_t second);
+  void triangle(std::size_t a, std::size_t b, std::size_t c);
 
   /// Away from the inside of the crown, as on an ellipsoid with the crown's width and length.
   Point outward_of(Point at) const { return light_.outward(at); }
 
  private:
-  void triangle(std::size_t a, std::size_t b, std::size_t c);
-  void card(std::size_t base, std::size_t right, std::size_t tip, std::size_t left);
-  void triangular_card(std::size_t first, std::size_t tip, std::size_t second);
-  /// A vertex of a card whose image has `sideways` to the right and `axis` up.
-  std::uint32_t card_vertex(
-      const LeafCorner& corner, Point sideways, Point axis, double u, double v);
   Bytes4 color_at(Point at) const;
 
   const Crown& crown_;

@@ -64,20 +64,16 @@ class TuftGrower {
  private:
   void place(Point at, Point x, Point y, Point z, Jitter& jitter) {
     const Tuft& tuft = foliage_.tuft;
-    const std::vector<Point>& points = options_.textured ? tuft.points : tuft.joint_points;
-    surface_.begin(
-        points.size(), tuft.joint_leaves.size(), 0, 1.0 + foliage_.color_variation * jitter.next());
-    for (const Point& point : points) {
+    surface_.begin(tuft.joint_points.size(),
+                   tuft.joint_leaves.size(),
+                   0,
+                   1.0 + foliage_.color_variation * jitter.next());
+    for (const Point& point : tuft.joint_points) {
       const Point lean{jitter.next(), jitter.next(), jitter.next()};
       surface_.point(at + point.x * x + point.y * y + point.z * z, kLean * lean);
     }
-    for (std::size_t i = 0; i < tuft.joint_leaves.size(); ++i) {
-      if (options_.textured) {
-        surface_.leaf(4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3);
-      } else {
-        const Tuft::Leaf& leaf = tuft.joint_leaves[i];
-        surface_.leaf(leaf[0], leaf[1], leaf[2], leaf[3]);
-      }
+    for (const Tuft::Leaf& leaf : tuft.joint_leaves) {
+      surface_.leaf(leaf[0], leaf[1], leaf[2], leaf[3]);
     }
   }
 
@@ -110,8 +106,7 @@ void add_leaves(const Skeleton& skeleton,
                                static_cast<std::size_t>(options.foliage_per) +
                            1;
   const Tuft& tuft = foliage.tuft;
-  build.reserve(most * (options.textured ? tuft.points.size() : tuft.joint_points.size()),
-                most * 2 * tuft.joint_leaves.size());
+  build.reserve(most * tuft.joint_points.size(), most * 2 * tuft.joint_leaves.size());
   TuftGrower tufts(crown, foliage, random, options, build);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (axes[i].order == 0) continue;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "mesh/bark_surface.hpp"
 #include "mesh/polygon.hpp"
 #include "mesh/tube.hpp"
 #include "silvafit/base/error.hpp"
@@ -103,7 +104,10 @@ double least_error_at(const SkeletonPoint& at,
 class ErrorBound {
  public:
   ErrorBound(const Skeleton& skeleton, const Crown& crown, const MeshOptions& options)
-      : skeleton_(skeleton), crown_(crown), options_(options), finest_(level_of_detail(0)) {}
+      : skeleton_(skeleton),
+        crown_(crown),
+        options_(options),
+        finest_(level_of_detail(0, options)) {}
 
   double bound() {
     double worst = 0.0;
@@ -112,7 +116,7 @@ class ErrorBound {
       if (axis.order == 0) {
         worst = std::max(worst, of_stem(points));
       } else if (is_drawn(axis, points.front(), options_)) {
-        worst = std::max(worst, of_branch(points));
+        worst = std::max(worst, of_branch(points, bearer_radius_m(skeleton_, axis)));
       } else if (is_drawn(axis, points.front(), finest_)) {
         worst = std::max(worst, of_left_out(axis, points));
       }
@@ -138,6 +142,8 @@ class ErrorBound {
       while (piece + 2 < kept_.size() && kept_[piece + 1].at.z < at.at.z) ++piece;
       worst = std::max(worst, error_at(at, kept_[piece], kept_[piece + 1], gap, corner));
     }
+    // Roots make the sections wider.
+    if (options_.textured) worst *= RootFlare::kWidest;
     // The finest level has also omitted points.
     return worst + std::max(corner, kBendTolerance) * finest_.stem_tolerance_m;
   }
@@ -149,14 +155,14 @@ class ErrorBound {
                      : outline_gap(sides, 1.0, finest, 1.0);
   }
 
-  double of_branch(std::span<const SkeletonPoint> points) {
+  double of_branch(std::span<const SkeletonPoint> points, double bearer) {
     const int sides = sides_of(points.front(), options_);
     const int finest = sides_of(points.front(), finest_);
     if (sides == finest && options_.branch_tolerance_m == 0.0) return 0.0;
     const double gap = branch_gap(sides, finest);
     const TubeFrame frame = frame_of(points);
-    branch_rings(points, options_.branch_tolerance_m, frame, sides, crown_, kept_);
-    branch_rings(points, finest_.branch_tolerance_m, frame, finest, crown_, whole_);
+    branch_rings(points, options_.branch_tolerance_m, frame, sides, bearer, crown_, kept_);
+    branch_rings(points, finest_.branch_tolerance_m, frame, finest, bearer, crown_, whole_);
     if (whole_.size() < 2) return 0.0;
     if (kept_.size() < 2) return length(whole_.back().at - whole_.front().at);
     double worst = 0.0;

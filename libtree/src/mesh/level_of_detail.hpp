@@ -8,7 +8,10 @@ namespace silvafit::tree {
 
 /// Whether an axis other than the stem is drawn as wood.
 inline bool is_drawn(const Axis& axis, const SkeletonPoint& base, const MeshOptions& options) {
-  return base.radius_m > 0.0 && static_cast<int>(axis.order) <= options.wood_order;
+  const bool is_in_picture =
+      options.textured && axis.order > 1 && 2.0 * base.radius_m < options.thinnest_wood_m;
+  return base.radius_m > 0.0 && static_cast<int>(axis.order) <= options.wood_order &&
+         !is_in_picture;
 }
 
 /// Number of sides of a branch's tube.

@@ -8,6 +8,7 @@
 #include "mesh/foliage.hpp"
 #include "mesh/level_of_detail.hpp"
 #include "mesh/mesh_checks.hpp"
+#include "mesh/shoot_cards.hpp"
 #include "mesh/tube.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/texture_library.hpp"
@@ -20,6 +21,8 @@ void check_options(const MeshOptions& options) {
   if (!(options.stem_tolerance_m >= 0.0 && options.branch_tolerance_m >= 0.0)) {
     throw UsageError("the tolerance of stem sections and branches must not be negative");
   }
+  if (!(options.thinnest_wood_m >= 0.0)) throw UsageError("thinnest_wood_m must not be negative");
+  if (options.most_wood < 0) throw UsageError("most_wood must not be negative");
   if (options.foliage_per < 1) throw UsageError("foliage_per must be at least 1");
   if (options.wood_order < 1) {
     throw UsageError(
@@ -29,10 +32,11 @@ void check_options(const MeshOptions& options) {
 
 namespace {
 
-/// Without vertex colors, the material has their mean color.
+/// Without vertex colors, the material has their mean color. Shoots are darkened by their vertices.
 Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
   constexpr double kInner = 0.25;
   Color color = foliage.outer;
+  if (options.textured) return brightest_shoot(color, foliage.color_variation);
   if (options.vertex_colors) return color;
   for (std::size_t i = 0; i < color.size(); ++i) {
     color[i] += kInner * (foliage.inner[i] - color[i]);
@@ -99,10 +103,10 @@ Mesh build_mesh(const Skeleton& skeleton,
                    .color = foliage_color(preset.foliage, options),
                    .double_sided = true};
   if (options.textured) {
-    const bool has_needles = preset.foliage.kind == FoliageKind::kNeedles;
-    stem.texture = branches.texture =
-        bark_texture(has_needles ? BarkKind::kFurrowed : BarkKind::kSmooth);
-    foliage.texture = leaf_texture(has_needles ? LeafKind::kNeedles : LeafKind::kBroadleaf);
+    stem.texture = branches.texture = bark_texture(preset.bark_kind);
+    stem.normal_texture = branches.normal_texture = bark_normals(preset.bark_kind);
+    foliage.texture = shoot_atlas(preset.leafy_shoots.picture).color;
+    foliage.normal_texture = shoot_atlas(preset.leafy_shoots.picture).normals;
   }
   {
     PartBuilder stem_builder(stem);
@@ -114,11 +118,17 @@ Mesh build_mesh(const Skeleton& skeleton,
       if (axis.order == 0) {
         add_stem(points, options, stem_builder);
       } else if (is_drawn(axis, points.front(), options)) {
-        tubes.add(points);
+        tubes.add(points, bearer_radius_m(skeleton, axis));
       }
     }
     PartBuilder foliage_builder(foliage);
-    add_foliage(skeleton, crown, preset.foliage, random, options, foliage_builder);
+    if (options.textured) {
+      const double variation = preset.foliage.color_variation;
+      add_shoots(
+          skeleton, crown, preset.leafy_shoots, variation, random, options, {}, foliage_builder);
+    } else {
+      add_foliage(skeleton, crown, preset.foliage, random, options, foliage_builder);
+    }
     for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder}) {
       builder->finish();
     }

@@ -41,7 +41,7 @@ class FrondSide {
       edge.z -= foliage_.droop * 0.5 * foliage_.fullness * length(along);
       const std::size_t after = surface_.point(edge);
       add_tips(twigs[i], along, ribs[i], before, after, next_base);
-      surface_.fill(ribs[i], after, ribs[i + 1]);
+      surface_.triangle(ribs[i], after, ribs[i + 1]);
       before = after;
     }
   }
@@ -176,8 +176,7 @@ void add_needles(const Skeleton& skeleton,
                  const MeshOptions& options,
                  PartBuilder& build) {
   const std::span<const Axis> axes = skeleton.axes;
-  build.reserve((options.textured ? 4 * kLeavesPerTwig + 3 : kPointsPerTwig) * axes.size(),
-                kTrianglesPerTwig * axes.size());
+  build.reserve(kPointsPerTwig * axes.size(), kTrianglesPerTwig * axes.size());
   FrondGrower fronds(skeleton, crown, foliage, random, options, build);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (axes[i].order != 1) continue;

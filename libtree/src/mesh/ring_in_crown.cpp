@@ -2,6 +2,7 @@
 #include "mesh/ring_in_crown.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace silvafit::tree {
 
@@ -18,6 +19,17 @@ double RingInCrown::lowest() const {
   return lowest;
 }
 
+/// Near a direction in which the crown is much narrower, a tiny change of azimuth matters.
+bool RingInCrown::move_inward(Point& at, double radius_m, double step_m) const {
+  constexpr int kMostSteps = 12;
+  for (int i = 1; i <= kMostSteps && !contains(at, radius_m); ++i) {
+    const double away = std::hypot(at.x, at.y);
+    const double nearer = std::max(away - step_m * i, 0.0) / std::max(away, step_m);
+    at = crown_.confine({nearer * at.x, nearer * at.y, at.z});
+  }
+  return contains(at, radius_m);
+}
+
 bool RingInCrown::fit(Point& at, double& radius_m, double let_pass_m) const {
   if (contains(at, radius_m)) return true;
   const double low = lowest();
@@ -26,7 +38,7 @@ bool RingInCrown::fit(Point& at, double& radius_m, double let_pass_m) const {
   at = crown_.confine(at);
   constexpr double kShrink = 0.75;
   while (!contains(at, radius_m)) {
-    if (radius_m <= let_pass_m) return false;
+    if (radius_m <= let_pass_m) return move_inward(at, radius_m, let_pass_m);
     const double smaller = std::max(kShrink * radius_m, 0.99 * let_pass_m);
     if (missing > 0.0) {
       at.z += (radius_m - smaller) * low;

@@ -20,7 +20,7 @@ class RingInCrown {
   bool contains(Point at, double radius_m) const;
 
   /// Lifts a ring that would reach out of the crown to the crown base, then makes it smaller until
-  /// it fits.
+  /// it fits, and moves it towards the stem if this is not enough.
   /// \param let_pass_m  a radius that may be outside, so that no ring becomes a point
   /// \returns whether it fits
   bool fit(Point& at, double& radius_m, double let_pass_m) const;
@@ -28,6 +28,7 @@ class RingInCrown {
  private:
   Point across(Point corner) const { return corner.x * sideways_ + corner.y * upward_; }
   double lowest() const;
+  bool move_inward(Point& at, double radius_m, double step_m) const;
 
   const Crown& crown_;
   std::span<const Point> corners_;

@@ -8,6 +8,7 @@
 #include "mesh/level_of_detail.hpp"
 #include "mesh/mesh_checks.hpp"
 #include "mesh/polygon.hpp"
+#include "mesh/shoot_cards.hpp"
 #include "mesh/smooth_leaf.hpp"
 #include "mesh/smooth_mesh_limbs.hpp"
 #include "mesh/smooth_mesh_tube.hpp"
@@ -127,8 +128,49 @@ double wood_error_m(const Limbs& limbs,
   return WoodError(limbs, WoodRings(limbs, crown, finest), rings).bound();
 }
 
+/// The diameter of the thinnest limbs that are drawn, so that the wood has about as many triangles
+/// as the options allow [m].
+double thinnest_wood_m(const Limbs& limbs, const WoodRings& rings, const MeshOptions& options) {
+  struct Cost {
+    double diameter_m = 0.0;
+    int triangles = 0;
+  };
+  std::vector<Cost> costs;
+  int sum = 0;
+  for (std::size_t i = 0; i < limbs.all().size(); ++i) {
+    const Limb& limb = limbs.all()[i];
+    const int count = static_cast<int>(rings.of(i).size());
+    if (count < 2) continue;
+    costs.push_back(
+        {2.0 * limbs.knots_of(limb).front().radius_m, (2 * count - 1) * rings.sides_of(limb)});
+    sum += costs.back().triangles;
+  }
+  if (sum <= options.most_wood) return options.thinnest_wood_m;
+  std::stable_sort(costs.begin(), costs.end(), [](const Cost& a, const Cost& b) {
+    return a.diameter_m > b.diameter_m;
+  });
+  sum = 0;
+  for (const Cost& cost : costs) {
+    sum += cost.triangles;
+    if (sum > options.most_wood) {
+      constexpr double kBarelyMore = 1.0 + 1e-9;
+      return std::max(options.thinnest_wood_m, kBarelyMore * cost.diameter_m);
+    }
+  }
+  return options.thinnest_wood_m;
+}
+
+/// With textures, thin limbs are in the pictures of shoots.
+MeshOptions with_drawn_wood(const Limbs& limbs, const Crown& crown, const MeshOptions& options) {
+  if (!options.textured) return options;
+  MeshOptions limited = options;
+  limited.thinnest_wood_m = thinnest_wood_m(limbs, WoodRings(limbs, crown, options), options);
+  return limited;
+}
+
 void add_wood(const Limbs& limbs,
               const WoodRings& rings,
+              const SmoothStyle& style,
               const MeshOptions& options,
               PartBuilder& stem,
               PartBuilder& branches) {
@@ -146,11 +188,16 @@ void add_wood(const Limbs& limbs,
   for (std::size_t i = 0; i < limbs.all().size(); ++i) {
     const Limb& limb = limbs.all()[i];
     if (rings.of(i).size() < 2) continue;
-    if (limb.axis == 0) {
-      add_tube(rings.of(i), of_stem, options.textured, true, stem);
-    } else {
+    if (limb.axis != 0) {
       const bool is_thick = rings.sides_of(limb) == options.branch_sides;
-      add_tube(rings.of(i), is_thick ? of_branch : of_twig, options.textured, false, branches);
+      add_tube(
+          rings.of(i), is_thick ? of_branch : of_twig, {.textured = options.textured}, branches);
+    } else if (options.textured && style.bark_kind != BarkKind::kCulm) {
+      const RootFlare roots(rings.of(i).front().radius_m);
+      const TubeLook look{.textured = true, .has_foot = true, .roots = roots};
+      add_tube(with_root_rings(rings.of(i), roots), of_stem, look, stem);
+    } else {
+      add_tube(rings.of(i), of_stem, {.textured = options.textured, .has_foot = true}, stem);
     }
   }
 }
@@ -183,24 +230,43 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
   check_looks(skeleton, style);
   check_finite(skeleton);
   const Limbs limbs(skeleton);
-  const WoodRings rings(limbs, crown, options);
-  const auto bark = options.textured ? style.bark_texture : nullptr;
-  const auto leaf =
-      options.textured && !style.leaves.empty() ? style.leaves.front().texture : nullptr;
-  MeshPart stem{.kind = PartKind::kStem, .color = style.bark, .texture = bark};
-  MeshPart branches{.kind = PartKind::kBranches, .color = style.bark, .texture = bark};
+  const MeshOptions drawn = with_drawn_wood(limbs, crown, options);
+  const WoodRings rings(limbs, crown, drawn);
+  MeshPart stem{.kind = PartKind::kStem, .color = style.bark};
+  MeshPart branches{.kind = PartKind::kBranches, .color = style.bark};
   MeshPart foliage{.kind = PartKind::kFoliage,
                    .color = leaf_material(skeleton, style, options.vertex_colors),
-                   .double_sided = true,
-                   .texture = leaf};
+                   .double_sided = true};
+  const bool has_shoots = options.textured && style.shoots && !style.leaves.empty();
+  if (options.textured) {
+    stem.texture = branches.texture = bark_texture(style.bark_kind);
+    stem.normal_texture = branches.normal_texture = bark_normals(style.bark_kind);
+    if (!style.leaves.empty()) foliage.texture = style.leaves.front().texture;
+  }
+  if (has_shoots) {
+    const ShootAtlas& atlas = shoot_atlas(style.shoots->picture);
+    foliage.texture = atlas.color;
+    foliage.normal_texture = atlas.normals;
+    foliage.color =
+        brightest_shoot(style.leaves.front().color, style.leaves.front().color_variation);
+  }
   {
     PartBuilder stem_builder(stem);
     PartBuilder branch_builder(branches);
-    add_wood(limbs, rings, options, stem_builder, branch_builder);
+    add_wood(limbs, rings, style, drawn, stem_builder, branch_builder);
     PartBuilder foliage_builder(foliage);
-    LeafWriter writer(crown, style, options, foliage.color, foliage_builder);
-    writer.reserve(skeleton);
-    add_leaves(skeleton, limbs, random, options, style, writer);
+    if (has_shoots) {
+      const auto shift = [&limbs](std::uint32_t axis, Point place) {
+        return limbs.moved(axis, place);
+      };
+      const double variation = style.leaves.front().color_variation;
+      add_shoots(
+          skeleton, crown, *style.shoots, variation, random, options, shift, foliage_builder);
+    } else {
+      LeafWriter writer(crown, style, options, foliage.color, foliage_builder);
+      writer.reserve(skeleton);
+      add_leaves(skeleton, limbs, random, options, style, writer);
+    }
     for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder}) {
       builder->finish();
     }

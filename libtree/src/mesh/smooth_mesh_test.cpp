@@ -369,8 +369,7 @@ TEST_CASE("cards carry their part of a picture, and are leaves without it") {
       {.at = {1.0, 0, 3.0}, .along = {0, 0, 1}, .facing = {1, 0, 0}, .length_m = 0.2, .axis = 1});
   const auto texture = std::make_shared<const Texture>(
       Texture{.name = "leaf", .width = 1, .height = 1, .rgba = {9, 9, 9, 255}});
-  SmoothStyle style{.bark_texture = texture,
-                    .leaves = {{.form = LeafForm::kCrossedCards,
+  SmoothStyle style{.leaves = {{.form = LeafForm::kCrossedCards,
                                 .aspect = 0.5,
                                 .color = {1, 1, 1},
                                 .texture = texture,
@@ -378,7 +377,7 @@ TEST_CASE("cards carry their part of a picture, and are leaves without it") {
   const Mesh mesh = tree.mesh({.textured = true}, style);
   const MeshPart& leaf = mesh.parts[2];
   CHECK(leaf.texture == texture);
-  CHECK(mesh.parts[0].texture == texture);
+  CHECK(mesh.parts[0].texture == bark_texture(BarkKind::kSmooth));
   CHECK(leaf.triangle_count() == 4);
   REQUIRE(leaf.uvs.size() == 16);
   for (std::size_t i = 0; i < 8; ++i) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "mesh/bark_surface.hpp"
 #include "mesh/line_simplification.hpp"
 #include "mesh/moving_frame.hpp"
 #include "mesh/polygon.hpp"
@@ -104,6 +105,8 @@ std::span<const Point> WoodRings::corners_of(const Limb& limb) const {
 void WoodRings::add(const Limb& limb) {
   const std::size_t drawn = limbs_.drawn_knots(limb, options_.wood_order);
   if (drawn < 2) return;
+  const bool is_thin = 2.0 * limbs_.knots_of(limb).front().radius_m < options_.thinnest_wood_m;
+  if (options_.textured && is_thin && limbs_.drawn_knots(limb, 0) == 0) return;
   take_steps(limb, drawn);
   const bool is_stem = limb.axis == 0;
   if (is_stem) {
@@ -224,14 +227,7 @@ void WoodRings::fit_into_crown(Ring& ring, std::span<const Point> corners) const
   constexpr double kLetPass = 0.0003;
   ring.radius_m = std::max(ring.radius_m, kLetPass);
   const RingInCrown in_crown(crown_, corners, ring.sideways, ring.upward);
-  if (in_crown.fit(ring.at, ring.radius_m, kLetPass)) return;
-  // Near a direction in which the crown is much narrower, a tiny change of azimuth matters.
-  constexpr int kMostSteps = 12;
-  for (int i = 1; i <= kMostSteps && !in_crown.contains(ring.at, ring.radius_m); ++i) {
-    const double away = std::hypot(ring.at.x, ring.at.y);
-    const double nearer = std::max(away - kLetPass * i, 0.0) / std::max(away, kLetPass);
-    ring.at = crown_.confine({nearer * ring.at.x, nearer * ring.at.y, ring.at.z});
-  }
+  in_crown.fit(ring.at, ring.radius_m, kLetPass);
 }
 
 /// Omits rings that would fold the tube if a curve turns more sharply than it is thick, or that
@@ -272,6 +268,12 @@ void join(
   }
 }
 
+/// Of a section at a corner.
+double radius_m(const Ring& ring, std::uint32_t i, std::uint32_t sides, const TubeLook& look) {
+  if (!look.roots) return ring.radius_m;
+  return ring.radius_m * look.roots->at(ring.at.z, kTwoPi * (i % sides) / sides);
+}
+
 /// Decrease of the radius at a ring, per length. A base that widens inside its parent is not
 /// visible.
 double lean_of(std::span<const Ring> rings, std::size_t k) {
@@ -281,12 +283,17 @@ double lean_of(std::span<const Ring> rings, std::size_t k) {
   return (before.radius_m - after.radius_m) / std::max(length(after.at - before.at), 1e-9);
 }
 
-void add_foot(const Ring& ring, std::span<const Point> corners, bool textured, PartBuilder& build) {
+void add_foot(const Ring& ring,
+              std::span<const Point> corners,
+              const TubeLook& look,
+              PartBuilder& build) {
   const auto sides = static_cast<std::uint32_t>(corners.size());
   const std::uint32_t base = build.vertex_count();
-  for (const Point& corner : corners) {
-    build.vertex(ring.at + ring.radius_m * ring.across(corner), -1.0 * ring.tangent);
-    if (textured) {
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const Point& corner = corners[i];
+    build.vertex(ring.at + radius_m(ring, i, sides, look) * ring.across(corner),
+                 -1.0 * ring.tangent);
+    if (look.textured) {
       const Point flat = direction(corner);
       build.texture({.u = 0.5 + 0.5 * flat.x, .v = 0.5 + 0.5 * flat.y, .tangent = ring.sideways});
     }
@@ -296,37 +303,65 @@ void add_foot(const Ring& ring, std::span<const Point> corners, bool textured, P
 
 }  // namespace
 
+std::vector<Ring> with_root_rings(std::span<const Ring> rings, const RootFlare& roots) {
+  constexpr double kNearest = 0.002;
+  std::vector<Ring> result;
+  std::size_t next = 0;
+  for (std::size_t k = 0; k + 1 < rings.size(); ++k) {
+    const Ring& low = rings[k];
+    const Ring& high = rings[k + 1];
+    result.push_back(low);
+    for (; next < RootFlare::kSections.size(); ++next) {
+      const double z = RootFlare::kSections[next] * roots.height_m();
+      if (z > high.at.z - kNearest) break;
+      if (z < result.back().at.z + kNearest) continue;
+      const double part = (z - low.at.z) / (high.at.z - low.at.z);
+      Ring ring = low;
+      ring.at = low.at + part * (high.at - low.at);
+      ring.radius_m = low.radius_m + part * (high.radius_m - low.radius_m);
+      ring.along_m = low.along_m + part * (high.along_m - low.along_m);
+      result.push_back(ring);
+    }
+  }
+  result.push_back(rings.back());
+  return result;
+}
+
 void add_tube(std::span<const Ring> rings,
               std::span<const Point> corners,
-              bool textured,
-              bool has_foot,
+              const TubeLook& look,
               PartBuilder& build) {
   const auto sides = static_cast<std::uint32_t>(corners.size());
-  const std::uint32_t around = textured ? sides + 1 : sides;
+  const std::uint32_t around = look.textured ? sides + 1 : sides;
   build.reserve((rings.size() + 1) * around + 1, (2 * rings.size() + 1) * sides);
-  const double per_girth = 1.0 / (kTwoPi * std::max(rings[0].radius_m, rings[1].radius_m));
+  const BarkScale scale(std::max(rings[0].radius_m, rings[1].radius_m));
   const double per_corner = 1.0 / length(corners[0]);
   std::uint32_t lower = 0;
   for (std::size_t k = 0; k + 1 < rings.size(); ++k) {
     const Ring& ring = rings[k];
     const double lean = lean_of(rings, k);
-    const double scale = 1.0 / std::sqrt(1.0 + lean * lean);
     const std::uint32_t first = build.vertex_count();
     for (std::uint32_t i = 0; i < around; ++i) {
       const Point& corner = corners[i < sides ? i : 0];
       const Point outward = ring.across(corner);
-      build.vertex(ring.at + ring.radius_m * outward,
-                   (scale * per_corner) * outward + (scale * lean) * ring.tangent);
-      if (textured) {
+      const double radius = radius_m(ring, i, sides, look);
+      const double slope = look.roots && k + 2 < rings.size()
+                               ? (radius - radius_m(rings[k + 1], i, sides, look)) /
+                                     std::max(length(rings[k + 1].at - ring.at), 1e-9)
+                               : lean;
+      const double upright = 1.0 / std::sqrt(1.0 + slope * slope);
+      build.vertex(ring.at + radius * outward,
+                   (upright * per_corner) * outward + (upright * slope) * ring.tangent);
+      if (look.textured) {
         const Point flat = per_corner * corner;
-        build.texture({.u = static_cast<double>(i) / sides,
-                       .v = -per_girth * ring.along_m,
+        build.texture({.u = scale.around * i / sides,
+                       .v = -scale.per_m * ring.along_m,
                        .tangent = flat.x * ring.upward - flat.y * ring.sideways});
       }
     }
     if (k > 0) {
-      join(build, lower, first, sides, textured);
-    } else if (!has_foot) {
+      join(build, lower, first, sides, look.textured);
+    } else if (!look.has_foot) {
       for (std::uint32_t i = 1; i + 1 < sides; ++i) {
         build.triangle(first, first + i + 1, first + i);
       }
@@ -336,14 +371,14 @@ void add_tube(std::span<const Ring> rings,
   const Ring& last = rings[rings.size() - 2];
   const Ring& tip = rings.back();
   const std::uint32_t end = build.vertex(tip.at, direction(tip.at - last.at, last.tangent));
-  if (textured) {
-    build.texture({.u = 0.5, .v = -per_girth * tip.along_m, .tangent = last.sideways});
+  if (look.textured) {
+    build.texture({.u = 0.5, .v = -scale.per_m * tip.along_m, .tangent = last.sideways});
   }
   for (std::uint32_t i = 0; i < sides; ++i) {
-    const std::uint32_t j = !textured && i + 1 == sides ? 0 : i + 1;
+    const std::uint32_t j = !look.textured && i + 1 == sides ? 0 : i + 1;
     build.triangle(lower + i, lower + j, end);
   }
-  if (has_foot) add_foot(rings.front(), corners, textured, build);
+  if (look.has_foot) add_foot(rings.front(), corners, look, build);
 }
 
 }  // namespace silvafit::tree

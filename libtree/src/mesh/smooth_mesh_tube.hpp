@@ -4,9 +4,11 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "mesh/bark_surface.hpp"
 #include "mesh/curve_sampler.hpp"
 #include "mesh/part_builder.hpp"
 #include "mesh/smooth_mesh_limbs.hpp"
@@ -58,14 +60,20 @@ class WoodRings {
 /// Corners of the regular polygon with the area of the unit circle.
 std::vector<Point> equal_area_corners(int sides);
 
+struct TubeLook {
+  bool textured = false;  ///< with a seam, UVs and tangents for textures
+  bool has_foot = false;  ///< its base is visible, and has normals of its own
+  std::optional<RootFlare> roots{};
+};
+
+/// The rings of a stem with those that its roots need; the stem between its rings stays as it is.
+std::vector<Ring> with_root_rings(std::span<const Ring> rings, const RootFlare& roots);
+
 /// Adds a tube that is closed at its base and ends in a point.
-/// \param corners   of its sections, for radius 1
-/// \param textured  with a seam, UVs and tangents for textures
-/// \param has_foot  its base is visible, and has normals of its own
+/// \param corners  of its sections, for radius 1
 void add_tube(std::span<const Ring> rings,
               std::span<const Point> corners,
-              bool textured,
-              bool has_foot,
+              const TubeLook& look,
               PartBuilder& build);
 
 }  // namespace silvafit::tree

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mesh/bark_surface.hpp"
 #include "mesh/level_of_detail.hpp"
 #include "mesh/line_simplification.hpp"
 #include "mesh/polygon.hpp"
@@ -39,8 +40,7 @@ void join_rings(
   }
 }
 
-/// The tube of an upright stem. Textures go round it once, and repeat upward by their
-/// width.
+/// The tube of an upright stem, with roots if it has a texture.
 class StemTube {
  public:
   StemTube(std::span<const SkeletonPoint> sections, const MeshOptions& options, PartBuilder& build)
@@ -49,7 +49,8 @@ class StemTube {
         seam_(options.textured),
         polygon_(corners(options.stem_sides)),
         enlarged_(equal_area_corner(options.stem_sides)),
-        girth_m_(kTwoPi * sections.front().radius_m),
+        scale_(sections.front().radius_m),
+        flare_(sections.front().radius_m),
         build_(build) {}
 
   void add() {
@@ -76,24 +77,31 @@ class StemTube {
 
   /// \returns the ring's first vertex
   std::uint32_t add_ring(const SkeletonPoint& here, const SkeletonPoint& next) {
-    const double slope = (here.radius_m - next.radius_m) / (next.at.z - here.at.z);
-    const double scale = 1.0 / std::sqrt(1.0 + slope * slope);
     const std::uint32_t first = build_.vertex_count();
     const std::uint32_t around = seam_ ? sides_ + 1 : sides_;
     for (std::uint32_t i = 0; i < around; ++i) {
       const Point& corner = polygon_[i % sides_];
-      build_.vertex(here.at + enlarged_ * here.radius_m * corner,
+      const double radius = radius_m(here, i);
+      const double slope = (radius - radius_m(next, i)) / (next.at.z - here.at.z);
+      const double scale = 1.0 / std::sqrt(1.0 + slope * slope);
+      build_.vertex(here.at + enlarged_ * radius * corner,
                     {scale * corner.x, scale * corner.y, scale * slope});
       texture(i, here.at.z);
     }
     return first;
   }
 
+  /// Of a section at a corner.
+  double radius_m(const SkeletonPoint& section, std::uint32_t i) const {
+    if (!seam_) return section.radius_m;
+    return section.radius_m * flare_.at(section.at.z, kTwoPi * (i % sides_) / sides_);
+  }
+
   void texture(std::uint32_t i, double height_m) {
     if (!seam_) return;
     const Point& corner = polygon_[i % sides_];
-    build_.texture({.u = static_cast<double>(i) / sides_,
-                    .v = -height_m / girth_m_,
+    build_.texture({.u = scale_.around * i / sides_,
+                    .v = -height_m * scale_.per_m,
                     .tangent = {-corner.y, corner.x, 0.0}});
   }
 
@@ -101,8 +109,9 @@ class StemTube {
   void add_foot() {
     const SkeletonPoint& foot = sections_.front();
     const std::uint32_t base = build_.vertex_count();
-    for (const Point& corner : polygon_) {
-      build_.vertex(foot.at + enlarged_ * foot.radius_m * corner, {0.0, 0.0, -1.0});
+    for (std::uint32_t i = 0; i < sides_; ++i) {
+      const Point& corner = polygon_[i];
+      build_.vertex(foot.at + enlarged_ * radius_m(foot, i) * corner, {0.0, 0.0, -1.0});
       if (seam_) {
         build_.texture(
             {.u = 0.5 + 0.5 * corner.x, .v = 0.5 + 0.5 * corner.y, .tangent = {1.0, 0.0, 0.0}});
@@ -116,9 +125,71 @@ class StemTube {
   bool seam_;
   std::vector<Point> polygon_;
   double enlarged_;  ///< the section's corners, so that its area is that of the circle
-  double girth_m_;
+  BarkScale scale_;
+  RootFlare flare_;
   PartBuilder& build_;
 };
+
+/// Adds the sections that the roots need; the stem between its sections stays as it is.
+void add_root_sections(std::vector<SkeletonPoint>& sections) {
+  const RootFlare flare(sections.front().radius_m);
+  // Sections that floats can distinguish.
+  constexpr double kNearest = 0.002;
+  std::vector<SkeletonPoint> result;
+  std::size_t next = 0;
+  for (std::size_t k = 0; k + 1 < sections.size(); ++k) {
+    const SkeletonPoint& low = sections[k];
+    const SkeletonPoint& high = sections[k + 1];
+    result.push_back(low);
+    for (; next < RootFlare::kSections.size(); ++next) {
+      const double z = RootFlare::kSections[next] * flare.height_m();
+      if (z > high.at.z - kNearest) break;
+      if (z < result.back().at.z + kNearest) continue;
+      const double part = (z - low.at.z) / (high.at.z - low.at.z);
+      result.push_back({low.at + part * (high.at - low.at),
+                        low.radius_m + part * (high.radius_m - low.radius_m)});
+    }
+  }
+  result.push_back(sections.back());
+  sections = std::move(result);
+}
+
+/// Wood at the base of a branch that widens into its bearer, instead of a cylinder through it;
+/// nothing if there is no room for it in the crown.
+/// \param bearer_radius_m  0 for none
+void add_collar(std::vector<SkeletonPoint>& rings,
+                const TubeFrame& frame,
+                double bearer_radius_m,
+                const RingInCrown& in_crown) {
+  constexpr double kThinnest = 0.02;
+  const double radius = rings.front().radius_m;
+  if (bearer_radius_m <= 0.0 || radius < kThinnest || rings.size() < 2) return;
+  const double level = std::max(std::hypot(frame.tangent.x, frame.tangent.y), 0.25);
+  const double surface = bearer_radius_m / level;
+  constexpr double kNear = 0.35;
+  constexpr double kFar = 1.9;
+  constexpr double kWide = 1.5;
+  constexpr double kInside = 0.9;
+  const Point base = rings.front().at;
+  const Point step = rings[1].at - base;
+  const double reach = length(step);
+  const double far = surface + kFar * radius;
+  if (far > 0.8 * reach) return;
+  const auto ring = [&](double along, double wider) {
+    const double part = along / reach;
+    return SkeletonPoint{base + part * step,
+                         wider * (radius + part * (rings[1].radius_m - radius))};
+  };
+  const double widest = std::min(kWide * radius, std::max(kInside * bearer_radius_m, radius));
+  const SkeletonPoint near_ring = ring(surface + kNear * radius, 0.5 * (1.0 + kWide));
+  const SkeletonPoint far_ring = ring(far, 1.0);
+  if (!in_crown.contains(base, widest) || !in_crown.contains(near_ring.at, near_ring.radius_m) ||
+      !in_crown.contains(far_ring.at, far_ring.radius_m)) {
+    return;
+  }
+  rings.front().radius_m = widest;
+  rings.insert(rings.begin() + 1, {near_ring, far_ring});
+}
 
 }  // namespace
 
@@ -133,6 +204,7 @@ void branch_rings(std::span<const SkeletonPoint> branch,
                   double tolerance_m,
                   const TubeFrame& frame,
                   int sides,
+                  double bearer_radius_m,
                   const Crown& crown,
                   std::vector<SkeletonPoint>& rings) {
   needed_points(branch, tolerance_m, rings);
@@ -141,6 +213,7 @@ void branch_rings(std::span<const SkeletonPoint> branch,
   const bool has_corners = 12 % sides == 0;
   const std::vector<Point> own = has_corners ? std::vector<Point>{} : corners(sides);
   const RingInCrown in_crown(crown, has_corners ? round : own, frame.sideways, frame.upward);
+  add_collar(rings, frame, bearer_radius_m, in_crown);
   constexpr double kLetPass = 0.00045;
   // If a crown is flat or thin, rings may be side by side; floats cannot distinguish
   // them.
@@ -198,9 +271,21 @@ void needed_points(std::span<const SkeletonPoint> branch,
   take_marked(branch, marks, needed);
 }
 
+double bearer_radius_m(const Skeleton& skeleton, const Axis& axis) {
+  if (axis.order != 1) return 0.0;
+  const auto stem = skeleton.points_of(skeleton.axes.front());
+  const double z = skeleton.points[axis.first].at.z;
+  const auto above =
+      std::lower_bound(stem.begin(), stem.end(), z, [](const SkeletonPoint& point, double height) {
+        return point.at.z < height;
+      });
+  return (above == stem.end() ? stem.back() : *above).radius_m;
+}
+
 void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build) {
   std::vector<SkeletonPoint> sections;
   needed_sections(stem, options.stem_tolerance_m, sections);
+  if (options.textured) add_root_sections(sections);
   StemTube(sections, options, build).add();
 }
 
@@ -218,8 +303,9 @@ void BranchTubes::reserve(const Skeleton& skeleton) {
     const SkeletonPoint& base = skeleton.points[axis.first];
     if (axis.order == 0 || !is_drawn(axis, base, options_)) continue;
     const auto around = static_cast<std::size_t>(sides_of(base, options_));
-    vertices += axis.count * (around + 1) + 1;
-    triangles += (2 * axis.count + 1) * around;
+    // Two rings more for a collar.
+    vertices += (axis.count + 2) * (around + 1) + 1;
+    triangles += (2 * axis.count + 5) * around;
   }
   build_.reserve(vertices, triangles);
 }
@@ -227,6 +313,7 @@ void BranchTubes::reserve(const Skeleton& skeleton) {
 void BranchTubes::add_ring(const SkeletonPoint& ring,
                            const TubeFrame& frame,
                            const std::vector<Point>& polygon,
+                           double around_picture,
                            double v,
                            double lean) {
   const std::size_t around = polygon.size() + (options_.textured ? 1 : 0);
@@ -236,32 +323,38 @@ void BranchTubes::add_ring(const SkeletonPoint& ring,
     const Point outward = frame.across(corner);
     build_.vertex(ring.at + ring.radius_m * outward, scale * (outward + lean * frame.tangent));
     if (options_.textured) {
-      build_.texture({.u = static_cast<double>(i) / static_cast<double>(polygon.size()),
-                      .v = v,
-                      .tangent = corner.x * frame.upward - corner.y * frame.sideways});
+      build_.texture(
+          {.u = around_picture * static_cast<double>(i) / static_cast<double>(polygon.size()),
+           .v = v,
+           .tangent = corner.x * frame.upward - corner.y * frame.sideways});
     }
   }
 }
 
-void BranchTubes::add(std::span<const SkeletonPoint> branch) {
+void BranchTubes::add(std::span<const SkeletonPoint> branch, double bearer_radius_m) {
   const bool is_thick = sides_of(branch.front(), options_) == options_.branch_sides;
   const std::vector<Point>& polygon = is_thick ? branch_polygon_ : twig_polygon_;
   const auto sides = static_cast<std::uint32_t>(polygon.size());
   const bool seam = options_.textured;
   const TubeFrame frame = frame_of(branch);
-  branch_rings(
-      branch, options_.branch_tolerance_m, frame, static_cast<int>(sides), crown_, points_);
+  branch_rings(branch,
+               options_.branch_tolerance_m,
+               frame,
+               static_cast<int>(sides),
+               bearer_radius_m,
+               crown_,
+               points_);
   if (points_.size() < 2) return;
   const double reach = length(points_.back().at - points_.front().at);
   build_.reserve(points_.size() * (sides + 1) + 1, (2 * points_.size() + 1) * sides);
 
   const double lean = points_.front().radius_m / reach;
-  const double per_girth = 1.0 / (kTwoPi * points_.front().radius_m);
+  const BarkScale scale(branch.front().radius_m);
   std::uint32_t ring = 0;
   for (std::size_t k = 0; k + 1 < points_.size(); ++k) {
     const std::uint32_t first = build_.vertex_count();
-    const double v = -dot(points_[k].at - points_.front().at, frame.tangent) * per_girth;
-    add_ring(points_[k], frame, polygon, v, lean);
+    const double v = -dot(points_[k].at - points_.front().at, frame.tangent) * scale.per_m;
+    add_ring(points_[k], frame, polygon, scale.around, v, lean);
     if (k > 0) {
       join_rings(build_, ring, first, sides, seam);
     } else if (options_.closed_branches) {
@@ -273,7 +366,7 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch) {
   }
   const std::uint32_t tip = build_.vertex(points_.back().at, frame.tangent);
   if (seam) {
-    build_.texture({.u = 0.5, .v = -reach * per_girth, .tangent = frame.sideways});
+    build_.texture({.u = 0.5, .v = -reach * scale.per_m, .tangent = frame.sideways});
   }
   for (std::uint32_t i = 0; i < sides; ++i) {
     build_.triangle(ring + i, ring + (seam ? i + 1 : (i + 1) % sides), tip);

@@ -39,13 +39,17 @@ TubeFrame frame_of(std::span<const SkeletonPoint> branch);
 
 /// The rings of a branch's tube and the point at its end: the needed points, moved and made
 /// thinner if the polygon around them would leave the crown. Only the end is left of a branch
-/// that is too short for floats.
+/// that is too short for floats. A branch widens into a bearer of this radius; 0 for none.
 void branch_rings(std::span<const SkeletonPoint> branch,
                   double tolerance_m,
                   const TubeFrame& frame,
                   int sides,
+                  double bearer_radius_m,
                   const Crown& crown,
                   std::vector<SkeletonPoint>& rings);
+
+/// Radius of the stem where a first-order branch starts; 0 for other axes, which need no collar.
+double bearer_radius_m(const Skeleton& skeleton, const Axis& axis);
 
 /// A closed tube around the stem, its sections with the areas of their circles.
 void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build);
@@ -60,12 +64,13 @@ class BranchTubes {
   void reserve(const Skeleton& skeleton);
 
   /// Nothing is added for a branch that is too short for floats.
-  void add(std::span<const SkeletonPoint> branch);
+  void add(std::span<const SkeletonPoint> branch, double bearer_radius_m);
 
  private:
   void add_ring(const SkeletonPoint& ring,
                 const TubeFrame& frame,
                 const std::vector<Point>& polygon,
+                double around_picture,
                 double v,
                 double lean);
 

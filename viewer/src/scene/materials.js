@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // glTF materials for drawing many trees, each with its own sizes and color from a texture.
-import { MeshDepthMaterial, RGBADepthPacking } from "three";
+import { MeshDepthMaterial, RGBADepthPacking, ShaderChunk } from "three";
 import { PLACED, SIZED } from "./shape.js";
 
 const COLOR_PARS = /* glsl */ `
@@ -17,6 +17,26 @@ const COLOR = /* glsl */ `
   diffuseColor.rgb = mix(diffuseColor.rgb * (0.85 + 0.3 * vTreeShade), tinted, treeTint);
 }
 `;
+
+/* Mipmaps average the opacity, so that far leaves would vanish; it is raised with the level. */
+const COVERAGE = /* glsl */ `
+#if defined( USE_MAP ) && defined( USE_ALPHATEST )
+{
+  vec2 texel = vMapUv * vec2(textureSize(map, 0));
+  vec2 dx = dFdx(texel);
+  vec2 dy = dFdy(texel);
+  float level = max(0.0, 0.5 * log2(max(dot(dx, dx), dot(dy, dy))));
+  diffuseColor.a *= 1.0 + 0.3 * level;
+}
+#endif
+#include <alphatest_fragment>
+`;
+
+/* Cards of shoots have normals of the crown, for both of their sides. */
+const BOTH_SIDES = ShaderChunk.normal_fragment_begin.replace("gl_FrontFacing ? 1.0 : - 1.0", "1.0");
+
+/** Whether a material shows pictures of shoots. */
+const isCutOut = (material) => Boolean(material.map) && material.alphaTest > 0;
 
 function bend(shader, uniforms, isPlaced) {
   Object.assign(shader.uniforms, uniforms);
@@ -38,15 +58,18 @@ export function treeMaterial(material, uniforms, isPlaced) {
     bend(shader, uniforms, isPlaced);
     shader.fragmentShader = shader.fragmentShader
       .replace("#include <common>", `#include <common>\n${COLOR_PARS}`)
-      .replace("#include <color_fragment>", `#include <color_fragment>\n${COLOR}`);
+      .replace("#include <color_fragment>", `#include <color_fragment>\n${COLOR}`)
+      .replace("#include <alphatest_fragment>", COVERAGE);
+    if (isCutOut(material)) shader.fragmentShader = shader.fragmentShader.replace("#include <normal_fragment_begin>", BOTH_SIDES);
   };
-  copy.customProgramCacheKey = () => `tree-${isPlaced ? "placed" : "sized"}`;
+  copy.customProgramCacheKey = () => `tree-${isPlaced ? "placed" : "sized"}${isCutOut(material) ? "-cut-out" : ""}`;
   return copy;
 }
 
-/** The material for shadows of such trees. */
-export function treeDepthMaterial(uniforms, isPlaced) {
+/** The material for shadows of such trees, with the shape of the leaves on pictures. */
+export function treeDepthMaterial(uniforms, isPlaced, shown) {
   const material = new MeshDepthMaterial({ depthPacking: RGBADepthPacking });
+  if (isCutOut(shown)) Object.assign(material, { map: shown.map, alphaTest: shown.alphaTest });
   material.onBeforeCompile = (shader) => bend(shader, uniforms, isPlaced);
   material.customProgramCacheKey = () => `tree-depth-${isPlaced ? "placed" : "sized"}`;
   return material;

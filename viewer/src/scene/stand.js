@@ -119,13 +119,17 @@ export class Stand {
 
   /** @param {object[][]} shapes  parts  @param {(tree: StandTree) => number} shapeOf */
   castersFrom(shapes, shapeOf, isPlaced) {
-    const depth = treeDepthMaterial(this.uniforms, isPlaced);
+    const depths = new Map();
+    const depthOf = (material) => {
+      if (!depths.has(material)) depths.set(material, treeDepthMaterial(this.uniforms, isPlaced, material));
+      return depths.get(material);
+    };
     return shapes.flatMap((parts, number) => {
       const members = this.trees.flatMap((tree, index) => (tree && shapeOf(tree) === number ? [index] : []));
       if (members.length === 0) return [];
       return parts.map((part) => {
         const mesh = new Mesh(listed(part.geometry, members.length), this.materialOf(part, isPlaced));
-        mesh.customDepthMaterial = depth;
+        mesh.customDepthMaterial = depthOf(part.material);
         mesh.frustumCulled = false;
         mesh.castShadow = true;
         mesh.layers.set(this.layers.caster);

@@ -44,7 +44,7 @@ struct GrowSettings {
   bool quantize = false;
   bool compress = false;
   bool ascii = false;
-  bool textures = false;
+  bool textures = true;  ///< PLY has none
   // Repeated measurements.
   std::string by{};               ///< column of the time; one scene a time: FILE-2021.glb, ...
   bool animate = false;           ///< one animated scene of all times instead

@@ -33,9 +33,9 @@ struct MeshPart {
   std::vector<float> positions{};      ///< 3 per vertex [m]
   std::vector<float> normals{};        ///< 3 per vertex, of length 1
   std::vector<std::uint8_t> colors{};  ///< 4 per vertex (RGBA, linear), times `color`; or none
-  /// 2 per vertex, or none: on bark u runs once around and v along, one repeat as long as the
-  /// girth; on a leaf u runs across and v from its base to its tip, both in [0, 1]. The origin is
-  /// the image's upper left corner, as in glTF.
+  /// 2 per vertex, or none: on bark u runs around and v along, both in widths of the picture, which
+  /// goes around a whole number of times; on a leaf u runs across and v from its base to its tip,
+  /// both in [0, 1]. The origin is the image's upper left corner, as in glTF.
   std::vector<float> uvs{};
   /// 4 per vertex, or none: the direction of increasing u, of length 1, and the bitangent sign.
   std::vector<float> tangents{};
@@ -81,8 +81,14 @@ struct MeshOptions {
   /// Each branch's tube is closed at its base, which is inside its parent: every edge of stem and
   /// branches then belongs to exactly two triangles.
   bool closed_branches = false;
-  /// UVs and tangents for textures of bark and leaves; each leaf is a card of its own.
+  /// Textures of bark, and leafy shoots on crossed cards (leafy_shoots.hpp) instead of single
+  /// leaves.
   bool textured = false;
+  /// With textures: thinner branches are in the pictures of shoots and not drawn, except those that
+  /// define a measurement of the crown [m].
+  double thinnest_wood_m = 0.012;
+  /// With textures: triangles of stem and limbs of smooth meshes, as far as measurements allow.
+  int most_wood = 5000;
   /// Colors of foliage that vary with its depth in the crown, in addition to the material's.
   bool vertex_colors = false;
 };

@@ -12,6 +12,7 @@
 
 #include "silvafit/tree/branch_count.hpp"
 #include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/leafy_shoots.hpp"
 #include "silvafit/tree/taper.hpp"
 #include "silvafit/tree/tuft.hpp"
 
@@ -117,8 +118,10 @@ struct Preset {
   Branching branching{};
   Twigs twigs{};                  ///< of the second order
   std::optional<Twigs> shoots{};  ///< of the third order
-  Foliage foliage{};
+  Foliage foliage{};              ///< without textures
+  LeafyShoots leafy_shoots{};     ///< with textures
   Color bark{};
+  BarkKind bark_kind = BarkKind::kSmooth;
   Taper taper{};
   std::optional<BranchCount> branch_count{};
 };

@@ -4,9 +4,11 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/leafy_shoots.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/skeleton.hpp"
 #include "silvafit/tree/texture.hpp"
@@ -40,8 +42,11 @@ struct LeafLook {
 
 struct SmoothStyle {
   Color bark{};
-  std::shared_ptr<const Texture> bark_texture{};
+  BarkKind bark_kind = BarkKind::kSmooth;
   std::vector<LeafLook> leaves{};  ///< by grade
+  /// With textures: shoots along the branches, in the color of the first look, instead of a leaf at
+  /// each site.
+  std::optional<LeafyShoots> shoots{};
 };
 
 /// Tubes along cubic Hermite curves through the axes' points, with frames that do not twist about
@@ -57,7 +62,9 @@ struct SmoothStyle {
 /// large as in the skeleton.
 ///
 /// Axes of a higher order than options.wood_order are omitted, except those that define a
-/// measurement of the crown. Axes of radius 0 only bear leaves. Without options.textured cards are
+/// measurement of the crown. Axes of radius 0 only bear leaves. With textures, limbs below
+/// options.thinnest_wood_m are omitted, and the thinnest of the others if the wood would need more
+/// than options.most_wood triangles. Without options.textured cards are
 /// drawn as leaves, because their outline is in the image.
 ///
 /// Source: Shi, Cheng, Zhang: fast 3D tree simulation with parametric L-systems, sections on

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// The picture of bark on tubes, and the flare of the roots.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "silvafit/base/constants.hpp"
+#include "silvafit/tree/texture_library.hpp"
+
+namespace silvafit::tree {
+
+/// How often the picture goes around a tube, and its repeats per meter along it. Bark keeps its
+/// true size on thick wood, and is finer on branches thinner than the picture.
+struct BarkScale {
+  double around = 1.0;
+  double per_m = 1.0;
+
+  explicit BarkScale(double radius_m) {
+    const double girth = kTwoPi * radius_m;
+    around = std::max(1.0, std::round(girth / kBarkPictureWidth));
+    per_m = around / girth;
+  }
+};
+
+/// Widening of a stem at its foot, with a lobe above each main root. It ends below breast height.
+class RootFlare {
+ public:
+  /// Shares of its height at which the stem needs sections.
+  static constexpr std::array<double, 5> kSections{0.08, 0.2, 0.38, 0.65, 1.0};
+  /// The widest a section becomes, relative to the stem's without roots.
+  static constexpr double kWidest = 1.65;
+
+  /// \param radius_m  of the stem at the ground
+  explicit RootFlare(double radius_m) : height_m_(std::clamp(5.0 * radius_m, 0.02, 1.1)) {}
+
+  double height_m() const { return height_m_; }
+
+  /// Radius relative to that without roots, in a direction around the stem.
+  double at(double z_m, double angle_rad) const {
+    if (z_m >= height_m_) return 1.0;
+    const double low = 1.0 - std::max(z_m, 0.0) / height_m_;
+    constexpr double kRoots = 4.0;
+    constexpr double kRound = 0.3;
+    const double lobe = 0.5 + 0.5 * std::cos(kRoots * angle_rad);
+    return 1.0 + (kWidest - 1.0) * low * low * low * (kRound + (1.0 - kRound) * lobe);
+  }
+
+ private:
+  double height_m_;
+};
+
+}  // namespace silvafit::tree

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: MIT
+#include "mesh/shoot_cards.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "mesh/crown_light.hpp"
+#include "mesh/leaf_corner.hpp"
+#include "silvafit/base/constants.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+constexpr double kGoldenAngle = 137.507764 * kRadian;
+
+/// A part of an axis that bears shoots.
+struct LeafyPart {
+  std::uint32_t axis = 0;
+  double from_m = 0.0;    ///< along the axis
+  double length_m = 0.0;  ///< leafy
+  double whole_m = 0.0;   ///< of the axis
+};
+
+double length_of(std::span<const SkeletonPoint> points) {
+  double sum = 0.0;
+  for (std::size_t i = 1; i < points.size(); ++i) sum += length(points[i].at - points[i - 1].at);
+  return sum;
+}
+
+/// Branches that bear others are bare but for their outer part, as they are shaded.
+std::vector<LeafyPart> leafy_parts(const Skeleton& skeleton) {
+  std::vector<bool> bears(skeleton.axes.size(), false);
+  for (std::size_t i = 1; i < skeleton.axes.size(); ++i) bears[skeleton.axes[i].parent] = true;
+  std::vector<LeafyPart> parts;
+  parts.reserve(skeleton.axes.size());
+  for (std::uint32_t i = 1; i < skeleton.axes.size(); ++i) {
+    constexpr double kBareBearer = 0.4;
+    constexpr double kBareTwig = 0.1;
+    const double whole = length_of(skeleton.points_of(skeleton.axes[i]));
+    const double from = (bears[i] ? kBareBearer : kBareTwig) * whole;
+    if (whole > 0.0) parts.push_back({i, from, whole - from, whole});
+  }
+  return parts;
+}
+
+/// A point of an axis and the direction there.
+struct OnAxis {
+  Point at{};
+  Point along{};
+};
+
+OnAxis on_axis(std::span<const SkeletonPoint> points, double along_m) {
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const Point step = points[i].at - points[i - 1].at;
+    const double size = length(step);
+    if (along_m <= size || i + 1 == points.size()) {
+      const double share = size > 0.0 ? std::clamp(along_m / size, 0.0, 1.0) : 0.0;
+      return {points[i - 1].at + share * step, direction(step, {0.0, 0.0, 1.0})};
+    }
+    along_m -= size;
+  }
+  return {points.back().at, {0.0, 0.0, 1.0}};
+}
+
+/// Fast random numbers for details that no measurement depends on.
+class CardJitter {
+ public:
+  explicit CardJitter(Random& random) : state_(random.bits() | 1U) {}
+  /// In [-1, 1).
+  double next() {
+    state_ = state_ * 6364136223846793005U + 1442695040888963407U;
+    return static_cast<double>(static_cast<std::int64_t>(state_) >> 11) * 0x1.0p-52;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// Where a shoot stands.
+struct ShootSite {
+  std::uint32_t axis = 0;
+  double along_m = 0.0;
+  double rest_m = 0.0;  ///< up to the end of the axis
+};
+
+/// The ends of all branches that are drawn as wood, and the top of the stem: no wood ends bare.
+std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
+                                     const std::vector<LeafyPart>& parts,
+                                     double size_m,
+                                     const MeshOptions& options) {
+  std::vector<ShootSite> sites;
+  const double stem_m = length_of(skeleton.points_of(skeleton.axes.front()));
+  for (const double back : {0.0, 0.35, 0.7}) {
+    sites.push_back({0, std::max(stem_m - back * size_m, 0.0), back * size_m});
+  }
+  for (const LeafyPart& part : parts) {
+    const Axis& axis = skeleton.axes[part.axis];
+    const double diameter_m = 2.0 * skeleton.points[axis.first].radius_m;
+    if (axis.order > 1 && diameter_m < options.thinnest_wood_m) continue;
+    sites.push_back({part.axis, part.whole_m, 0.0});
+  }
+  return sites;
+}
+
+/// A twig without wood is the twig of the shoots themselves: they follow one another from its base,
+/// so that none floats beside its branch.
+ShootSite joined(const ShootSite& site, double size_m) {
+  const double along_m = std::floor(site.along_m / size_m) * size_m;
+  return {site.axis, along_m, 0.0};
+}
+
+/// A number of sites at equal distances along all leafy parts.
+void add_sites_along(const Skeleton& skeleton,
+                     const std::vector<LeafyPart>& parts,
+                     double leafy_m,
+                     int number,
+                     double size_m,
+                     CardJitter& places,
+                     std::vector<ShootSite>& sites) {
+  if (number <= 0) return;
+  const double step_m = leafy_m / number;
+  double passed_m = 0.0;
+  double next_m = step_m * (0.5 + 0.49 * places.next());
+  for (const LeafyPart& part : parts) {
+    const bool has_wood = skeleton.points[skeleton.axes[part.axis].first].radius_m > 0.0;
+    for (; next_m <= passed_m + part.length_m; next_m += step_m) {
+      const double along_m = part.from_m + (next_m - passed_m);
+      const ShootSite site{part.axis, along_m, part.whole_m - along_m};
+      sites.push_back(has_wood ? site : joined(site, size_m));
+    }
+    passed_m += part.length_m;
+  }
+}
+
+/// A card: its base in the middle of its lower edge.
+struct Card {
+  Point base{};
+  Point along{};   ///< to its tip, as long as the card
+  Point across{};  ///< from its middle to its right edge
+};
+
+class CardWriter {
+ public:
+  CardWriter(const Crown& crown, const LeafyShoots& shoots, double variation, PartBuilder& build)
+      : crown_(crown), shoots_(shoots), variation_(variation), light_(crown), build_(build) {}
+
+  /// \param number  of the shoot, which gives its side of the branch
+  void add(
+      const OnAxis& place, double end, double size_m, std::uint32_t number, CardJitter& jitter) {
+    const Point outward = light_.outward(place.at);
+    const Point along = direction_of(place, end, outward, number, jitter);
+    double size = size_m * (1.0 + 0.15 * jitter.next());
+    Point base = place.at;
+    // A shoot that would reach out of the crown starts farther inside, and is shorter if it must.
+    const double room = crown_.length_inside_m(base, along, size);
+    base = base - std::min(size - room, 0.5 * size) * along;
+    if (!crown_.contains(base)) base = crown_.confine(base);
+    constexpr double kSmaller = 0.8;
+    constexpr double kSmallest = 0.3;
+    const Point up = upper_side(along, outward, jitter);
+    const double turn = kRadian * shoots_.cross_deg;
+    const Point side = cross(along, up);
+    const Point crossed = std::cos(turn) * side + std::sin(turn) * up;
+    while (size > kSmallest * size_m && !(fits({base, size * along, 0.5 * size * side}) &&
+                                          fits({base, size * along, 0.5 * size * crossed}))) {
+      size *= kSmaller;
+    }
+    const std::size_t picture = (number * 2654435761U >> 13U) % kShootsPerAtlas;
+    const double shade = 1.0 + variation_ * jitter.next();
+    card({base, size * along, 0.5 * size * side}, picture, outward, shade);
+    card({base, size * along, 0.5 * size * crossed}, picture, outward, shade);
+  }
+
+ private:
+  /// The shoot at the end of a branch continues it, others turn off to all sides.
+  Point direction_of(const OnAxis& place,
+                     double end,
+                     Point outward,
+                     std::uint32_t number,
+                     CardJitter& jitter) const {
+    const double angle = kRadian * shoots_.angle_deg * (1.0 - end) * (1.0 + 0.3 * jitter.next());
+    const Point aside = direction(cross(place.along, {0.0, 0.0, 1.0}), {1.0, 0.0, 0.0});
+    const double azimuth = kGoldenAngle * number + 0.4 * jitter.next();
+    // Shoots of a flat spray stand at its sides, those of others all round.
+    const double flat = shoots_.cross_deg < 75.0 ? 0.35 : 1.0;
+    const Point across =
+        std::cos(azimuth) * aside + flat * std::sin(azimuth) * cross(aside, place.along);
+    return direction(std::cos(angle) * place.along + std::sin(angle) * across + 0.25 * outward +
+                         Point{0.0, 0.0, shoots_.lift},
+                     place.along);
+  }
+
+  /// The first card faces up, or outward where the shoot is steep.
+  Point upper_side(Point along, Point outward, CardJitter& jitter) const {
+    const Point wanted = Point{0.0, 0.0, 1.0} + 0.5 * outward +
+                         0.35 * Point{jitter.next(), jitter.next(), jitter.next()};
+    const Point up = wanted - dot(wanted, along) * along;
+    return direction(up, direction(cross(along, {0.6, -0.48, 0.64})));
+  }
+
+  bool fits(const Card& card) const {
+    return crown_.contains(card.base + card.along + card.across) &&
+           crown_.contains(card.base + card.along - card.across) &&
+           crown_.contains(card.base + card.across) && crown_.contains(card.base - card.across);
+  }
+
+  void card(const Card& card, std::size_t picture, Point outward, double shade) {
+    const double width = length(card.across);
+    const Point face = direction(cross(card.across, card.along));
+    const Point seen = dot(face, outward + CrownLight::kAbove) >= 0.0 ? face : -1.0 * face;
+    const double left = 0.5 * static_cast<double>(picture % 2);
+    const double upper = 0.5 * static_cast<double>(picture / 2);
+    std::array<LeafCorner, 4> corners{};
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const double across = i == 0 || i == 3 ? -1.0 : 1.0;
+      const double along = i < 2 ? 0.0 : 1.0;
+      const Point at = crown_.confine(card.base + along * card.along + across * card.across);
+      // Between the crown's surface and the card, and bulging to its edges.
+      constexpr double kOfCard = 0.45;
+      constexpr double kBulge = 0.35;
+      const Point bulge = (kBulge * across / width) * card.across;
+      const Point normal =
+          direction(light_.outward(at) + CrownLight::kAbove + kOfCard * seen + bulge, seen);
+      corners[i] = {at, normal, build_.vertex(at, normal)};
+      const Point tangent =
+          direction(card.across - dot(card.across, normal) * normal, {1.0, 0.0, 0.0});
+      const float sign = dot(cross(normal, tangent), card.along) >= 0.0 ? 1.0F : -1.0F;
+      build_.texture({.u = left + 0.25 * (1.0 + across),
+                      .v = upper + 0.5 * (1.0 - along),
+                      .tangent = tangent,
+                      .sign = sign});
+      build_.color(shaded(at, shade));
+    }
+    add_leaf_triangle(corners[0], corners[1], corners[2], build_);
+    add_leaf_triangle(corners[0], corners[2], corners[3], build_);
+  }
+
+  /// Ambient occlusion: leaves deep in the crown get less light from the sky.
+  Bytes4 shaded(Point at, double shade) const {
+    constexpr double kInside = 0.55;
+    const double open = kInside + (1.0 - kInside) * light_.share(at);
+    const std::uint8_t level = to_byte(open * shade / (1.0 + variation_));
+    return {level, level, level, 255};
+  }
+
+  const Crown& crown_;
+  const LeafyShoots& shoots_;
+  double variation_;
+  CrownLight light_;
+  PartBuilder& build_;
+};
+
+}  // namespace
+
+Color brightest_shoot(const Color& mean, double variation) {
+  Color color = mean;
+  for (double& channel : color) channel = std::min(1.0, channel * (1.0 + variation));
+  return color;
+}
+
+ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, double leafy_m) {
+  const CrownRadii& r = crown.radii();
+  const double area_m2 = 0.25 * std::numbers::pi * (r.east_m + r.west_m) * (r.south_m + r.north_m);
+  const double covered = 2.0 * shoot_atlas(shoots.picture).covered;
+  // Shoots are short in a small crown.
+  const double narrowest =
+      std::min({r.east_m + r.west_m, r.south_m + r.north_m, crown.h_m() - crown.hcb_m()});
+  constexpr double kOfCrown = 0.15;
+  const double smallest = std::min(1.0, kOfCrown * narrowest / shoots.length_m);
+  // Two cards are four triangles; a tree should have no more than some ten thousand.
+  constexpr double kMost = 1700.0;
+  constexpr double kLargest = 1.3;
+  const double needed = shoots.leaf_area_index * area_m2 /
+                        (covered * shoots.length_m * shoots.length_m);  // at scale 1
+  double scale = smallest;
+  if (needed > kMost * scale * scale) {
+    scale = std::clamp(std::sqrt(needed / kMost), smallest, std::max(smallest, kLargest));
+  }
+  // No denser than a few behind each other.
+  constexpr double kDensest = 0.1;
+  const double most = std::min(kMost, leafy_m / (kDensest * scale * shoots.length_m) + 1.0);
+  const double number = std::clamp(needed / (scale * scale), 8.0, std::max(most, 8.0));
+  return {static_cast<int>(std::lround(number)), scale};
+}
+
+void add_shoots(const Skeleton& skeleton,
+                const Crown& crown,
+                const LeafyShoots& shoots,
+                double variation,
+                Random& random,
+                const MeshOptions& options,
+                const WoodShift& shift,
+                PartBuilder& build) {
+  const std::vector<LeafyPart> parts = leafy_parts(skeleton);
+  double leafy_m = 0.0;
+  for (const LeafyPart& part : parts) leafy_m += part.length_m;
+  if (!(leafy_m > 0.0)) return;
+  const ShootNumber number = number_of_shoots(shoots, crown, leafy_m);
+  const double larger = std::sqrt(static_cast<double>(options.foliage_per));
+  const double size_m = larger * number.scale * shoots.length_m;
+  CardJitter places(random);
+  std::vector<ShootSite> sites = sites_at_ends(skeleton, parts, size_m, options);
+  const int rest = number.shoots - static_cast<int>(sites.size());
+  add_sites_along(skeleton, parts, leafy_m, rest, size_m, places, sites);
+
+  const std::size_t drawn = sites.size() / static_cast<std::size_t>(options.foliage_per) + 2;
+  build.reserve(8 * drawn, 4 * drawn);
+  CardWriter writer(crown, shoots, variation, build);
+  for (std::uint32_t i = 0; i < sites.size(); ++i) {
+    CardJitter jitter(random);
+    if (i % static_cast<std::uint32_t>(options.foliage_per) != 0) continue;
+    const ShootSite& site = sites[i];
+    OnAxis place = on_axis(skeleton.points_of(skeleton.axes[site.axis]), site.along_m);
+    if (shift) place.at = place.at + shift(site.axis, place.at);
+    place.at = crown.confine(place.at);
+    // The last shoots of a branch continue it.
+    const double end = std::clamp(1.0 - site.rest_m / (0.6 * size_m), 0.0, 1.0);
+    writer.add(place, end, size_m, i, jitter);
+  }
+}
+
+}  // namespace silvafit::tree

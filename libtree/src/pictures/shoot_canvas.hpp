@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// Draws leaves and twigs on a square picture, from back to front.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "silvafit/tree/texture.hpp"
+
+namespace silvafit::tree {
+
+/// A point of a picture: x to the right, y up, both from 0 to 1.
+struct Spot {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+inline Spot operator+(Spot a, Spot b) { return {a.x + b.x, a.y + b.y}; }
+inline Spot operator-(Spot a, Spot b) { return {a.x - b.x, a.y - b.y}; }
+inline Spot operator*(double s, Spot a) { return {s * a.x, s * a.y}; }
+/// The direction at an angle from upward, to the right.
+Spot towards(double angle_rad);
+
+/// Color relative to that of the material, linear.
+using Tint = std::array<double, 3>;
+
+/// The form of a blade between its base (0) and its tip (1).
+struct Blade {
+  /// Half width at a share of the length: (share / peak)^rise ((1 - share) / (1 - peak))^fall,
+  /// which is 1 at the peak.
+  double rise = 0.7;
+  double fall = 0.9;
+  /// Or an outline on one side, (half width, share), from the base to the tip; then the above is
+  /// not used.
+  std::span<const std::array<double, 2>> outline{};
+  double veins = 7.0;      ///< side veins on each side; 0 for none
+  double vein_rise = 0.5;  ///< how far they run towards the tip, relative to the half width
+};
+
+struct DrawnLeaf {
+  Spot base{};
+  double angle_rad = 0.0;  ///< from upward, to the right
+  double length = 0.2;     ///< relative to the picture
+  double width = 0.07;
+  double bend = 0.0;   ///< sideways deviation of the tip, relative to the length
+  double shade = 1.0;  ///< brightness
+  double warmth = 0.0;
+  double tilt_x = 0.0;  ///< inclination of its surface, for the normal map
+  double tilt_y = 0.0;
+};
+
+/// A picture under construction.
+class ShootCanvas {
+ public:
+  /// \param size  width and height in pixels
+  explicit ShootCanvas(std::size_t size);
+
+  /// \param shadow  darkening of what is behind it, close to its edge
+  void leaf(const DrawnLeaf& leaf, const Blade& blade, double shadow = 0.3);
+  /// A round twig from one point to another.
+  void twig(Spot from, Spot to, double base_width, double tip_width, const Tint& tint);
+
+  std::size_t size() const { return size_; }
+  /// Copies the picture into a quarter, or other part, of two textures.
+  /// \param scale  brightness, so that several pictures have a common mean
+  void copy_to(Texture& color, Texture& normals, std::size_t x, std::size_t y, double scale) const;
+
+  /// Sums over the covered pixels: their brightness, and their area in pixels.
+  double brightness() const;
+  double covered() const;
+
+ private:
+  struct Pixel {
+    std::array<float, 3> color{};
+    std::array<float, 2> tilt{};
+    float cover = 0.0F;
+  };
+
+  /// Puts a surface over a pixel.
+  static void cover(Pixel& pixel, double share, const Tint& color, double tilt_x, double tilt_y);
+  Tint mean_color() const;
+
+  std::size_t size_;
+  std::vector<Pixel> pixels_;
+};
+
+/// Linear light as sRGB (IEC 61966-2-1).
+std::uint8_t srgb_byte(double linear);
+
+}  // namespace silvafit::tree
