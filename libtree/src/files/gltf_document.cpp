@@ -25,6 +25,7 @@ using nlohmann::json;
 using Matrix = std::array<double, 16>;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
+constexpr const char* kTextureTransform = "KHR_texture_transform";
 constexpr std::size_t kMostElements = std::size_t{1} << 31U;
 constexpr std::size_t kLargestStride = 252;  // of glTF
 /// Bytes that a scene may take in memory: a fixed number, and a multiple of the file size. Well-
@@ -158,7 +159,8 @@ class Reader {
     const auto required = json_.find("extensionsRequired");
     if (required == json_.end()) return;
     for (const json& name : *required) {
-      if (name != kMeshopt && name != kInstancing && name != "KHR_mesh_quantization") {
+      if (name != kMeshopt && name != kInstancing && name != kTextureTransform &&
+          name != "KHR_mesh_quantization") {
         refuse_gltf("it requires the unsupported extension " + json_text(name));
       }
     }
@@ -334,6 +336,9 @@ class Reader {
     if (rows == 0) refuse_gltf("a primitive has no positions");
     part.mesh.normals = attribute(attributes, "NORMAL", 3, rows);
     part.mesh.uvs = attribute(attributes, "TEXCOORD_0", 2, rows);
+    if (primitive.contains("material")) {
+      transform_uvs(item(json_, "materials", number(primitive, "material")), part.mesh.uvs);
+    }
     part.mesh.tangents = attribute(attributes, "TANGENT", 4, rows);
     for (const float value : attribute(attributes, "COLOR_0", 4, rows)) {
       part.mesh.colors.push_back(
@@ -354,6 +359,26 @@ class Reader {
     const auto color = numbers<4>(base, "baseColorFactor", {1, 1, 1, 1});
     part.mesh.color = {color[0], color[1], color[2]};
     part.mesh.texture = texture_of(base, "baseColorTexture");
+  }
+
+  /// KHR_texture_transform of the picture of the color, which holds for the normals, too.
+  static void transform_uvs(const json& material, std::vector<float>& uvs) {
+    const json::json_pointer place("/pbrMetallicRoughness/baseColorTexture/extensions");
+    if (!material.contains(place) || !material.at(place).contains(kTextureTransform)) return;
+    const json& transform = material.at(place)[kTextureTransform];
+    const auto offset = numbers<2>(transform, "offset", {0, 0});
+    const auto scale = numbers<2>(transform, "scale", {1, 1});
+    const auto turn = transform.find("rotation");
+    const double rotation =
+        turn != transform.end() && turn->is_number() ? turn->get<double>() : 0.0;
+    const double sine = std::sin(rotation);
+    const double cosine = std::cos(rotation);
+    for (std::size_t i = 0; i + 1 < uvs.size(); i += 2) {
+      const double u = scale[0] * double{uvs[i]};
+      const double v = scale[1] * double{uvs[i + 1]};
+      uvs[i] = static_cast<float>(cosine * u + sine * v + offset[0]);
+      uvs[i + 1] = static_cast<float>(cosine * v - sine * u + offset[1]);
+    }
   }
 
   std::shared_ptr<const Texture> texture_of(const json& material, const char* name) {

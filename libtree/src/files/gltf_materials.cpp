@@ -12,6 +12,13 @@ const Texture* picture_of(const MeshPart& part) {
   return part.uvs.empty() ? nullptr : part.texture.get();
 }
 
+std::string scale_of(const Texture& picture) {
+  const std::array<std::size_t, 2> steps = texture_steps(picture);
+  return fmt::format(",\"extensions\":{{\"KHR_texture_transform\":{{\"scale\":[{},{}]}}}}",
+                     1.0 / static_cast<double>(steps[0]),
+                     1.0 / static_cast<double>(steps[1]));
+}
+
 }  // namespace
 
 std::size_t GltfMaterials::number_of(const ModelPart& part) {
@@ -29,7 +36,9 @@ std::string GltfMaterials::description(const ModelPart& part) {
   // Images are numbered in this order.
   const std::string color_texture =
       picture == nullptr ? std::string()
-                         : fmt::format("\"baseColorTexture\":{{\"index\":{}}},", texture(*picture));
+                         : fmt::format("\"baseColorTexture\":{{\"index\":{}{}}},",
+                                       texture(*picture),
+                                       is_packed_ ? scale_of(*picture) : std::string());
   const std::string normal_texture =
       !has_normal_map(*part.mesh, is_packed_)
           ? std::string()

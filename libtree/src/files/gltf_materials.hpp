@@ -26,6 +26,7 @@ class GltfMaterials {
   /// The fields "textures", "images" and "samplers", each followed by a comma; nothing without
   /// images.
   std::string textures() const;
+  bool has_textures() const { return !textures_.empty(); }
 
  private:
   std::string description(const ModelPart& part);

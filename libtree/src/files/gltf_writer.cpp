@@ -248,7 +248,9 @@ class GltfWriter final : public SceneWriter {
 
   std::string extensions() const {
     std::string names;
+    const bool is_scaled = (options_.quantize || options_.compress) && materials_.has_textures();
     for (const auto& [used, name] : {std::pair{options_.instancing, "EXT_mesh_gpu_instancing"},
+                                     std::pair{is_scaled, "KHR_texture_transform"},
                                      std::pair{options_.quantize, "KHR_mesh_quantization"},
                                      std::pair{options_.compress, "EXT_meshopt_compression"}}) {
       if (used) names += (names.empty() ? "\"" : ",\"") + std::string(name) + '"';

@@ -44,38 +44,37 @@ PackedStream positions_in_steps(const std::vector<float>& positions, double step
   return stream;
 }
 
-/// Normals or tangents in signed bytes; the fourth of a normal is 0.
-PackedStream directions_in_bytes(const char* attribute,
-                                 std::size_t width,
-                                 const std::vector<float>& values) {
-  PackedStream stream{.attribute = attribute,
+/// Normals in signed bytes; the fourth is 0.
+PackedStream directions_in_bytes(const std::vector<float>& values) {
+  constexpr std::size_t kWidth = 3;
+  PackedStream stream{.attribute = "NORMAL",
                       .component = ComponentType::kByte,
-                      .components = static_cast<int>(width),
+                      .components = 3,
                       .normalized = true,
                       .stride = 4};
-  stream.count = values.size() / width;
+  stream.count = values.size() / kWidth;
   stream.bytes.resize(stream.count * 4);
   for (std::size_t i = 0; i < values.size(); ++i) {
     constexpr double kLargestByte = 127.0;
     put(stream.bytes,
-        i / width * 4 + i % width,
+        i / kWidth * 4 + i % kWidth,
         static_cast<std::int8_t>(std::lround(kLargestByte * double{values[i]})));
   }
   return stream;
 }
 
-PackedStream uvs_in_shorts(const std::vector<float>& uvs) {
-  PackedStream stream{.attribute = "TEXCOORD_0",
-                      .component = ComponentType::kUshort,
-                      .components = 2,
-                      .normalized = true,
-                      .stride = 4};
-  stream.count = uvs.size() / 2;
-  stream.bytes.resize(uvs.size() * 2);
+/// In shorts, or in floats if a texture is repeated very often.
+PackedStream uvs_in_steps(const std::vector<float>& uvs, const Texture& texture) {
+  const std::array<std::size_t, 2> steps = texture_steps(texture);
+  std::vector<float> counted(uvs.size());
   for (std::size_t i = 0; i < uvs.size(); ++i) {
-    put(stream.bytes, 2 * i, static_cast<std::uint16_t>(std::lround(65535.0 * double{uvs[i]})));
+    counted[i] = std::round(static_cast<float>(steps[i % 2]) * uvs[i]);
   }
-  return stream;
+  const bool fits =
+      std::ranges::all_of(counted, [](float v) { return std::abs(v) <= kLargestShort; });
+  if (!fits) return copied("TEXCOORD_0", ComponentType::kFloat, 2, counted);
+  const std::vector<std::int16_t> shorts(counted.begin(), counted.end());
+  return copied("TEXCOORD_0", ComponentType::kShort, 2, shorts);
 }
 
 /// Two bytes per index if they suffice; the largest value of each type is reserved.
@@ -89,11 +88,6 @@ PackedStream indices_of(const std::vector<std::uint32_t>& indices, std::size_t v
 
 bool has_picture(const MeshPart& part) { return part.texture != nullptr && !part.uvs.empty(); }
 
-/// Tangents are for normal maps.
-bool has_tangents(const MeshPart& part, bool is_packed) {
-  return has_normal_map(part, is_packed) && !part.tangents.empty();
-}
-
 PackedPart plain(const MeshPart& part) {
   PackedPart packed;
   packed.attributes.push_back(copied("POSITION", ComponentType::kFloat, 3, part.positions));
@@ -101,7 +95,7 @@ PackedPart plain(const MeshPart& part) {
   if (has_picture(part)) {
     packed.attributes.push_back(copied("TEXCOORD_0", ComponentType::kFloat, 2, part.uvs));
   }
-  if (has_tangents(part, false)) {
+  if (has_normal_map(part, false) && !part.tangents.empty()) {
     packed.attributes.push_back(copied("TANGENT", ComponentType::kFloat, 4, part.tangents));
   }
   return packed;
@@ -112,16 +106,8 @@ PackedPart quantized(const MeshPart& part, double step_m) {
   packed.attributes.push_back(step_m > 0.0
                                   ? positions_in_steps(part.positions, step_m)
                                   : copied("POSITION", ComponentType::kFloat, 3, part.positions));
-  packed.attributes.push_back(directions_in_bytes("NORMAL", 3, part.normals));
-  if (has_tangents(part, true)) {
-    packed.attributes.push_back(directions_in_bytes("TANGENT", 4, part.tangents));
-  }
-  if (has_picture(part)) {
-    const bool fits = std::all_of(
-        part.uvs.begin(), part.uvs.end(), [](float v) { return v >= 0.0F && v <= 1.0F; });
-    packed.attributes.push_back(fits ? uvs_in_shorts(part.uvs)
-                                     : copied("TEXCOORD_0", ComponentType::kFloat, 2, part.uvs));
-  }
+  packed.attributes.push_back(directions_in_bytes(part.normals));
+  if (has_picture(part)) packed.attributes.push_back(uvs_in_steps(part.uvs, *part.texture));
   return packed;
 }
 
@@ -148,13 +134,16 @@ void bound(PackedPart& packed) {
   }
 }
 
-void compress_attribute(PackedStream& stream, const std::vector<float>& normals) {
+void compress_attribute(PackedStream& stream, const MeshPart& part) {
+  const std::vector<float>& normals = part.normals;
   std::vector<std::uint8_t> source = stream.bytes;
   if (stream.attribute == "NORMAL") {
     std::vector<float> four(stream.count * 4, 0.0F);
     for (std::size_t i = 0; i < normals.size(); ++i) four[i / 3 * 4 + i % 3] = normals[i];
-    constexpr int kBits = 8;
-    meshopt_encodeFilterOct(source.data(), stream.count, stream.stride, kBits, four.data());
+    // The normals of cards are those of the crown, more or less: a few degrees do not matter.
+    const bool is_card = part.kind == PartKind::kFoliage && has_picture(part);
+    const int bits = is_card ? 5 : 8;
+    meshopt_encodeFilterOct(source.data(), stream.count, stream.stride, bits, four.data());
     stream.octahedral = true;
   }
   stream.packed.resize(meshopt_encodeVertexBufferBound(stream.count, stream.stride));
@@ -185,7 +174,6 @@ MeshPart reordered(const MeshPart& part) {
   move(result.normals, 3);
   move(result.colors, 4);
   move(result.uvs, 2);
-  move(result.tangents, 4);
   return result;
 }
 
@@ -217,8 +205,12 @@ PackedPart packed_as_is(const MeshPart& part, const PackOptions& options) {
 }  // namespace
 
 bool has_normal_map(const MeshPart& part, bool is_packed) {
-  return has_picture(part) && part.normal_texture != nullptr &&
-         !(is_packed && part.kind == PartKind::kFoliage);
+  return !is_packed && has_picture(part) && part.normal_texture != nullptr;
+}
+
+std::array<std::size_t, 2> texture_steps(const Texture& texture) {
+  if (texture.pictures > 0) return {texture.pictures, texture.pictures};
+  return {texture.width, texture.height};
 }
 
 double quantization_step_m(const std::vector<const MeshPart*>& parts) {
@@ -235,7 +227,7 @@ PackedPart pack(const MeshPart& part, const PackOptions& options) {
   const MeshPart ordered = reordered(part);
   PackedPart packed = packed_as_is(ordered, options);
   compress_indices(packed.indices, ordered.indices, ordered.vertex_count());
-  for (PackedStream& stream : packed.attributes) compress_attribute(stream, ordered.normals);
+  for (PackedStream& stream : packed.attributes) compress_attribute(stream, ordered);
   return packed;
 }
 

@@ -49,9 +49,13 @@ struct PackOptions {
 /// The step for which the largest coordinate of a model's parts is within signed 16 bits.
 double quantization_step_m(const std::vector<const MeshPart*>& parts);
 
-/// Whether a part has a normal map in the file. Packed files do without those of leaves: their
-/// tangents would be a fifth of the size.
+/// Whether a part has a normal map in the file. Packed files do without, as tangents would be a
+/// fifth of their size.
 bool has_normal_map(const MeshPart& part, bool is_packed);
+
+/// Texture coordinates of packed files are counted in these steps: pixels, or pictures of an atlas.
+/// \returns the number of steps across and down the texture
+std::array<std::size_t, 2> texture_steps(const Texture& texture);
 
 PackedPart pack(const MeshPart& part, const PackOptions& options);
 

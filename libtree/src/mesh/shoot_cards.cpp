@@ -170,8 +170,9 @@ class CardWriter {
     }
     const std::size_t picture = (number * 2654435761U >> 13U) % kShootsPerAtlas;
     const double shade = 1.0 + variation_ * jitter.next();
-    card({base, size * along, 0.5 * size * side}, picture, outward, shade);
-    card({base, size * along, 0.5 * size * crossed}, picture, outward, shade);
+    const Bytes4 color = shaded(base + 0.5 * size * along, shade);
+    card({base, size * along, 0.5 * size * side}, picture, outward, color);
+    card({base, size * along, 0.5 * size * crossed}, picture, outward, color);
   }
 
  private:
@@ -207,7 +208,7 @@ class CardWriter {
            crown_.contains(card.base + card.across) && crown_.contains(card.base - card.across);
   }
 
-  void card(const Card& card, std::size_t picture, Point outward, double shade) {
+  void card(const Card& card, std::size_t picture, Point outward, Bytes4 color) {
     const double width = length(card.across);
     const Point face = direction(cross(card.across, card.along));
     const Point seen = dot(face, outward + CrownLight::kAbove) >= 0.0 ? face : -1.0 * face;
@@ -232,7 +233,7 @@ class CardWriter {
                       .v = upper + 0.5 * (1.0 - along),
                       .tangent = tangent,
                       .sign = sign});
-      build_.color(shaded(at, shade));
+      build_.color(color);
     }
     add_leaf_triangle(corners[0], corners[1], corners[2], build_);
     add_leaf_triangle(corners[0], corners[2], corners[3], build_);
@@ -268,7 +269,7 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   // Shoots are short in a small crown.
   const double narrowest =
       std::min({r.east_m + r.west_m, r.south_m + r.north_m, crown.h_m() - crown.hcb_m()});
-  constexpr double kOfCrown = 0.15;
+  constexpr double kOfCrown = 0.2;
   const double smallest = std::min(1.0, kOfCrown * narrowest / shoots.length_m);
   // Two cards are four triangles; a tree should have no more than some ten thousand.
   constexpr double kMost = 1700.0;

@@ -263,7 +263,8 @@ ShootAtlas drawn(ShootKind kind) {
     light += shoots.back().brightness();
     area += shoots.back().covered();
   }
-  Texture color{.name = name_of(kind), .width = 2 * kShootSide, .height = 2 * kShootSide};
+  Texture color{
+      .name = name_of(kind), .width = 2 * kShootSide, .height = 2 * kShootSide, .pictures = 2};
   color.rgba.resize(4 * color.width * color.height);
   Texture normals = color;
   normals.name += "-normal";

@@ -19,6 +19,9 @@ struct Texture {
   std::size_t width = 0;
   std::size_t height = 0;
   std::vector<std::uint8_t> rgba{};
+  /// If all texture coordinates are corners of pictures of the same size: their number in a row
+  /// and in a column.
+  std::size_t pictures = 0;
 };
 
 /// Whether any pixel is not opaque.
