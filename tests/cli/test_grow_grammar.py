@@ -54,7 +54,7 @@ class GrowGrammar(ProgramTest):
         trees = self.grow("--grammar", "own.lsys")["trees"]
         self.check_measured(trees)
         shipped = self.grow()["trees"]
-        self.assertLess(trees[0]["triangles"], shipped[0]["triangles"] / 4)
+        self.assertLess(trees[0]["triangles"], shipped[0]["triangles"] / 2)
         trees = self.grow("--grammar", "own.lsys", "--preset", "fir")["trees"]
         self.assertEqual({tree["preset"] for tree in trees}, {"fir"})
 
