@@ -269,7 +269,7 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   // Shoots are short in a small crown.
   const double narrowest =
       std::min({r.east_m + r.west_m, r.south_m + r.north_m, crown.h_m() - crown.hcb_m()});
-  constexpr double kOfCrown = 0.2;
+  constexpr double kOfCrown = 0.15;
   const double smallest = std::min(1.0, kOfCrown * narrowest / shoots.length_m);
   // Two cards are four triangles; a tree should have no more than some ten thousand.
   constexpr double kMost = 1700.0;
