@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Trees and triangles a second of CPU time on one thread, from the measurements to the measured
-// mesh, by preset and level of detail.
+// mesh: the presets of all builders with pictures, as `grow` draws them, and plain; those of
+// segments also by level of detail.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -10,6 +11,7 @@
 
 #include "measurement.hpp"
 #include "silvafit/base/random.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/scene.hpp"
 
 namespace {
@@ -41,11 +43,11 @@ struct Size {
 };
 
 Size grow_all(const std::vector<tree::Morphology>& stand,
-              const tree::Preset& preset,
+              const tree::Builder& builder,
               const tree::GrowOptions& options) {
   Size size;
   for (const tree::Morphology& morphology : stand) {
-    const tree::SceneTree grown = tree::grow_tree(morphology, preset, options);
+    const tree::SceneTree grown = tree::grow_tree(morphology, builder, options);
     size.triangles += grown.measured.triangles;
     size.bytes += tree::glb_mesh_bytes(grown.mesh);
   }
@@ -53,16 +55,14 @@ Size grow_all(const std::vector<tree::Morphology>& stand,
 }
 
 json time_preset(const std::vector<tree::Morphology>& stand,
-                 const tree::Preset& preset,
-                 int level,
+                 const tree::Builder& builder,
+                 const std::string& look,
+                 const tree::MeshOptions& mesh,
                  int repeats) {
-  const tree::GrowOptions options{.mesh = tree::level_of_detail(level)};
   Size size;
   const double seconds =
-      bench::median_cpu_seconds(repeats, [&] { size = grow_all(stand, preset, options); });
-  std::string name = "silvafit " + preset.name;
-  if (level > 0) name += ", level " + std::to_string(level);
-  return {{"name", name},
+      bench::median_cpu_seconds(repeats, [&] { size = grow_all(stand, builder, {.mesh = mesh}); });
+  return {{"name", "silvafit " + builder.name() + look},
           {"seconds", seconds},
           {"trees", stand.size()},
           {"triangles", size.triangles},
@@ -81,12 +81,20 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", repeats, "Runs, of which the median counts")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
-    const auto catalogue = tree::PresetCatalogue::load(SILVAFIT_SOURCE_DIR "/models");
+    const auto catalogue = tree::BuilderCatalogue::load(SILVAFIT_SOURCE_DIR "/models");
     const std::vector<tree::Morphology> stand = stand_of(trees);
     json results = json::array();
-    for (const tree::Preset& preset : catalogue.presets()) {
-      for (int level = 0; level < tree::kLevelsOfDetail; ++level) {
-        results.push_back(time_preset(stand, preset, level, repeats));
+    for (const tree::BuilderKind kind : tree::builder_kinds()) {
+      for (const tree::Builder* builder : catalogue.of(kind)) {
+        results.push_back(time_preset(stand, *builder, "", {.textured = true}, repeats));
+        results.push_back(time_preset(stand, *builder, ", plain", {}, repeats));
+        if (kind != tree::BuilderKind::kSegment) continue;
+        for (int level = 1; level < tree::kLevelsOfDetail; ++level) {
+          const std::string look = ", level " + std::to_string(level);
+          const tree::MeshOptions base{.textured = true};
+          results.push_back(
+              time_preset(stand, *builder, look, tree::level_of_detail(level, base), repeats));
+        }
       }
     }
     bench::write_json({{"machine", bench::machine()}, {"results", std::move(results)}}, out);

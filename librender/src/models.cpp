@@ -10,9 +10,9 @@ Material material_of(const tree::ReadPart& part) {
   const tree::MeshPart& mesh = part.mesh;
   Material material{.color = {mesh.color[0], mesh.color[1], mesh.color[2]},
                     .double_sided = mesh.double_sided};
-  // Light that passes thin leaves relative to the light that they scatter back: in green a leaf
-  // transmits about as much as it reflects (Jacquemoud and Baret 1990, PROSPECT, figure 4); shoots
-  // have several leaves behind each other. The Fresnel reflectance of wax (n = 1.4), and the
+  // Light that passes thin leaves relative to the light that they scatter back: a leaf is
+  // assumed to transmit about as much as it reflects, and shoots have several leaves behind each
+  // other. The Fresnel reflectance of wax (n = 1.4), and the
   // roughness of its surface (Bousquet et al. 2005, 0.3 to 0.5).
   constexpr double kLeafTranslucency = 0.6;
   constexpr double kLeafReflectance = 0.028;

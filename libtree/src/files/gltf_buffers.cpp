@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <utility>
 
 namespace silvafit::tree {
 namespace {
@@ -15,6 +16,23 @@ constexpr int kNoTarget = 0;
 constexpr int kVertices = 34962;
 constexpr int kIndices = 34963;
 
+std::string accessor_text(const PackedStream& stream, std::size_t view, std::size_t start) {
+  static constexpr std::array<const char*, 5> kTypes{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+  std::string text = fmt::format("{{\"bufferView\":{}", view);
+  if (start > 0) text += fmt::format(",\"byteOffset\":{}", start);
+  text += fmt::format(",\"componentType\":{},\"count\":{},\"type\":\"{}\"",
+                      static_cast<int>(stream.component),
+                      stream.count,
+                      kTypes.at(static_cast<std::size_t>(stream.components)));
+  if (stream.normalized) text += ",\"normalized\":true";
+  if (stream.bounds) {
+    text += fmt::format(",\"min\":{},\"max\":{}",
+                        json_triple(stream.bounds->least),
+                        json_triple(stream.bounds->most));
+  }
+  return text + '}';
+}
+
 }  // namespace
 
 std::size_t aligned_to_word(std::size_t size) {
@@ -24,28 +42,26 @@ std::size_t aligned_to_word(std::size_t size) {
 GltfBuffers::GltfBuffers(const std::filesystem::path& beside, bool compress)
     : compress_(compress), data_(beside), views_(beside), accessors_(beside) {}
 
-std::size_t GltfBuffers::add_attribute(const PackedStream& stream) {
-  return add_stream(stream, {});
-}
-
-std::size_t GltfBuffers::add_positions(const PackedStream& stream, const PackedPart& bounds) {
-  return add_stream(
-      stream,
-      fmt::format(",\"min\":{},\"max\":{}", json_triple(bounds.least), json_triple(bounds.most)));
-}
-
-std::size_t GltfBuffers::add_indices(const PackedStream& stream) { return add_stream(stream, {}); }
-
-std::size_t GltfBuffers::add_stream(const PackedStream& stream, const std::string& more) {
-  static constexpr std::array<const char*, 5> kTypes{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
-  return accessors_.add(
-      fmt::format("{{\"bufferView\":{},\"componentType\":{},\"count\":{},\"type\":\"{}\"{}{}}}",
-                  view(stream),
-                  static_cast<int>(stream.component),
-                  stream.count,
-                  kTypes.at(static_cast<std::size_t>(stream.components)),
-                  stream.normalized ? ",\"normalized\":true" : "",
-                  more));
+std::vector<std::size_t> GltfBuffers::add_streams(std::span<const PackedStream> streams) {
+  std::vector<std::size_t> accessors(streams.size());
+  std::vector<bool> is_added(streams.size(), false);
+  for (std::size_t first = 0; first < streams.size(); ++first) {
+    if (is_added[first]) continue;
+    const PackedStream& format = streams[first];
+    std::vector<std::uint8_t> bytes;
+    std::vector<std::pair<std::size_t, std::size_t>> starts;  // of streams, in the view
+    for (std::size_t i = first; i < streams.size(); ++i) {
+      if (!streams[i].has_format_of(format)) continue;
+      starts.emplace_back(i, bytes.size());
+      bytes.insert(bytes.end(), streams[i].bytes.begin(), streams[i].bytes.end());
+      is_added[i] = true;
+    }
+    const std::size_t in_view = view(format, bytes);
+    for (const auto& [stream, start] : starts) {
+      accessors[stream] = accessors_.add(accessor_text(streams[stream], in_view, start));
+    }
+  }
+  return accessors;
 }
 
 std::size_t GltfBuffers::add_floats(const std::vector<float>& values,
@@ -65,32 +81,36 @@ std::size_t GltfBuffers::add_view(const std::string& bytes) {
   return plain_view(bytes.data(), bytes.size(), 0, kNoTarget);
 }
 
-std::size_t GltfBuffers::view(const PackedStream& stream) {
-  const bool is_index = stream.attribute.empty();
+std::size_t GltfBuffers::view(const PackedStream& format, const std::vector<std::uint8_t>& bytes) {
+  const bool is_index = format.attribute.empty();
   const int target = is_index ? kIndices : kVertices;
-  const std::size_t stride = is_index ? 0 : stream.stride;
-  if (compress_) return packed_view(stream, stride, target);
-  return plain_view(stream.bytes.data(), stream.bytes.size(), stride, target);
+  const std::size_t stride = is_index ? 0 : format.stride;
+  if (compress_) return packed_view(format, bytes, stride, target);
+  return plain_view(bytes.data(), bytes.size(), stride, target);
 }
 
-std::size_t GltfBuffers::packed_view(const PackedStream& stream, std::size_t stride, int target) {
-  const std::size_t at = put(stream.packed.data(), stream.packed.size());
+std::size_t GltfBuffers::packed_view(const PackedStream& format,
+                                     const std::vector<std::uint8_t>& bytes,
+                                     std::size_t stride,
+                                     int target) {
+  const std::vector<std::uint8_t> packed = compressed(format, bytes);
+  const std::size_t at = put(packed.data(), packed.size());
   const std::size_t unpacked_at = unpacked_size_;
-  unpacked_size_ += aligned_to_word(stream.bytes.size());
+  unpacked_size_ += aligned_to_word(bytes.size());
   return views_.add(fmt::format(
       "{{\"buffer\":1,\"byteOffset\":{},\"byteLength\":{}{},\"target\":{},\"extensions\":{{"
       "\"EXT_meshopt_compression\":{{\"buffer\":0,\"byteOffset\":{},\"byteLength\":{},"
       "\"byteStride\":{},\"mode\":\"{}\",\"count\":{}{}}}}}}}",
       unpacked_at,
-      stream.bytes.size(),
+      bytes.size(),
       stride == 0 ? std::string() : fmt::format(",\"byteStride\":{}", stride),
       target,
       at,
-      stream.packed.size(),
-      stream.stride,
+      packed.size(),
+      format.stride,
       stride == 0 ? "TRIANGLES" : "ATTRIBUTES",
-      stream.count,
-      stream.octahedral ? ",\"filter\":\"OCTAHEDRAL\"" : ""));
+      bytes.size() / format.stride,
+      format.octahedral ? ",\"filter\":\"OCTAHEDRAL\"" : ""));
 }
 
 std::size_t GltfBuffers::plain_view(const void* bytes,

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,11 +25,9 @@ class GltfBuffers {
   /// \param compress  whether streams are compressed (EXT_meshopt_compression)
   GltfBuffers(const std::filesystem::path& beside, bool compress);
 
-  /// Each returns the index of the added accessor.
-  std::size_t add_attribute(const PackedStream& stream);
-  /// With minimum and maximum of the positions, which glTF requires.
-  std::size_t add_positions(const PackedStream& stream, const PackedPart& bounds);
-  std::size_t add_indices(const PackedStream& stream);
+  /// The streams of a model; those of the same format share a view.
+  /// \returns the indices of their accessors
+  std::vector<std::size_t> add_streams(std::span<const PackedStream> streams);
   /// Floats, scalar or in threes.
   /// \param each     1 or 3
   /// \param bounded  with the first and last value as minimum and maximum: times of keyframes
@@ -48,10 +48,12 @@ class GltfBuffers {
   std::string description(const std::string& uri, const std::string& fingerprint) const;
 
  private:
-  std::size_t add_stream(const PackedStream& stream, const std::string& more);
-  std::size_t view(const PackedStream& stream);
+  std::size_t view(const PackedStream& format, const std::vector<std::uint8_t>& bytes);
   std::size_t plain_view(const void* bytes, std::size_t size, std::size_t stride, int target);
-  std::size_t packed_view(const PackedStream& stream, std::size_t stride, int target);
+  std::size_t packed_view(const PackedStream& format,
+                          const std::vector<std::uint8_t>& bytes,
+                          std::size_t stride,
+                          int target);
   std::size_t put(const void* bytes, std::size_t size);
 
   bool compress_;

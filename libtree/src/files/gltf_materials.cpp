@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "files/palette.hpp"
+
 namespace silvafit::tree {
 namespace {
 
@@ -63,9 +65,10 @@ std::size_t GltfMaterials::texture(const Texture& picture) {
   const auto [found, is_new] = textures_.try_emplace(picture.name, textures_.size());
   if (is_new) {
     if (!images_text_.empty()) images_text_ += ',';
-    images_text_ += fmt::format("{{\"name\":{},\"mimeType\":\"image/png\",\"bufferView\":{}}}",
-                                json_quoted(picture.name),
-                                buffers_.add_view(png_bytes(picture)));
+    images_text_ += fmt::format(
+        "{{\"name\":{},\"mimeType\":\"image/png\",\"bufferView\":{}}}",
+        json_quoted(picture.name),
+        buffers_.add_view(is_packed_ ? palette_png_bytes(picture) : png_bytes(picture)));
   }
   return found->second;
 }

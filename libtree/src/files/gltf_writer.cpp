@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <span>
 #include <sstream>
 #include <utility>
 
@@ -63,14 +64,20 @@ class GltfWriter final : public SceneWriter {
     // its heights.
     const bool has_steps = options_.quantize && std::none_of(parts.begin(), parts.end(), is_ground);
     if (has_steps) pack_options.step_m = quantization_step_m(meshes);
-    std::string primitives;
+    WaitingModel model{.name = name};
     for (const ModelPart& part : parts) {
       if (part.mesh->indices.empty()) continue;
-      if (!primitives.empty()) primitives += ',';
-      primitives += primitive(part, pack_options);
+      const std::size_t first = streams_.size();
+      for (PackedStream& stream : pack(*part.mesh, pack_options)) {
+        waiting_bytes_ += stream.bytes.size();
+        streams_.push_back(std::move(stream));
+      }
+      model.primitives.push_back(
+          {first, streams_.size() - first, materials_.number_of(part), part.part});
     }
-    const std::size_t mesh = meshes_.add(
-        fmt::format("{{\"name\":{},\"primitives\":[{}]}}", json_quoted(name), primitives));
+    const std::size_t mesh = meshes_.count() + waiting_.size();
+    waiting_.push_back(std::move(model));
+    if (!options_.compress || waiting_bytes_ > kBytesTogether) write_waiting();
     // Now rather than when a million trees are grown.
     if (binary_) check_binary_size(buffers_.size());
     const double scale = has_steps ? pack_options.step_m : 1.0;
@@ -129,12 +136,14 @@ class GltfWriter final : public SceneWriter {
   }
 
   std::size_t finish() override {
+    write_waiting();
     if (options_.instancing) write_instances();
     if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
     return binary_ ? write_binary() : write_with_buffer();
   }
 
   std::string bytes() {
+    write_waiting();
     if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
     std::ostringstream stream;
     write_binary_to(stream);
@@ -149,6 +158,20 @@ class GltfWriter final : public SceneWriter {
     std::string name{};
     std::vector<float> instances{};  ///< kPerInstance per instance
   };
+
+  /// Of a part, with its streams.
+  struct WaitingPrimitive {
+    std::size_t first = 0;
+    std::size_t count = 0;
+    std::size_t material = 0;
+    std::string part{};
+  };
+  struct WaitingModel {
+    std::string name{};
+    std::vector<WaitingPrimitive> primitives{};
+  };
+  /// Uncompressed bytes of models that share views.
+  static constexpr std::size_t kBytesTogether = std::size_t{1} << 18U;
 
   std::array<double, 3> translation_of(const Placement& placement) const {
     const Position& at = placement.position;
@@ -226,24 +249,38 @@ class GltfWriter final : public SceneWriter {
     return buffers_.add_floats(values, each);
   }
 
-  std::string primitive(const ModelPart& part, const PackOptions& pack_options) {
-    const PackedPart packed = pack(*part.mesh, pack_options);
-    std::string attributes;
-    for (const PackedStream& stream : packed.attributes) {
-      if (!attributes.empty()) attributes += ',';
-      attributes +=
-          fmt::format("\"{}\":{}",
-                      stream.attribute,
-                      stream.attribute == "POSITION" ? buffers_.add_positions(stream, packed)
-                                                     : buffers_.add_attribute(stream));
+  /// Models whose streams are not in the buffer yet: several share views, because the description
+  /// of a view is not much shorter than the compressed part of a small tree.
+  void write_waiting() {
+    const std::vector<std::size_t> accessors = buffers_.add_streams(streams_);
+    for (const WaitingModel& model : waiting_) {
+      std::string primitives;
+      for (const WaitingPrimitive& primitive : model.primitives) {
+        primitives += (primitives.empty() ? "" : ",") + text_of(primitive, accessors);
+      }
+      meshes_.add(
+          fmt::format("{{\"name\":{},\"primitives\":[{}]}}", json_quoted(model.name), primitives));
     }
-    const std::size_t material = materials_.number_of(part);
+    waiting_.clear();
+    streams_.clear();
+    waiting_bytes_ = 0;
+  }
+
+  std::string text_of(const WaitingPrimitive& primitive,
+                      const std::vector<std::size_t>& accessors) const {
+    // The indices are the last stream.
+    const std::size_t indices = primitive.first + primitive.count - 1;
+    std::string attributes;
+    for (std::size_t i = primitive.first; i < indices; ++i) {
+      attributes += fmt::format(
+          "{}\"{}\":{}", attributes.empty() ? "" : ",", streams_[i].attribute, accessors[i]);
+    }
     return fmt::format(
         "{{\"attributes\":{{{}}},\"indices\":{},\"material\":{},\"extras\":{{\"part\":{}}}}}",
         attributes,
-        buffers_.add_indices(packed.indices),
-        material,
-        json_quoted(part.part));
+        accessors[indices],
+        primitive.material,
+        json_quoted(primitive.part));
   }
 
   std::string extensions() const {
@@ -354,6 +391,9 @@ class GltfWriter final : public SceneWriter {
   GltfMaterials materials_{buffers_, options_.quantize || options_.compress};
   GltfAnimation animation_{buffers_};
   std::vector<PlacedModel> models_{};
+  std::vector<WaitingModel> waiting_{};
+  std::vector<PackedStream> streams_{};  ///< of the waiting models
+  std::size_t waiting_bytes_ = 0;
 };
 
 }  // namespace

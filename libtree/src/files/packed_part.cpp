@@ -90,31 +90,30 @@ bool has_picture(const MeshPart& part) { return part.texture != nullptr && !part
 
 PackedPart plain(const MeshPart& part) {
   PackedPart packed;
-  packed.attributes.push_back(copied("POSITION", ComponentType::kFloat, 3, part.positions));
-  packed.attributes.push_back(copied("NORMAL", ComponentType::kFloat, 3, part.normals));
+  packed.push_back(copied("POSITION", ComponentType::kFloat, 3, part.positions));
+  packed.push_back(copied("NORMAL", ComponentType::kFloat, 3, part.normals));
   if (has_picture(part)) {
-    packed.attributes.push_back(copied("TEXCOORD_0", ComponentType::kFloat, 2, part.uvs));
+    packed.push_back(copied("TEXCOORD_0", ComponentType::kFloat, 2, part.uvs));
   }
   if (has_normal_map(part, false) && !part.tangents.empty()) {
-    packed.attributes.push_back(copied("TANGENT", ComponentType::kFloat, 4, part.tangents));
+    packed.push_back(copied("TANGENT", ComponentType::kFloat, 4, part.tangents));
   }
   return packed;
 }
 
 PackedPart quantized(const MeshPart& part, double step_m) {
   PackedPart packed;
-  packed.attributes.push_back(step_m > 0.0
-                                  ? positions_in_steps(part.positions, step_m)
-                                  : copied("POSITION", ComponentType::kFloat, 3, part.positions));
-  packed.attributes.push_back(directions_in_bytes(part.normals));
-  if (has_picture(part)) packed.attributes.push_back(uvs_in_steps(part.uvs, *part.texture));
+  packed.push_back(step_m > 0.0 ? positions_in_steps(part.positions, step_m)
+                                : copied("POSITION", ComponentType::kFloat, 3, part.positions));
+  packed.push_back(directions_in_bytes(part.normals));
+  if (has_picture(part)) packed.push_back(uvs_in_steps(part.uvs, *part.texture));
   return packed;
 }
 
-void bound(PackedPart& packed) {
-  const PackedStream& positions = packed.attributes.front();
-  packed.least.fill(std::numeric_limits<double>::infinity());
-  packed.most.fill(-std::numeric_limits<double>::infinity());
+void bound(PackedStream& positions) {
+  StreamBounds bounds;
+  bounds.least.fill(std::numeric_limits<double>::infinity());
+  bounds.most.fill(-std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < positions.count; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       double value = 0.0;
@@ -128,35 +127,51 @@ void bound(PackedPart& packed) {
         std::memcpy(&stored, at + 2 * k, sizeof(stored));
         value = stored;
       }
-      packed.least[k] = std::min(packed.least[k], value);
-      packed.most[k] = std::max(packed.most[k], value);
+      bounds.least[k] = std::min(bounds.least[k], value);
+      bounds.most[k] = std::max(bounds.most[k], value);
     }
   }
+  positions.bounds = bounds;
 }
 
-void compress_attribute(PackedStream& stream, const MeshPart& part) {
-  const std::vector<float>& normals = part.normals;
-  std::vector<std::uint8_t> source = stream.bytes;
-  if (stream.attribute == "NORMAL") {
-    std::vector<float> four(stream.count * 4, 0.0F);
-    for (std::size_t i = 0; i < normals.size(); ++i) four[i / 3 * 4 + i % 3] = normals[i];
-    // The normals of cards are those of the crown, more or less: a few degrees do not matter.
-    const bool is_card = part.kind == PartKind::kFoliage && has_picture(part);
-    const int bits = is_card ? 5 : 8;
-    meshopt_encodeFilterOct(source.data(), stream.count, stream.stride, bits, four.data());
-    stream.octahedral = true;
+bool is_cards(const MeshPart& part) { return part.kind == PartKind::kFoliage && has_picture(part); }
+
+/// Normals as meshoptimizer compresses them best.
+void filter_normals(PackedStream& stream, const MeshPart& part) {
+  std::vector<float> four(stream.count * 4, 0.0F);
+  for (std::size_t i = 0; i < part.normals.size(); ++i) four[i / 3 * 4 + i % 3] = part.normals[i];
+  // The normals of cards are those of the crown, more or less, and bark is rough: a few degrees do
+  // not matter.
+  const int bits = has_picture(part) ? 5 : 8;
+  meshopt_encodeFilterOct(stream.bytes.data(), stream.count, stream.stride, bits, four.data());
+  stream.octahedral = true;
+}
+
+/// Triangles of equal color follow one another, in the same order as before.
+std::vector<std::uint32_t> by_color(const MeshPart& part) {
+  std::vector<std::uint32_t> order(part.triangle_count());
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) {
+    return part.colors[4 * std::size_t{part.indices[3 * i]}];
+  });
+  std::vector<std::uint32_t> indices;
+  indices.reserve(part.indices.size());
+  for (const std::uint32_t i : order) {
+    for (std::size_t k = 0; k < 3; ++k) indices.push_back(part.indices[3 * std::size_t{i} + k]);
   }
-  stream.packed.resize(meshopt_encodeVertexBufferBound(stream.count, stream.stride));
-  stream.packed.resize(meshopt_encodeVertexBuffer(
-      stream.packed.data(), stream.packed.size(), source.data(), stream.count, stream.stride));
+  return indices;
 }
 
 /// Orders triangles and vertices for better compression.
 MeshPart reordered(const MeshPart& part) {
   MeshPart result = part;
   const std::size_t vertices = part.vertex_count();
-  meshopt_optimizeVertexCache(
-      result.indices.data(), part.indices.data(), part.indices.size(), vertices);
+  if (is_cards(part) && !part.colors.empty()) {
+    result.indices = by_color(part);
+  } else {
+    meshopt_optimizeVertexCache(
+        result.indices.data(), part.indices.data(), part.indices.size(), vertices);
+  }
   std::vector<unsigned> remap(vertices);
   const std::size_t used = meshopt_optimizeVertexFetchRemap(
       remap.data(), result.indices.data(), result.indices.size(), vertices);
@@ -177,28 +192,45 @@ MeshPart reordered(const MeshPart& part) {
   return result;
 }
 
-void compress_indices(PackedStream& stream,
-                      const std::vector<std::uint32_t>& indices,
-                      std::size_t vertices) {
-  // The version is a global setting of the library; the format requires 1 and 0.
+/// The versions are global settings of the library; the format requires 1 and 0.
+void set_versions() {
   static std::once_flag once;
   std::call_once(once, [] {
     meshopt_encodeIndexVersion(1);
     meshopt_encodeVertexVersion(0);
   });
-  stream.packed.resize(meshopt_encodeIndexBufferBound(indices.size(), vertices));
-  stream.packed.resize(meshopt_encodeIndexBuffer(
-      stream.packed.data(), stream.packed.size(), indices.data(), indices.size()));
+}
+
+std::vector<std::uint32_t> indices_in(const PackedStream& format,
+                                      const std::vector<std::uint8_t>& bytes) {
+  std::vector<std::uint32_t> indices(bytes.size() / format.stride);
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    // Little endian, as glTF.
+    for (std::size_t k = 0; k < format.stride; ++k) {
+      indices[i] |= std::uint32_t{bytes[i * format.stride + k]} << (8 * k);
+    }
+  }
+  return indices;
+}
+
+std::vector<std::uint8_t> compressed_indices(const PackedStream& format,
+                                             const std::vector<std::uint8_t>& bytes) {
+  const std::vector<std::uint32_t> indices = indices_in(format, bytes);
+  const std::size_t vertices = indices.empty() ? 0 : std::ranges::max(indices) + std::size_t{1};
+  std::vector<std::uint8_t> packed(meshopt_encodeIndexBufferBound(indices.size(), vertices));
+  packed.resize(
+      meshopt_encodeIndexBuffer(packed.data(), packed.size(), indices.data(), indices.size()));
+  return packed;
 }
 
 PackedPart packed_as_is(const MeshPart& part, const PackOptions& options) {
   PackedPart packed = options.quantize ? quantized(part, options.step_m) : plain(part);
+  bound(packed.front());
   if (!part.colors.empty()) {
-    packed.attributes.push_back(copied("COLOR_0", ComponentType::kUbyte, 4, part.colors));
-    packed.attributes.back().normalized = true;
+    packed.push_back(copied("COLOR_0", ComponentType::kUbyte, 4, part.colors));
+    packed.back().normalized = true;
   }
-  packed.indices = indices_of(part.indices, part.vertex_count());
-  bound(packed);
+  packed.push_back(indices_of(part.indices, part.vertex_count()));
   return packed;
 }
 
@@ -210,7 +242,10 @@ bool has_normal_map(const MeshPart& part, bool is_packed) {
 
 std::array<std::size_t, 2> texture_steps(const Texture& texture) {
   if (texture.pictures > 0) return {texture.pictures, texture.pictures};
-  return {texture.width, texture.height};
+  // Whole numbers for rings of 3, 4, 6 and 12 sides, so that a byte holds their differences.
+  constexpr std::size_t kAround = 12;
+  constexpr std::size_t kAlong = 16;
+  return {kAround, kAlong};
 }
 
 double quantization_step_m(const std::vector<const MeshPart*>& parts) {
@@ -219,15 +254,29 @@ double quantization_step_m(const std::vector<const MeshPart*>& parts) {
     for (const float value : part->positions)
       farthest = std::max(farthest, std::abs(double{value}));
   }
-  return farthest / kLargestShort;
+  // Finer steps would only make files larger.
+  constexpr double kFinest = 0.0015;
+  return std::max(farthest / kLargestShort, kFinest);
 }
 
 PackedPart pack(const MeshPart& part, const PackOptions& options) {
   if (!options.compress) return packed_as_is(part, options);
   const MeshPart ordered = reordered(part);
   PackedPart packed = packed_as_is(ordered, options);
-  compress_indices(packed.indices, ordered.indices, ordered.vertex_count());
-  for (PackedStream& stream : packed.attributes) compress_attribute(stream, ordered);
+  for (PackedStream& stream : packed) {
+    if (stream.attribute == "NORMAL") filter_normals(stream, ordered);
+  }
+  return packed;
+}
+
+std::vector<std::uint8_t> compressed(const PackedStream& format,
+                                     const std::vector<std::uint8_t>& bytes) {
+  set_versions();
+  if (format.attribute.empty()) return compressed_indices(format, bytes);
+  const std::size_t count = bytes.size() / format.stride;
+  std::vector<std::uint8_t> packed(meshopt_encodeVertexBufferBound(count, format.stride));
+  packed.resize(
+      meshopt_encodeVertexBuffer(packed.data(), packed.size(), bytes.data(), count, format.stride));
   return packed;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,12 @@ enum class ComponentType {
   kFloat = 5126
 };
 
+/// Least and largest value of each component.
+struct StreamBounds {
+  std::array<double, 3> least{};
+  std::array<double, 3> most{};
+};
+
 /// One attribute or the indices: bytes and their format.
 struct PackedStream {
   std::string attribute{};  ///< POSITION, ...; empty for indices
@@ -27,18 +34,21 @@ struct PackedStream {
   int components = 1;
   bool normalized = false;
   std::size_t count = 0;
-  std::size_t stride = 0;              ///< stride in bytes, a multiple of 4 for attributes
-  std::vector<std::uint8_t> bytes{};   ///< count * stride
-  bool octahedral = false;             ///< whether `packed` was filtered by meshoptimizer
-  std::vector<std::uint8_t> packed{};  ///< compressed, if requested
+  std::size_t stride = 0;                ///< stride in bytes, a multiple of 4 for attributes
+  std::vector<std::uint8_t> bytes{};     ///< count * stride
+  bool octahedral = false;               ///< whether meshoptimizer filtered the bytes
+  std::optional<StreamBounds> bounds{};  ///< of positions, which glTF requires
+
+  /// Whether the other stream's bytes can follow in the same view.
+  bool has_format_of(const PackedStream& other) const {
+    return attribute == other.attribute && component == other.component &&
+           components == other.components && normalized == other.normalized &&
+           stride == other.stride && octahedral == other.octahedral;
+  }
 };
 
-struct PackedPart {
-  std::vector<PackedStream> attributes{};
-  PackedStream indices{};
-  std::array<double, 3> least{};  ///< of the positions as stored
-  std::array<double, 3> most{};
-};
+/// The attributes and, last, the indices.
+using PackedPart = std::vector<PackedStream>;
 
 struct PackOptions {
   bool quantize = false;
@@ -46,17 +56,24 @@ struct PackOptions {
   double step_m = 0.0;  ///< of quantized positions; 0: positions are floats
 };
 
-/// The step for which the largest coordinate of a model's parts is within signed 16 bits.
+/// The step for which the largest coordinate of a model's parts is within signed 16 bits; at least
+/// 1.5 mm.
 double quantization_step_m(const std::vector<const MeshPart*>& parts);
 
 /// Whether a part has a normal map in the file. Packed files do without, as tangents would be a
 /// fifth of their size.
 bool has_normal_map(const MeshPart& part, bool is_packed);
 
-/// Texture coordinates of packed files are counted in these steps: pixels, or pictures of an atlas.
-/// \returns the number of steps across and down the texture
+/// Texture coordinates of packed files are counted in these steps: pictures of an atlas, or parts
+/// of bark that are small beside the picture. \returns the number of steps across and down the
+/// texture
 std::array<std::size_t, 2> texture_steps(const Texture& texture);
 
 PackedPart pack(const MeshPart& part, const PackOptions& options);
+
+/// Bytes of a view, compressed for EXT_meshopt_compression.
+/// \param format  of the bytes
+std::vector<std::uint8_t> compressed(const PackedStream& format,
+                                     const std::vector<std::uint8_t>& bytes);
 
 }  // namespace silvafit::tree

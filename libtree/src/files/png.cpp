@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "files/palette.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/texture.hpp"
 
@@ -15,7 +16,8 @@ constexpr std::size_t kLongestSide = 8192;
 std::string encoded(std::size_t width,
                     std::size_t height,
                     std::span<const std::uint8_t> pixels,
-                    std::uint32_t format) {
+                    std::uint32_t format,
+                    const std::vector<Rgba>& palette = {}) {
   if (width == 0 || height == 0 || pixels.size() / PNG_IMAGE_PIXEL_SIZE(format) / width != height ||
       pixels.size() % (width * PNG_IMAGE_PIXEL_SIZE(format)) != 0) {
     throw UsageError("the number of pixels of a texture must be width times height");
@@ -25,11 +27,13 @@ std::string encoded(std::size_t width,
   image.width = static_cast<png_uint_32>(width);
   image.height = static_cast<png_uint_32>(height);
   image.format = format;
+  image.colormap_entries = static_cast<png_uint_32>(palette.size());
   png_alloc_size_t size = 0;
   std::string bytes;
   for (const bool measures : {true, false}) {
     void* const target = measures ? nullptr : bytes.data();
-    if (png_image_write_to_memory(&image, target, &size, 0, pixels.data(), 0, nullptr) == 0) {
+    if (png_image_write_to_memory(&image, target, &size, 0, pixels.data(), 0, palette.data()) ==
+        0) {
       throw UsageError(std::string("cannot write the image (") + image.message + ")");
     }
     if (measures) bytes.resize(size);
@@ -57,6 +61,12 @@ bool has_transparency(const Texture& texture) {
 
 std::string png_bytes(const Texture& texture) {
   return encoded(texture.width, texture.height, texture.rgba, PNG_FORMAT_RGBA);
+}
+
+std::string palette_png_bytes(const Texture& texture) {
+  const PaletteImage image = with_palette(texture);
+  return encoded(
+      texture.width, texture.height, image.numbers, PNG_FORMAT_RGBA_COLORMAP, image.palette);
 }
 
 std::string png_bytes(std::size_t width, std::size_t height, std::span<const std::uint8_t> rgb) {

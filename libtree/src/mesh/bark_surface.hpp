@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "silvafit/base/constants.hpp"
 #include "silvafit/tree/texture_library.hpp"
@@ -23,6 +24,10 @@ struct BarkScale {
     per_m = around / girth;
   }
 };
+
+/// Whether the picture ends at a seam, where a tube has two vertices at one position. Tubes of
+/// three sides are so thin that it may run back on the last one.
+inline bool has_seam(const std::uint32_t sides) { return sides > 3; }
 
 /// Widening of a stem at its foot, with a lobe above each main root. It ends below breast height.
 class RootFlare {

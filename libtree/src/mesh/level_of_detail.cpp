@@ -135,7 +135,7 @@ class ErrorBound {
     const double gap = options_.stem_sides <= OutlineGaps::kMost
                            ? gaps_to_finest().stem[static_cast<std::size_t>(options_.stem_sides)]
                            : equal_area_gap(options_.stem_sides, finest_.stem_sides);
-    needed_sections(points, options_.stem_tolerance_m, kept_);
+    needed_sections(points, stem_tolerance_m(options_), kept_);
     double worst = 0.0;
     std::size_t piece = 0;
     for (const SkeletonPoint& at : points) {
@@ -145,7 +145,7 @@ class ErrorBound {
     // Roots make the sections wider.
     if (options_.textured) worst *= RootFlare::kWidest;
     // The finest level has also omitted points.
-    return worst + std::max(corner, kBendTolerance) * finest_.stem_tolerance_m;
+    return worst + std::max(corner, kBendTolerance) * stem_tolerance_m(finest_);
   }
 
   static double branch_gap(int sides, int finest) {
@@ -161,8 +161,8 @@ class ErrorBound {
     if (sides == finest && options_.branch_tolerance_m == 0.0) return 0.0;
     const double gap = branch_gap(sides, finest);
     const TubeFrame frame = frame_of(points);
-    branch_rings(points, options_.branch_tolerance_m, frame, sides, bearer, crown_, kept_);
-    branch_rings(points, finest_.branch_tolerance_m, frame, finest, bearer, crown_, whole_);
+    branch_rings(points, branch_tolerance_m(options_), frame, sides, bearer, crown_, kept_);
+    branch_rings(points, branch_tolerance_m(finest_), frame, finest, bearer, crown_, whole_);
     if (whole_.size() < 2) return 0.0;
     if (kept_.size() < 2) return length(whole_.back().at - whole_.front().at);
     double worst = 0.0;
@@ -183,7 +183,7 @@ class ErrorBound {
     if (bearer->order == 0) {
       kept_.assign(drawn.begin(), drawn.end());
     } else {
-      needed_points(drawn, options_.branch_tolerance_m, kept_);
+      needed_points(drawn, branch_tolerance_m(options_), kept_);
     }
     double worst = 0.0;
     for (const SkeletonPoint& at : points) {

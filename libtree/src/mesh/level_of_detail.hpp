@@ -2,6 +2,8 @@
 // The axes that a level of detail draws.
 #pragma once
 
+#include <algorithm>
+
 #include "silvafit/tree/mesh.hpp"
 
 namespace silvafit::tree {
@@ -17,6 +19,18 @@ inline bool is_drawn(const Axis& axis, const SkeletonPoint& base, const MeshOpti
 /// Number of sides of a branch's tube.
 inline int sides_of(const SkeletonPoint& base, const MeshOptions& options) {
   return 2.0 * base.radius_m >= options.thick_branch_m ? options.branch_sides : options.twig_sides;
+}
+
+/// Tolerances of segment trees. With textures, bark hides smaller deviations than without.
+inline double stem_tolerance_m(const MeshOptions& options) {
+  constexpr double kWithBark = 0.002;
+  return options.textured ? std::max(options.stem_tolerance_m, kWithBark)
+                          : options.stem_tolerance_m;
+}
+inline double branch_tolerance_m(const MeshOptions& options) {
+  constexpr double kWithBark = 0.008;
+  return options.textured ? std::max(options.branch_tolerance_m, kWithBark)
+                          : options.branch_tolerance_m;
 }
 
 /// Largest distance between the outlines of two regular polygons with the area of the unit circle

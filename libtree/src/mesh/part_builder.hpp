@@ -34,6 +34,7 @@ class PartBuilder {
     grow(part_.positions, 3 * (vertices_ + vertices));
     grow(part_.normals, 3 * (vertices_ + vertices));
     grow(part_.indices, indices_ + 3 * triangles);
+    reserved_ = vertices_ + vertices;
   }
 
   /// Cuts the buffers to the added size.
@@ -41,6 +42,9 @@ class PartBuilder {
     part_.positions.resize(3 * vertices_);
     part_.normals.resize(3 * vertices_);
     part_.indices.resize(indices_);
+    part_.uvs.resize(2 * textured_);
+    part_.tangents.resize(4 * textured_);
+    part_.colors.resize(4 * colored_);
   }
 
   std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(vertices_); }
@@ -52,15 +56,25 @@ class PartBuilder {
   }
 
   void texture(const Texturing& texturing) {
-    part_.uvs.insert(part_.uvs.end(),
-                     {static_cast<float>(texturing.u), static_cast<float>(texturing.v)});
-    std::array<float, 3> tangent{};
-    write(tangent.data(), texturing.tangent);
-    part_.tangents.insert(part_.tangents.end(),
-                          {tangent[0], tangent[1], tangent[2], texturing.sign});
+    if (part_.uvs.size() < 2 * (textured_ + 1)) {
+      const std::size_t vertices = std::max(textured_ + 1, reserved_);
+      grow(part_.uvs, 2 * vertices);
+      grow(part_.tangents, 4 * vertices);
+    }
+    float* const uv = part_.uvs.data() + 2 * textured_;
+    uv[0] = static_cast<float>(texturing.u);
+    uv[1] = static_cast<float>(texturing.v);
+    float* const tangent = part_.tangents.data() + 4 * textured_++;
+    write(tangent, texturing.tangent);
+    tangent[3] = texturing.sign;
   }
 
-  void color(Bytes4 color) { part_.colors.insert(part_.colors.end(), color.begin(), color.end()); }
+  void color(Bytes4 color) {
+    if (part_.colors.size() < 4 * (colored_ + 1)) {
+      grow(part_.colors, 4 * std::max(colored_ + 1, reserved_));
+    }
+    std::copy(color.begin(), color.end(), part_.colors.begin() + 4 * colored_++);
+  }
 
   void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     std::uint32_t* to = part_.indices.data() + indices_;
@@ -88,6 +102,9 @@ class PartBuilder {
   MeshPart& part_;
   std::size_t vertices_ = 0;
   std::size_t indices_ = 0;
+  std::size_t textured_ = 0;  ///< vertices with texture coordinates
+  std::size_t colored_ = 0;   ///< vertices with colors
+  std::size_t reserved_ = 0;  ///< vertices
 };
 
 /// Linear 0 .. 1 as a byte.

@@ -156,7 +156,7 @@ class CardWriter {
     Point base = place.at;
     // A shoot that would reach out of the crown starts farther inside, and is shorter if it must.
     const double room = crown_.length_inside_m(base, along, size);
-    base = base - std::min(size - room, 0.5 * size) * along;
+    base = base - std::min(size - room, 0.75 * size) * along;
     if (!crown_.contains(base)) base = crown_.confine(base);
     constexpr double kSmaller = 0.8;
     constexpr double kSmallest = 0.3;
@@ -243,7 +243,10 @@ class CardWriter {
   Bytes4 shaded(Point at, double shade) const {
     constexpr double kInside = 0.55;
     const double open = kInside + (1.0 - kInside) * light_.share(at);
-    const std::uint8_t level = to_byte(open * shade / (1.0 + variation_));
+    // In steps that compress well and that the eye does not see.
+    constexpr double kSteps = 32.0;
+    const std::uint8_t level =
+        to_byte(std::round(kSteps * open * shade / (1.0 + variation_)) / kSteps);
     return {level, level, level, 255};
   }
 
@@ -269,12 +272,16 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   // Shoots are short in a small crown.
   const double narrowest =
       std::min({r.east_m + r.west_m, r.south_m + r.north_m, crown.h_m() - crown.hcb_m()});
-  constexpr double kOfCrown = 0.15;
+  constexpr double kOfCrown = 0.2;
   const double smallest = std::min(1.0, kOfCrown * narrowest / shoots.length_m);
   // Two cards are four triangles; a tree should have no more than some ten thousand.
   constexpr double kMost = 1700.0;
   constexpr double kLargest = 1.3;
-  const double needed = shoots.leaf_area_index * area_m2 /
+  // Wide crowns are deep, and have more leaves above one another than a stand's mean (assumed).
+  constexpr double kUsualWidth = 5.0;
+  constexpr double kDeepest = 1.8;
+  const double depth = std::clamp(r.width_m() / kUsualWidth, 1.0, kDeepest);
+  const double needed = depth * shoots.leaf_area_index * area_m2 /
                         (covered * shoots.length_m * shoots.length_m);  // at scale 1
   double scale = smallest;
   if (needed > kMost * scale * scale) {

@@ -332,7 +332,8 @@ void add_tube(std::span<const Ring> rings,
               const TubeLook& look,
               PartBuilder& build) {
   const auto sides = static_cast<std::uint32_t>(corners.size());
-  const std::uint32_t around = look.textured ? sides + 1 : sides;
+  const bool seam = look.textured && has_seam(sides);
+  const std::uint32_t around = seam ? sides + 1 : sides;
   build.reserve((rings.size() + 1) * around + 1, (2 * rings.size() + 1) * sides);
   const BarkScale scale(std::max(rings[0].radius_m, rings[1].radius_m));
   const double per_corner = 1.0 / length(corners[0]);
@@ -360,7 +361,7 @@ void add_tube(std::span<const Ring> rings,
       }
     }
     if (k > 0) {
-      join(build, lower, first, sides, look.textured);
+      join(build, lower, first, sides, seam);
     } else if (!look.has_foot) {
       for (std::uint32_t i = 1; i + 1 < sides; ++i) {
         build.triangle(first, first + i + 1, first + i);
@@ -375,7 +376,7 @@ void add_tube(std::span<const Ring> rings,
     build.texture({.u = 0.5, .v = -scale.per_m * tip.along_m, .tangent = last.sideways});
   }
   for (std::uint32_t i = 0; i < sides; ++i) {
-    const std::uint32_t j = !look.textured && i + 1 == sides ? 0 : i + 1;
+    const std::uint32_t j = !seam && i + 1 == sides ? 0 : i + 1;
     build.triangle(lower + i, lower + j, end);
   }
   if (look.has_foot) add_foot(rings.front(), corners, look, build);

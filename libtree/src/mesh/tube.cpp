@@ -284,7 +284,7 @@ double bearer_radius_m(const Skeleton& skeleton, const Axis& axis) {
 
 void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build) {
   std::vector<SkeletonPoint> sections;
-  needed_sections(stem, options.stem_tolerance_m, sections);
+  needed_sections(stem, stem_tolerance_m(options), sections);
   if (options.textured) add_root_sections(sections);
   StemTube(sections, options, build).add();
 }
@@ -316,17 +316,18 @@ void BranchTubes::add_ring(const SkeletonPoint& ring,
                            double around_picture,
                            double v,
                            double lean) {
-  const std::size_t around = polygon.size() + (options_.textured ? 1 : 0);
+  const std::size_t sides = polygon.size();
+  const bool seam = options_.textured && has_seam(static_cast<std::uint32_t>(sides));
+  const std::size_t around = sides + (seam ? 1 : 0);
   const double scale = 1.0 / std::sqrt(1.0 + lean * lean);
   for (std::size_t i = 0; i < around; ++i) {
-    const Point& corner = polygon[i % polygon.size()];
+    const Point& corner = polygon[i % sides];
     const Point outward = frame.across(corner);
     build_.vertex(ring.at + ring.radius_m * outward, scale * (outward + lean * frame.tangent));
     if (options_.textured) {
-      build_.texture(
-          {.u = around_picture * static_cast<double>(i) / static_cast<double>(polygon.size()),
-           .v = v,
-           .tangent = corner.x * frame.upward - corner.y * frame.sideways});
+      build_.texture({.u = around_picture * static_cast<double>(i) / static_cast<double>(sides),
+                      .v = v,
+                      .tangent = corner.x * frame.upward - corner.y * frame.sideways});
     }
   }
 }
@@ -335,10 +336,10 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch, double bearer_radiu
   const bool is_thick = sides_of(branch.front(), options_) == options_.branch_sides;
   const std::vector<Point>& polygon = is_thick ? branch_polygon_ : twig_polygon_;
   const auto sides = static_cast<std::uint32_t>(polygon.size());
-  const bool seam = options_.textured;
+  const bool seam = options_.textured && has_seam(sides);
   const TubeFrame frame = frame_of(branch);
   branch_rings(branch,
-               options_.branch_tolerance_m,
+               branch_tolerance_m(options_),
                frame,
                static_cast<int>(sides),
                bearer_radius_m,
@@ -365,7 +366,7 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch, double bearer_radiu
     ring = first;
   }
   const std::uint32_t tip = build_.vertex(points_.back().at, frame.tangent);
-  if (seam) {
+  if (options_.textured) {
     build_.texture({.u = 0.5, .v = -reach * scale.per_m, .tangent = frame.sideways});
   }
   for (std::uint32_t i = 0; i < sides; ++i) {

@@ -258,10 +258,12 @@ ShootAtlas drawn(ShootKind kind) {
   std::vector<ShootCanvas> shoots;
   double light = 0.0;
   double area = 0.0;
+  double leaf_area = 0.0;
   for (std::uint64_t i = 0; i < kShootsPerAtlas; ++i) {
     shoots.push_back(ShootDrawing(plan, 16 * static_cast<std::uint64_t>(kind) + i + 1).draw());
     light += shoots.back().brightness();
     area += shoots.back().covered();
+    leaf_area += shoots.back().leaf_area();
   }
   Texture color{
       .name = name_of(kind), .width = 2 * kShootSide, .height = 2 * kShootSide, .pictures = 2};
@@ -274,7 +276,7 @@ ShootAtlas drawn(ShootKind kind) {
   }
   return {.color = std::make_shared<const Texture>(std::move(color)),
           .normals = std::make_shared<const Texture>(std::move(normals)),
-          .covered = area / static_cast<double>(kShootsPerAtlas * kShootSide * kShootSide)};
+          .covered = leaf_area / static_cast<double>(kShootsPerAtlas * kShootSide * kShootSide)};
 }
 
 }  // namespace

@@ -76,9 +76,18 @@ Tint blade_color(const DrawnLeaf& leaf, const Blade& blade, double share, double
 Spot towards(double angle_rad) { return {std::sin(angle_rad), std::cos(angle_rad)}; }
 
 std::uint8_t srgb_byte(double linear) {
-  const double c = std::clamp(linear, 0.0, 1.0);
-  const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255.0 * encoded));
+  // A table, because pictures have millions of values; its steps are below one of the result.
+  constexpr std::size_t kSteps = 4096;
+  static const std::array<std::uint8_t, kSteps + 1> bytes = [] {
+    std::array<std::uint8_t, kSteps + 1> table{};
+    for (std::size_t i = 0; i <= kSteps; ++i) {
+      const double c = static_cast<double>(i) / kSteps;
+      const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
+      table[i] = static_cast<std::uint8_t>(std::lround(255.0 * encoded));
+    }
+    return table;
+  }();
+  return bytes[static_cast<std::size_t>(kSteps * std::clamp(linear, 0.0, 1.0) + 0.5)];
 }
 
 ShootCanvas::ShootCanvas(std::size_t size) : size_(size), pixels_(size * size) {}
@@ -135,6 +144,7 @@ void ShootCanvas::leaf(const DrawnLeaf& leaf, const Blade& blade, double shadow)
       }
       const double share_covered = std::clamp(inside / pixel + 0.5, 0.0, 1.0);
       if (share_covered <= 0.0) continue;
+      leaf_area_ += share_covered;
       constexpr double kFold = 0.3;
       cover(target,
             share_covered,

@@ -70,6 +70,8 @@ class ShootCanvas {
   /// Sums over the covered pixels: their brightness, and their area in pixels.
   double brightness() const;
   double covered() const;
+  /// Area of all leaves [pixels], also where others are in front of them.
+  double leaf_area() const { return leaf_area_; }
 
  private:
   struct Pixel {
@@ -84,6 +86,7 @@ class ShootCanvas {
 
   std::size_t size_;
   std::vector<Pixel> pixels_;
+  double leaf_area_ = 0.0;
 };
 
 /// Linear light as sRGB (IEC 61966-2-1).

@@ -43,7 +43,7 @@ struct ShootAtlas {
   /// interpolation gives no other color at the edges.
   std::shared_ptr<const Texture> color{};
   std::shared_ptr<const Texture> normals{};  ///< inclination of the leaves, as glTF's normal maps
-  double covered = 0.0;                      ///< by leaves, relative to the pictures' area
+  double covered = 0.0;                      ///< area of all leaves by that of the pictures
 };
 
 /// Drawn once and shared.

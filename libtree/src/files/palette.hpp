@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// A picture with few colors.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "silvafit/tree/texture.hpp"
+
+namespace silvafit::tree {
+
+using Rgba = std::array<std::uint8_t, 4>;
+
+struct PaletteImage {
+  std::vector<Rgba> palette{};          ///< at most 96 colors
+  std::vector<std::uint8_t> numbers{};  ///< of each pixel's color
+};
+
+/// Median cut of the picture's colors and opacities (Heckbert 1982, Color image quantization for
+/// frame buffer display, SIGGRAPH 16, 297-307); exact if there are at most 96. Opaque pixels stay
+/// opaque. All pixels without opacity have one color, the mean of all others, so that interpolation
+/// at the edges gives no other color.
+PaletteImage with_palette(const Texture& texture);
+
+/// The texture as a PNG file with such a palette: a third of the size of png_bytes() or less.
+/// \throws UsageError if the number of pixels is not width times height
+std::string palette_png_bytes(const Texture& texture);
+
+}  // namespace silvafit::tree
