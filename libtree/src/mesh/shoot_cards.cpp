@@ -86,6 +86,15 @@ struct ShootSite {
   double rest_m = 0.0;  ///< up to the end of the axis
 };
 
+/// Length of the stem above its highest branch.
+double bare_top_m(const Skeleton& skeleton) {
+  double highest = 0.0;
+  for (const Axis& axis : skeleton.axes) {
+    if (axis.order == 1) highest = std::max(highest, skeleton.points[axis.first].at.z);
+  }
+  return skeleton.points_of(skeleton.axes.front()).back().at.z - highest;
+}
+
 /// The ends of all branches that are drawn as wood, and the top of the stem: no wood ends bare.
 std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
                                      const std::vector<LeafyPart>& parts,
@@ -93,14 +102,26 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
                                      const MeshOptions& options) {
   std::vector<ShootSite> sites;
   const double stem_m = length_of(skeleton.points_of(skeleton.axes.front()));
-  for (const double back : {0.0, 0.35, 0.7}) {
-    sites.push_back({0, std::max(stem_m - back * size_m, 0.0), back * size_m});
+  constexpr double kApart = 0.35;
+  constexpr int kMostOnTop = 6;
+  const double bare_m = std::max(bare_top_m(skeleton), 0.7 * size_m);
+  for (int i = 0; i < kMostOnTop && i * kApart * size_m <= bare_m; ++i) {
+    const double back_m = i * kApart * size_m;
+    sites.push_back({0, std::max(stem_m - back_m, 0.0), back_m});
   }
   for (const LeafyPart& part : parts) {
     const Axis& axis = skeleton.axes[part.axis];
     const double diameter_m = 2.0 * skeleton.points[axis.first].radius_m;
     if (axis.order > 1 && diameter_m < options.thinnest_wood_m) continue;
     sites.push_back({part.axis, part.whole_m, 0.0});
+    // Thick wood does not reach far beyond its leaves.
+    constexpr double kThick = 0.03;
+    for (int i = 1; i <= 3 && diameter_m > kThick; ++i) {
+      const double back_m = 0.6 * i * size_m;
+      if (back_m < 0.5 * part.whole_m) {
+        sites.push_back({part.axis, part.whole_m - back_m, back_m});
+      }
+    }
   }
   return sites;
 }
@@ -158,7 +179,7 @@ class CardWriter {
     const double room = crown_.length_inside_m(base, along, size);
     base = base - std::min(size - room, 0.75 * size) * along;
     if (!crown_.contains(base)) base = crown_.confine(base);
-    constexpr double kSmaller = 0.8;
+    constexpr double kSmaller = 0.9;
     constexpr double kSmallest = 0.3;
     const Point up = upper_side(along, outward, jitter);
     const double turn = kRadian * shoots_.cross_deg;
