@@ -14,8 +14,10 @@ import { Marks } from "./marks.js";
 import { Moves } from "./moves.js";
 import { button, choice, keysDialog } from "./panel.js";
 import { pick } from "./pick.js";
+import { Player } from "./player.js";
 import "./scene.css";
 import { loadStand } from "./sides.js";
+import { timeControls } from "./time-controls.js";
 import { TreeList } from "./tree-list.js";
 import { View } from "./view.js";
 
@@ -40,6 +42,7 @@ class Page {
     this.view = new View(this.canvas);
     this.marks = new Marks(this.data, this.view, cssColor);
     this.loaded = await loadStand(this.data);
+    this.addPlayer();
     this.variants = [this.data.variants[0], null];
     if (this.loaded.rest) this.view.scene.add(this.loaded.rest);
     this.setSides();
@@ -57,6 +60,14 @@ class Page {
     this.listen();
     this.view.onDrawn((stats) => this.tell(stats));
     this.view.draw();
+  }
+
+  /** Scenes that change over time have a slider. */
+  addPlayer() {
+    const { animations, rest } = this.loaded;
+    if (!animations?.length) return;
+    const times = timeControls(new Player(rest, animations), () => this.view.shadowsChanged());
+    this.panelPart.querySelector("#controls").before(times);
   }
 
   /** Without a 3D view the list of trees still works. */

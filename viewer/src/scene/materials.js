@@ -66,6 +66,15 @@ export function treeMaterial(material, uniforms, isPlaced) {
   return copy;
 }
 
+/** Lights pictures of shoots in a scene that is shown unchanged from both sides, too. */
+export function lightBothSides(material) {
+  if (!isCutOut(material)) return;
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace("#include <alphatest_fragment>", COVERAGE).replace("#include <normal_fragment_begin>", BOTH_SIDES);
+  };
+  material.customProgramCacheKey = () => "both-sides";
+}
+
 /** The material for shadows of such trees, with the shape of the leaves on pictures. */
 export function treeDepthMaterial(uniforms, isPlaced, shown) {
   const material = new MeshDepthMaterial({ depthPacking: RGBADepthPacking });

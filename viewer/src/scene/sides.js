@@ -2,6 +2,7 @@
 // Sides of the view: a variant of the stand, or an unchanged scene, from the page's data.
 import { Matrix4 } from "three";
 import { crownOf, placeOf, treeCount } from "./data.js";
+import { lightBothSides } from "./materials.js";
 import { grownModels, modelOf, parseGlb, partNameOf, standInOf } from "./models.js";
 import { Stand } from "./stand.js";
 import { TreeTexture } from "./tree-texture.js";
@@ -55,6 +56,7 @@ class PlacedStand {
     gltf.scene.updateMatrixWorld(true);
     stand.collect(gltf);
     stand.rest = gltf.scene;
+    stand.animations = gltf.animations;
     return stand;
   }
 
@@ -78,6 +80,11 @@ class PlacedStand {
       }
     });
     taken.forEach((object) => object.removeFromParent());
+    scene.traverse((object) => {
+      if (!object.isMesh) return;
+      Object.assign(object, { castShadow: true, receiveShadow: true });
+      [object.material].flat().forEach(lightBothSides);
+    });
     // The page adapts the ground to trees with measurements; any other ground is unchanged.
     this.ground = treeCount(this.data) > 0 ? (scene.getObjectByName("ground") ?? null) : null;
     this.ground?.removeFromParent();

@@ -95,9 +95,10 @@ export class View {
     this.shadowsChanged();
   }
 
-  /** Adjusts the sun's shadow camera to all shown trees. */
+  /** Adjusts the sun's shadow camera to all shown trees, or to the scene if it has none of its own. */
   shadowsChanged() {
     const { box } = this;
+    if (box.isEmpty()) box.setFromObject(this.scene);
     if (!box.isEmpty()) {
       const center = box.getCenter(new Vector3());
       const radius = box.getSize(new Vector3()).length() / 2;
