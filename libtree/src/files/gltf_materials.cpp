@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "files/palette.hpp"
+#include "files/png_file.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -39,12 +39,12 @@ std::string GltfMaterials::description(const ModelPart& part) {
   const std::string color_texture =
       picture == nullptr ? std::string()
                          : fmt::format("\"baseColorTexture\":{{\"index\":{}{}}},",
-                                       texture(*picture),
+                                       texture(part.mesh->texture),
                                        is_packed_ ? scale_of(*picture) : std::string());
   const std::string normal_texture =
       !has_normal_map(*part.mesh, is_packed_)
           ? std::string()
-          : fmt::format(",\"normalTexture\":{{\"index\":{}}}", texture(*part.mesh->normal_texture));
+          : fmt::format(",\"normalTexture\":{{\"index\":{}}}", texture(part.mesh->normal_texture));
   const bool is_cut_out = picture != nullptr && has_transparency(*picture);
   return fmt::format(
       "{{\"name\":{},\"pbrMetallicRoughness\":{{\"baseColorFactor\":[{},{},{},1],{}"
@@ -61,14 +61,13 @@ std::string GltfMaterials::description(const ModelPart& part) {
 }
 
 /// The index of a texture, whose image is added to the buffer once.
-std::size_t GltfMaterials::texture(const Texture& picture) {
-  const auto [found, is_new] = textures_.try_emplace(picture.name, textures_.size());
+std::size_t GltfMaterials::texture(const std::shared_ptr<const Texture>& picture) {
+  const auto [found, is_new] = textures_.try_emplace(picture->name, textures_.size());
   if (is_new) {
     if (!images_text_.empty()) images_text_ += ',';
-    images_text_ += fmt::format(
-        "{{\"name\":{},\"mimeType\":\"image/png\",\"bufferView\":{}}}",
-        json_quoted(picture.name),
-        buffers_.add_view(is_packed_ ? palette_png_bytes(picture) : png_bytes(picture)));
+    images_text_ += fmt::format("{{\"name\":{},\"mimeType\":\"image/png\",\"bufferView\":{}}}",
+                                json_quoted(picture->name),
+                                buffers_.add_view(*png_file(picture, is_packed_)));
   }
   return found->second;
 }

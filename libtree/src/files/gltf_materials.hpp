@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "files/gltf_buffers.hpp"
@@ -30,7 +31,7 @@ class GltfMaterials {
 
  private:
   std::string description(const ModelPart& part);
-  std::size_t texture(const Texture& picture);
+  std::size_t texture(const std::shared_ptr<const Texture>& picture);
 
   GltfBuffers& buffers_;
   bool is_packed_;

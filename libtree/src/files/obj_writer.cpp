@@ -9,6 +9,7 @@
 
 #include "files/baked.hpp"
 #include "files/format_writers.hpp"
+#include "files/png_file.hpp"
 #include "silvafit/base/atomic_file.hpp"
 
 namespace silvafit::tree {
@@ -111,7 +112,7 @@ class ObjWriter final : public BakingWriter {
                               mesh.color[1],
                               mesh.color[2]);
     if (mesh.texture != nullptr && !mesh.uvs.empty()) {
-      const std::string file = picture_file(*mesh.texture);
+      const std::string file = picture_file(mesh.texture);
       materials_ += fmt::format("map_Kd {}\n", file);
       if (has_transparency(*mesh.texture)) materials_ += fmt::format("map_d {}\n", file);
     }
@@ -126,13 +127,13 @@ class ObjWriter final : public BakingWriter {
   }
 
   /// Writes an image to the folder of the materials, once.
-  std::string picture_file(const Texture& texture) {
-    const std::filesystem::path path = path_of_picture(texture.name);
-    if (pictures_.insert(texture.name).second) {
-      const std::string bytes = png_bytes(texture);
+  std::string picture_file(const std::shared_ptr<const Texture>& texture) {
+    const std::filesystem::path path = path_of_picture(texture->name);
+    if (pictures_.insert(texture->name).second) {
+      const auto bytes = png_file(texture);
       picture_files_.push_back(std::make_unique<AtomicFile>(path));
-      picture_files_.back()->stream() << bytes;
-      size_ += bytes.size();
+      picture_files_.back()->stream() << *bytes;
+      size_ += bytes->size();
     }
     return path.filename().string();
   }
