@@ -21,6 +21,7 @@
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/catalogue.hpp"
@@ -108,7 +109,7 @@ study::ReadTable read_data(const FitArguments& arguments,
   for (const std::string& note : study::add_structure_columns(indices, table)) {
     say(arguments.common, "note: " + note);
   }
-  if (!arguments.where.empty()) table = study::rows_where(arguments.where, table);
+  if (!arguments.where.empty()) table = data::rows_where(arguments.where, table);
   return {.table = std::move(table), .recognized = std::move(read.recognized)};
 }
 

@@ -18,10 +18,10 @@
 #include <exception>
 #include <string>
 
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/prediction.hpp"
-#include "silvafit/study/table_checks.hpp"
 
 namespace data = silvafit::data;
 namespace fit = silvafit::fit;
@@ -72,8 +72,7 @@ void print_predictions(const fit::FittedModel& fit) {
 int main(int count, char** arguments) {
   try {
     const char* const file = count > 1 ? arguments[1] : "examples/fir-mixed/inventory.csv";
-    const data::Table trees =
-        silvafit::study::rows_where("species == \"BHN\"", data::read_csv_table(file));
+    const data::Table trees = data::rows_where("species == \"BHN\"", data::read_csv_table(file));
     const fit::FittedModel fit = fit_heights(trees);
     print_estimates(fit);
     print_predictions(fit);

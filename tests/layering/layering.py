@@ -27,6 +27,7 @@ MAY_INCLUDE = {
 # The folders below src of a library, lowest first: a file includes files of its own folder and of the folders above
 # it in this list. A public header belongs to the folder of the source of the same name. Tests may include everything.
 FOLDERS = {
+    "data": ["json", "table", "expression", "program", "columns"],
     "fit": ["model", "optimization", "result", "conditional_modes", "likelihood", "least_squares", "mixed_effects",
             "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference", "prediction",
             "resampling"],

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "reference.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fitted_model.hpp"
-#include "silvafit/study/table_checks.hpp"
 
 using namespace silvafit;
 
@@ -19,7 +19,7 @@ namespace {
 data::Table rows_of_set(const std::string& set) {
   const data::Table table = data::read_csv_table(
       test::source_file("tests/reference/data/hard_likelihoods.csv"), {.text_columns = {"plot"}});
-  return study::rows_where("set == \"" + set + "\"", table);
+  return data::rows_where("set == \"" + set + "\"", table);
 }
 
 /// A column times a factor.

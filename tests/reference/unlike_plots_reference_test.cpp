@@ -7,9 +7,9 @@
 #include <string>
 
 #include "expected.hpp"
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fitted_model.hpp"
-#include "silvafit/study/table_checks.hpp"
 
 using namespace silvafit;
 using nlohmann::json;
@@ -21,7 +21,7 @@ json fits_of_nlme() { return test::read_expected("nlme_unlike_plots.json")["fits
 data::Table plots_of(const json& reference) {
   const data::Table table = data::read_csv_table(
       test::source_file("tests/reference/data/unlike_plots.csv"), {.text_columns = {"plot"}});
-  return study::rows_where("set == \"" + reference["set"].get<std::string>() + "\"", table);
+  return data::rows_where("set == \"" + reference["set"].get<std::string>() + "\"", table);
 }
 
 fit::FittedModel fitted_to_set(const json& reference, const fit::FitModelOptions& options) {

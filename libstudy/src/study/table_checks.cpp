@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/stand/inventory.hpp"
@@ -35,38 +36,6 @@ std::string others(std::size_t count) {
   return count > 1 ? fmt::format(" (and {} more)", count - 1) : "";
 }
 
-/// Complains about the first name that is no column, at its place in the text.
-void require_columns(const data::Expression& expression,
-                     std::string_view text,
-                     const data::Table& table) {
-  for (const std::string& variable : expression.variables()) {
-    data::TextMatch match;
-    const std::string& column = data::is_text_match(variable, match) ? match.column : variable;
-    if (table.has(column)) continue;
-    const FormulaError shown(
-        fmt::format("unknown column '{}' (put text in double quotes); available: {}",
-                    column,
-                    data::list_of(table.names())),
-        text,
-        text.find(column) + 1);
-    // What is missing is missing in the file: with another one, the command would be right.
-    throw InputError(shown.what(), {.file = table.file()});
-  }
-}
-
-/// The values of an expression whose names have to be columns.
-std::vector<double> checked_values(std::string_view text, const data::Table& table) {
-  const data::Expression expression = data::Expression::parse(text);
-  require_columns(expression, text, table);
-  require_numbers(table, expression.variables());
-  return data::evaluate(expression, table);
-}
-
-bool is_number(std::string_view text) {
-  double ignored = 0.0;
-  return data::parse_number(text, ignored);
-}
-
 /// The rows where a condition is false, missing values apart: a comparison with one is false, too.
 std::vector<std::size_t> rows_against(const data::Expression& condition, const data::Table& table) {
   const std::vector<std::string> names = condition.variables();
@@ -87,7 +56,7 @@ void require_condition(const BaseModel& model,
   const std::vector<std::size_t> rows = rows_against(condition, table);
   if (rows.empty()) return;
   const std::string column = condition.variables().front();
-  Place place = place_of(table, rows.front(), column);
+  Place place = data::place_of(table, rows.front(), column);
   place.model = model.id;
   throw DomainError(fmt::format("{} is outside the domain of the model {}{}",
                                 data::shortest(table.numbers(column)[rows.front()]),
@@ -118,30 +87,9 @@ std::string origin_of(const std::string& name,
 
 }  // namespace
 
-Place place_of(const data::Table& table, std::size_t row, std::string_view column) {
-  Place place{.file = table.file(), .column = std::string(column)};
-  if (table.line(row) > 0) place.line = table.line(row);
-  if (table.has("plot")) place.plot = table.labels("plot")[row];
-  if (table.has("tree")) place.tree = table.labels("tree")[row];
-  return place;
-}
-
 std::string origin_of_missing(const std::vector<std::string>& columns, const data::Table& table) {
   const auto index = std::ranges::find_if(columns, is_structure_name);
   return index == columns.end() ? std::string() : origin_of(*index, columns, table);
-}
-
-data::Table rows_where(std::string_view condition, const data::Table& table) {
-  const std::vector<double> holds = checked_values(condition, table);
-  std::vector<std::size_t> rows;
-  for (std::size_t row = 0; row < holds.size(); ++row) {
-    if (!std::isnan(holds[row]) && holds[row] != 0.0) rows.push_back(row);
-  }
-  if (rows.empty()) {
-    throw InputError(fmt::format("no row satisfies the condition {}", condition),
-                     {.file = table.file()});
-  }
-  return table.select(rows);
 }
 
 std::vector<std::string> add_columns(std::string_view text,
@@ -165,7 +113,7 @@ std::vector<std::string> add_columns(std::string_view text,
       const auto values = table.numbers(mapping.source);
       table.set(mapping.name, std::vector<double>(values.begin(), values.end()));
     } else {
-      table.set(mapping.name, checked_values(mapping.source, table));
+      table.set(mapping.name, data::checked_values(mapping.source, table));
     }
   }
   if (!computed.empty()) {
@@ -181,30 +129,14 @@ std::vector<std::string> add_columns(std::string_view text,
 void require_numbers(const data::Table& table, const std::vector<std::string>& variables) {
   for (const std::string& name : variables) {
     data::TextMatch match;
-    if (data::is_text_match(name, match)) continue;
-    if (!table.has(name)) {
-      throw InputError(fmt::format("unknown column '{}'; available: {}{}",
-                                   name,
-                                   data::list_of(table.names()),
-                                   origin_of(name, variables, table)),
-                       {.file = table.file()});
-    }
-    if (table.is_numeric(name)) continue;
-    const data::TextColumn& column = table.text(name);
-    std::vector<std::size_t> rows;
-    std::vector<std::size_t> with_comma;
-    for (std::size_t row = 0; row < column.size(); ++row) {
-      if (column.is_missing(row) || is_number(column[row])) continue;
-      // In a file with decimal commas such a field is a number, and another one is the trouble.
-      const bool has_comma = !data::with_decimal_point(column[row]).empty();
-      (has_comma ? with_comma : rows).push_back(row);
-    }
-    if (rows.empty()) rows = with_comma;
-    if (rows.empty()) throw InputError("has no numbers", {.file = table.file(), .column = name});
-    throw InputError(
-        fmt::format("'{}' is not a number{}", column[rows.front()], others(rows.size())),
-        place_of(table, rows.front(), name));
+    if (data::is_text_match(name, match) || table.has(name)) continue;
+    throw InputError(fmt::format("unknown column '{}'; available: {}{}",
+                                 name,
+                                 data::list_of(table.names()),
+                                 origin_of(name, variables, table)),
+                     {.file = table.file()});
   }
+  data::require_numeric(table, variables);
 }
 
 void require_domain(const BaseModel& model, const data::Table& table) {
@@ -229,7 +161,7 @@ void require_possible(const std::string& response, const data::Table& table) {
                                   values[row],
                                   limit->text,
                                   response),
-                      place_of(table, row, response));
+                      data::place_of(table, row, response));
   }
 }
 

@@ -28,22 +28,6 @@ data::Table trees_to_check() {
 
 }  // namespace
 
-TEST_CASE("a condition chooses rows and does not hold where its values are missing") {
-  CHECK(rows_where("species == \"SM\"", trees_to_check()).rows() == 3);
-  CHECK(rows_where("species == \"SM\" && dbh > 0", trees_to_check()).rows() == 1);
-  // The missing dbh is neither below nor not below 15.
-  CHECK(rows_where("dbh != 10", trees_to_check()).rows() == 2);
-  CHECK(rows_where("!(dbh < 15)", trees_to_check()).rows() == 1);
-  CHECK(rows_where("dbh < 15 || plot == \"08\"", trees_to_check()).rows() == 3);
-  CHECK(rows_where("tree", trees_to_check()).line(3) == 5);
-  CHECK_THROWS_WITH(rows_where("dbh > 99", trees_to_check()),
-                    Contains("trees.csv: no row satisfies"));
-  CHECK_THROWS_WITH(rows_where("species == SM", trees_to_check()),
-                    Contains("column 12: unknown column 'SM' (put text in double quotes)"));
-  CHECK_THROWS_WITH(rows_where("species > 1", trees_to_check()),
-                    Contains("trees.csv:2: species: 'SM' is not a number (and 3 more) (plot 07"));
-}
-
 TEST_CASE("columns may come from others") {
   data::Table table = trees_to_check();
   add_columns("d=dbh/100,group=plot,height=h", table);

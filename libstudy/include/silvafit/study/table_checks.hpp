@@ -7,29 +7,18 @@
 #include <string_view>
 #include <vector>
 
-#include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/catalogue.hpp"
 
 namespace silvafit::study {
 
-/// Where a value is, for messages: file, line and column, with the plot and the tree of its row if
-/// the table has columns of these names.
-Place place_of(const data::Table& table, std::size_t row, std::string_view column);
-
-/// The table's rows for which a condition holds, such as `species == "SM" && core == 1`. Where a
-/// value of the condition is missing, it does not hold.
-/// \throws FormulaError if it cannot be read; InputError that points at what is no column, or if a
-///   column that the condition takes for numbers has text
-data::Table rows_where(std::string_view condition, const data::Table& table);
-
 /// Adds columns under names of the user's choice. Structural indices that a source names and the
 /// table lacks are computed by add_structure_columns: `C=C`.
 /// \param text     `NAME=SOURCE,...`, a source being a column or an expression of columns
 /// \param options  of structural indices
 /// \return         notes for people: which indices were computed, and how
-/// \throws UsageError if the text cannot be read; else as rows_where
+/// \throws UsageError if the text cannot be read; else as data::checked_values
 std::vector<std::string> add_columns(std::string_view text,
                                      data::Table& table,
                                      const stand::StructuralUnitOptions& options = {});

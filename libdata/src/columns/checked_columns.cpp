@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/checked_columns.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/name_list.hpp"
+#include "silvafit/data/program.hpp"
+
+namespace silvafit::data {
+namespace {
+
+/// "", or " (and 3 more)".
+std::string others(std::size_t count) {
+  return count > 1 ? fmt::format(" (and {} more)", count - 1) : "";
+}
+
+/// Complains about the first name that is no column, at its place in the text.
+void require_columns(const Expression& expression, std::string_view text, const Table& table) {
+  for (const std::string& variable : expression.variables()) {
+    TextMatch match;
+    const std::string& column = is_text_match(variable, match) ? match.column : variable;
+    if (table.has(column)) continue;
+    const FormulaError shown(
+        fmt::format("unknown column '{}' (put text in double quotes); available: {}",
+                    column,
+                    list_of(table.names())),
+        text,
+        text.find(column) + 1);
+    // What is missing is missing in the file: with another one, the command would be right.
+    throw InputError(shown.what(), {.file = table.file()});
+  }
+}
+
+bool is_number(std::string_view text) {
+  double ignored = 0.0;
+  return parse_number(text, ignored);
+}
+
+}  // namespace
+
+Place place_of(const Table& table, std::size_t row, std::string_view column) {
+  Place place{.file = table.file(), .column = std::string(column)};
+  if (table.line(row) > 0) place.line = table.line(row);
+  if (table.has("plot")) place.plot = table.labels("plot")[row];
+  if (table.has("tree")) place.tree = table.labels("tree")[row];
+  return place;
+}
+
+void require_numeric(const Table& table, const std::vector<std::string>& variables) {
+  for (const std::string& name : variables) {
+    TextMatch match;
+    if (is_text_match(name, match)) continue;
+    if (table.is_numeric(name)) continue;
+    const TextColumn& column = table.text(name);
+    std::vector<std::size_t> rows;
+    std::vector<std::size_t> with_comma;
+    for (std::size_t row = 0; row < column.size(); ++row) {
+      if (column.is_missing(row) || is_number(column[row])) continue;
+      // In a file with decimal commas such a field is a number, and another one is the trouble.
+      const bool has_comma = !with_decimal_point(column[row]).empty();
+      (has_comma ? with_comma : rows).push_back(row);
+    }
+    if (rows.empty()) rows = with_comma;
+    if (rows.empty()) throw InputError("has no numbers", {.file = table.file(), .column = name});
+    throw InputError(
+        fmt::format("'{}' is not a number{}", column[rows.front()], others(rows.size())),
+        place_of(table, rows.front(), name));
+  }
+}
+
+std::vector<double> checked_values(std::string_view text, const Table& table) {
+  const Expression expression = Expression::parse(text);
+  require_columns(expression, text, table);
+  require_numeric(table, expression.variables());
+  return evaluate(expression, table);
+}
+
+Table rows_where(std::string_view condition, const Table& table) {
+  const std::vector<double> holds = checked_values(condition, table);
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < holds.size(); ++row) {
+    if (!std::isnan(holds[row]) && holds[row] != 0.0) rows.push_back(row);
+  }
+  if (rows.empty()) {
+    throw InputError(fmt::format("no row satisfies the condition {}", condition),
+                     {.file = table.file()});
+  }
+  return table.select(rows);
+}
+
+}  // namespace silvafit::data

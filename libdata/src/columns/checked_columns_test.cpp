@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/checked_columns.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "silvafit/data/csv.hpp"
+
+using namespace silvafit;
+using namespace silvafit::data;
+
+using Catch::Matchers::Contains;
+
+namespace {
+
+Table trees_to_check() {
+  Table table;
+  TextColumn plot;
+  TextColumn species;
+  for (const char* text : {"07", "07", "08", "08"}) plot.append(text);
+  for (const char* text : {"SM", "BHN", "SM", "SM"}) species.append(text);
+  table.set("plot", plot);
+  table.set("tree", std::vector<double>{1.0, 2.0, 3.0, 4.0});
+  table.set("species", species);
+  table.set("dbh", std::vector<double>{10.0, 20.0, -3.0, kMissing});
+  table.set("h", std::vector<double>{8.0, 15.0, 9.0, 10.0});
+  table.set_origin("trees.csv", {2, 3, 4, 5});
+  return table;
+}
+
+}  // namespace
+
+TEST_CASE("a condition chooses rows and does not hold where its values are missing") {
+  CHECK(rows_where("species == \"SM\"", trees_to_check()).rows() == 3);
+  CHECK(rows_where("species == \"SM\" && dbh > 0", trees_to_check()).rows() == 1);
+  // The missing dbh is neither below nor not below 15.
+  CHECK(rows_where("dbh != 10", trees_to_check()).rows() == 2);
+  CHECK(rows_where("!(dbh < 15)", trees_to_check()).rows() == 1);
+  CHECK(rows_where("dbh < 15 || plot == \"08\"", trees_to_check()).rows() == 3);
+  CHECK(rows_where("tree", trees_to_check()).line(3) == 5);
+  CHECK_THROWS_WITH(rows_where("dbh > 99", trees_to_check()),
+                    Contains("trees.csv: no row satisfies"));
+  CHECK_THROWS_WITH(rows_where("species == SM", trees_to_check()),
+                    Contains("column 12: unknown column 'SM' (put text in double quotes)"));
+  CHECK_THROWS_WITH(rows_where("species > 1", trees_to_check()),
+                    Contains("trees.csv:2: species: 'SM' is not a number (and 3 more) (plot 07"));
+}

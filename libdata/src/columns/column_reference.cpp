@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/column_reference.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "expression/expression_parser.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/program.hpp"
+
+namespace silvafit::data {
+namespace {
+
+bool is_among(std::string_view name, std::span<const std::string> columns) {
+  return std::ranges::find(columns, name) != columns.end();
+}
+
+/// The column that a variable reads: itself, or the one that it compares with text.
+std::string column_of(const std::string& variable) {
+  TextMatch match;
+  return is_text_match(variable, match) ? match.column : variable;
+}
+
+bool needs_backquotes(std::string_view name) {
+  const bool begins_as_number = name.starts_with('.') || (name[0] >= '0' && name[0] <= '9');
+  return begins_as_number || !std::ranges::all_of(name, is_name_byte);
+}
+
+/// The longest of the columns that only backquotes bring into an expression, of those that the text
+/// holds; empty if none is in it.
+std::string column_to_quote(std::string_view text, std::span<const std::string> columns) {
+  std::string longest;
+  for (const std::string& name : columns) {
+    if (name.size() <= longest.size() || text.find(name) == std::string_view::npos) continue;
+    if (needs_backquotes(name)) longest = name;
+  }
+  return longest;
+}
+
+/// The parser's message without the place and the text that a FormulaError adds.
+std::string reason_of(const FormulaError& error) {
+  const std::string line = error.message().substr(0, error.message().find('\n'));
+  return line.substr(line.find(": ") + 2);
+}
+
+/// Parses an expression; what cannot be read may be the name of a column without its backquotes, or
+/// one that is not there.
+Expression expression_of(std::string_view text, std::span<const std::string> columns) {
+  try {
+    return Expression::parse(text);
+  } catch (const FormulaError& error) {
+    const std::string name = column_to_quote(text, columns);
+    const std::string remedy =
+        name.empty() ? fmt::format("unknown column '{}'; available: {}", text, list_of(columns))
+                     : fmt::format("in an expression write `{}`, in backquotes", name);
+    throw FormulaError(fmt::format("{}; {}", reason_of(error), remedy), text, error.position());
+  }
+}
+
+std::vector<double> numbers_of_expression(const Table& table,
+                                          const Expression& expression,
+                                          std::vector<TextCell>& text_cells) {
+  // A table of its own, in which columns with some text are columns of numbers.
+  Table own(table.rows());
+  std::vector<TextCell> cells;
+  const std::vector<std::string> variables = expression.variables();
+  for (const std::string& variable : variables) {
+    const std::string column = column_of(variable);
+    if (column != variable) {
+      if (!own.has(column)) own.set(column, table.labels(column));
+      continue;
+    }
+    const bool is_also_text = std::ranges::any_of(variables, [&](const std::string& other) {
+      return other != variable && column_of(other) == column;
+    });
+    if (is_also_text && !table.is_numeric(column)) {
+      throw UsageError(fmt::format("'{}' is used as a number and as text", column),
+                       {.file = table.file(), .column = "--columns"});
+    }
+    own.set(column, numbers_of(table, column, cells));
+  }
+  std::ranges::stable_sort(cells, {}, &TextCell::row);
+  std::ranges::move(cells, std::back_inserter(text_cells));
+  return evaluate(expression, own);
+}
+
+}  // namespace
+
+ColumnReference column_reference(std::string_view name,
+                                 std::string_view text,
+                                 std::span<const std::string> columns,
+                                 const std::string& file) {
+  if (is_among(text, columns)) return {.text = std::string(text)};
+  Expression expression = expression_of(text, columns);
+  for (const std::string& variable : expression.variables()) {
+    const std::string column = column_of(variable);
+    if (is_among(column, columns)) continue;
+    throw InputError(
+        fmt::format(
+            "unknown column '{}' in {}={}; available: {}", column, name, text, list_of(columns)),
+        {.file = file});
+  }
+  return {.text = std::string(text), .expression = std::move(expression)};
+}
+
+std::vector<double> numbers_of(const Table& table,
+                               std::string_view column,
+                               std::vector<TextCell>& text_cells) {
+  if (table.is_numeric(column)) {
+    const std::span<const double> numbers = table.numbers(column);
+    return {numbers.begin(), numbers.end()};
+  }
+  const TextColumn& texts = table.text(column);
+  std::vector<double> numbers(texts.size(), kMissing);
+  for (std::size_t row = 0; row < texts.size(); ++row) {
+    if (texts.is_missing(row) || parse_number(texts[row], numbers[row])) continue;
+    numbers[row] = kMissing;
+    if (is_missing_number(texts[row])) continue;
+    text_cells.push_back({row, std::string(column), std::string(texts[row])});
+  }
+  return numbers;
+}
+
+std::vector<double> numbers_of(const Table& table,
+                               const ColumnReference& reference,
+                               std::vector<TextCell>& text_cells) {
+  if (!reference.expression) return numbers_of(table, reference.text, text_cells);
+  return numbers_of_expression(table, *reference.expression, text_cells);
+}
+
+}  // namespace silvafit::data

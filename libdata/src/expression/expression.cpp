@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/expression.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "expression/expression_derivative.hpp"
+#include "expression/expression_node.hpp"
+#include "expression/expression_parser.hpp"
+#include "expression/expression_text.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::data {
+namespace {
+
+/// Visits every node of a graph once, operands from left to right.
+template <typename Visit>
+void for_each_node(const NodePointer& root, Visit visit) {
+  std::unordered_set<const ExpressionNode*> seen;
+  std::vector<const ExpressionNode*> pending{root.get()};
+  while (!pending.empty()) {
+    const ExpressionNode* node = pending.back();
+    pending.pop_back();
+    if (!seen.insert(node).second) continue;
+    visit(*node);
+    for (int i = node->operand_count - 1; i >= 0; --i) pending.push_back(node->operands[i].get());
+  }
+}
+
+/// Rebuilds a graph with one variable replaced, simplifying again.
+class Substitution {
+ public:
+  Substitution(std::string_view name, NodePointer replacement)
+      : name_(name), replacement_(std::move(replacement)) {}
+
+  NodePointer of(const NodePointer& node) {
+    if (node->operation == Operation::kVariable) return node->name == name_ ? replacement_ : node;
+    if (node->operand_count == 0) return node;
+    const auto known = results_.find(node.get());
+    if (known != results_.end()) return known->second;
+    NodePointer result = rebuilt(node);
+    results_.emplace(node.get(), result);
+    return result;
+  }
+
+ private:
+  NodePointer rebuilt(const NodePointer& node) {
+    const NodePointer a = of(node->operands[0]);
+    if (node->operand_count == 1) return make_operation(node->operation, a);
+    const NodePointer b = of(node->operands[1]);
+    if (node->operand_count == 2) return make_operation(node->operation, a, b);
+    return make_operation(node->operation, a, b, of(node->operands[2]));
+  }
+
+  std::string_view name_;
+  NodePointer replacement_;
+  std::unordered_map<const ExpressionNode*, NodePointer> results_;
+};
+
+/// Whether an operation has another slope on each side of some values of its arguments.
+bool has_kink(Operation operation) {
+  switch (operation) {
+    case Operation::kAbs:
+    case Operation::kSign:
+    case Operation::kMin:
+    case Operation::kMax:
+    case Operation::kLess:
+    case Operation::kLessEqual:
+    case Operation::kEqual:
+    case Operation::kAnd:
+    case Operation::kOr:
+    case Operation::kNot:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Which parts of a graph depend on a variable.
+class Dependence {
+ public:
+  explicit Dependence(std::string_view name) : name_(name) {}
+
+  bool of(const NodePointer& node) {
+    if (node->operation == Operation::kVariable) return node->name == name_;
+    const auto known = results_.find(node.get());
+    if (known != results_.end()) return known->second;
+    bool result = false;
+    for (int i = 0; i < node->operand_count; ++i) result = of(node->operands[i]) || result;
+    results_.emplace(node.get(), result);
+    return result;
+  }
+
+ private:
+  std::string_view name_;
+  std::unordered_map<const ExpressionNode*, bool> results_;
+};
+
+/// The value of a graph for given variables; shared parts are computed once.
+class Valuation {
+ public:
+  Valuation(const std::vector<std::string>& names, const std::vector<double>& values)
+      : names_(names), values_(values) {}
+
+  double of(const NodePointer& node) {
+    if (node->operation == Operation::kConstant) return node->value;
+    if (node->operation == Operation::kVariable) return of_variable(node->name);
+    const auto known = results_.find(node.get());
+    if (known != results_.end()) return known->second;
+    std::array<double, 3> arguments{};
+    for (int i = 0; i < node->operand_count; ++i) arguments[i] = of(node->operands[i]);
+    const double result = apply(node->operation, arguments[0], arguments[1], arguments[2]);
+    results_.emplace(node.get(), result);
+    return result;
+  }
+
+ private:
+  double of_variable(const std::string& name) const {
+    const auto found = std::ranges::find(names_, name);
+    if (found == names_.end()) throw UsageError(fmt::format("no value for '{}'", name));
+    return values_[static_cast<std::size_t>(found - names_.begin())];
+  }
+
+  const std::vector<std::string>& names_;
+  const std::vector<double>& values_;
+  std::unordered_map<const ExpressionNode*, double> results_;
+};
+
+}  // namespace
+
+Expression::Expression(std::shared_ptr<const ExpressionNode> node) : node_(std::move(node)) {}
+
+Expression Expression::parse(std::string_view text) { return parse(text, 0, text.size()); }
+
+Expression Expression::parse(std::string_view whole, std::size_t begin, std::size_t end) {
+  return Expression(parse_part(whole, begin, end));
+}
+
+Expression Expression::constant(double value) { return Expression(make_constant(value)); }
+
+Expression Expression::variable(std::string_view name) {
+  return Expression(make_variable(std::string(name)));
+}
+
+std::vector<std::string> Expression::variables() const {
+  std::vector<std::string> names;
+  for_each_node(node_, [&names](const ExpressionNode& node) {
+    if (node.operation != Operation::kVariable) return;
+    if (std::ranges::find(names, node.name) == names.end()) names.push_back(node.name);
+  });
+  return names;
+}
+
+Expression Expression::derivative(std::string_view name) const {
+  return Expression(differentiate(node_, name));
+}
+
+Expression Expression::with_limits() const { return Expression(marked_for_limits(node_)); }
+
+std::vector<Expression> Expression::periodic_arguments() const {
+  std::vector<Expression> result;
+  for_each_node(node_, [&result](const ExpressionNode& node) {
+    if (node.operation != Operation::kSin && node.operation != Operation::kCos &&
+        node.operation != Operation::kTan) {
+      return;
+    }
+    result.push_back(Expression(node.operands[0]));
+  });
+  return result;
+}
+
+Expression Expression::substitute(std::string_view name, const Expression& replacement) const {
+  return Expression(Substitution(name, replacement.node_).of(node_));
+}
+
+bool Expression::has_kink_in(std::string_view name) const {
+  Dependence dependence(name);
+  bool result = false;
+  for_each_node(node_, [&](const ExpressionNode& node) {
+    if (node.operation == Operation::kIfElse) {
+      result = result || dependence.of(node.operands[0]);
+    } else if (has_kink(node.operation)) {
+      for (int i = 0; i < node.operand_count; ++i) {
+        result = result || dependence.of(node.operands[i]);
+      }
+    }
+  });
+  return result;
+}
+
+bool Expression::is_constant() const { return node_->operation == Operation::kConstant; }
+
+bool Expression::is_zero() const { return data::is_constant(node_, 0.0); }
+
+double Expression::constant_value() const {
+  if (!is_constant()) throw UsageError(fmt::format("'{}' is not a constant", text()));
+  return node_->value;
+}
+
+double Expression::value(const std::vector<std::string>& names,
+                         const std::vector<double>& values) const {
+  return Valuation(names, values).of(node_);
+}
+
+std::string Expression::text() const { return text_of(node_); }
+
+Formula parse_formula(std::string_view text) {
+  const std::size_t tilde = text.find('~');
+  if (tilde == std::string_view::npos) {
+    throw FormulaError(
+        "a formula has the form `response ~ expression`; the ~ is missing", text, text.size() + 1);
+  }
+  const Expression left = Expression::parse(text, 0, tilde);
+  const std::vector<std::string> names = left.variables();
+  if (left.node()->operation != Operation::kVariable || names.size() != 1) {
+    throw FormulaError("expected the name of one column left of ~", text, 1);
+  }
+  return {.left = names[0],
+          .right = Expression::parse(text, tilde + 1, text.size()),
+          .text = std::string(text)};
+}
+
+bool is_text_match(std::string_view variable, TextMatch& match) {
+  constexpr std::string_view kBetween = " == \"";
+  const std::size_t at = variable.find(kBetween);
+  if (at == std::string_view::npos || variable.back() != '"') return false;
+  match.column = variable.substr(0, at);
+  const std::size_t begin = at + kBetween.size();
+  match.value = variable.substr(begin, variable.size() - 1 - begin);
+  return true;
+}
+
+Expression operator+(const Expression& a, const Expression& b) {
+  return Expression(make_operation(Operation::kAdd, a.node(), b.node()));
+}
+
+Expression operator-(const Expression& a, const Expression& b) {
+  return Expression(make_operation(Operation::kSubtract, a.node(), b.node()));
+}
+
+Expression operator*(const Expression& a, const Expression& b) {
+  return Expression(make_operation(Operation::kMultiply, a.node(), b.node()));
+}
+
+Expression operator*(double a, const Expression& b) { return Expression::constant(a) * b; }
+
+Expression operator-(const Expression& a) {
+  return Expression(make_operation(Operation::kNegate, a.node()));
+}
+
+Expression exp(const Expression& a) {
+  return Expression(make_operation(Operation::kExp, a.node()));
+}
+
+Expression log(const Expression& a) {
+  return Expression(make_operation(Operation::kLog, a.node()));
+}
+
+}  // namespace silvafit::data

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The graph behind an expression, and constructors that simplify as they build.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include "expression/operation.hpp"
+
+namespace silvafit::data {
+
+struct ExpressionNode;
+using NodePointer = std::shared_ptr<const ExpressionNode>;
+
+/// One operation on up to three operands; immutable, and shared wherever it occurs again.
+struct ExpressionNode {
+  Operation operation = Operation::kConstant;
+  double value = 0.0;                     ///< of a constant
+  std::string name{};                     ///< of a variable
+  std::array<NodePointer, 3> operands{};  ///< the first `operand_count` are set
+  int operand_count = 0;
+};
+
+NodePointer make_constant(double value);
+NodePointer make_variable(std::string name);
+
+/// An operation on operands, simplified where that is exact for finite operands: constants are
+/// folded, zeros and ones absorbed, small powers written as products.
+NodePointer make_operation(Operation operation, const NodePointer& a);
+NodePointer make_operation(Operation operation, const NodePointer& a, const NodePointer& b);
+NodePointer make_operation(Operation operation,
+                           const NodePointer& a,
+                           const NodePointer& b,
+                           const NodePointer& c);
+
+bool is_constant(const NodePointer& node, double value);
+
+/// A product for slopes at the edge of a domain; see Operation::kLimitProduct.
+NodePointer make_limit_product(const NodePointer& a, const NodePointer& b);
+
+/// The same value, as an expression whose derivatives have such products. Constants stay as they
+/// are.
+NodePointer marked_for_limits(const NodePointer& node);
+bool is_marked_for_limits(const NodePointer& node);
+
+}  // namespace silvafit::data

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+#include "expression/expression_parser.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::data {
+namespace {
+
+// Deep nesting ends in a message, not in a stack overflow.
+constexpr int kDeepest = 200;
+constexpr std::size_t kLongest = 10000;
+
+bool is_digit(char byte) { return byte >= '0' && byte <= '9'; }
+
+bool starts_name(char byte) { return is_name_byte(byte) && !is_digit(byte) && byte != '.'; }
+
+/// Recursive descent over the text, loosest binding first.
+class Parser {
+ public:
+  Parser(std::string_view text, std::size_t begin, std::size_t end)
+      : text_(text), position_(begin), end_(end) {}
+
+  NodePointer parse() {
+    NodePointer result = either();
+    skip_blanks();
+    if (position_ < end_) fail(fmt::format("unexpected '{}'", text_.substr(position_, 1)));
+    return result;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const { fail_at(message, position_); }
+  [[noreturn]] void fail_at(const std::string& message, std::size_t position) const {
+    throw FormulaError(message, text_, position + 1);
+  }
+
+  void skip_blanks() {
+    while (position_ < end_ && (text_[position_] == ' ' || text_[position_] == '\t' ||
+                                text_[position_] == '\n' || text_[position_] == '\r')) {
+      ++position_;
+    }
+  }
+
+  char peek() {
+    skip_blanks();
+    return position_ < end_ ? text_[position_] : '\0';
+  }
+
+  bool accept(std::string_view token) {
+    skip_blanks();
+    if (text_.substr(position_, end_ - position_).substr(0, token.size()) != token) return false;
+    position_ += token.size();
+    return true;
+  }
+
+  void expect(std::string_view token, const char* after) {
+    if (accept(token)) return;
+    fail(position_ < end_
+             ? fmt::format("expected '{}' {}", token, after)
+             : fmt::format("expected '{}' {}, but the formula ends here", token, after));
+  }
+
+  NodePointer either() {
+    NodePointer left = both();
+    while (accept("||")) left = make_operation(Operation::kOr, left, both());
+    return left;
+  }
+
+  NodePointer both() {
+    NodePointer left = comparison();
+    while (accept("&&")) left = make_operation(Operation::kAnd, left, comparison());
+    return left;
+  }
+
+  NodePointer comparison() {
+    skip_blanks();
+    const std::size_t begin = position_;
+    if (at_text()) return text_comparison(begin);
+    NodePointer left = sum();
+    if (accept("==")) return equality(left, begin, true);
+    if (accept("!=")) return equality(left, begin, false);
+    if (accept("<=")) return make_operation(Operation::kLessEqual, left, sum());
+    if (accept(">=")) return make_operation(Operation::kLessEqual, sum(), left);
+    if (accept("<")) return make_operation(Operation::kLess, left, sum());
+    if (accept(">")) return make_operation(Operation::kLess, sum(), left);
+    return left;
+  }
+
+  NodePointer equality(const NodePointer& left, std::size_t begin, bool equal) {
+    NodePointer result;
+    if (at_text()) {
+      if (left->operation != Operation::kVariable)
+        fail_at("text can only be compared with a column", begin);
+      result = make_variable(text_match_name(left->name, quoted()));
+    } else {
+      result = make_operation(Operation::kEqual, left, sum());
+    }
+    return equal ? result : make_operation(Operation::kNot, result);
+  }
+
+  // "SM" == species
+  NodePointer text_comparison(std::size_t begin) {
+    const std::string value = quoted();
+    const bool equal = accept("==");
+    if (!equal && !accept("!=")) fail_at("text can only be compared with a column", begin);
+    skip_blanks();
+    const std::size_t right_begin = position_;
+    const NodePointer right = sum();
+    if (right->operation != Operation::kVariable) {
+      fail_at("text can only be compared with a column", right_begin);
+    }
+    NodePointer match = make_variable(text_match_name(right->name, value));
+    return equal ? match : make_operation(Operation::kNot, match);
+  }
+
+  bool at_text() {
+    const char next = peek();
+    return next == '"' || next == '\'';
+  }
+
+  std::string quoted() {
+    const char quote = peek();
+    const std::size_t begin = position_++;
+    std::string value;
+    for (; position_ < end_ && text_[position_] != quote; ++position_) value += text_[position_];
+    if (position_ >= end_) fail_at("the closing quote is missing", begin);
+    ++position_;
+    return value;
+  }
+
+  NodePointer sum() {
+    NodePointer left = product();
+    for (;;) {
+      if (accept("+")) {
+        left = make_operation(Operation::kAdd, left, product());
+      } else if (peek() == '-') {
+        ++position_;
+        left = make_operation(Operation::kSubtract, left, product());
+      } else {
+        return left;
+      }
+    }
+  }
+
+  NodePointer product() {
+    NodePointer left = signed_power();
+    for (;;) {
+      if (accept("*")) {
+        left = make_operation(Operation::kMultiply, left, signed_power());
+      } else if (accept("/")) {
+        left = make_operation(Operation::kDivide, left, signed_power());
+      } else {
+        return left;
+      }
+    }
+  }
+
+  NodePointer signed_power() {
+    const Nesting nesting(*this);
+    if (accept("-")) return make_operation(Operation::kNegate, signed_power());
+    if (accept("+")) return signed_power();
+    if (peek() == '!') {
+      ++position_;
+      return make_operation(Operation::kNot, signed_power());
+    }
+    NodePointer base = primary();
+    if (!accept("^")) return base;
+    return make_operation(Operation::kPower, base, signed_power());
+  }
+
+  NodePointer primary() {
+    const char next = peek();
+    if (next == '\0') fail("expected a value, but the formula ends here");
+    if (accept("(")) {
+      NodePointer inner = either();
+      expect(")", "to close the parenthesis");
+      return inner;
+    }
+    if (is_digit(next) || next == '.') return number();
+    if (next == '`') return backquoted();
+    if (starts_name(next)) return name_or_call();
+    fail(fmt::format("expected a value, not '{}'", next));
+  }
+
+  NodePointer number() {
+    double value = 0.0;
+    const char* first = text_.data() + position_;
+    const auto [after, status] = std::from_chars(first, text_.data() + end_, value);
+    if (status != std::errc()) fail("this is not a number");
+    position_ += static_cast<std::size_t>(after - first);
+    if (position_ < end_ && starts_name(text_[position_])) {
+      fail(fmt::format("expected an operator before '{}'", text_.substr(position_, 1)));
+    }
+    return make_constant(value);
+  }
+
+  NodePointer backquoted() {
+    const std::size_t begin = position_++;
+    const std::size_t close = text_.find('`', position_);
+    if (close == std::string_view::npos || close >= end_)
+      fail_at("the closing quote is missing", begin);
+    std::string name(text_.substr(position_, close - position_));
+    position_ = close + 1;
+    return make_variable(std::move(name));
+  }
+
+  NodePointer name_or_call() {
+    const std::size_t begin = position_;
+    while (position_ < end_ && is_name_byte(text_[position_])) ++position_;
+    const std::string_view name = text_.substr(begin, position_ - begin);
+    if (peek() == '(') return call(name, begin);
+    if (name == "pi") return make_constant(std::numbers::pi);
+    return make_variable(std::string(name));
+  }
+
+  NodePointer call(std::string_view name, std::size_t begin) {
+    if (name == "I") return primary();  // as in R's formulas; everything is arithmetic here
+    const auto function = find_function(name);
+    if (!function) fail_at(fmt::format("unknown function '{}'", name), begin);
+    expect("(", "before the arguments");
+    std::vector<NodePointer> arguments;
+    do {
+      arguments.push_back(either());
+    } while (accept(","));
+    expect(")", "after the arguments");
+    return applied(*function, arguments, begin);
+  }
+
+  NodePointer applied(const Function& function,
+                      const std::vector<NodePointer>& arguments,
+                      std::size_t begin) const {
+    const bool folds =
+        function.operation == Operation::kMin || function.operation == Operation::kMax;
+    const auto count = static_cast<int>(arguments.size());
+    if (count != function.arguments && !(folds && count > 2)) {
+      fail_at(fmt::format("{} takes {} argument{}, not {}",
+                          function.name,
+                          function.arguments,
+                          function.arguments == 1 ? "" : "s",
+                          count),
+              begin);
+    }
+    if (count == 1) return make_operation(function.operation, arguments[0]);
+    if (function.operation == Operation::kIfElse) {
+      return make_operation(function.operation, arguments[0], arguments[1], arguments[2]);
+    }
+    NodePointer result = arguments[0];
+    for (std::size_t i = 1; i < arguments.size(); ++i) {
+      result = make_operation(function.operation, result, arguments[i]);
+    }
+    return result;
+  }
+
+  struct Nesting {
+    explicit Nesting(Parser& owner) : parser(owner) {
+      if (++parser.depth_ > kDeepest) parser.fail("the formula has too many nested parentheses");
+    }
+    ~Nesting() { --parser.depth_; }
+    Nesting(const Nesting&) = delete;
+    Nesting& operator=(const Nesting&) = delete;
+    Parser& parser;
+  };
+
+  std::string_view text_;
+  std::size_t position_;
+  std::size_t end_;
+  int depth_ = 0;
+};
+
+}  // namespace
+
+bool is_name_byte(char byte) {
+  return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') || is_digit(byte) ||
+         byte == '_' || byte == '.' || static_cast<unsigned char>(byte) >= 0x80U;
+}
+
+std::string text_match_name(std::string_view column, std::string_view value) {
+  return fmt::format("{} == \"{}\"", column, value);
+}
+
+NodePointer parse_part(std::string_view text, std::size_t begin, std::size_t end) {
+  if (end - begin > kLongest) {
+    throw FormulaError(fmt::format("the formula is longer than {} characters", kLongest), "", 1);
+  }
+  return Parser(text, begin, end).parse();
+}
+
+}  // namespace silvafit::data

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/json_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "json/json_document.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+
+namespace silvafit::data {
+namespace {
+
+std::string kind_of(const nlohmann::ordered_json& value) {
+  if (value.is_string()) return fmt::format("\"{}\"", value.get_ref<const std::string&>());
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return fmt::format("a list of {}", value.size());
+  return value.dump();
+}
+
+std::string joined(std::initializer_list<std::string_view> names) {
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+}  // namespace
+
+JsonReader JsonReader::open(const std::filesystem::path& path) {
+  return parse(read_file(path), path.string());
+}
+
+JsonReader JsonReader::parse(std::string_view text, std::string file, bool comments) {
+  auto root = std::make_shared<const Json>(parse_document(text, file, comments));
+  const Json* value = root.get();
+  return {std::move(root), value, std::move(file), ""};
+}
+
+JsonReader JsonReader::child(const Json& value, std::string key) const {
+  return {root_, &value, file_, std::move(key)};
+}
+
+JsonReader JsonReader::member(const Json& value, std::string_view name) const {
+  return child(value, key_.empty() ? std::string(name) : fmt::format("{}.{}", key_, name));
+}
+
+void JsonReader::fail(const std::string& message) const {
+  throw InputError(message, {.file = file_, .column = key_});
+}
+
+void JsonReader::expect(bool condition, const char* what) const {
+  if (!condition) fail(fmt::format("must be {}, not {}", what, kind_of(*value_)));
+}
+
+bool JsonReader::is_object() const { return value_->is_object(); }
+
+bool JsonReader::is_null() const { return value_->is_null(); }
+
+void JsonReader::allow_only(std::initializer_list<std::string_view> keys) const {
+  for (const auto& [name, value] : members_by_name()) {
+    if (std::find(keys.begin(), keys.end(), name) == keys.end()) {
+      fail(fmt::format("unknown key \"{}\"; available: {}", name, joined(keys)));
+    }
+  }
+}
+
+bool JsonReader::has(std::string_view key) const {
+  return value_->is_object() && value_->contains(key);
+}
+
+JsonReader JsonReader::at(std::string_view key) const {
+  std::optional<JsonReader> found = find(key);
+  if (!found) fail(fmt::format("the key \"{}\" is missing", key));
+  return *std::move(found);
+}
+
+std::optional<JsonReader> JsonReader::find(std::string_view key) const {
+  expect(value_->is_object(), "an object");
+  const auto item = value_->find(key);
+  if (item == value_->end()) return std::nullopt;
+  return member(*item, key);
+}
+
+std::vector<JsonReader> JsonReader::items() const {
+  expect(value_->is_array(), "a list");
+  std::vector<JsonReader> result;
+  result.reserve(value_->size());
+  for (std::size_t i = 0; i < value_->size(); ++i) {
+    result.push_back(child((*value_)[i], fmt::format("{}[{}]", key_, i)));
+  }
+  return result;
+}
+
+std::vector<std::pair<std::string, JsonReader>> JsonReader::members() const {
+  expect(value_->is_object(), "an object");
+  std::vector<std::pair<std::string, JsonReader>> result;
+  result.reserve(value_->size());
+  for (const auto& item : value_->items()) {
+    result.emplace_back(item.key(), member(item.value(), item.key()));
+  }
+  return result;
+}
+
+std::vector<std::pair<std::string, JsonReader>> JsonReader::members_by_name() const {
+  std::vector<std::pair<std::string, JsonReader>> result = members();
+  std::ranges::sort(result, {}, &std::pair<std::string, JsonReader>::first);
+  return result;
+}
+
+std::string JsonReader::text() const {
+  expect(value_->is_string() && !value_->get_ref<const std::string&>().empty(), "a text");
+  return value_->get<std::string>();
+}
+
+std::string JsonReader::any_text() const {
+  expect(value_->is_string(), "a text");
+  return value_->get<std::string>();
+}
+
+std::vector<std::string> JsonReader::texts() const {
+  std::vector<std::string> result;
+  for (const JsonReader& item : items()) result.push_back(item.text());
+  return result;
+}
+
+std::size_t JsonReader::one_of(std::initializer_list<std::string_view> names) const {
+  const std::string value = text();
+  const auto* const found = std::find(names.begin(), names.end(), value);
+  if (found == names.end()) {
+    fail(fmt::format("must be one of {}, not \"{}\"", joined(names), value));
+  }
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+bool JsonReader::boolean() const {
+  expect(value_->is_boolean(), "true or false");
+  return value_->get<bool>();
+}
+
+double JsonReader::number() const {
+  expect(value_->is_number() && std::isfinite(value_->get<double>()), "a number");
+  return value_->get<double>();
+}
+
+double JsonReader::number_or_missing() const {
+  if (value_->is_null()) return std::numeric_limits<double>::quiet_NaN();
+  expect(value_->is_number(), "a number or null");
+  return value_->get<double>();
+}
+
+double JsonReader::number_between(double low, double high) const {
+  const double result = number();
+  if (!(result >= low && result <= high)) {
+    fail(fmt::format("must be between {} and {}, not {}", low, high, result));
+  }
+  return result;
+}
+
+double JsonReader::positive() const {
+  const double result = number();
+  if (!(result > 0.0)) fail(fmt::format("must be above 0, not {}", result));
+  return result;
+}
+
+double JsonReader::not_negative() const {
+  const double result = number();
+  if (!(result >= 0.0)) fail(fmt::format("must be 0 or more, not {}", result));
+  return result;
+}
+
+std::size_t JsonReader::count() const {
+  expect(value_->is_number_unsigned() && value_->get<std::size_t>() > 0, "a whole number above 0");
+  return value_->get<std::size_t>();
+}
+
+int JsonReader::count_or_zero() const {
+  const double value = number_or_missing();
+  expect(value >= 0.0 && value <= std::numeric_limits<int>::max() && value == std::floor(value),
+         "a whole number of 0 or more");
+  return static_cast<int>(value);
+}
+
+std::vector<double> JsonReader::numbers() const {
+  std::vector<double> result;
+  for (const JsonReader& item : items()) result.push_back(item.number());
+  return result;
+}
+
+std::map<std::string, double> JsonReader::numbers_by_name() const {
+  std::map<std::string, double> result;
+  for (const auto& [name, value] : members_by_name()) result.emplace(name, value.number());
+  return result;
+}
+
+Eigen::VectorXd JsonReader::vector(Eigen::Index size) const {
+  const std::vector<JsonReader> values = items();
+  if (static_cast<Eigen::Index>(values.size()) != size) {
+    fail(fmt::format("must have {} numbers, not {}", size, values.size()));
+  }
+  Eigen::VectorXd result(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    result[i] = values[static_cast<std::size_t>(i)].number_or_missing();
+  }
+  return result;
+}
+
+Eigen::MatrixXd JsonReader::square_matrix(Eigen::Index size) const {
+  const std::vector<JsonReader> rows = items();
+  if (static_cast<Eigen::Index>(rows.size()) != size) {
+    fail(fmt::format("must have {} rows, not {}", size, rows.size()));
+  }
+  Eigen::MatrixXd result(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    result.row(i) = rows[static_cast<std::size_t>(i)].vector(size).transpose();
+  }
+  return result;
+}
+
+Expression JsonReader::expression() const {
+  const std::string source = text();
+  try {
+    return Expression::parse(source);
+  } catch (const FormulaError& error) {
+    fail(error.what());
+  }
+}
+
+std::map<std::string, Expression> JsonReader::expressions_by_name() const {
+  std::map<std::string, Expression> result;
+  for (const auto& [name, value] : members_by_name()) result.emplace(name, value.expression());
+  return result;
+}
+
+}  // namespace silvafit::data
