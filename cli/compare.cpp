@@ -17,6 +17,8 @@
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/comparison.hpp"
+#include "silvafit/fit/inference_json.hpp"
+#include "silvafit/fit/summary.hpp"
 #include "silvafit/study/comparison_page.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "standard_output.hpp"
@@ -81,130 +83,18 @@ NamedFits read_fits(const std::vector<std::string>& files) {
   return result;
 }
 
-ordered_json json_of(const fit::ComparedFit& one, const NamedFits& named) {
-  const fit::FittedModel& fit = *one.fit;
-  return {{"name", named.names.at(&fit)},
-          {"model", text_or_null(fit.model)},
-          {"method", fit::method_text(fit.method)},
-          {"k", fit.parameter_count > 0 ? ordered_json(fit.parameter_count) : ordered_json()},
-          {"log_likelihood", number_or_null(fit.log_likelihood)},
-          {"aic", number_or_null(fit.aic())},
-          {"aicc", number_or_null(fit.aicc())},
-          {"bic", number_or_null(fit.bic())},
-          {"bic_groups", number_or_null(fit.bic_groups())},
-          {"aic_difference", number_or_null(one.aic_difference)},
-          {"akaike_weight", number_or_null(one.akaike_weight)}};
-}
-
-ordered_json json_of(const fit::ComparedPair& pair,
-                     const fit::Comparison& comparison,
-                     const NamedFits& named) {
-  ordered_json result{{"larger", named.names.at(comparison.fits[pair.larger].fit)},
-                      {"smaller", named.names.at(comparison.fits[pair.smaller].fit)}};
-  if (!pair.test) {
-    result["why_not"] = pair.reason;
-    return result;
-  }
-  const fit::NestedTest& test = *pair.test;
-  result["statistic"] = number_or_null(test.statistic);
-  result["df"] = test.degrees_of_freedom;
-  result["p_chi_squared"] = number_or_null(test.p_chi_squared);
-  result["p"] = number_or_null(test.p);
-  result["reference"] = test.reference.text();
-  if (!test.note.empty()) result["note"] = test.note;
-  return result;
-}
-
 ordered_json json_of(const Subject& subject, const NamedFits& named) {
-  const fit::Comparison comparison = fit::compare(subject.fits);
-  ordered_json result{{"species", text_or_null(subject.species)},
-                      {"response", subject.response},
-                      {"why_not_comparable", text_or_null(comparison.reason)},
-                      {"fits", ordered_json::array()},
-                      {"tests", ordered_json::array()},
-                      {"not_converged", ordered_json::array()}};
-  for (const fit::ComparedFit& one : comparison.fits) result["fits"].push_back(json_of(one, named));
-  for (const fit::ComparedPair& pair : comparison.pairs) {
-    result["tests"].push_back(json_of(pair, comparison, named));
-  }
-  for (const fit::FittedModel* const fit : comparison.failed) {
-    result["not_converged"].push_back(named.names.at(fit));
-  }
+  ordered_json result{{"species", text_or_null(subject.species)}, {"response", subject.response}};
+  result.update(fit::json_of(fit::compare(subject.fits), named.names));
   return result;
-}
-
-std::string shown(double value, const char* format) {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
-}
-
-void print_fits(const fit::Comparison& comparison, const NamedFits& named, std::size_t width) {
-  print_text("{:<{}} {:<7} {:>3} {:>14} {:>13} {:>13} {:>13} {:>13} {:>10} {:>7}\n",
-             "fit",
-             width,
-             "method",
-             "k",
-             "log-likelihood",
-             "AIC",
-             "AICc",
-             "BIC",
-             "BIC by groups",
-             "difference",
-             "weight");
-  for (const fit::ComparedFit& one : comparison.fits) {
-    const fit::FittedModel& fit = *one.fit;
-    print_text("{:<{}} {:<7} {:>3} {:>14.4f} {:>13} {:>13} {:>13} {:>13} {:>10} {:>7}\n",
-               named.names.at(&fit),
-               width,
-               fit::method_text(fit.method),
-               fit.parameter_count > 0 ? fmt::to_string(fit.parameter_count) : "-",
-               fit.log_likelihood,
-               shown(fit.aic(), "{:.4f}"),
-               shown(fit.aicc(), "{:.4f}"),
-               shown(fit.bic(), "{:.4f}"),
-               shown(fit.bic_groups(), "{:.4f}"),
-               shown(one.aic_difference, "{:.4f}"),
-               shown(one.akaike_weight, "{:.4f}"));
-  }
-}
-
-void print_pair(const fit::ComparedPair& pair,
-                const fit::Comparison& comparison,
-                const NamedFits& named) {
-  const std::string& larger = named.names.at(comparison.fits[pair.larger].fit);
-  const std::string& smaller = named.names.at(comparison.fits[pair.smaller].fit);
-  if (!pair.test) {
-    print_text("{} against {}: not tested, {}\n", larger, smaller, pair.reason);
-    return;
-  }
-  const fit::NestedTest& test = *pair.test;
-  print_text("{} against {}: likelihood ratio {:.4f}, df {}, p {:.3g} by chi-squared",
-             larger,
-             smaller,
-             test.statistic,
-             test.degrees_of_freedom,
-             test.p_chi_squared);
-  if (test.reference.weights.size() > 1) {
-    print_text(", {:.3g} by {}", test.p, test.reference.text());
-  }
-  print_text("{}{}\n", test.note.empty() ? "" : "; ", test.note);
 }
 
 void print_table(const Subject& subject, const NamedFits& named) {
-  const fit::Comparison comparison = fit::compare(subject.fits);
-  std::size_t width = 3;
-  for (const fit::FittedModel* const fit : subject.fits) {
-    width = std::max(width, named.names.at(fit).size());
-  }
-  print_text("{}{}{}\n", subject.species, subject.species.empty() ? "" : " ", subject.response);
-  print_fits(comparison, named, width);
-  if (!comparison.reason.empty()) {
-    print_text("the criteria cannot be compared: {}\n", comparison.reason);
-  }
-  for (const fit::FittedModel* const fit : comparison.failed) {
-    print_text("not converged: {}\n", named.names.at(fit));
-  }
-  print_text("\n");
-  for (const fit::ComparedPair& pair : comparison.pairs) print_pair(pair, comparison, named);
+  print_text("{}{}{}\n{}",
+             subject.species,
+             subject.species.empty() ? "" : " ",
+             subject.response,
+             fit::summary(fit::compare(subject.fits), named.names));
 }
 
 /// The libraries side by side as a page.

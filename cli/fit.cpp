@@ -15,7 +15,6 @@
 #include "command.hpp"
 #include "fit_inference.hpp"
 #include "fit_resampling.hpp"
-#include "fit_table.hpp"
 #include "inventory_options.hpp"
 #include "near_names.hpp"
 #include "output_files.hpp"
@@ -26,7 +25,7 @@
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
-#include "silvafit/study/model_texts.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
@@ -117,12 +116,12 @@ study::ReadTable read_data(const FitArguments& arguments,
 fit::ModelSpecification specification_of(const std::string& formula,
                                          const FitArguments& arguments,
                                          const data::Table& table) {
-  study::ModelTexts texts{.formula = formula,
+  fit::ModelTexts texts{.formula = formula,
                           .sub_models = arguments.parameters,
                           .random = arguments.random,
                           .variance = arguments.variance};
   if (!arguments.covariance.empty()) texts.covariance = {arguments.covariance};
-  return study::specify_model(texts, table);
+  return fit::specify_model(texts, table);
 }
 
 /// Options that all models of a command have in common.
@@ -272,14 +271,13 @@ void print_json(const std::vector<fit::FittedModel>& fits,
 
 void print_tables(const std::vector<fit::FittedModel>& fits) {
   if (fits.size() == 1) {
-    print_fit(fits.front());
-    print_inference(fits.front());
+    print_text("{}", fit::summary(fits.front()));
     return;
   }
   std::vector<const fit::FittedModel*> pointers;
   pointers.reserve(fits.size());
   for (const fit::FittedModel& fit : fits) pointers.push_back(&fit);
-  print_ranking(pointers);
+  print_text("{}", fit::ranking(pointers));
 }
 
 /// Options that have no effect without another one.

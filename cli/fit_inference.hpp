@@ -23,8 +23,4 @@ void add_inference(const InferenceOptions& options,
                    const data::Table& table,
                    fit::FittedModel& fit);
 
-/// The random effects of each group with their conditional standard errors, where there are not too
-/// many groups for a screen; then the intervals, if there are any.
-void print_inference(const fit::FittedModel& fit);
-
 }  // namespace silvafit::cli

@@ -7,12 +7,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "number_text.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/fit/inference_json.hpp"
 #include "silvafit/fit/residuals.hpp"
+#include "silvafit/fit/summary.hpp"
 #include "standard_output.hpp"
 #include "table_output.hpp"
 
@@ -77,188 +78,6 @@ Resampling resample_one(const fit::FittedModel& fit,
                                progress.show("cross-validation", done, total);
                              }});
   }
-  return result;
-}
-
-ordered_json interval(const fit::Interval& value) {
-  return {number_or_null(value.low), number_or_null(value.high)};
-}
-
-ordered_json reasons(const std::vector<fit::CountedReason>& counted) {
-  ordered_json result = ordered_json::array();
-  for (const fit::CountedReason& one : counted) {
-    result.push_back({{"reason", one.reason}, {"replicates", one.replicates}});
-  }
-  return result;
-}
-
-ordered_json bootstrap_json(const fit::Bootstrap& bootstrap) {
-  ordered_json parameters = ordered_json::object();
-  for (const fit::BootstrapParameter& parameter : bootstrap.parameters) {
-    parameters[parameter.name] = {{"estimate", number_or_null(parameter.estimate)},
-                                  {"replicates", parameter.replicates},
-                                  {"bias", number_or_null(parameter.bias)},
-                                  {"se", number_or_null(parameter.standard_error)},
-                                  {"percentile", interval(parameter.percentile)},
-                                  {"basic", interval(parameter.basic)}};
-  }
-  return {{"resample", fit::resample_text(bootstrap.resample)},
-          {"seed", bootstrap.seed},
-          {"level", bootstrap.level},
-          {"replicates", bootstrap.replicates},
-          {"converged", bootstrap.converged},
-          {"parameters", std::move(parameters)},
-          {"failures", reasons(bootstrap.failures)},
-          {"on_edge", reasons(bootstrap.on_edge)}};
-}
-
-ordered_json statistics_json(const fit::FitStatistics& values) {
-  return {{"r2", number_or_null(values.r2)},
-          {"mean_error", number_or_null(values.mean_error)},
-          {"rmse", number_or_null(values.rmse)},
-          {"mae", number_or_null(values.mae)}};
-}
-
-ordered_json cross_validation_json(const fit::CrossValidation& result) {
-  ordered_json failed = ordered_json::array();
-  for (const fit::FailedFold& fold : result.failed) {
-    failed.push_back({{"groups", fold.groups}, {"verdict", fold.verdict}});
-  }
-  ordered_json calibrated = nullptr;
-  if (result.measured > 0) {
-    calibrated = {{"measured", result.measured},
-                  {"predicted", result.calibrated_count},
-                  {"statistics", statistics_json(result.calibrated_statistics)},
-                  {"population", statistics_json(result.uncalibrated_statistics)}};
-  }
-  return {{"group", result.group},
-          {"groups", result.groups},
-          {"folds", result.folds},
-          {"seed", result.seed},
-          {"predicted", result.predicted_count},
-          {"population", statistics_json(result.statistics)},
-          {"mean_log_density", number_or_null(result.log_density)},
-          {"with_density", result.density_count},
-          {"calibrated", std::move(calibrated)},
-          {"failed", std::move(failed)}};
-}
-
-void print_reasons(const char* what, const std::vector<fit::CountedReason>& reasons) {
-  for (const fit::CountedReason& one : reasons) {
-    print_text("{} {}: {}\n", counted(one.replicates, "replicate", "replicates"), what, one.reason);
-  }
-}
-
-void print_bootstrap(const fit::Bootstrap& bootstrap) {
-  std::size_t width = 9;
-  for (const auto& parameter : bootstrap.parameters) width = std::max(width, parameter.name.size());
-  print_text("\n{} bootstrap, seed {}: {} of {} replicates converged; {:g} % intervals\n",
-             fit::resample_text(bootstrap.resample),
-             bootstrap.seed,
-             bootstrap.converged,
-             bootstrap.replicates,
-             100.0 * bootstrap.level);
-  print_text("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
-             "parameter",
-             width,
-             "estimate",
-             "bias",
-             "std. error",
-             "percentile",
-             "basic");
-  for (const fit::BootstrapParameter& parameter : bootstrap.parameters) {
-    const auto range = [](const fit::Interval& value) {
-      return fmt::format("{} to {}", significant(value.low), significant(value.high));
-    };
-    print_text("{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
-               parameter.name,
-               width,
-               significant(parameter.estimate),
-               significant(parameter.bias, 3),
-               significant(parameter.standard_error),
-               range(parameter.percentile),
-               range(parameter.basic));
-  }
-  print_reasons("at a boundary", bootstrap.on_edge);
-  print_reasons("failed", bootstrap.failures);
-}
-
-void print_statistics_line(const std::string& name,
-                           const fit::FitStatistics& values,
-                           std::size_t count) {
-  print_text("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
-             name,
-             count,
-             decimals(values.r2),
-             significant(values.rmse),
-             significant(values.mean_error, 3),
-             significant(values.mae));
-}
-
-void print_cross_validation(const fit::CrossValidation& result, const std::string& model) {
-  print_text("\n{}{}cross-validation, {} folds of {}, seed {}\n",
-             model,
-             model.empty() ? "" : ": ",
-             result.folds,
-             counted(result.groups, result.group + " group", result.group + " groups"),
-             result.seed);
-  print_text("{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
-             "prediction of groups left out",
-             "rows",
-             "R2",
-             "RMSE",
-             "mean error",
-             "MAE");
-  print_statistics_line("population", result.statistics, result.predicted_count);
-  if (result.measured > 0) {
-    print_statistics_line(fmt::format("calibrated with {} measured", result.measured),
-                          result.calibrated_statistics,
-                          result.calibrated_count);
-    print_statistics_line(
-        "population, the same rows", result.uncalibrated_statistics, result.calibrated_count);
-  }
-  print_text("mean log predictive density {}\n", significant(result.log_density));
-  if (result.density_count < result.predicted_count) {
-    print_text("of {} of these rows; the variance of the others was not known without their fold\n",
-               result.density_count);
-  }
-  for (const fit::FailedFold& fold : result.failed) {
-    print_text(
-        "a fold failed ({} {}): {}\n", result.group, fmt::join(fold.groups, ", "), fold.verdict);
-  }
-}
-
-/// A row for each row of the table; one with missing values has no residual.
-data::Table residuals_table(const fit::Residuals& all, const data::Table& table) {
-  std::vector<double> lines;
-  data::TextColumn group;
-  std::vector<std::size_t> place_of_row(table.rows(), all.rows.size());
-  for (std::size_t i = 0; i < all.rows.size(); ++i) place_of_row[all.rows[i]] = i;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    lines.push_back(static_cast<double>(table.line(row) > 0 ? table.line(row) : row + 1));
-    const std::size_t place = place_of_row[row];
-    place < all.rows.size() ? group.append(all.group[place]) : group.append_missing();
-  }
-  data::Table result(table.rows());
-  result.set("line", std::move(lines));
-  result.set("group", std::move(group));
-  const auto add = [&](const char* name, const Eigen::VectorXd& values) {
-    std::vector<double> column;
-    for (const std::size_t place : place_of_row) {
-      const bool is_used = place < all.rows.size();
-      column.push_back(is_used ? values[static_cast<Eigen::Index>(place)] : data::kMissing);
-    }
-    result.set(name, std::move(column));
-  };
-  add("observed", all.observed);
-  add("fitted_population", all.population.fitted);
-  add("fitted_conditional", all.conditional.fitted);
-  add("residual_population", all.population.raw);
-  add("residual_conditional", all.conditional.raw);
-  add("standardized_population", all.population.standardized);
-  add("standardized_conditional", all.conditional.standardized);
-  add("normalized", all.normalized);
-  add("marginal", all.marginal);
   return result;
 }
 
@@ -335,9 +154,9 @@ std::string with_resampling(const std::string& fit_json,
   if (!has_resampling && recognized.empty()) return fit_json;
   ordered_json json = ordered_json::parse(fit_json);
   if (!recognized.empty()) json["recognized"] = recognized;
-  if (resampling.bootstrap) json["bootstrap"] = bootstrap_json(*resampling.bootstrap);
+  if (resampling.bootstrap) json["bootstrap"] = fit::json_of(*resampling.bootstrap);
   if (resampling.cross_validation) {
-    json["cross_validation"] = cross_validation_json(*resampling.cross_validation);
+    json["cross_validation"] = fit::json_of(*resampling.cross_validation);
   }
   return json_text(json, 2);
 }
@@ -348,10 +167,10 @@ void print_resampling(const std::vector<fit::FittedModel>& fits,
     const std::string model = fits.size() > 1 ? fits[i].model : "";
     if (resampling[i].bootstrap) {
       if (!model.empty()) print_text("\n{}", model);
-      print_bootstrap(*resampling[i].bootstrap);
+      print_text("{}", fit::summary(*resampling[i].bootstrap));
     }
     if (resampling[i].cross_validation) {
-      print_cross_validation(*resampling[i].cross_validation, model);
+      print_text("{}", fit::summary(*resampling[i].cross_validation, model));
     }
   }
 }

@@ -21,7 +21,9 @@
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/prediction.hpp"
+#include "silvafit/fit/summary.hpp"
 
 namespace data = silvafit::data;
 namespace fit = silvafit::fit;
@@ -29,24 +31,10 @@ namespace fit = silvafit::fit;
 namespace {
 
 fit::FittedModel fit_heights(const data::Table& trees) {
-  auto model = fit::specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {}, trees);
-  fit::add_random_effects(model, "a + b | plot", trees);
-  model.variance = fit::parse_variance_function("power");
+  const fit::ModelSpecification model = fit::specify_model(
+      {.formula = "h ~ 1.3 + a*(1 - exp(-b*dbh))", .random = "a + b | plot", .variance = "power"},
+      trees);
   return fit::fit_model(model, trees, {.method = fit::Method::kLaplace}).fit;
-}
-
-void print_estimates(const fit::FittedModel& fit) {
-  std::printf("%s\n\n", fit.convergence.verdict.c_str());
-  for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
-    const auto j = static_cast<Eigen::Index>(k);
-    std::printf("%-3s %9.5f  std. error %.5f  between plots %.5f\n",
-                fit.coefficient_names[k].c_str(),
-                fit.estimate[j],
-                fit.standard_errors()[j],
-                fit.random.back().sd()[j]);
-  }
-  std::printf("sigma %.5f, delta %.5f\n", fit.sigma, fit.variance.delta());
-  std::printf("log-likelihood %.6f, AIC %.4f\n\n", fit.log_likelihood, fit.aic());
 }
 
 /// Heights of trees of 30 cm on a plot of the fit and on one that it has not seen.
@@ -74,7 +62,7 @@ int main(int count, char** arguments) {
     const char* const file = count > 1 ? arguments[1] : "examples/fir-mixed/inventory.csv";
     const data::Table trees = data::rows_where("species == \"BHN\"", data::read_csv_table(file));
     const fit::FittedModel fit = fit_heights(trees);
-    print_estimates(fit);
+    std::puts(fit::summary(fit).c_str());
     print_predictions(fit);
     return fit.convergence.converged() ? 0 : 4;
   } catch (const std::exception& error) {

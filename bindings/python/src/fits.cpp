@@ -15,7 +15,7 @@
 #include "silvafit/fit/parameter_values.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
-#include "silvafit/study/model_texts.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "tables.hpp"
@@ -27,7 +27,7 @@ namespace {
 /// What to fit, from keyword arguments.
 struct Request {
   std::string model{};  ///< id in the catalogue, instead of a formula
-  study::ModelTexts texts{};
+  fit::ModelTexts texts{};
 };
 
 Request request_of(const py::dict& keywords) {
@@ -72,7 +72,7 @@ FitPointer fit_of(const TablePointer& table,
     if (!request.model.empty()) {
       use_catalogue(catalogue->find(request.model), *table, request, options);
     }
-    const fit::ModelSpecification specification = study::specify_model(request.texts, *table);
+    const fit::ModelSpecification specification = fit::specify_model(request.texts, *table);
     fit::FittedModel fit = fit::fit_model(specification, *table, options).fit;
     fit.model = request.model;
     return share(std::move(fit));

@@ -18,14 +18,14 @@
 #include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
-#include "silvafit/study/model_texts.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "words.hpp"
 
 namespace silvafit::r {
 namespace {
 
-study::ModelTexts model_texts(const Arguments& model) {
-  study::ModelTexts texts;
+fit::ModelTexts model_texts(const Arguments& model) {
+  fit::ModelTexts texts;
   model.read("formula", texts.formula);
   model.read("sub_models", texts.sub_models);
   model.read("random", texts.random);
@@ -36,7 +36,7 @@ study::ModelTexts model_texts(const Arguments& model) {
 
 /// The model, with the factors whose columns the R functions have turned into comparisons.
 fit::ModelSpecification specification_of(const Arguments& model, const data::Table& table) {
-  fit::ModelSpecification specification = study::specify_model(model_texts(model), table);
+  fit::ModelSpecification specification = fit::specify_model(model_texts(model), table);
   for (const std::string& factor : texts_of(model["factors"])) {
     if (std::ranges::find(specification.factors, factor) == specification.factors.end()) {
       specification.factors.push_back(factor);

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/study/model_texts.hpp"
+#include "silvafit/fit/model_texts.hpp"
 
 #include <fmt/format.h>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/study/table_checks.hpp"
+#include "silvafit/data/checked_columns.hpp"
 
-namespace silvafit::study {
+namespace silvafit::fit {
 namespace {
 
-void set_covariance(fit::ModelSpecification& specification,
-                    const std::vector<std::string>& covariance) {
+void set_covariance(ModelSpecification& specification, const std::vector<std::string>& covariance) {
   if (covariance.empty()) return;
-  std::vector<fit::RandomEffects>& terms = specification.random;
+  std::vector<RandomEffects>& terms = specification.random;
   if (covariance.size() != 1 && covariance.size() != terms.size()) {
     throw UsageError(fmt::format("give one form of the covariance, or one for each of the {} "
                                  "groupings, not {}",
@@ -21,7 +20,7 @@ void set_covariance(fit::ModelSpecification& specification,
                      {.column = "covariance"});
   }
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    terms[i].covariance = fit::parse_covariance(covariance[covariance.size() == 1 ? 0 : i]);
+    terms[i].covariance = parse_covariance(covariance[covariance.size() == 1 ? 0 : i]);
   }
 }
 
@@ -31,29 +30,31 @@ void require_column(const data::Table& table, const std::string& name) {
 }
 
 /// What the model reads as numbers has to be numbers.
-void require_columns(const fit::ModelSpecification& specification, const data::Table& table) {
+void require_columns(const ModelSpecification& specification, const data::Table& table) {
   std::vector<std::string> columns = specification.predictors();
   columns.push_back(specification.formula.left);
-  for (const fit::VarianceFactor& factor : specification.variance.factors) {
-    if (!factor.column.empty()) columns.push_back(factor.column);
+  for (const VarianceFactor& factor : specification.variance.factors) {
+    if (!factor.column.empty()) {
+      require_column(table, factor.column);
+      columns.push_back(factor.column);
+    }
     if (!factor.stratum.empty()) require_column(table, factor.stratum);
   }
-  require_numbers(table, columns);
+  data::require_numeric(table, columns);
 }
 
 }  // namespace
 
-fit::ModelSpecification specify_model(const ModelTexts& texts, const data::Table& table) {
-  fit::ModelSpecification specification =
-      fit::specify_model(texts.formula, texts.sub_models, table);
-  fit::check_response(specification, table);
-  if (!texts.random.empty()) fit::add_random_effects(specification, texts.random, table);
+ModelSpecification specify_model(const ModelTexts& texts, const data::Table& table) {
+  ModelSpecification specification = specify_model(texts.formula, texts.sub_models, table);
+  check_response(specification, table);
+  if (!texts.random.empty()) add_random_effects(specification, texts.random, table);
   set_covariance(specification, texts.covariance);
   if (!texts.variance.empty()) {
-    specification.variance = fit::parse_variance_function(texts.variance);
+    specification.variance = parse_variance_function(texts.variance);
   }
   require_columns(specification, table);
   return specification;
 }
 
-}  // namespace silvafit::study
+}  // namespace silvafit::fit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A model in words, as the program, R and Python take it.
+// A model as texts, as the program, R and Python take it.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
-namespace silvafit::study {
+namespace silvafit::fit {
 
 /// The texts of a model; docs/fit-command.md explains them.
 struct ModelTexts {
@@ -24,6 +24,6 @@ struct ModelTexts {
 /// The model of the texts for a table.
 /// \throws FormulaError if a text cannot be read; UsageError if `covariance` has another length
 ///   than the groupings; InputError if a column is missing or has text in place of numbers
-fit::ModelSpecification specify_model(const ModelTexts& texts, const data::Table& table);
+ModelSpecification specify_model(const ModelTexts& texts, const data::Table& table);
 
-}  // namespace silvafit::study
+}  // namespace silvafit::fit

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/text.hpp"
+#include "silvafit/fit/conditional_errors.hpp"
+#include "silvafit/fit/intervals.hpp"
+#include "summary/text_lines.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+
+/// Below the smallest difference of doubles near 1, p-values are noise.
+std::string p_text(double value) {
+  constexpr double kNoise = 2e-16;
+  if (std::isnan(value)) return "-";
+  return value < kNoise ? "< 2e-16" : fmt::format("{:.3g}", value);
+}
+
+std::size_t widest(const std::vector<std::string>& names, std::size_t at_least) {
+  for (const std::string& name : names) at_least = std::max(at_least, name.size());
+  return at_least;
+}
+
+/// \param groups  "plot", or "plot within stand"
+void append_random_structure(std::string& text,
+                             const RandomEffects& random,
+                             const std::string& groups) {
+  append(text,
+         "  random: {} | {}, {} covariance\n",
+         random.text(),
+         groups,
+         covariance_text(random.covariance));
+}
+
+/// The coarser groups first, as --random has them.
+void append_random_structures(std::string& text, const ModelSpecification& specification) {
+  std::string within;
+  for (const RandomEffects& term : specification.random) {
+    append_random_structure(text, term, term.group + within);
+    within = " within " + term.group;
+  }
+}
+
+/// "1 plot group", "7 plot groups".
+std::string groups_text(std::size_t count, const std::string& column) {
+  return counted(count, column + " group", column + " groups");
+}
+
+void append_model(std::string& text, const FittedModel& fit) {
+  const ModelSpecification& specification = fit.specification;
+  append(text, "{}{}\n", fit.model.empty() ? "" : fit.model + "  ", specification.formula.text);
+  for (const ParameterModel& parameter : specification.parameters) {
+    if (parameter.text() != "1") append(text, "  {} ~ {}\n", parameter.name, parameter.text());
+  }
+  append_random_structures(text, specification);
+  if (!specification.variance.is_constant()) {
+    append(text, "  variance: {}\n", specification.variance.text());
+  }
+  append(text, "{}\n\n", fit.convergence.verdict);
+  append(text, "method {}, {} rows", method_text(fit.method), fit.observations);
+  if (fit.excluded > 0) append(text, " ({} more with missing values)", fit.excluded);
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    append(text, ", {}", groups_text(fit.random[k].labels.size(), specification.random[k].group));
+  }
+  append(text, ", {:.3g} s\n\n", fit.seconds);
+}
+
+void append_fixed_effects(std::string& text, const FittedModel& fit) {
+  const std::size_t width = widest(fit.coefficient_names, 13);
+  const Eigen::VectorXd errors = fit.standard_errors();
+  const Eigen::VectorXd t = fit.t_values();
+  const Eigen::VectorXd p = fit.p_values();
+  append(text,
+         "{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
+         "coefficient",
+         width,
+         "estimate",
+         "std. error",
+         "df",
+         "t",
+         "p");
+  for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
+    const auto j = static_cast<Index>(k);
+    append(text,
+           "{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
+           fit.coefficient_names[k],
+           width,
+           significant(fit.estimate[j]),
+           significant(errors[j]),
+           significant(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN),
+           significant(t[j], 4),
+           p_text(p[j]));
+  }
+  append(text, "\n");
+}
+
+/// For each effect the block that it is in; effects of different blocks have no correlation.
+std::vector<std::size_t> blocks_of(const RandomEffects& random, std::size_t effects) {
+  std::vector<std::size_t> blocks;
+  const std::vector<int> sizes = random.block_sizes();
+  for (std::size_t block = 0; block < sizes.size(); ++block) {
+    blocks.insert(blocks.end(), static_cast<std::size_t>(sizes[block]), block);
+  }
+  blocks.resize(effects, sizes.size());
+  return blocks;
+}
+
+/// \param title  of the first column
+void append_random_level(std::string& text,
+                         const std::string& title,
+                         const RandomEffects& random,
+                         const EstimatedEffects& term) {
+  const std::vector<std::string>& names = term.names;
+  const std::vector<std::size_t> block = blocks_of(random, names.size());
+  const bool has_correlation = std::ranges::adjacent_find(block) != block.end();
+  const std::size_t width = widest(names, std::max<std::size_t>(13, title.size()));
+  const Eigen::VectorXd deviations = term.sd();
+  const Eigen::MatrixXd correlation = term.correlation();
+  append(
+      text, "{:<{}} {:>12}{}\n", title, width, "std. dev.", has_correlation ? "  correlation" : "");
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    append(text, "{:<{}} {:>12}", names[k], width, significant(deviations[i]));
+    for (std::size_t l = 0; has_correlation && l < k; ++l) {
+      const double value = block[l] == block[k] ? correlation(i, static_cast<Index>(l)) : NAN;
+      append(text, " {:>8}", decimals(value));
+    }
+    append(text, "\n");
+  }
+  append(text, "\n");
+}
+
+void append_random_effects(std::string& text, const FittedModel& fit) {
+  const std::vector<RandomEffects>& terms = fit.specification.random;
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    const std::string of = terms.size() > 1 ? " of " + terms[k].group : "";
+    append_random_level(text, "random effect" + of, terms[k], fit.random[k]);
+  }
+}
+
+void append_variance_factor(std::string& text, const VarianceFactorEstimate& estimate) {
+  const auto append_values = [&](const char* name, const Eigen::VectorXd& values) {
+    for (Index s = 0; s < values.size(); ++s) {
+      const std::string& stratum = estimate.strata[static_cast<std::size_t>(s)];
+      append(text,
+             ", {}{}{} {}",
+             name,
+             stratum.empty() ? "" : " of ",
+             stratum,
+             std::isinf(values[s]) ? "infinite" : significant(values[s]));
+    }
+  };
+  append_values("delta", estimate.delta);
+  append_values("constant", estimate.constant);
+  append_values("ratio", estimate.ratio);
+}
+
+void append_residuals(std::string& text, const FittedModel& fit) {
+  append(text, "sigma {}", significant(fit.sigma));
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    append_variance_factor(text, factor);
+  }
+  append(text, "\n");
+}
+
+void append_statistics(std::string& text, const FittedModel& fit) {
+  if (std::isnan(fit.log_likelihood)) return;
+  append(
+      text, "log-likelihood {:.6f} with {} parameters\n", fit.log_likelihood, fit.parameter_count);
+  append(text, "AIC {:.4f}  AICc {:.4f}  BIC {:.4f}", fit.aic(), fit.aicc(), fit.bic());
+  if (fit.has_random_effects()) append(text, "  BIC by groups {:.4f}", fit.bic_groups());
+  append(text, "\n\n");
+  const auto line = [&text](const char* level, const FitStatistics& values) {
+    append(text,
+           "{:<13} {:>10} {:>10} {:>12} {:>10}\n",
+           level,
+           decimals(values.r2),
+           significant(values.rmse),
+           significant(values.mean_error, 3),
+           significant(values.mae));
+  };
+  append(text,
+         "{:<13} {:>10} {:>10} {:>12} {:>10}\n",
+         "prediction",
+         "R2",
+         "RMSE",
+         "mean error",
+         "MAE");
+  line("population", fit.population);
+  if (!fit.has_random_effects()) return;
+  line("conditional", fit.conditional);
+  append(text,
+         "variance explained: {} by fixed effects (marginal R2), {} with random effects "
+         "(conditional R2)\n",
+         decimals(fit.r2_marginal),
+         decimals(fit.r2_conditional));
+}
+
+std::string limit_text(double value) {
+  if (std::isnan(value)) return "-";
+  if (std::isinf(value)) return value > 0.0 ? "unbounded" : "-unbounded";
+  return fmt::format("{:.6g}", value);
+}
+
+/// Groups that fit on a screen; `--json` has them all.
+constexpr std::size_t kMostGroups = 40;
+
+void append_effects(std::string& text, const std::string& group, const EstimatedEffects& term) {
+  if (!term.uncertainty.is_known() || term.labels.size() > kMostGroups) return;
+  const Eigen::MatrixXd errors = conditional_errors(term.uncertainty, term.effects.rows());
+  std::size_t width = std::max<std::size_t>(13, group.size());
+  for (const std::string& label : term.labels) width = std::max(width, label.size());
+  append(text, "\n{:<{}}", group, width);
+  for (const std::string& name : term.names) append(text, " {:>12} {:>12}", name, "std. error");
+  append(text, "\n");
+  for (std::size_t g = 0; g < term.labels.size(); ++g) {
+    append(text, "{:<{}}", term.labels[g], width);
+    for (Eigen::Index k = 0; k < term.effects.rows(); ++k) {
+      const auto at = static_cast<Eigen::Index>(g);
+      append(text, " {:>12.5g} {:>12.5g}", term.effects(k, at), errors(k, at));
+    }
+    append(text, "\n");
+  }
+}
+
+void append_all_effects(std::string& text, const FittedModel& fit) {
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    append_effects(text, fit.specification.random[k].group, fit.random[k]);
+  }
+}
+
+void append_inference(std::string& text, const FittedModel& fit) {
+  append_all_effects(text, fit);
+  if (!fit.intervals) return;
+  const Intervals& intervals = *fit.intervals;
+  std::size_t width = 13;
+  for (const ParameterInterval& one : intervals.parameters) {
+    width = std::max(width, one.name.size());
+  }
+  append(text,
+         "\n{:g} % intervals, {}, {}\n",
+         100.0 * intervals.level,
+         intervals.method == IntervalMethod::kWald ? "Wald" : "profile",
+         intervals.likelihood);
+  append(text, "{:<{}} {:>12} {:>12} {:>12}\n", "parameter", width, "estimate", "lower", "upper");
+  for (const ParameterInterval& one : intervals.parameters) {
+    append(text,
+           "{:<{}} {:>12} {:>12} {:>12}{}{}\n",
+           one.name,
+           width,
+           limit_text(one.estimate),
+           limit_text(one.lower),
+           limit_text(one.upper),
+           one.note.empty() ? "" : "  ",
+           one.note);
+  }
+}
+
+void append_failures(std::string& text, const std::vector<const FittedModel*>& failures) {
+  if (failures.empty()) return;
+  append(text, "\nmodels without a fit\n");
+  for (const FittedModel* failure : failures) {
+    append(text,
+           "{:<6} {}\n       {}\n",
+           failure->model,
+           failure->specification.formula.text,
+           failure->convergence.verdict);
+  }
+}
+
+}  // namespace
+
+std::string summary(const FittedModel& fit) {
+  std::string text;
+  append_model(text, fit);
+  append_fixed_effects(text, fit);
+  append_random_effects(text, fit);
+  append_residuals(text, fit);
+  append_statistics(text, fit);
+  append_inference(text, fit);
+  return text;
+}
+
+std::string ranking(const std::vector<const FittedModel*>& fits) {
+  std::string text;
+  std::vector<const FittedModel*> ranked = fits;
+  const auto failed =
+      std::stable_partition(ranked.begin(), ranked.end(), [](const FittedModel* fit) {
+        return fit->convergence.converged();
+      });
+  const std::vector<const FittedModel*> failures(failed, ranked.end());
+  ranked.erase(failed, ranked.end());
+  std::ranges::stable_sort(ranked, {}, [](const FittedModel* fit) { return fit->aic(); });
+
+  append(text,
+         "{:<6} {:>4} {:>13} {:>10} {:>13} {:>8} {:>10}  {}\n",
+         "model",
+         "k",
+         "AIC",
+         "difference",
+         "BIC",
+         "R2",
+         "RMSE",
+         "formula");
+  for (const FittedModel* fit : ranked) {
+    const FitStatistics& statistics =
+        fit->has_random_effects() ? fit->conditional : fit->population;
+    append(text,
+           "{:<6} {:>4} {:>13.4f} {:>10.4f} {:>13.4f} {:>8} {:>10.5g}  {}\n",
+           fit->model,
+           fit->parameter_count,
+           fit->aic(),
+           fit->aic() - ranked.front()->aic(),
+           fit->bic(),
+           decimals(statistics.r2),
+           statistics.rmse,
+           fit->specification.formula.text);
+  }
+  append_failures(text, failures);
+  return text;
+}
+
+}  // namespace silvafit::fit
