@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "reference.hpp"
+#include "silvafit/data/checked_columns.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;
@@ -44,7 +45,8 @@ TEST_CASE("a value outside a model's domain is named with its place") {
   CHECK_THROWS_WITH(require_domain(catalogue.find("M4"), trees_to_check()),
                     Contains("trees.csv:4: dbh: -3 is outside the domain of the model") &&
                         Contains("(plot 08, tree 3, model M4)"));
-  CHECK_NOTHROW(require_domain(catalogue.find("M4"), rows_where("dbh > 0", trees_to_check())));
+  CHECK_NOTHROW(
+      require_domain(catalogue.find("M4"), data::rows_where("dbh > 0", trees_to_check())));
   CHECK_THROWS_AS(require_domain_of_covariates(catalogue.find("M4"), trees_to_check()),
                   DomainError);
   CHECK_THROWS_WITH(require_domain(catalogue.find("M20"), trees_to_check()),
