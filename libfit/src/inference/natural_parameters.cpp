@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "model/nested_terms.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -162,8 +163,7 @@ void add_random(const SurfaceSetting& setting,
 /// The coordinate of the exponent of a factor.
 Index delta_of(const VarianceModel& variance, const SurfaceLayout& layout, std::size_t factor) {
   for (const VarianceModel::Quantity& quantity : variance.quantities()) {
-    const bool is_delta =
-        quantity.factor == factor && quantity.kind == VarianceModel::Quantity::Kind::kDelta;
+    const bool is_delta = quantity.factor == factor && quantity.kind == VarianceQuantity::kDelta;
     if (is_delta) return layout.variance_at() + quantity.first;
   }
   return layout.variance_at();
@@ -180,11 +180,11 @@ void add_variance(const SurfaceSetting& setting,
     for (Index s = 0; s < quantity.count; ++s) {
       NaturalParameter parameter{.kind = ParameterKind::kVariance,
                                  .coordinate = layout.variance_at() + quantity.first + s};
-      if (quantity.kind == VarianceModel::Quantity::Kind::kDelta) {
+      if (quantity.kind == VarianceQuantity::kDelta) {
         parameter.name = "delta";
-        const bool is_rate = factor.kind == VarianceFactor::Kind::kExponential;
-        if (is_rate) parameter.scale = 1.0 / setting.variance.typical_value(quantity.factor);
-      } else if (factor.kind == VarianceFactor::Kind::kStratum) {
+        parameter.scale =
+            kind_of(factor).delta_scale(setting.variance.typical_value(quantity.factor));
+      } else if (quantity.kind == VarianceQuantity::kLogRatio) {
         parameter.name = "ratio";
         parameter.form = Form::kExponential;
       } else {

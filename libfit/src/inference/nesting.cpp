@@ -13,11 +13,10 @@
 #include "inference/grouping_agreement.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "silvafit/data/table.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
-
-using Kind = VarianceFactor::Kind;
 
 /// A coefficient of a fit: estimated, or at a value. One that the model does not have is at 0.
 struct CoefficientState {
@@ -54,8 +53,7 @@ std::vector<VarianceFactor>::const_iterator most_alike(const std::vector<Varianc
   int best_score = -1;
   for (auto factor = factors.begin(); factor != factors.end(); ++factor) {
     const bool is_same_kind = factor->kind == simpler.kind;
-    const bool is_power_within =
-        simpler.kind == Kind::kPower && factor->kind == Kind::kConstantPlusPower;
+    const bool is_power_within = kind_of(*factor).without_constant() == simpler.kind;
     if (!(is_same_kind || is_power_within) || factor->column != simpler.column) continue;
     const int score = (factor->stratum == simpler.stratum ? 2 : 0) + (is_same_kind ? 1 : 0);
     if (score <= best_score) continue;
@@ -286,7 +284,7 @@ class Comparer {
             factor.text()));
       }
       // Without the factor its constant is anything: no reference is known for that.
-      const bool is_loose = factor.kind == Kind::kConstantPlusPower && !factor.constant;
+      const bool is_loose = kind_of(factor).has_constant() && !factor.constant;
       nesting_.has_other_edge = nesting_.has_other_edge || is_loose;
     }
   }
@@ -298,8 +296,7 @@ class Comparer {
     if (large.delta && (!small.delta || *small.delta != *large.delta)) {
       fail("the larger model fixes an exponent that the smaller model does not fix");
     }
-    const bool is_power_within =
-        small.kind == Kind::kPower && large.kind == Kind::kConstantPlusPower;
+    const bool is_power_within = kind_of(large).without_constant() == small.kind;
     const std::optional<double> constant = is_power_within ? 0.0 : small.constant;
     if (large.constant && constant != large.constant) {
       fail("the larger model fixes a constant that the smaller model does not fix");

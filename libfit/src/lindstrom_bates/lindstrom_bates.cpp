@@ -14,6 +14,7 @@
 #include "optimization/quasi_newton.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -73,8 +74,8 @@ MatrixXd mixing_at(const NonlinearModel& model, const MatrixXd& coefficients) {
 /// Whether g is about one at typical values, whatever the parameters.
 bool normalized(const VarianceFunction& variance) {
   return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
-    return factor.kind != VarianceFactor::Kind::kStratum && factor.stratum.empty() &&
-           !factor.delta && !factor.constant;
+    return kind_of(factor).reads_value() && factor.stratum.empty() && !factor.delta &&
+           !factor.constant;
   });
 }
 

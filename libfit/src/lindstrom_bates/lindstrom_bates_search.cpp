@@ -14,6 +14,7 @@
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "mixed_effects/strata_start.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -117,14 +118,11 @@ struct Contained {
 };
 
 bool is_held(const VarianceFactor& factor) {
-  using Kind = VarianceFactor::Kind;
-  if (factor.kind == Kind::kStratum) return false;
-  return factor.delta && (factor.kind != Kind::kConstantPlusPower || factor.constant);
+  return factor.delta && (!kind_of(factor).has_constant() || factor.constant);
 }
 
 /// One step simpler: without a constant, without strata, without a factor.
 std::vector<Contained> contained_functions(const VarianceFunction& function) {
-  using Kind = VarianceFactor::Kind;
   Contained whole{.function = function};
   for (std::size_t k = 0; k < function.factors.size(); ++k) whole.factors_of.push_back(k);
   std::vector<Contained> result;
@@ -132,10 +130,11 @@ std::vector<Contained> contained_functions(const VarianceFunction& function) {
     const VarianceFactor& factor = function.factors[k];
     if (is_held(factor)) continue;
     Contained simpler = whole;
-    if (factor.kind == Kind::kConstantPlusPower && !factor.constant) {
-      simpler.function.factors[k].kind = Kind::kPower;
+    const std::optional<VarianceFactor::Kind> without_constant = kind_of(factor).without_constant();
+    if (without_constant && !factor.constant) {
+      simpler.function.factors[k].kind = *without_constant;
       result.push_back(simpler);
-    } else if (factor.kind != Kind::kStratum && !factor.stratum.empty()) {
+    } else if (kind_of(factor).reads_value() && !factor.stratum.empty()) {
       simpler.function.factors[k].stratum.clear();
       result.push_back(simpler);
       continue;

@@ -12,6 +12,7 @@
 #include "mixed_effects/effect_columns.hpp"
 #include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -293,7 +294,7 @@ class Components {
     std::vector<Direction> result;
     for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
       const auto& factors = model_.specification().variance.factors;
-      if (factors[quantity.factor].kind == VarianceFactor::Kind::kConstantPlusPower) continue;
+      if (kind_of(factors[quantity.factor]).has_constant()) continue;
       for (Index k = quantity.first; k < quantity.first + quantity.count; ++k) {
         const Index place = std::ssize(all_) - by_residual_.cols() + k;
         if (sizes_[place] == 0.0)
@@ -416,9 +417,9 @@ class Components {
     const std::vector<VarianceFactor>& factors = model_.specification().variance.factors;
     for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
       const VarianceFactor& factor = factors[quantity.factor];
-      std::string name =
-          quantity.kind == VarianceModel::Quantity::Kind::kDelta ? "delta" : "constant";
-      if (factor.kind == VarianceFactor::Kind::kStratum) name = "ratio";
+      std::string name = quantity.kind == VarianceQuantity::kDelta      ? "delta"
+                         : quantity.kind == VarianceQuantity::kConstant ? "constant"
+                                                                        : "ratio";
       if (factors.size() > 1) name += " of " + factor.text();
       for (Index k = 0; k < quantity.count; ++k) {
         const bool is_moved = std::ranges::any_of(directions, [&](const Direction& of) {

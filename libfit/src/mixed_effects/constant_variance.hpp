@@ -5,15 +5,15 @@
 #include <algorithm>
 
 #include "silvafit/fit/variance_function.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 
 /// Whether a factor can be the same for all observations.
 inline bool contains_constant(const VarianceFactor& factor) {
-  using Kind = VarianceFactor::Kind;
-  const bool has_exponent = factor.kind != Kind::kStratum && factor.delta && *factor.delta != 0.0;
+  const bool has_exponent = kind_of(factor).has_delta() && factor.delta && *factor.delta != 0.0;
   // A constant that outgrows the power leaves nothing of it.
-  return !has_exponent || (factor.kind == Kind::kConstantPlusPower && !factor.constant);
+  return !has_exponent || (kind_of(factor).has_constant() && !factor.constant);
 }
 
 /// Whether a model with this function can be no worse than with a constant variance.

@@ -24,6 +24,7 @@
 #include "result/nested_effects.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/text.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -34,7 +35,7 @@ using Eigen::VectorXd;
 
 bool has_constant(const VarianceEstimate& variance) {
   return std::ranges::any_of(variance.factors, [](const VarianceFactorEstimate& factor) {
-    return factor.factor.kind == VarianceFactor::Kind::kConstantPlusPower;
+    return kind_of(factor.factor).has_constant();
   });
 }
 

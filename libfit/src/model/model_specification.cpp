@@ -10,8 +10,8 @@
 
 #include "model/factor_columns.hpp"
 #include "model/sub_model_terms.hpp"
-#include "model/text_parts.hpp"
 #include "silvafit/base/error.hpp"
+#include "text/text_parts.hpp"
 
 namespace silvafit::fit {
 namespace {

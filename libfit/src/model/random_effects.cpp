@@ -6,8 +6,8 @@
 #include <array>
 #include <cstddef>
 
-#include "model/text_parts.hpp"
 #include "silvafit/base/error.hpp"
+#include "text/text_parts.hpp"
 
 namespace silvafit::fit {
 namespace {

@@ -8,8 +8,8 @@
 #include <cctype>
 #include <utility>
 
-#include "model/text_parts.hpp"
 #include "silvafit/base/error.hpp"
+#include "text/text_parts.hpp"
 
 namespace silvafit::fit {
 namespace {

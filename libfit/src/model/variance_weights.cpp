@@ -16,42 +16,10 @@ using data::Expression;
 using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::VectorXd;
-using Kind = VarianceFactor::Kind;
 
-// |v| below this share of its typical value would let one observation decide the power.
-constexpr double kSmallestShare = 1e-4;
-// Between a constant variance and one that grows in proportion.
-constexpr double kStartExponent = 0.5;
-// Below this share of the power at any observation, a constant variance cannot be told from
-// constant-plus-power.
-constexpr double kNoPower = 1e-10;
 // Names of log|v| and 1/v of the fitted value v; no column can have them, since they have blanks.
 constexpr const char* kLogarithm = "log of the fitted value";
 constexpr const char* kInverse = "inverse of the fitted value";
-
-double geometric_mean(const VectorXd& values) {
-  double sum = 0.0;
-  Index count = 0;
-  for (const double value : values) {
-    if (value == 0.0) continue;
-    sum += std::log(std::abs(value));
-    ++count;
-  }
-  return count == 0 ? 1.0 : std::exp(sum / static_cast<double>(count));
-}
-
-/// A text with v, d, k and numbers substituted. A substituted column may have the name of a
-/// variable of the text, so these first get names in parentheses, which no column of a formula has.
-Expression filled(std::string_view text,
-                  const std::vector<std::pair<std::string_view, Expression>>& parts) {
-  Expression result = Expression::parse(text);
-  const auto distinct = [](std::string_view name) { return fmt::format("({})", name); };
-  for (const auto& [name, value] : parts) {
-    result = result.substitute(name, Expression::variable(distinct(name)));
-  }
-  for (const auto& [name, value] : parts) result = result.substitute(distinct(name), value);
-  return result;
-}
 
 std::vector<std::string> columns_of(const VarianceFunction& function) {
   std::vector<std::string> columns;
@@ -81,14 +49,49 @@ VarianceData VarianceData::of(const NonlinearModel& model) {
   return data;
 }
 
+/// What the log scale of one factor is made from: variables of the model's quantities.
+class VarianceModel::FactorTerms : public LogScaleTerms {
+ public:
+  FactorTerms(VarianceModel& model, std::size_t index)
+      : LogScaleTerms(model.function_.factors[index], model.typical_[index]),
+        model_(model),
+        index_(index) {}
+
+  Expression value() const override {
+    return Expression::variable(factor().column.empty() ? fitted_name() : factor().column);
+  }
+
+  Expression logarithm() override {
+    const double smallest = kSmallestShare * typical();
+    Expression result = Expression::variable(kLogarithm);
+    if (factor().column.empty()) {
+      model_.smallest_ = smallest;
+    } else {
+      result =
+          filled("log(max(abs(v), f))", {{"f", Expression::constant(smallest)}, {"v", value()}});
+    }
+    return result - Expression::constant(is_plain() ? 0.0 : std::log(typical()));
+  }
+
+  Expression estimated(VarianceQuantity kind, double start, double at_constant) override {
+    return model_.quantity(index_, kind, start, at_constant);
+  }
+
+ private:
+  VarianceModel& model_;
+  std::size_t index_;
+};
+
 VarianceModel::VarianceModel(const VarianceFunction& function, VarianceData data)
     : function_(function),
       data_(std::move(data)),
       log_scale_(Expression::constant(0.0)),
       resolved_log_scale_(log_scale_) {
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
-    typical_.push_back(typical(function_.factors[k]));
-    const Expression factor = factor_expression(function_.factors[k], k);
+    const VarianceFactor& of = function_.factors[k];
+    typical_.push_back(kind_of(of).typical(values_of(of)));
+    FactorTerms terms(*this, k);
+    const Expression factor = kind_of(of).log_scale(terms);
     log_scale_ = filled("a + b", {{"a", log_scale_}, {"b", factor}});
   }
   resolved_log_scale_ = differentiated(log_scale_, 0);
@@ -138,13 +141,6 @@ const VectorXd& VarianceModel::values_of(const VarianceFactor& factor) const {
   return factor.column.empty() ? data_.response : data_.columns.find(factor.column)->second;
 }
 
-double VarianceModel::typical(const VarianceFactor& factor) const {
-  const VectorXd& values = values_of(factor);
-  if (factor.kind != Kind::kExponential) return geometric_mean(values);
-  const double mean = values.cwiseAbs().mean();
-  return mean > 0.0 ? mean : 1.0;
-}
-
 int VarianceModel::strata_index(const VarianceFactor& factor) const {
   if (factor.stratum.empty()) return -1;
   const auto found =
@@ -153,7 +149,7 @@ int VarianceModel::strata_index(const VarianceFactor& factor) const {
 }
 
 Expression VarianceModel::quantity(std::size_t factor,
-                                   Quantity::Kind kind,
+                                   VarianceQuantity kind,
                                    double start,
                                    double at_constant) {
   const VarianceFactor& of = function_.factors[factor];
@@ -162,7 +158,7 @@ Expression VarianceModel::quantity(std::size_t factor,
                  .factor = factor,
                  .strata = strata_index(of),
                  .first = parameter_count_,
-                 .has_reference = of.kind == Kind::kStratum,
+                 .has_reference = kind == VarianceQuantity::kLogRatio,
                  .start = start,
                  .at_constant = at_constant};
   if (added.strata >= 0) {
@@ -172,49 +168,6 @@ Expression VarianceModel::quantity(std::size_t factor,
   parameter_count_ += added.count;
   quantities_.push_back(added);
   return Expression::variable(added.name);
-}
-
-Expression VarianceModel::factor_expression(const VarianceFactor& factor, std::size_t index) {
-  if (factor.kind == Kind::kStratum) return quantity(index, Quantity::Kind::kLogRatio, 0.0, 0.0);
-  const bool has_strata = !factor.stratum.empty();
-  const double typical = typical_[index];
-  const Expression v = Expression::variable(factor.column.empty() ? fitted_name() : factor.column);
-  if (factor.kind == Kind::kExponential) {
-    const Expression d = factor.delta
-                             ? Expression::constant(*factor.delta * typical)
-                             : quantity(index, Quantity::Kind::kDelta, kStartExponent, 0.0);
-    return filled("d*(v/t - o)",
-                  {{"v", v},
-                   {"t", Expression::constant(typical)},
-                   {"o", Expression::constant(has_strata || factor.delta ? 0.0 : 1.0)},
-                   {"d", d}});
-  }
-  // Where sigma may not depend on the function's own parameters, |v| itself is the base.
-  const bool is_plain = has_strata || factor.delta || factor.constant;
-  const double base = is_plain ? 1.0 : typical;
-  const Expression smallest = Expression::constant(kSmallestShare * typical);
-  Expression logarithm = Expression::variable(kLogarithm);
-  if (factor.column.empty()) {
-    smallest_ = kSmallestShare * typical;
-  } else {
-    logarithm = filled("log(max(abs(v), f))", {{"f", smallest}, {"v", v}});
-  }
-  logarithm = logarithm - Expression::constant(std::log(base));
-  const Expression d = factor.delta ? Expression::constant(*factor.delta)
-                                    : quantity(index, Quantity::Kind::kDelta, kStartExponent, 0.0);
-  if (factor.kind == Kind::kPower) return filled("d*l", {{"d", d}, {"l", logarithm}});
-  if (factor.constant) {
-    const Expression constant = Expression::constant(*factor.constant);
-    return filled("log(c + exp(d*l))", {{"c", constant}, {"d", d}, {"l", logarithm}});
-  }
-  if (is_plain) {
-    const double start = std::pow(typical, 0.5 * factor.delta.value_or(kStartExponent));
-    const Expression k = quantity(index, Quantity::Kind::kConstant, start, 1.0);
-    return filled("log(k*k + exp(d*l))", {{"k", k}, {"d", d}, {"l", logarithm}});
-  }
-  constexpr double kPi = std::numbers::pi;
-  const Expression k = quantity(index, Quantity::Kind::kConstant, kPi / 4.0, kPi / 2.0);
-  return filled("log(sin(k)^2 + cos(k)^2*exp(d*l))", {{"k", k}, {"d", d}, {"l", logarithm}});
 }
 
 VectorXd VarianceModel::start() const {
@@ -235,7 +188,7 @@ VectorXd VarianceModel::constant() const {
 
 bool VarianceModel::uses_fitted() const {
   return std::ranges::any_of(function_.factors, [](const VarianceFactor& factor) {
-    return factor.column.empty() && factor.kind != Kind::kStratum;
+    return factor.column.empty() && kind_of(factor).reads_value();
   });
 }
 
@@ -299,28 +252,11 @@ Index VarianceModel::floored(const VectorXd& fitted) const {
   Index count = 0;
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
     const VarianceFactor& factor = function_.factors[k];
-    if (factor.kind != Kind::kPower && factor.kind != Kind::kConstantPlusPower) continue;
+    if (!kind_of(factor).reads_logarithm()) continue;
     const VectorXd& v = factor.column.empty() ? fitted : data_.columns.find(factor.column)->second;
     count += (v.array().abs() < kSmallestShare * typical_[k]).count();
   }
   return count;
-}
-
-int VarianceModel::find(std::size_t factor, Quantity::Kind kind) const {
-  const auto found = std::ranges::find_if(quantities_, [&](const Quantity& quantity) {
-    return quantity.factor == factor && quantity.kind == kind;
-  });
-  return found == quantities_.end() ? -1 : static_cast<int>(found - quantities_.begin());
-}
-
-bool VarianceModel::is_without_power(std::size_t index, const VectorXd& parameters) const {
-  const double angle = values(find(index, Quantity::Kind::kConstant), parameters)[0];
-  const double delta = values(find(index, Quantity::Kind::kDelta), parameters)[0];
-  const ArrayXd shares =
-      (values_of(function_.factors[index]).array().abs() / typical_[index]).max(kSmallestShare);
-  const double growth =
-      std::max(std::pow(shares.maxCoeff(), delta), std::pow(shares.minCoeff(), delta));
-  return std::pow(std::cos(angle), 2) * growth < kNoPower;
 }
 
 VarianceFactorEstimate VarianceModel::factor_estimate(std::size_t index,
@@ -329,26 +265,24 @@ VarianceFactorEstimate VarianceModel::factor_estimate(std::size_t index,
   const int strata = strata_index(factor);
   VarianceFactorEstimate result{.factor = factor, .strata = {""}};
   if (strata >= 0) result.strata = data_.strata[static_cast<std::size_t>(strata)].labels;
-  const auto count = static_cast<Index>(result.strata.size());
-  if (factor.kind == Kind::kStratum) {
-    result.ratio = values(find(index, Quantity::Kind::kLogRatio), parameters).array().exp();
-    return result;
+  InternalFactor internal{
+      .factor = factor, .typical = typical_[index], .values = values_of(factor)};
+  for (std::size_t k = 0; k < quantities_.size(); ++k) {
+    if (quantities_[k].factor != index) continue;
+    const VectorXd values = this->values(static_cast<int>(k), parameters);
+    switch (quantities_[k].kind) {
+      case VarianceQuantity::kDelta:
+        internal.delta = values;
+        break;
+      case VarianceQuantity::kConstant:
+        internal.constant = values;
+        break;
+      case VarianceQuantity::kLogRatio:
+        internal.log_ratio = values;
+        break;
+    }
   }
-  const int delta = find(index, Quantity::Kind::kDelta);
-  result.delta = delta < 0 ? VectorXd::Constant(count, *factor.delta) : values(delta, parameters);
-  if (delta >= 0 && factor.kind == Kind::kExponential) result.delta /= typical_[index];
-  if (factor.kind != Kind::kConstantPlusPower) return result;
-  const int constant = find(index, Quantity::Kind::kConstant);
-  if (constant < 0) {
-    result.constant = VectorXd::Constant(count, *factor.constant);
-  } else if (strata >= 0 || factor.delta) {
-    result.constant = values(constant, parameters).array().square();
-  } else if (is_without_power(index, parameters)) {
-    result.constant.setConstant(1, std::numeric_limits<double>::infinity());
-  } else {
-    const double odds = std::pow(std::tan(values(constant, parameters)[0]), 2);
-    result.constant.setConstant(1, odds * std::pow(typical_[index], result.delta[0]));
-  }
+  kind_of(factor).estimate(internal, result);
   return result;
 }
 
@@ -364,18 +298,10 @@ VectorXd VarianceModel::parameters(const VarianceEstimate& estimate) const {
   VectorXd result(parameter_count());
   for (const Quantity& quantity : quantities_) {
     const VarianceFactorEstimate& of = estimate.factors[quantity.factor];
-    auto target = result.segment(quantity.first, quantity.count);
-    if (of.factor.kind == Kind::kStratum) {
-      target = of.ratio.tail(quantity.count).array().log();
-    } else if (quantity.kind == Quantity::Kind::kDelta) {
-      const bool is_rate = of.factor.kind == Kind::kExponential;
-      target = of.delta * (is_rate ? typical_[quantity.factor] : 1.0);
-    } else if (quantity.strata >= 0 || of.factor.delta) {
-      target = of.constant.cwiseSqrt();
-    } else {
-      const double odds = of.constant[0] / std::pow(typical_[quantity.factor], of.delta[0]);
-      target[0] = std::atan(std::sqrt(odds));
-    }
+    result.segment(quantity.first, quantity.count) =
+        kind_of(of.factor)
+            .internal(quantity.kind, of, typical_[quantity.factor])
+            .tail(quantity.count);
   }
   return result;
 }
@@ -384,7 +310,7 @@ VectorXd VarianceModel::inside_range(const VarianceEstimate& estimate) const {
   constexpr double kShare = 0.1;
   VectorXd parameters = this->parameters(estimate);
   for (const Quantity& quantity : quantities_) {
-    if (quantity.kind != Quantity::Kind::kConstant) continue;
+    if (quantity.kind != VarianceQuantity::kConstant) continue;
     const double least = kShare * quantity.start;
     // Of one number it is an angle up to a right one; of strata, a root without an upper end.
     const bool is_angle =
@@ -398,45 +324,23 @@ VectorXd VarianceModel::inside_range(const VarianceEstimate& estimate) const {
   return parameters;
 }
 
-double VarianceModel::log_scale_of(const VarianceEstimate& estimate, double sigma) const {
-  double result = std::log(sigma);
+double VarianceModel::log_offset(const VarianceEstimate& estimate) const {
+  double result = 0.0;
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
     const VarianceFactor& factor = function_.factors[k];
     // These are used as they are defined.
     if (!factor.stratum.empty() || factor.delta || factor.constant) continue;
-    const VarianceFactorEstimate& of = estimate.factors[k];
-    if (factor.kind == Kind::kExponential) {
-      result += of.delta[0] * typical_[k];
-    } else if (factor.kind == Kind::kPower) {
-      result += of.delta[0] * std::log(typical_[k]);
-    } else if (!std::isinf(of.constant[0])) {
-      // With tan^2 phi = c / v0^delta, c + |v|^delta is (c + v0^delta) times the internal function.
-      result += std::log(of.constant[0] + std::pow(typical_[k], of.delta[0]));
-    }
+    result += kind_of(factor).log_offset(estimate.factors[k], typical_[k]);
   }
   return result;
 }
 
+double VarianceModel::log_scale_of(const VarianceEstimate& estimate, double sigma) const {
+  return std::log(sigma) + log_offset(estimate);
+}
+
 double VarianceModel::sigma_factor(const VectorXd& parameters) const {
-  double result = 1.0;
-  for (std::size_t k = 0; k < function_.factors.size(); ++k) {
-    const VarianceFactor& factor = function_.factors[k];
-    // These are used as they are defined.
-    if (!factor.stratum.empty() || factor.delta || factor.constant) continue;
-    const double delta = values(find(k, Quantity::Kind::kDelta), parameters)[0];
-    if (factor.kind == Kind::kExponential) {
-      result *= std::exp(-delta);
-      continue;
-    }
-    result *= std::pow(typical_[k], -delta);
-    if (factor.kind == Kind::kConstantPlusPower) {
-      // An infinite constant stands for the factor 1, so that sigma is the residual scale itself.
-      const double share =
-          std::pow(std::cos(values(find(k, Quantity::Kind::kConstant), parameters)[0]), 2);
-      result *= is_without_power(k, parameters) ? std::pow(typical_[k], delta) : share;
-    }
-  }
-  return result;
+  return std::exp(-log_offset(estimate(parameters)));
 }
 
 }  // namespace silvafit::fit

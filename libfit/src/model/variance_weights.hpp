@@ -11,6 +11,7 @@
 #include "silvafit/data/program.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 #include "silvafit/fit/variance_function.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 
@@ -32,16 +33,13 @@ struct VarianceData {
 
 /// A variance function with internal parameters that are of order one and, without strata, nearly
 /// uncorrelated with sigma: v is taken relative to its typical value, so that g is about 1 whatever
-/// delta is, and constant-plus-power is (sin^2 phi + cos^2 phi |v/v0|^delta), which holds both a
-/// constant variance and a pure power as ordinary points. With strata, sigma must mean the same in
-/// each: their factors are exp(delta v), |v|^delta and kappa^2 + |v|^delta; stratum() has
-/// logarithms of ratios.
+/// delta is. With strata, sigma must mean the same in each: their factors are used as they are
+/// defined. The files of the kinds say what their internal parameters are.
 class VarianceModel {
  public:
   /// A quantity in log g: one number, or one a stratum.
   struct Quantity {
-    enum class Kind { kDelta, kConstant, kLogRatio };
-    Kind kind = Kind::kDelta;
+    VarianceQuantity kind = VarianceQuantity::kDelta;
     std::string name{};          ///< of the variable in log_scale()
     std::size_t factor = 0;      ///< of the function
     int strata = -1;             ///< index into VarianceData::strata, -1 for one number
@@ -97,25 +95,23 @@ class VarianceModel {
   double log_scale_of(const VarianceEstimate& estimate, double sigma) const;
 
  private:
+  class FactorTerms;
+
   data::Expression differentiated(data::Expression expression, int order) const;
-  data::Expression factor_expression(const VarianceFactor& factor, std::size_t index);
-  /// A variable for an estimated quantity, or the constant that it is held at.
+  /// A variable for an estimated quantity.
   data::Expression quantity(std::size_t factor,
-                            Quantity::Kind kind,
+                            VarianceQuantity kind,
                             double start,
                             double at_constant);
   /// (N) what a factor is a function of; of the fitted value, the response in its place.
   const Eigen::VectorXd& values_of(const VarianceFactor& factor) const;
-  double typical(const VarianceFactor& factor) const;
-  /// Whether a constant has outgrown the power at every observation.
-  bool is_without_power(std::size_t factor, const Eigen::VectorXd& parameters) const;
   int strata_index(const VarianceFactor& factor) const;
-  /// The number of a quantity of a factor, by its kind; -1 if it is held or there is none.
-  int find(std::size_t factor, Quantity::Kind kind) const;
   /// Values of a quantity by stratum, a single one without strata.
   Eigen::VectorXd values(int quantity, const Eigen::VectorXd& parameters) const;
   VarianceFactorEstimate factor_estimate(std::size_t factor,
                                          const Eigen::VectorXd& parameters) const;
+  /// The logarithm of g over the internal g.
+  double log_offset(const VarianceEstimate& estimate) const;
 
   VarianceFunction function_;
   VarianceData data_;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "silvafit/data/program.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -70,7 +71,7 @@ VectorXd residual_sd_if_known(const FittedModel& fit,
 
 bool residual_follows_mean(const FittedModel& fit) {
   return std::ranges::any_of(fit.variance.factors, [](const VarianceFactorEstimate& estimate) {
-    return estimate.factor.column.empty() && estimate.factor.kind != VarianceFactor::Kind::kStratum;
+    return estimate.factor.column.empty() && kind_of(estimate.factor).reads_value();
   });
 }
 

@@ -13,13 +13,13 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
 
 using data::JsonReader;
 using Eigen::Index;
-using Kind = VarianceFactor::Kind;
 
 /// What a text of the file means; complaints about the text get the place of its key.
 template <class Parse>
@@ -233,13 +233,13 @@ VarianceFactorEstimate read_variance_factor(const JsonReader& json) {
   VarianceFactorEstimate result{.factor = function.factors.front(), .strata = {""}};
   VarianceFactor& factor = result.factor;
   if (json.has("strata")) factor.stratum = json.at("strata").text();
-  if (factor.kind == Kind::kStratum) {
+  if (!kind_of(factor).has_delta()) {
     result.ratio = read_by_stratum(json.at("ratio"), result);
     return result;
   }
   if (const std::string of = json.at("of").text(); of != "fitted") factor.column = of;
   result.delta = read_by_stratum(json.at("delta"), result);
-  if (factor.kind == Kind::kConstantPlusPower) {
+  if (kind_of(factor).has_constant()) {
     // An infinite constant, that of a variance which has become constant, is written as null.
     result.constant = read_by_stratum(json.at("constant"), result);
     for (Index s = 0; s < std::min(result.constant.size(), result.delta.size()); ++s) {

@@ -8,13 +8,13 @@
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/conditional_errors.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
 
 using Eigen::Index;
 using nlohmann::ordered_json;
-using Kind = VarianceFactor::Kind;
 
 constexpr const char* kSchema = "silvafit-fit/2";
 
@@ -177,11 +177,11 @@ ordered_json variance_factor(const VarianceFactorEstimate& estimate) {
   const VarianceFactor& factor = estimate.factor;
   ordered_json result{{"function", VarianceFactor{.kind = factor.kind}.text()},
                       {"of", factor.column.empty() ? "fitted" : factor.column}};
-  if (factor.kind == Kind::kStratum) result["of"] = nullptr;
+  if (!kind_of(factor).reads_value()) result["of"] = nullptr;
   if (!factor.stratum.empty()) result["strata"] = factor.stratum;
   result["delta"] = by_stratum(estimate, estimate.delta);
   result["constant"] = by_stratum(estimate, estimate.constant);
-  if (factor.kind == Kind::kStratum) result["ratio"] = by_stratum(estimate, estimate.ratio);
+  if (!kind_of(factor).has_delta()) result["ratio"] = by_stratum(estimate, estimate.ratio);
   std::vector<std::string> held;
   if (factor.delta) held.emplace_back("delta");
   if (factor.constant) held.emplace_back("constant");

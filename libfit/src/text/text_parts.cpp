@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "model/text_parts.hpp"
+#include "text/text_parts.hpp"
 
 namespace silvafit::fit {
 namespace {

@@ -4,15 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
-#include "model/text_parts.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
+#include "text/text_parts.hpp"
+#include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -20,30 +20,32 @@ namespace {
 using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::VectorXd;
-using Kind = VarianceFactor::Kind;
 
-/// In the order of the enumeration.
-constexpr std::array<std::string_view, 4> kNames{
-    "exponential", "power", "constant-plus-power", "stratum"};
+std::vector<std::string_view> names_of_kinds() {
+  std::vector<std::string_view> names;
+  for (const VarianceKind* const kind : variance_kinds()) names.push_back(kind->name());
+  return names;
+}
 
-Kind parse_kind(std::string_view text, Part part) {
-  const auto* const found = std::ranges::find(kNames, of(text, part));
-  if (found == kNames.end()) {
+VarianceFactor::Kind parse_kind(std::string_view text, Part part) {
+  const std::vector<std::string_view> names = names_of_kinds();
+  const auto found = std::ranges::find(names, of(text, part));
+  if (found == names.end()) {
     throw FormulaError(fmt::format("unknown variance function '{}'; available: none, {}",
                                    of(text, part),
-                                   fmt::join(kNames, ", ")),
+                                   fmt::join(names, ", ")),
                        text,
                        part.begin + 1);
   }
-  return static_cast<Kind>(found - kNames.begin());
+  return static_cast<VarianceFactor::Kind>(found - names.begin());
 }
 
 /// Reads `delta = 0.5`.
 void hold_parameter(std::string_view text, Part part, VarianceFactor& factor) {
   const std::size_t sign = text.substr(0, part.end).find('=', part.begin);
   const std::string_view name = of(text, trimmed(text, part.begin, sign));
-  const bool has_delta = factor.kind != Kind::kStratum;
-  const bool has_constant = factor.kind == Kind::kConstantPlusPower;
+  const bool has_delta = kind_of(factor).has_delta();
+  const bool has_constant = kind_of(factor).has_constant();
   double value = 0.0;
   const std::string_view digits = of(text, trimmed(text, sign + 1, part.end));
   if (!data::parse_number(digits, value) || !std::isfinite(value)) {
@@ -89,7 +91,7 @@ VarianceFactor parse_factor(std::string_view text, Part part) {
     if (text[part.end - 1] != ')') throw FormulaError("expected )", text, part.end);
     parse_arguments(text, trimmed(text, parenthesis + 1, part.end - 1), factor);
   }
-  if (factor.kind == Kind::kStratum) {
+  if (!kind_of(factor).reads_value()) {
     factor.stratum = std::exchange(factor.column, "");
     if (factor.stratum.empty()) {
       throw FormulaError(
@@ -100,7 +102,7 @@ VarianceFactor parse_factor(std::string_view text, Part part) {
 }
 
 std::string arguments_text(const VarianceFactor& factor) {
-  if (factor.kind == Kind::kStratum) return factor.stratum;
+  if (!kind_of(factor).reads_value()) return factor.stratum;
   std::string text = factor.column;
   if (!factor.stratum.empty()) {
     text = fmt::format("{} | {}", text.empty() ? "fitted" : text, factor.stratum);
@@ -127,33 +129,16 @@ std::vector<Index> strata_of(const VarianceFactorEstimate& estimate, const data:
   return strata;
 }
 
-double factor_value(const VarianceFactorEstimate& estimate, Index stratum, double v) {
-  if (stratum < 0) return kNaN;
-  switch (estimate.factor.kind) {
-    case Kind::kExponential:
-      return std::exp(estimate.delta[stratum] * v);
-    case Kind::kPower:
-      return std::pow(std::abs(v), estimate.delta[stratum]);
-    case Kind::kConstantPlusPower:
-      if (std::isinf(estimate.constant[stratum])) return std::isnan(v) ? kNaN : 1.0;
-      return estimate.constant[stratum] + std::pow(std::abs(v), estimate.delta[stratum]);
-    case Kind::kStratum:
-      return estimate.ratio[stratum];
-  }
-  return kNaN;
-}
-
 }  // namespace
 
 int VarianceFactor::parameter_count() const {
-  if (kind == Kind::kStratum) return 1;
-  int count = delta ? 0 : 1;
-  if (kind == Kind::kConstantPlusPower && !constant) ++count;
-  return count;
+  const VarianceKind& of = kind_of(kind);
+  if (!of.has_delta()) return 1;
+  return (delta ? 0 : 1) + (of.has_constant() && !constant ? 1 : 0);
 }
 
 std::string VarianceFactor::text() const {
-  const std::string name(kNames[static_cast<std::size_t>(kind)]);
+  const std::string name(kind_of(kind).name());
   const std::string arguments = arguments_text(*this);
   return arguments.empty() ? name : fmt::format("{}({})", name, arguments);
 }
@@ -204,12 +189,12 @@ VarianceEstimate VarianceEstimate::missing(const VarianceFunction& function) {
     VarianceFactorEstimate& added = estimate.factors.emplace_back();
     added.factor = factor;
     added.strata = {""};
-    if (factor.kind == Kind::kStratum) {
+    if (!kind_of(factor).has_delta()) {
       added.ratio.setConstant(1, kNaN);
       continue;
     }
     added.delta.setConstant(1, factor.delta.value_or(kNaN));
-    if (factor.kind == Kind::kConstantPlusPower) {
+    if (kind_of(factor).has_constant()) {
       added.constant.setConstant(1, factor.constant.value_or(kNaN));
     }
   }
@@ -226,7 +211,9 @@ VectorXd relative_sd(const VarianceEstimate& estimate,
     if (!factor.factor.column.empty()) column = data::variable_values(factor.factor.column, table);
     for (Index i = 0; i < result.size(); ++i) {
       const auto row = static_cast<std::size_t>(i);
-      result[i] *= factor_value(factor, strata[row], column.empty() ? fitted[i] : column[row]);
+      const Index stratum = strata[row];
+      const double v = column.empty() ? fitted[i] : column[row];
+      result[i] *= stratum < 0 ? kNaN : kind_of(factor.factor).value(factor, stratum, v);
     }
   }
   return result;

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+// What sets one kind of variance function apart from the others: each has a file of its own, and
+// variance_kind.cpp lists them.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "silvafit/data/expression.hpp"
+#include "silvafit/fit/variance_function.hpp"
+
+namespace silvafit::fit {
+
+/// The kinds of numbers in log g that are estimated.
+enum class VarianceQuantity { kDelta, kConstant, kLogRatio };
+
+/// |v| below this share of its typical value would let one observation decide the power.
+inline constexpr double kSmallestShare = 1e-4;
+
+/// From what the expression of log g of a factor is made.
+class LogScaleTerms {
+ public:
+  LogScaleTerms(const VarianceFactor& factor, double typical)
+      : factor_(factor), typical_(typical) {}
+  virtual ~LogScaleTerms() = default;
+  LogScaleTerms(const LogScaleTerms&) = delete;
+  LogScaleTerms& operator=(const LogScaleTerms&) = delete;
+
+  const VarianceFactor& factor() const { return factor_; }
+  double typical() const { return typical_; }
+  /// Whether sigma must not depend on the parameters of the factor: then v counts as it is, else
+  /// relative to its typical value.
+  bool is_plain() const;
+
+  /// What the factor is a function of, v.
+  virtual data::Expression value() const = 0;
+  /// log |v|, or log |v/v0| unless is_plain().
+  virtual data::Expression logarithm() = 0;
+  /// A variable for a number that is estimated.
+  /// \param at_constant  its value where the variance is constant
+  virtual data::Expression estimated(VarianceQuantity kind, double start, double at_constant) = 0;
+  /// delta, or the number that it is held at in units of `scale`.
+  data::Expression delta(double scale = 1.0);
+
+ private:
+  const VarianceFactor& factor_;
+  double typical_;
+};
+
+/// Estimated numbers of a factor as VarianceModel has them, one a stratum, and what tells their
+/// units.
+struct InternalFactor {
+  const VarianceFactor& factor;
+  double typical = 1.0;           ///< v0
+  const Eigen::VectorXd& values;  ///< (N) v
+  std::optional<Eigen::VectorXd> delta{};
+  std::optional<Eigen::VectorXd> constant{};
+  std::optional<Eigen::VectorXd> log_ratio{};
+};
+
+class VarianceKind {
+ public:
+  virtual ~VarianceKind() = default;
+
+  /// As users write it.
+  virtual std::string_view name() const = 0;
+  /// Whether g is a function of the fitted value or a column.
+  virtual bool reads_value() const { return true; }
+  virtual bool has_delta() const { return true; }
+  virtual bool has_constant() const { return false; }
+  /// The kind that this one is with the constant 0, if any.
+  virtual std::optional<VarianceFactor::Kind> without_constant() const { return std::nullopt; }
+  /// Whether log g reads log |v|, so that v near 0 is floored.
+  virtual bool reads_logarithm() const { return false; }
+
+  /// g of one stratum.
+  virtual double value(const VarianceFactorEstimate& estimate,
+                       Eigen::Index stratum,
+                       double v) const = 0;
+  /// The typical |v| of the observations, v0.
+  virtual double typical(const Eigen::VectorXd& values) const;
+  /// log g as an expression.
+  virtual data::Expression log_scale(LogScaleTerms& terms) const = 0;
+  /// Sets the parameters of an estimate whose strata are known.
+  virtual void estimate(const InternalFactor& internal, VarianceFactorEstimate& result) const = 0;
+  /// The internal numbers of an estimate, one a stratum.
+  virtual Eigen::VectorXd internal(VarianceQuantity kind,
+                                   const VarianceFactorEstimate& estimate,
+                                   double typical) const = 0;
+  /// The logarithm of g over the internal g, which is about 1 at v0; 0 where is_plain().
+  virtual double log_offset(const VarianceFactorEstimate& estimate, double typical) const = 0;
+  /// delta over the internal delta.
+  virtual double delta_scale(double /*typical*/) const { return 1.0; }
+
+ protected:
+  VarianceKind() = default;
+  VarianceKind(const VarianceKind&) = default;
+  VarianceKind& operator=(const VarianceKind&) = default;
+};
+
+/// All kinds, in the order of the enumeration.
+const std::vector<const VarianceKind*>& variance_kinds();
+const VarianceKind& kind_of(VarianceFactor::Kind kind);
+inline const VarianceKind& kind_of(const VarianceFactor& factor) { return kind_of(factor.kind); }
+
+/// Between a constant variance and one that grows in proportion.
+inline constexpr double kStartExponent = 0.5;
+
+/// The internal deltas of a factor or the value that delta is held at, one a stratum.
+Eigen::VectorXd internal_or_held_delta(const InternalFactor& internal, Eigen::Index strata);
+
+/// A text with its variables substituted. A substituted column may have the name of a variable of
+/// the text, so these first get names in parentheses, which no column of a formula has.
+data::Expression filled(std::string_view text,
+                        const std::vector<std::pair<std::string_view, data::Expression>>& parts);
+
+const VarianceKind& exponential_variance();
+const VarianceKind& power_variance();
+const VarianceKind& constant_plus_power_variance();
+const VarianceKind& stratum_variance();
+
+}  // namespace silvafit::fit
