@@ -28,9 +28,9 @@ MAY_INCLUDE = {
 # it in this list. A public header belongs to the folder of the source of the same name. Tests may include everything.
 FOLDERS = {
     "data": ["json", "table", "expression", "program", "columns"],
-    "fit": ["text", "variance", "model", "optimization", "result", "conditional_modes", "likelihood", "least_squares", "mixed_effects",
-            "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference", "prediction",
-            "resampling", "summary"],
+    "fit": ["text", "variance", "model", "optimization", "result", "conditional_modes", "likelihood", "least_squares",
+            "mixed_effects", "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference",
+            "prediction", "resampling", "summary"],
     "tree": ["morphology", "pictures", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
              "builders", "stand", "files"],
     "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],
