@@ -9,7 +9,6 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
-#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/inference_json.hpp"
 #include "silvafit/fit/residuals.hpp"
