@@ -23,9 +23,10 @@
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "silvafit/fit/model_texts.hpp"
+#include "silvafit/fit/summary.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
-#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
@@ -117,9 +118,9 @@ fit::ModelSpecification specification_of(const std::string& formula,
                                          const FitArguments& arguments,
                                          const data::Table& table) {
   fit::ModelTexts texts{.formula = formula,
-                          .sub_models = arguments.parameters,
-                          .random = arguments.random,
-                          .variance = arguments.variance};
+                        .sub_models = arguments.parameters,
+                        .random = arguments.random,
+                        .variance = arguments.variance};
   if (!arguments.covariance.empty()) texts.covariance = {arguments.covariance};
   return fit::specify_model(texts, table);
 }

@@ -80,6 +80,40 @@ Resampling resample_one(const fit::FittedModel& fit,
   return result;
 }
 
+/// A row for each row of the table; one with missing values has no residual.
+data::Table residuals_table(const fit::Residuals& all, const data::Table& table) {
+  std::vector<double> lines;
+  data::TextColumn group;
+  std::vector<std::size_t> place_of_row(table.rows(), all.rows.size());
+  for (std::size_t i = 0; i < all.rows.size(); ++i) place_of_row[all.rows[i]] = i;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    lines.push_back(static_cast<double>(table.line(row) > 0 ? table.line(row) : row + 1));
+    const std::size_t place = place_of_row[row];
+    place < all.rows.size() ? group.append(all.group[place]) : group.append_missing();
+  }
+  data::Table result(table.rows());
+  result.set("line", std::move(lines));
+  result.set("group", std::move(group));
+  const auto add = [&](const char* name, const Eigen::VectorXd& values) {
+    std::vector<double> column;
+    for (const std::size_t place : place_of_row) {
+      const bool is_used = place < all.rows.size();
+      column.push_back(is_used ? values[static_cast<Eigen::Index>(place)] : data::kMissing);
+    }
+    result.set(name, std::move(column));
+  };
+  add("observed", all.observed);
+  add("fitted_population", all.population.fitted);
+  add("fitted_conditional", all.conditional.fitted);
+  add("residual_population", all.population.raw);
+  add("residual_conditional", all.conditional.raw);
+  add("standardized_population", all.population.standardized);
+  add("standardized_conditional", all.conditional.standardized);
+  add("normalized", all.normalized);
+  add("marginal", all.marginal);
+  return result;
+}
+
 }  // namespace
 
 void add_resampling_options(CLI::App& command, ResamplingArguments& arguments) {
