@@ -33,18 +33,20 @@ for (const [name, options] of [["light", { colorScheme: "light" }], ["dark", { c
 test("Tab goes through picture and controls in their order, and shows where it is", { skip }, () =>
   withScene(sceneExample(), {}, async (page) => {
     const order = [];
-    for (let presses = 0; presses < 18; ++presses) {
+    for (let presses = 0; presses < 20; ++presses) {
       await page.keyboard.press("Tab");
       const [id, outline] = await page.evaluate(() => [document.activeElement.id, parseFloat(getComputedStyle(document.activeElement).outlineWidth)]);
       assert.ok(outline >= 2, `${id} shows no focus`);
       order.push(id);
     }
-    assert.deepEqual(order, ["canvas", "hide-panel", "orbit", "walk", "whole", "save", "show-keys", "variant", "beside", "plot", "detail", "crowns", "overlaps", "shadows", "show-figures", "theme", "color", "search"]);
+    assert.deepEqual(order, ["canvas", "hide-panel", "orbit", "walk", "whole", "save", "link", "show-keys", "variant", "beside", "plot", "filters-summary", "detail", "crowns", "overlaps", "shadows", "show-figures", "theme", "color", "search"]);
   }),
 );
 
 test("every control has a name", { skip }, () =>
   withScene(sceneExample(), {}, async (page) => {
+    // What is folded away has no text.
+    await page.locator("details").evaluateAll((nodes) => nodes.forEach((node) => (node.open = true)));
     for (const control of await page.locator("button, select, input, canvas").all()) {
       const name = await control.evaluate((node) => node.getAttribute("aria-label") ?? node.labels?.[0]?.innerText ?? node.textContent);
       assert.ok(name.trim().length > 0, await control.evaluate((node) => node.outerHTML));

@@ -2,6 +2,7 @@
 // Controls: navigation mode, sizes, plot, detail, marks; and the arrow buttons for walking on touch screens.
 import { element } from "../dom.js";
 import { treeCount } from "./data.js";
+import { filterControls } from "./filter-controls.js";
 import { button, check, choice, themeSwitch } from "./panel.js";
 
 const unlabeled = (choices) => [{ label: null, choices }];
@@ -9,12 +10,12 @@ const unlabeled = (choices) => [{ label: null, choices }];
 /**
  * The section of the controls.
  * @param {{
- *   setMode: (mode: string) => void, frame: () => void, save: () => void, showKeys: () => void,
+ *   setMode: (mode: string) => void, frame: () => void, save: () => void, link: () => void, showKeys: () => void, setFilter: (change: object) => void,
  *   setVariant: (side: number, name: string) => void, setPlot: (plot: string) => void, setDetail: (detail: string) => void,
  *   setMarks: (change: object) => void, setShadows: (isOn: boolean) => void, setFigures: (isOn: boolean) => void,
  * }} act  what they do
  * @param {number | null} shownPlot  the plot that is shown alone
- * @returns {{node: Element, modeButtons: Element[], overlapNote: Element, scaleNote: Element}}  the section, and its parts that change
+ * @returns {{node: Element, modeButtons: Element[], overlapNote: Element, scaleNote: Element, linkNote: Element, filters: Element | null}}  the section, and its parts that change
  */
 export function controls(data, shownPlot, act) {
   const modeButtons = [modeButton("orbit", "Orbit", act), modeButton("walk", "Walk", act)];
@@ -22,6 +23,9 @@ export function controls(data, shownPlot, act) {
   const scaleNote = element("p", { class: "quiet" });
   const whole = button("whole", "Whole stand", act.frame);
   const save = button("save", "Save picture", act.save);
+  const link = button("link", "Link to this view", act.link);
+  const linkNote = element("p", { class: "quiet", role: "status" });
+  const filters = treeCount(data) > 0 ? filterControls(data, act.setFilter) : null;
   const theme = themeSwitch();
   theme.classList.add("is-for-list");
   const keys = button("show-keys", "Keys and touch", act.showKeys);
@@ -30,16 +34,18 @@ export function controls(data, shownPlot, act) {
     { id: "controls", "aria-labelledby": "view-title" },
     element("h2", { id: "view-title" }, "View"),
     element("p", { class: "buttons", role: "group", "aria-label": "Navigation mode" }, ...modeButtons, whole),
-    element("p", { class: "buttons" }, save, keys),
+    element("p", { class: "buttons" }, save, link, keys),
+    linkNote,
     ...sizeChoices(data, act),
     ...plotChoice(data, shownPlot, act),
+    ...(filters ? [filters] : []),
     choice("detail", "Detail", unlabeled(["automatic", "low", "high"].map((value) => ({ value, text: value }))), act.setDetail),
     ...(treeCount(data) > 0 ? markChecks(overlapNote, act) : []),
     check("show-figures", "Drawing statistics", false, act.setFigures),
     theme,
     scaleNote,
   );
-  return { node, modeButtons, overlapNote, scaleNote };
+  return { node, modeButtons, overlapNote, scaleNote, linkNote, filters };
 }
 
 function modeButton(mode, label, act) {

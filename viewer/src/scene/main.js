@@ -7,9 +7,12 @@ import { colorings } from "./colors.js";
 import { controls, walkingPad } from "./controls.js";
 import { counted, plotsCoincide, readData, treeCount, treeName } from "./data.js";
 import { cardText, details } from "./details.js";
+import { ALL, isNarrow, passesOf } from "./filters.js";
+import { showFilter } from "./filter-controls.js";
 import { floorOf, Ground } from "./ground.js";
 import { listenToClicks, listenToKeys } from "./keyboard.js";
 import { legend } from "./legend.js";
+import { fragmentOf, stateOf } from "./link.js";
 import { Marks } from "./marks.js";
 import { Moves } from "./moves.js";
 import { button, choice, keysDialog } from "./panel.js";
@@ -30,7 +33,18 @@ class Page {
     this.data = data;
     this.chosen = null;
     this.coloring = null;
-    this.shownPlot = plotsCoincide(data) ? 0 : null;
+    this.linked = stateOf(location.hash);
+    const isKnown = (value, count) => value !== null && Number.isInteger(value) && value >= 0 && value < count;
+    const { filter } = this.linked;
+    const known = { plot: data.plots.length, species: data.species.length, layer: data.layers.length };
+    const kept = Object.entries(filter).map(([name, value]) => [name, name in known && !isKnown(value, known[name]) ? null : value]);
+    this.filtered = { ...ALL, ...Object.fromEntries(kept) };
+    if (this.filtered.plot === null && plotsCoincide(data)) this.filtered.plot = 0;
+  }
+
+  /** The plot that is shown alone, or null. */
+  get shownPlot() {
+    return this.filtered.plot;
   }
 
   async start() {
@@ -57,6 +71,7 @@ class Page {
     this.dress();
     onThemeChange(() => this.dress());
     this.frame();
+    this.restore();
     this.listen();
     this.view.onDrawn((stats) => this.tell(stats));
     this.view.draw();
@@ -150,11 +165,12 @@ class Page {
   about() {
     const { data, shownPlot } = this;
     const all = treeCount(data);
-    if (shownPlot === null) return `${counted(all, "tree")}, ${counted(data.plots.length, "plot")}, ${data.species.length} species`;
+    if (shownPlot === null && !isNarrow(this.filtered)) return `${counted(all, "tree")}, ${counted(data.plots.length, "plot")}, ${data.species.length} species`;
     const passes = this.passes();
     const shown = Array.from({ length: all }, (_, tree) => tree).filter(passes);
     const species = new Set(shown.map((tree) => data.trees.species[tree])).size;
-    return `Plot ${data.plots[shownPlot].name}: ${shown.length} of ${counted(all, "tree")}, ${species} species`;
+    const where = shownPlot === null ? "Shown" : `Plot ${data.plots[shownPlot].name}`;
+    return `${where}: ${shown.length} of ${counted(all, "tree")}, ${species} species`;
   }
 
   controls() {
@@ -166,6 +182,8 @@ class Page {
       },
       frame: () => this.frame(),
       save: () => this.save(),
+      link: () => this.link(),
+      setFilter: (change) => this.setFilter(change),
       showKeys: () => this.dialog.showModal(),
       setVariant: (side, name) => this.setVariant(side, name),
       setPlot: (plot) => this.setPlot(plot),
@@ -180,6 +198,8 @@ class Page {
     this.modeButtons = parts.modeButtons;
     this.overlapNote = parts.overlapNote;
     this.scaleNote = parts.scaleNote;
+    this.linkNote = parts.linkNote;
+    if (parts.filters) showFilter(parts.filters, this.filtered);
     return parts.node;
   }
 
@@ -237,8 +257,7 @@ class Page {
   }
 
   passes() {
-    const { shownPlot, data } = this;
-    return shownPlot === null ? () => true : (tree) => data.trees.plot[tree] === shownPlot;
+    return passesOf(this.data, this.filtered);
   }
 
   filter() {
@@ -247,12 +266,39 @@ class Page {
   }
 
   setPlot(plot) {
-    this.shownPlot = plot === "" ? null : Number(plot);
+    this.setFilter({ plot: plot === "" ? null : Number(plot) });
+    if (this.view) this.showPlot();
+  }
+
+  /** @param {Partial<import("./filters.js").Filter>} change */
+  setFilter(change) {
+    Object.assign(this.filtered, change);
     if (this.view) this.filter();
     this.list.show(this.passes());
     this.aboutPart.textContent = this.about();
     if (this.chosen !== null && !this.passes()(this.chosen)) this.choose(null);
-    if (this.view) this.showPlot();
+    if (this.view) this.setColoring(this.colorSelect.value);
+  }
+
+  /** The view of the link with which the page was opened. */
+  restore() {
+    const { camera, target, color } = this.linked;
+    if (color !== null && treeCount(this.data) > 0) {
+      this.colorSelect.value = color;
+      // A link of another page may name a coloring that this one lacks.
+      if (this.colorSelect.selectedIndex < 0) this.colorSelect.selectedIndex = 0;
+      this.setColoring(this.colorSelect.value);
+    }
+    if (camera && target) this.moves.lookFrom(camera, target);
+  }
+
+  /** Puts the state into the address, and the address on the clipboard where the browser allows it. */
+  async link() {
+    const { camera } = this.view;
+    const color = this.colorSelect?.value ?? "";
+    location.hash = fragmentOf({ camera: camera.position.toArray(), target: this.moves.orbit.target.toArray(), color, filter: this.filtered });
+    await navigator.clipboard?.writeText(location.href).catch(() => {});
+    this.linkNote.textContent = "The address of this page now shows this view.";
   }
 
   /** The view of the current plot. */

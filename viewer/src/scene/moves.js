@@ -65,6 +65,14 @@ export class Moves {
     canvas.addEventListener("pointermove", (event) => this.drag(event));
   }
 
+  /** Looks from one point at another, both [x, y, z]. */
+  lookFrom(from, at) {
+    this.orbit.target.fromArray(at);
+    this.view.camera.position.fromArray(from);
+    this.orbit.update();
+    this.view.invalidate();
+  }
+
   /** Shows a whole box, and other points, from the south-west above. */
   frame(box, others = []) {
     this.setMode("orbit");

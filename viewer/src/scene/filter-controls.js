@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Controls of the shown trees.
+import { element } from "../dom.js";
+import { choice } from "./panel.js";
+
+const listed = (names, all) => [{ label: null, choices: [{ value: "", text: all }, ...names.map((name, index) => ({ value: String(index), text: name || "none" }))] }];
+const indexOf = (value) => (value === "" ? null : Number(value));
+
+function heightLimit(id, label, change) {
+  const input = element("input", { type: "number", id, min: "0", step: "any", inputmode: "decimal" });
+  input.addEventListener("change", () => change(input.value === "" ? null : input.valueAsNumber));
+  return element("p", { class: "control" }, element("label", { for: id }, label), input);
+}
+
+/**
+ * @param {object} data  of the page
+ * @param {(change: Partial<import("./filters.js").Filter>) => void} change
+ */
+export function filterControls(data, change) {
+  return element(
+    "details",
+    { id: "filters" },
+    element("summary", { id: "filters-summary" }, "Shown trees"),
+    ...(data.species.length > 1 ? [choice("only-species", "Species", listed(data.species, "all"), (value) => change({ species: indexOf(value) }))] : []),
+    ...(data.layers.length > 1 ? [choice("only-layer", "Layer", listed(data.layers, "all"), (value) => change({ layer: indexOf(value) }))] : []),
+    heightLimit("least-height", "Height from [m]", (least) => change({ least })),
+    heightLimit("most-height", "Height to [m]", (most) => change({ most })),
+  );
+}
+
+/** Shows a filter in its controls. */
+export function showFilter(node, { species, layer, least, most }) {
+  const values = { "only-species": species, "only-layer": layer, "least-height": least, "most-height": most };
+  for (const [id, value] of Object.entries(values)) {
+    const control = node.querySelector(`#${id}`);
+    if (control) control.value = value === null ? "" : String(value);
+  }
+}
