@@ -74,13 +74,25 @@ NormalMixture::NormalMixture(const Values& means,
                              const Values& deviations,
                              const Values& weights,
                              double least_tail) {
+  assign(means, deviations, weights, least_tail);
+}
+
+void NormalMixture::assign(const Values& means,
+                           const Values& deviations,
+                           const Values& weights,
+                           double least_tail) {
   // Components of a product rule whose weights together do not change a tail by one part in 10^6.
   constexpr double kNegligible = 1e-6;
   const double least =
       kNegligible * least_tail * weights.sum() / static_cast<double>(weights.size());
   constexpr double kFar = 40.0;  // standard deviations, beyond any probability of a double
   double total = 0.0;
+  low_ = std::numeric_limits<double>::infinity();
+  high_ = -low_;
+  narrowest_ = low_;
+  center_ = 0.0;
   for (std::vector<double>* values : {&means_, &inverses_, &weights_}) {
+    values->clear();
     values->reserve(static_cast<std::size_t>(means.size()));
   }
   for (Index k = 0; k < means.size(); ++k) {
@@ -100,12 +112,18 @@ NormalMixture::NormalMixture(const Values& means,
   for (double& weight : weights_) weight /= total;
   center_ /= total;
   double variance = 0.0;
+  double third = 0.0;
   for (std::size_t k = 0; k < means_.size(); ++k) {
     const double from_center = means_[k] - center_;
     const double deviation = 1.0 / inverses_[k];
-    variance += weights_[k] * (from_center * from_center + deviation * deviation);
+    const double square = from_center * from_center;
+    const double own = deviation * deviation;
+    variance += weights_[k] * (square + own);
+    third += weights_[k] * from_center * (square + 3.0 * own);
   }
   deviation_ = std::sqrt(variance);
+  // Of strongly skewed mixtures the expansion of quantiles that uses it says nothing.
+  skewness_ = std::clamp(third / (variance * deviation_), -1.0, 1.0);
 }
 
 NormalMixture::Distribution NormalMixture::at(double y) const {
@@ -126,7 +144,8 @@ NormalMixture::Distribution NormalMixture::at(double y) const {
 double NormalMixture::quantile(double probability) const {
   if (means_.empty()) return std::numeric_limits<double>::quiet_NaN();
   // Halley's method for the normal score of the distribution function, which is a straight line for
-  // one normal distribution, from where that would have it, kept inside a bracket that shrinks.
+  // one normal distribution, kept inside a bracket that shrinks. It begins at the quantile of the
+  // first terms of the Cornish-Fisher expansion.
   const NormalDistribution normal;
   const double score = boost::math::quantile(normal, probability);
   constexpr int kSteps = 200;
@@ -139,7 +158,7 @@ double NormalMixture::quantile(double probability) const {
   constexpr double kAccuracy = 1e-10;
   double low = low_;
   double high = high_;
-  double y = center_ + deviation_ * score;
+  double y = center_ + deviation_ * (score + skewness_ / 6.0 * (score * score - 1.0));
   for (int step = 0; step < kSteps; ++step) {
     const Distribution here = at(y);
     const double excess = here.probability - probability;

@@ -18,6 +18,13 @@ class NormalMixture {
                 const Values& deviations,
                 const Values& weights,
                 double least_tail);
+  /// A mixture of no components, for assign().
+  NormalMixture() = default;
+  /// Makes it another mixture, in the memory that it has.
+  void assign(const Values& means,
+              const Values& deviations,
+              const Values& weights,
+              double least_tail);
   /// The value below which the mixture has the given probability; NaN if no component is left.
   double quantile(double probability) const;
 
@@ -29,9 +36,10 @@ class NormalMixture {
   std::vector<double> inverses_{};                        ///< of standard deviations
   std::vector<double> weights_{};                         ///< add up to 1
   double low_ = std::numeric_limits<double>::infinity();  ///< all quantiles are between these
-  double high_ = -low_;
+  double high_ = -std::numeric_limits<double>::infinity();
   double center_ = 0.0;
   double deviation_ = 0.0;
+  double skewness_ = 0.0;                                       ///< at most 1 in size
   double narrowest_ = std::numeric_limits<double>::infinity();  ///< smallest standard deviation
 };
 

@@ -3,14 +3,15 @@
 
 #include <algorithm>
 #include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "prediction/prediction_freedom.hpp"
 #include "prediction/prediction_rules.hpp"
 #include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
+#include "prediction/student_quantiles.hpp"
 #include "prediction/value_quantiles.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -22,11 +23,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Open = CoefficientSets::Open;
-
-/// Without long doubles, which take ten times as long.
-using StudentsT = boost::math::students_t_distribution<
-    double,
-    boost::math::policies::policy<boost::math::policies::promote_double<false>>>;
 
 // Rows at a time, so that what is kept of them stays in memory.
 constexpr std::size_t kChunk = 4096;
@@ -40,6 +36,7 @@ class Chunk {
         const PredictionOptions& options,
         const MatrixXd& marginal_gradients,
         const Freedom& freedom,
+        const std::optional<StudentQuantiles>& t_quantiles,
         std::size_t begin,
         std::size_t end,
         Prediction& result)
@@ -52,6 +49,7 @@ class Chunk {
         part_(selected(table, begin, end)),
         mean_(fit.specification, part_, uncertain_names(options)),
         freedom_(freedom),
+        t_quantiles_(t_quantiles),
         result_(result) {
     set_of_row_.assign(sets.set_of_row.begin() + begin_, sets.set_of_row.begin() + begin_ + rows_);
     arguments_ = mean_.arguments(sets.coefficients, set_of_row_);
@@ -231,10 +229,7 @@ class Chunk {
   }
 
   double t_quantile(Index row) const {
-    const double freedom = result_.degrees_of_freedom[begin_ + row];
-    if (!(freedom > 0.0)) return kNaN;
-    const StudentsT distribution(freedom);
-    return boost::math::quantile(distribution, 0.5 + 0.5 * *options_.interval);
+    return t_quantiles_->at(result_.degrees_of_freedom[begin_ + row]);
   }
 
   /// Ends in the direction in which the mean changes most: values that it can take.
@@ -271,6 +266,9 @@ class Chunk {
     std::vector<MatrixXd> roots;
     MatrixXd covariance;
     Index last_set = -1;
+    // Without covariates in sub-models the rows of a set have one covariance.
+    MatrixXd last_of;
+    MatrixXd root;
     for (Index row = 0; row < rows_; ++row) {
       // Many rows in a row are of the same group, or of the population.
       const Index set = set_of_row_[static_cast<std::size_t>(row)];
@@ -285,7 +283,11 @@ class Chunk {
         continue;
       }
       known.push_back(static_cast<std::size_t>(row));
-      roots.push_back(rotated_root(of, gradient_.row(row)));
+      if (of.rows() != last_of.rows() || of != last_of) {
+        root = root_without_zeros(of);
+        last_of = of;
+      }
+      roots.push_back(rotated_root(root, gradient_.row(row)));
     }
     if (known.empty()) return;
     const data::Table table = part_.select(known);
@@ -328,6 +330,7 @@ class Chunk {
   data::Table part_;
   RowMean mean_;
   const Freedom& freedom_;
+  const std::optional<StudentQuantiles>& t_quantiles_;  ///< if there are intervals
   Prediction& result_;
   std::vector<Index> set_of_row_;
   std::vector<const UncertainColumn*> uncertain_;
@@ -354,10 +357,22 @@ void add_errors(const FittedModel& fit,
     values.upper.setConstant(n, kNaN);
   }
   const Freedom freedom(fit);
+  std::optional<StudentQuantiles> t_quantiles;
+  if (options.interval) t_quantiles.emplace(0.5 + 0.5 * *options.interval);
   const std::size_t chunks = (table.rows() + kChunk - 1) / kChunk;
   parallel_for(chunks, options.threads, [&](std::size_t k) {
     const std::size_t end = std::min(table.rows(), (k + 1) * kChunk);
-    Chunk(fit, table, sets, options, marginal_gradients, freedom, k * kChunk, end, values).run();
+    Chunk(fit,
+          table,
+          sets,
+          options,
+          marginal_gradients,
+          freedom,
+          t_quantiles,
+          k * kChunk,
+          end,
+          values)
+        .run();
   });
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "prediction/prediction_rules.hpp"
 
-#include <Eigen/QR>
 #include <array>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
@@ -86,18 +85,25 @@ PredictionRule prediction_rule(Index width, MainPoints main, bool many) {
   return {.points = gapless_rule(others), .stride = others.weights.size()};
 }
 
-MatrixXd rotated_root(const MatrixXd& covariance, const VectorXd& slope) {
+MatrixXd root_without_zeros(const MatrixXd& covariance) {
   const MatrixXd root = covariance_factor(covariance);
   std::vector<Index> kept;
   for (Index k = 0; k < root.cols(); ++k) {
     if (!root.col(k).isZero(0.0)) kept.push_back(k);
   }
-  MatrixXd reduced = root(Eigen::all, kept);
-  const VectorXd direction = reduced.transpose() * slope;
-  if (reduced.cols() < 2 || !(direction.norm() > 0.0) || !direction.allFinite()) return reduced;
-  const Eigen::HouseholderQR<MatrixXd> qr{MatrixXd(direction)};
-  const MatrixXd rotation = qr.householderQ() * MatrixXd::Identity(reduced.cols(), reduced.cols());
-  return reduced * rotation;
+  return root(Eigen::all, kept);
+}
+
+// The reflection that maps the derivatives along the columns to a multiple of the first unit
+// vector.
+MatrixXd rotated_root(MatrixXd root, const VectorXd& slope) {
+  VectorXd mirror = root.transpose() * slope;
+  const double length = mirror.norm();
+  if (root.cols() < 2 || !(length > 0.0) || !std::isfinite(length)) return root;
+  mirror[0] += std::copysign(length, mirror[0]);
+  const VectorXd along = 2.0 / mirror.squaredNorm() * (root * mirror);
+  root.noalias() -= along * mirror.transpose();
+  return root;
 }
 
 }  // namespace silvafit::fit

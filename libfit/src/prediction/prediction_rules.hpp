@@ -27,8 +27,13 @@ MainPoints points_for(double steepness);
 /// \param many   whether the others need many points
 PredictionRule prediction_rule(Eigen::Index width, MainPoints main, bool many);
 
-/// A root of a covariance whose first column points where the mean changes most; the mean does not
-/// change in the others, to first order.
-Eigen::MatrixXd rotated_root(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& slope);
+/// R with R R' a covariance, without columns of zeros.
+Eigen::MatrixXd root_without_zeros(const Eigen::MatrixXd& covariance);
+
+/// A root of the same covariance whose first column points where the mean changes most; the mean
+/// does not change in the others, to first order.
+/// \param root   of root_without_zeros()
+/// \param slope  gradient of the mean
+Eigen::MatrixXd rotated_root(Eigen::MatrixXd root, const Eigen::VectorXd& slope);
 
 }  // namespace silvafit::fit

@@ -222,17 +222,22 @@ class Quadrature {
     const Part part(all_, rows, directions_);
     const VectorXd spread = linear_deviation(rows);
     const auto count = static_cast<Index>(rows.size());
-    MatrixXd means(rule.weights.size(), count);
-    MatrixXd deviations(rule.weights.size(), count);
+    MatrixXd means(count, rule.weights.size());
+    MatrixXd deviations(count, rule.weights.size());
     for (Index k = 0; k < rule.weights.size(); ++k) {
       const VectorXd mean = part.mean_at(rule.nodes.col(k));
-      means.row(k) = mean;
-      deviations.row(k) = part.deviation(mean, spread);
+      means.col(k) = mean;
+      deviations.col(k) = part.deviation(mean, spread);
     }
+    NormalMixture mixture;
+    VectorXd mean_of_row;
+    VectorXd deviation_of_row;
     for (Index i = 0; i < count; ++i) {
-      if (chosen.stride > 0) close_gaps(means.col(i), deviations.col(i), chosen.stride);
+      mean_of_row = means.row(i);
+      deviation_of_row = deviations.row(i);
+      if (chosen.stride > 0) close_gaps(mean_of_row, deviation_of_row, chosen.stride);
       const auto row = static_cast<Index>(rows[static_cast<std::size_t>(i)]);
-      const NormalMixture mixture(means.col(i), deviations.col(i), rule.weights, tail);
+      mixture.assign(mean_of_row, deviation_of_row, rule.weights, tail);
       result_(row, 0) = mixture.quantile(tail);
       result_(row, 1) = mixture.quantile(1.0 - tail);
     }
