@@ -39,11 +39,12 @@ struct Hypothesis {
   /// Plots of at least this median h/dbh and h, as they are, are judged.
   double lowest_slenderness = 0.0;
   double lowest_h = 0.0;
+  double lowest_excess = 0.0;  ///< least h/dbh, in that of the usual plots
 };
 // Inches and feet are near to our units. Thickets of small trees have such ratios, too, so that
 // plots must be tall and fit well.
 constexpr std::array<Hypothesis, 6> kHypotheses{{{"mm", 0.1, "", 1.0, 3.0, 1.6, 0.0, 0.0},
-                                                 {"in", 2.54, "", 1.0, 1.4, 1.2, 150.0, 10.0},
+                                                 {"in", 2.54, "", 1.0, 1.4, 1.2, 150.0, 10.0, 2.1},
                                                  {"", 1.0, "ft", 0.3048, 2.0, 1.3, 150.0, 15.0},
                                                  {"in", 2.54, "ft", 0.3048, 2.5, 1.35, 150.0, 15.0},
                                                  {"", 1.0, "dm", 0.1, 3.0, 1.6, 0.0, 0.0},
@@ -205,6 +206,7 @@ const Hypothesis* Finder::unit_of(std::size_t plot) const {
   for (const Hypothesis& unit : kHypotheses) {
     const double slenderness = slenderness_[plot] * unit.h_factor / unit.dbh_factor;
     if (slenderness < kLowestUsual || slenderness > 2.0 * kHighestUsual) continue;
+    if (slenderness_[plot] < unit.lowest_excess * usual_slenderness_) continue;
     const std::optional<double> ratio = height_ratio(plot, unit);
     if (!ratio || !(without > least_contrast(plot, unit))) continue;
     const double tolerance =
