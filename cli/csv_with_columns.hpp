@@ -2,26 +2,20 @@
 // A copy of a CSV file with further columns at its end.
 #pragma once
 
-#include <cstddef>
-#include <functional>
+#include <optional>
+#include <ostream>
 #include <string>
 
 #include "command.hpp"
-#include "silvafit/data/table.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/data/ordered_rows.hpp"
+#include "silvafit/study/rows_with_columns.hpp"
 #include "silvafit/study/unit_settings.hpp"
 #include "table_arguments.hpp"
 
 namespace silvafit::cli {
 
-/// Columns to add to a file of N rows.
-struct AddedColumns {
-  data::Table table{};
-  int digits = 17;  ///< significant ones of numbers
-  /// A column of the table that goes into that of the file, if it has one of this name, in the rows
-  /// that are told; empty: none.
-  std::string replaced{};
-  std::function<bool(std::size_t row)> is_replaced{};
-};
+using study::AddedColumns;
 
 /// Writes the table of the file without titles and units, with the new columns at the end. Fields
 /// that are not replaced are copied byte for byte. The table goes to a file or to standard output;
@@ -33,5 +27,31 @@ void write_with_columns(const TreeTable& in,
                         const AddedColumns& columns,
                         const study::ReadingSettings& reading,
                         const CommonOptions& common);
+
+inline constexpr char kStreamHelp[] =
+    "Read the CSV file in parts, so that memory does not grow with it; if the rows of a plot must "
+    "be "
+    "together and are not, they are sorted on disk first";
+
+/// The same for a file that is read in parts.
+class PartsWithColumns {
+ public:
+  /// \param out  CSV file to write; empty: standard output, unless there is --json
+  /// \throws UsageError if it is a layer or workbook, which is written as a whole
+  PartsWithColumns(const std::string& out,
+                   const study::ReadingSettings& reading,
+                   const CommonOptions& common);
+
+  /// The rows of a part, with their columns.
+  /// \param is_in_file_order  the same for all parts
+  void write(const data::TableSource& rows, const AddedColumns& columns, bool is_in_file_order);
+  void finish();
+
+ private:
+  const study::ReadingSettings& reading_;
+  std::optional<AtomicFile> file_{};
+  std::ostream* stream_ = nullptr;
+  std::optional<data::OrderedRows> rows_{};
+};
 
 }  // namespace silvafit::cli

@@ -24,24 +24,39 @@ struct ImputeArguments {
   std::string data{};
   std::string out{};
   int digits = kPredictedDigits;
+  bool stream = false;
 };
 
-void write_out(const ImputeArguments& arguments,
-               const TreeTable& trees,
-               const study::TableImputation& imputed) {
+/// With --columns, the response may have another name in the file, and gets a column of its own.
+AddedColumns columns_of(const ImputeArguments& arguments, const study::TableImputation& imputed) {
   const auto& source = imputed.imputation.source;
-  const auto is_imputed = [&source](std::size_t row) {
-    return source[row] == study::ImputeSource::kImputed;
+  return {.table = study::imputed_columns(imputed),
+          .digits = arguments.digits,
+          .replaced = arguments.impute.response,
+          .is_replaced = [&source](std::size_t row) {
+            return source[row] == study::ImputeSource::kImputed;
+          }};
+}
+
+void impute_parts(const ImputeArguments& arguments,
+                  const TreeTable& trees,
+                  const study::Catalogue& catalogue) {
+  PartsWithColumns file(arguments.out, arguments.reading, arguments.common);
+  const auto write = [&](const data::TableSource& rows, const study::TableImputation& part) {
+    file.write(rows, columns_of(arguments, part), part.is_in_file_order);
   };
-  // With --columns, the response may have another name in the file, and gets a column of its own.
-  write_with_columns(trees,
-                     arguments.out,
-                     {.table = study::imputed_columns(imputed),
-                      .digits = arguments.digits,
-                      .replaced = arguments.impute.response,
-                      .is_replaced = is_imputed},
-                     arguments.reading,
-                     arguments.common);
+  Progress progress(arguments.common);
+  const study::ImputationSummary summary =
+      study::impute_in_parts(trees.table,
+                             catalogue,
+                             arguments.impute,
+                             arguments.reading,
+                             write,
+                             callbacks(arguments.common, progress));
+  progress.clear();
+  file.finish();
+  for (const std::string& line : study::summary_of(summary)) say(arguments.common, line);
+  if (arguments.common.json) print_json_value(study::json_of(summary, arguments.out));
 }
 
 void run(ImputeArguments& arguments) {
@@ -51,13 +66,15 @@ void run(ImputeArguments& arguments) {
   arguments.impute.seed = arguments.common.seed;
   arguments.impute.threads = arguments.common.threads;
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
+  if (arguments.stream) return impute_parts(arguments, trees, catalogue);
   Progress progress(arguments.common);
   const study::TableImputation imputed = study::impute_table(trees.table,
                                                              catalogue,
                                                              arguments.impute,
                                                              arguments.reading,
                                                              callbacks(arguments.common, progress));
-  write_out(arguments, trees, imputed);
+  write_with_columns(
+      trees, arguments.out, columns_of(arguments, imputed), arguments.reading, arguments.common);
   for (const std::string& line : study::summary_of(imputed)) say(arguments.common, line);
   if (arguments.common.json) print_json_value(study::json_of(imputed, arguments.out));
 }
@@ -115,6 +132,7 @@ void add_impute_command(CLI::App& program) {
   add_sheet_options(command, reading);
   add_trust_units_option(command, reading);
   command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
+  command.add_flag("--stream", arguments->stream, kStreamHelp);
   add_common_options(command, arguments->common);
   add_example(command, "silvafit impute inventory.csv --response h --by species --out filled.csv");
   command.callback([arguments, &command] {

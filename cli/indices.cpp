@@ -12,6 +12,7 @@
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/ordered_rows.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "standard_output.hpp"
 #include "table_output.hpp"
@@ -46,6 +47,7 @@ class UnitTable {
 
   void write(const stand::Inventory& inventory,
              const stand::StructuralUnits& units,
+             bool is_in_file_order,
              const std::optional<source::CoordinateSystem>& coordinates) {
     if (is_layer_output(arguments_.out)) {
       write_trees(arguments_.out,
@@ -55,11 +57,17 @@ class UnitTable {
                   arguments_.common);
     }
     if (stream_ == nullptr) return;
-    stand::write_structural_units(inventory, units, *stream_, is_first_);
-    is_first_ = false;
+    if (!rows_) {
+      *stream_ << stand::header_of_units(units);
+      rows_.emplace(*stream_, !is_in_file_order);
+    }
+    stand::write_structural_units(inventory, units, [&](std::size_t tree, std::string_view text) {
+      rows_->add(inventory.lines[tree], text);
+    });
   }
 
   void finish() {
+    if (rows_) rows_->finish();
     if (file_) file_->commit();
     if (stream_ == &std::cout) finish_standard_output();
   }
@@ -68,7 +76,7 @@ class UnitTable {
   const IndicesArguments& arguments_;
   std::optional<AtomicFile> file_{};
   std::ostream* stream_ = nullptr;
-  bool is_first_ = true;
+  std::optional<data::OrderedRows> rows_{};
 };
 
 /// The file of skipped rows, if one is wanted.
@@ -78,20 +86,25 @@ class ExcludedFile {
     if (!arguments.excluded.empty()) file_.emplace(arguments.excluded);
   }
 
-  void write(const std::vector<stand::ExcludedRow>& rows) {
+  void write(const std::vector<stand::ExcludedRow>& rows, bool is_in_file_order) {
     if (!file_) return;
-    stand::write_excluded(rows, file_->stream(), is_first_);
-    is_first_ = false;
+    if (!rows_) {
+      stand::write_excluded({}, file_->stream());  // the header
+      rows_.emplace(file_->stream(), !is_in_file_order);
+    }
+    for (const stand::ExcludedRow& row : rows) rows_->add(row.line, stand::csv_text(row));
   }
 
   void finish() {
-    write({});  // at least the header
-    if (file_) file_->commit();
+    write({}, true);
+    if (!file_) return;
+    rows_->finish();
+    file_->commit();
   }
 
  private:
   std::optional<AtomicFile> file_{};
-  bool is_first_ = true;
+  std::optional<data::OrderedRows> rows_{};
 };
 
 /// Where the rows of an inventory go: those of its trees and those that are skipped.
@@ -119,9 +132,9 @@ void run(const IndicesArguments& arguments) {
   open_plots(arguments.plots, trees, arguments.common, options.sampling);
   const auto write = [&](const stand::CheckedInventory& checked,
                          const stand::StructuralUnits& units) {
-    tables.excluded.write(checked.excluded);
-    if (checked.inventory.size() > 0)
-      tables.units.write(checked.inventory, units, trees.coordinates);
+    tables.excluded.write(checked.excluded, checked.is_in_file_order);
+    if (checked.inventory.size() == 0) return;
+    tables.units.write(checked.inventory, units, checked.is_in_file_order, trees.coordinates);
   };
   Progress progress(arguments.common);
   const study::IndicesSummary summary =
@@ -149,10 +162,11 @@ void add_indices_command(CLI::App& program) {
                   arguments->excluded,
                   "Write the skipped rows, with the reason, to this CSV file")
       ->type_name("FILE.csv");
-  command.add_flag("--stream",
-                   arguments->options.stream,
-                   "Read plot by plot, so that memory does not grow with the file; the rows of a "
-                   "plot must be contiguous");
+  command.add_flag(
+      "--stream",
+      arguments->options.stream,
+      "Read plot by plot, so that memory does not grow with the file; if the rows of a "
+      "plot are not contiguous, they are sorted on disk first");
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit indices examples/fir-mixed/inventory.csv --per stand --out indices.csv");

@@ -11,6 +11,7 @@
 #include "library_named.hpp"
 #include "output_files.hpp"
 #include "prediction_digits.hpp"
+#include "prediction_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/predict_table.hpp"
 #include "standard_output.hpp"
@@ -27,6 +28,7 @@ struct PredictArguments {
   std::string data{};
   study::PredictionSettings settings{};
   int digits = kPredictedDigits;
+  bool stream = false;
   std::string out{};
 };
 
@@ -51,21 +53,31 @@ void sort_files(PredictArguments& arguments) {
   arguments.data = arguments.files.back();
 }
 
-void refuse_idle_options(const CLI::App& command, const PredictArguments& arguments) {
-  const bool is_calibrated = arguments.settings.level == "calibrated";
-  refuse_idle(command,
-              "--interval-kind",
-              arguments.settings.interval > 0.0 || arguments.settings.standard_errors,
-              "--interval or --standard-errors");
-  refuse_idle(command,
-              "--new-groups",
-              is_calibrated || arguments.settings.level == "conditional",
-              "--level conditional or calibrated");
-  refuse_idle(command, "--seen-groups", is_calibrated, "--level calibrated");
+void predict_parts(const PredictArguments& arguments,
+                   const TreeTable& trees,
+                   const study::ModelLibrary& library,
+                   const study::Catalogue& catalogue) {
+  PartsWithColumns file(arguments.out, arguments.settings.reading, arguments.common);
+  const auto write = [&](const data::TableSource& rows, const study::TablePrediction& part) {
+    const AddedColumns added{.table = study::new_columns(part), .digits = arguments.digits};
+    refuse_known_columns(part.table, added.table.names());
+    file.write(rows, added, part.is_in_file_order);
+  };
+  Progress progress(arguments.common);
+  const study::PredictionSummary summary =
+      study::predict_in_parts(trees.table,
+                              library,
+                              catalogue,
+                              arguments.settings,
+                              write,
+                              callbacks(arguments.common, progress));
+  progress.clear();
+  file.finish();
+  if (arguments.common.json) print_json_value(study::json_of(summary, arguments.out));
 }
 
 void run(const CLI::App& command, PredictArguments arguments) {
-  refuse_idle_options(command, arguments);
+  refuse_idle_prediction_options(command, arguments.settings);
   sort_files(arguments);
   refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
                     {{"--out", arguments.out}});
@@ -75,6 +87,7 @@ void run(const CLI::App& command, PredictArguments arguments) {
   arguments.settings.threads = arguments.common.threads;
   arguments.settings.equations.models = data_directory() / "models";
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
+  if (arguments.stream) return predict_parts(arguments, trees, library, catalogue);
   Progress progress(arguments.common);
   const study::TablePrediction prediction = study::predict_table(
       trees.table, library, catalogue, arguments.settings, callbacks(arguments.common, progress));
@@ -99,50 +112,6 @@ void add_file_options(CLI::App& command, PredictArguments& arguments) {
       ->type_name("LIBRARY");
 }
 
-/// What is predicted for which groups.
-void add_level_options(CLI::App& command, PredictArguments& arguments) {
-  command
-      .add_option("--level",
-                  arguments.settings.level,
-                  "population: random effects 0 (b = 0); conditional: random effects of the fit; "
-                  "calibrated: random effects from the trees measured in the file; marginal: mean "
-                  "over all groups")
-      ->check(CLI::IsMember({"population", "conditional", "calibrated", "marginal"}))
-      ->capture_default_str();
-  command
-      .add_option("--new-groups",
-                  arguments.settings.new_groups,
-                  "Conditional predictions for groups that are not in the fit, and calibrated "
-                  "predictions for such groups without a measured tree")
-      ->check(CLI::IsMember({"population", "marginal", "missing", "error"}))
-      ->capture_default_str();
-  command
-      .add_option("--seen-groups",
-                  arguments.settings.seen_groups,
-                  "Calibrated predictions for groups of the fit: use the random effects of the fit "
-                  "(own), only the trees of the file (new), or both (combined)")
-      ->check(CLI::IsMember({"fitted", "new", "combined"}))
-      ->capture_default_str();
-}
-
-void add_interval_options(CLI::App& command, PredictArguments& arguments) {
-  command
-      .add_option("--interval",
-                  arguments.settings.interval,
-                  "Add interval limits with this coverage, such as 0.95")
-      ->type_name("LEVEL")
-      ->check(CLI::Range(1e-6, 0.999999));
-  command
-      .add_option("--interval-kind",
-                  arguments.settings.interval_kind,
-                  "prediction: for the value of a tree; confidence: for the mean of such trees")
-      ->check(CLI::IsMember({"prediction", "confidence"}))
-      ->capture_default_str();
-  command.add_flag("--standard-errors",
-                   arguments.settings.standard_errors,
-                   "Add the standard error of the kind that --interval-kind selects");
-}
-
 }  // namespace
 
 void add_predict_command(CLI::App& program) {
@@ -150,16 +119,7 @@ void add_predict_command(CLI::App& program) {
   CLI::App& command =
       *program.add_subcommand("predict", "Predict heights, crown bases and crown widths of trees");
   add_file_options(command, *arguments);
-  add_level_options(command, *arguments);
-  add_interval_options(command, *arguments);
-  command
-      .add_option(
-          "--role",
-          arguments->settings.role,
-          "Which models of a study to use; without this option, a model whose columns are not "
-          "all in the file is replaced by the next simpler one")
-      ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
-      ->default_str("nlme");
+  add_prediction_options(command, arguments->settings);
   add_layer_options(command, arguments->table);
   add_digits_option(command, arguments->digits);
   study::ReadingSettings& reading = arguments->settings.reading;
@@ -168,6 +128,7 @@ void add_predict_command(CLI::App& program) {
   add_trust_units_option(command, reading);
   add_equation_options(command, arguments->settings.equations);
   command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
+  command.add_flag("--stream", arguments->stream, kStreamHelp);
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit predict library.json new.csv --level calibrated --interval 0.95 --out "

@@ -2,8 +2,6 @@
 // How many digits of predictions are written.
 #pragma once
 
-#include <string>
-
 #include "command.hpp"
 
 namespace silvafit::cli {
@@ -14,9 +12,5 @@ inline constexpr int kPredictedDigits = 6;
 
 /// Adds --digits.
 void add_digits_option(CLI::App& command, int& digits);
-
-/// The number rounded to so many significant digits, without zeros at its end; with 17 the shortest
-/// text that reads back as the same number.
-std::string with_digits(double value, int digits);
 
 }  // namespace silvafit::cli

@@ -57,13 +57,15 @@ void write_excluded(const std::vector<ExcludedRow>& excluded,
                     std::ostream& stream,
                     bool with_header) {
   if (with_header) stream << "line,plot,tree,column,value,reason\n";
-  for (const ExcludedRow& row : excluded) {
-    stream << row.line;
-    for (const std::string* field : {&row.plot, &row.tree, &row.column, &row.value, &row.reason}) {
-      stream << ',' << data::csv_field(*field);
-    }
-    stream << '\n';
+  for (const ExcludedRow& row : excluded) stream << csv_text(row);
+}
+
+std::string csv_text(const ExcludedRow& row) {
+  std::string text = std::to_string(row.line);
+  for (const std::string* field : {&row.plot, &row.tree, &row.column, &row.value, &row.reason}) {
+    text += ',' + data::csv_field(*field);
   }
+  return text + '\n';
 }
 
 void write_excluded(const std::vector<ExcludedRow>& excluded, const std::filesystem::path& path) {

@@ -17,7 +17,7 @@ bool InventoryReader::is_new_plot(const InventoryRow& row) const {
 
 /// Takes rows until the batch is full, of trees or of rows that are left out, and its last plot
 /// whole; false at the end of the file.
-bool InventoryReader::fill_batch(std::size_t trees) {
+bool InventoryReader::fill_batch(std::size_t trees, bool of_whole_plots) {
   // A problem with its texts takes as much memory as so many trees with their structural units.
   constexpr std::size_t kRowsForProblem = 10;
   for (;;) {
@@ -25,8 +25,8 @@ bool InventoryReader::fill_batch(std::size_t trees) {
       InventoryRow& row = block_[next_in_block_];
       const bool is_full =
           result_.inventory.size() >= trees || kRowsForProblem * result_.excluded.size() >= trees;
-      if (is_full && is_new_plot(row)) return true;
-      check_not_finished(row);
+      if (is_full && (!of_whole_plots || is_new_plot(row))) return true;
+      if (of_whole_plots) check_not_finished(row);
       accept_or_exclude(row);
     }
     if (!read_block()) return false;
@@ -47,13 +47,31 @@ void InventoryReader::check_not_finished(const InventoryRow& row) const {
                    {.file = result_.inventory.file, .line = row.line, .plot = row.labels[kPlot]});
 }
 
+void InventoryReader::make_plots_contiguous() {
+  const auto* const path = std::get_if<std::filesystem::path>(&source_);
+  std::error_code ignored;
+  // Without numbers of trees, the order of the rows makes them.
+  const bool can_sort = path != nullptr && plan_.labels[kPlot].field &&
+                        plan_.labels[kTree].exists() &&
+                        std::filesystem::is_regular_file(*path, ignored);
+  if (!can_sort) return;
+  data::TableParts parts(*path,
+                         {.group = plan_.labels[kPlot].field,
+                          .missing = options_.missing,
+                          .fill_down = plan_.filled_down,
+                          .finds_kinds = false});
+  if (!parts.is_sorted()) return;
+  parts_.emplace(std::move(parts));
+  csv_ = data::CsvReader(parts_->next(), options_.missing);
+}
+
 void InventoryReader::finish_plots() {
   finished_.add(result_.inventory.plot.levels());
   shared_labels_.finish_plots();
 }
 
 std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
-  const bool is_more = fill_batch(trees);
+  const bool is_more = fill_batch(trees, true);
   const bool is_empty = result_.inventory.size() == 0;
   if (is_empty && is_first_batch_ && !is_more) {
     excluded_.add(result_);
@@ -63,11 +81,28 @@ std::optional<CheckedInventory> InventoryReader::read_batch(std::size_t trees) {
   finish_plots();
   resolve_repeated_trees(plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
+  return hand_over_batch();
+}
+
+std::optional<CheckedInventory> InventoryReader::read_rows(std::size_t trees) {
+  fill_batch(trees, false);
+  const bool is_empty = result_.inventory.size() == 0;
+  if (is_empty && result_.excluded.empty()) {
+    if (is_first_batch_) refuse_empty(excluded());
+    return std::nullopt;
+  }
+  return hand_over_batch();
+}
+
+/// The batch, checked and counted; the reader is ready for the next one.
+CheckedInventory InventoryReader::hand_over_batch() {
+  const bool is_empty = result_.inventory.size() == 0;
   if (is_first_batch_ && !is_empty && !options_.trust_units) {
     check_units(result_.inventory, plan_, crown_base_above_top_);
   }
   count_findings();
   excluded_.add(result_);
+  result_.is_in_file_order = !is_sorted();
   CheckedInventory batch = std::move(result_);
   result_ = {};
   result_.inventory.file = batch.inventory.file;
@@ -90,6 +125,7 @@ InventoryBatches::InventoryBatches(const std::filesystem::path& path,
     throw UsageError("columns beyond the inventory's own cannot be read plot by plot",
                      {.file = path.string()});
   }
+  state_->reader.make_plots_contiguous();
 }
 
 InventoryBatches::~InventoryBatches() = default;
@@ -105,6 +141,8 @@ std::vector<std::string> InventoryBatches::notes() const { return state_->reader
 std::vector<std::string> InventoryBatches::recognized() const {
   return state_->reader.recognized();
 }
+
+bool InventoryBatches::is_sorted() const { return state_->reader.is_sorted(); }
 
 std::string InventoryBatches::excluded() const { return state_->reader.excluded(); }
 

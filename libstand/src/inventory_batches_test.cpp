@@ -182,9 +182,27 @@ TEST_CASE("one window for plots of several batches is refused as for those of on
   CHECK_THROWS_WITH(notes_of(findings, options, ""), Contains("one window is given for 2 plots"));
 }
 
-TEST_CASE("a plot that comes again after its batch is an error with its line") {
+TEST_CASE("plots whose rows are not contiguous come whole, with the lines of the file") {
   const ScratchFile file(std::string(kHeader) + "1,1,A,1,1,10,1\n2,1,A,1,1,10,1\n1,2,A,1,2,10,1\n",
                          ".csv");
+  const InventoryOptions options{.needs_coordinates = true, .trust_units = true};
+  InventoryBatches batches(file.path(), options, 1);
+  CHECK(batches.is_sorted());
+  const auto first = batches.next();
+  CHECK_FALSE(first->is_in_file_order);
+  CHECK(first->inventory.lines == std::vector<std::uint32_t>{2, 4});
+  const auto second = batches.next();
+  CHECK(second->inventory.lines == std::vector<std::uint32_t>{3});
+  CHECK_FALSE(batches.next());
+  // Contiguous ones are read as they come.
+  const ScratchFile sorted(std::string(kHeader) + "1,1,A,1,1,10,1\n1,2,A,1,2,10,1\n", ".csv");
+  InventoryBatches unsorted(sorted.path(), options, 1);
+  CHECK_FALSE(unsorted.is_sorted());
+  CHECK(unsorted.next()->is_in_file_order);
+}
+
+TEST_CASE("without numbers of trees, a plot that comes again is an error with its line") {
+  const ScratchFile file("plot,species,x,y,dbh\n1,A,1,1,10\n2,A,1,1,10\n1,A,1,2,10\n", ".csv");
   const InventoryOptions options{.needs_coordinates = true, .trust_units = true};
   InventoryBatches batches(file.path(), options, 1);
   CHECK(batches.next()->inventory.size() == 1);
@@ -276,7 +294,7 @@ TEST_CASE("plots of one label in several stands are told of, whole or plot by pl
 }
 
 TEST_CASE("a plot that comes again may be one of another stand") {
-  const ScratchFile file("plot,stand,tree,dbh\n1,N,1,20\n2,N,2,20\n1,S,3,20\n");
+  const ScratchFile file("plot,stand,dbh\n1,N,20\n2,N,20\n1,S,20\n");
   InventoryBatches batches(file.path(), {}, 1);
   const auto read_all = [&batches] {
     while (batches.next()) {

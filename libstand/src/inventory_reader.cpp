@@ -107,12 +107,22 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   }
 }
 
+/// The fields of the next row, of the file or of its parts.
+bool InventoryReader::next_fields(std::vector<std::string_view>& fields) {
+  while (!csv_.next(fields)) {
+    const auto part = parts_ ? parts_->next() : nullptr;
+    if (!part) return false;
+    csv_ = data::CsvReader(part, options_.missing);
+  }
+  return true;
+}
+
 bool InventoryReader::read_block() {
   expression_numbers_.assign(plan_.expression_fields.size(), std::vector<double>(kBlockRows));
   expression_texts_.assign(plan_.expression_fields.size(), {});
   std::vector<std::string_view> fields;
   block_size_ = 0;
-  while (block_size_ < kBlockRows && csv_.next(fields)) {
+  while (block_size_ < kBlockRows && next_fields(fields)) {
     read_row(fields, block_[block_size_], block_size_);
     ++block_size_;
   }

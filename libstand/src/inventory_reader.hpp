@@ -20,6 +20,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/missing_codes.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/data/table_parts.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"
@@ -54,6 +55,14 @@ class InventoryReader {
   CheckedInventory read();
   /// The next plots, until there are so many trees; nothing at the end of the file.
   std::optional<CheckedInventory> read_batch(std::size_t trees);
+  /// The next rows, until there are so many trees, whatever their plots are, without comparison of
+  /// trees with each other; nothing at the end of the file.
+  std::optional<CheckedInventory> read_rows(std::size_t trees);
+  bool has_tree_numbers() const { return plan_.labels[kTree].exists(); }
+  /// Sorts the rows of a file by plot, on disk, if those of a plot do not follow each other.
+  void make_plots_contiguous();
+  /// Whether the rows come in another order than that of the file.
+  bool is_sorted() const { return parts_.has_value(); }
   /// Whether columns are asked for that read_batch leaves out.
   bool wants_other_columns() const { return !plan_.others.empty(); }
   /// Notes on all rows read so far.
@@ -66,11 +75,13 @@ class InventoryReader {
  private:
   static constexpr std::size_t kBlockRows = 4096;
 
-  bool fill_batch(std::size_t trees);
+  bool fill_batch(std::size_t trees, bool of_whole_plots);
+  CheckedInventory hand_over_batch();
   bool is_new_plot(const InventoryRow& row) const;
   void finish_plots();
   void check_not_finished(const InventoryRow& row) const;
   bool read_block();
+  bool next_fields(std::vector<std::string_view>& fields);
   void read_row(const std::vector<std::string_view>& fields,
                 InventoryRow& row,
                 std::size_t position);
@@ -97,6 +108,7 @@ class InventoryReader {
 
   data::TableSource source_;
   data::CsvReader csv_;
+  std::optional<data::TableParts> parts_{};  ///< of a file that was sorted; csv_ reads one of them
   InventoryOptions options_;
   ColumnPlan plan_;
   CheckedInventory result_{};

@@ -13,17 +13,6 @@ namespace {
 
 constexpr std::size_t kFlushAt = std::size_t{1} << 18;
 
-std::string header_of(const StructuralUnits& units) {
-  std::string header = "plot,tree,species,core,W,M,U,C";
-  for (const char* prefix : {",nn", ",d"}) {
-    for (std::size_t i = 1; i <= units.neighbors; ++i) header += prefix + std::to_string(i);
-  }
-  if (!units.weight.empty()) header += ",weight";
-  for (const FurtherValues& further : units.further)
-    header += "," + std::string(name_of(further.index));
-  return header + '\n';
-}
-
 void append_number(std::string& out, double value) {
   out += ',';
   if (std::isnan(value)) return;
@@ -35,11 +24,13 @@ void append_number(std::string& out, double value) {
 /// Writes rows, with the labels of neighbors.
 class UnitWriter {
  public:
-  UnitWriter(const Inventory& inventory, const StructuralUnits& units)
+  UnitWriter(const Inventory& inventory,
+             const StructuralUnits& units,
+             std::optional<bool> ids_repeat = std::nullopt)
       : inventory_(inventory),
         units_(units),
         needs_plot_(units.scope == SearchScope::kStand &&
-                    inventory.tree.levels().size() < inventory.size()) {}
+                    ids_repeat.value_or(inventory.tree.levels().size() < inventory.size())) {}
 
   void append_row(std::string& out, std::size_t row) const;
 
@@ -81,12 +72,36 @@ void UnitWriter::append_row(std::string& out, std::size_t row) const {
 
 }  // namespace
 
+std::string header_of_units(const StructuralUnits& units) {
+  std::string header = "plot,tree,species,core,W,M,U,C";
+  for (const char* prefix : {",nn", ",d"}) {
+    for (std::size_t i = 1; i <= units.neighbors; ++i) header += prefix + std::to_string(i);
+  }
+  if (!units.weight.empty()) header += ",weight";
+  for (const FurtherValues& further : units.further)
+    header += "," + std::string(name_of(further.index));
+  return header + '\n';
+}
+
+void write_structural_units(const Inventory& inventory,
+                            const StructuralUnits& units,
+                            const UnitRowSink& sink,
+                            std::optional<bool> ids_repeat) {
+  const UnitWriter writer(inventory, units, ids_repeat);
+  std::string out;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    out.clear();
+    writer.append_row(out, row);
+    sink(row, out);
+  }
+}
+
 void write_structural_units(const Inventory& inventory,
                             const StructuralUnits& units,
                             std::ostream& stream,
                             bool with_header) {
   const UnitWriter writer(inventory, units);
-  std::string out = with_header ? header_of(units) : "";
+  std::string out = with_header ? header_of_units(units) : "";
   for (std::size_t row = 0; row < inventory.size(); ++row) {
     writer.append_row(out, row);
     if (out.size() < kFlushAt) continue;

@@ -74,6 +74,7 @@ struct CsvReader::State {
   bool keeps_types = false;                  // of the table's columns
   std::shared_ptr<const TableText> sheet{};  // instead of the file
   std::size_t sheet_read = 0;
+  std::size_t sheet_records = 0;
   std::vector<SourceColumn> columns{};  // of the table
   std::size_t next_row = 0;
   std::vector<std::string> cells{};  // of the last row
@@ -124,6 +125,8 @@ struct CsvReader::State {
   void advance();
   void find_start();
   void read_header();
+  void take_head(const TableHead& head);
+  ColumnKind kind(std::size_t column) const;
   bool is_passed_over();
   void fit_to_header();
   void take_table();
@@ -361,6 +364,18 @@ void CsvReader::State::read_header() {
   }
 }
 
+/// The header of a part of a file.
+void CsvReader::State::take_head(const TableHead& head) {
+  separator = sheet->separator;
+  header = head.header;
+  layout = head.layout;
+}
+
+ColumnKind CsvReader::State::kind(std::size_t column) const {
+  if (!sheet || !sheet->head || sheet->head->kinds.empty()) return ColumnKind::kUnknown;
+  return sheet->head->kinds[column];
+}
+
 /// Whether the record found is the row of units or a comment.
 bool CsvReader::State::is_passed_over() {
   if (std::exchange(skips_next, false)) return true;
@@ -441,7 +456,8 @@ CsvReader::CsvReader(const TableSource& source, std::vector<std::string> missing
   }
   const auto* const text = std::get_if<std::shared_ptr<const TableText>>(&source);
   text != nullptr ? state_->open_text(*text) : state_->open();
-  state_->read_header();
+  const bool is_part = text != nullptr && (*text)->head;
+  is_part ? state_->take_head(*(*text)->head) : state_->read_header();
 }
 
 CsvReader::~CsvReader() = default;
@@ -455,7 +471,12 @@ const TableSource& CsvReader::source() const { return state_->source; }
 const std::vector<std::string>& CsvReader::header() const { return state_->header; }
 
 bool CsvReader::is_text(std::size_t column) const {
+  if (state_->kind(column) == ColumnKind::kText) return true;
   return state_->keeps_types && state_->columns[column].text != nullptr;
+}
+
+bool CsvReader::is_numbers(std::size_t column) const {
+  return state_->kind(column) == ColumnKind::kNumbers;
 }
 
 const CsvLayout& CsvReader::layout() const { return state_->layout; }
@@ -492,6 +513,7 @@ bool CsvReader::next(std::vector<std::string_view>& fields) {
     do {
       if (!state.find_record()) return false;
     } while (state.is_passed_over());
+    if (state.sheet && state.sheet->head) state.line = state.sheet->lines[state.sheet_records++];
     state.fit_to_header();
     for (std::size_t i = 0; i < state.spans.size(); ++i) fields.push_back(state.field(i));
   }

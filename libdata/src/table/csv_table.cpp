@@ -102,7 +102,9 @@ std::vector<ColumnBuilder> wanted_columns(const CsvReader& reader, const CsvTabl
       throw InputError(no_such_column(name, header), {.file = reader.file()});
     const std::size_t field = found->second;
     const bool is_text = contains(options.text_columns, name) || reader.is_text(field);
-    columns.push_back({.name = name, .field = field, .is_text = is_text});
+    const bool has_numbers = !is_text && reader.is_numbers(field);
+    columns.push_back(
+        {.name = name, .field = field, .is_text = is_text, .has_numbers = has_numbers});
   }
   return columns;
 }

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -274,45 +276,91 @@ std::size_t Imputation::count(ImputeLevel which) const {
   return static_cast<std::size_t>(std::ranges::count(level, which));
 }
 
-Imputation impute(const data::Table& table,
-                  const Catalogue& catalogue,
-                  const ImputeOptions& options) {
+void add_labels(const data::Table& table,
+                const ImputeOptions& options,
+                std::vector<std::string>& labels) {
+  const auto add = [&labels](const std::string& label) {
+    if (std::ranges::find(labels, label) == labels.end()) labels.push_back(label);
+  };
+  if (options.by.empty()) return add("");
+  const data::TextColumn by = table.labels(options.by);
+  for (const std::string& label : by.levels()) add(label);
+  for (std::size_t row = 0; row < by.size(); ++row) {
+    if (by.is_missing(row)) return add("");
+  }
+}
+
+ImputeModels imputation_models(const data::Table& table,
+                               const Catalogue& catalogue,
+                               const ImputeOptions& options,
+                               const std::vector<std::string>& labels) {
   check(table, options);
   require_model_numbers(table, catalogue, options);
-  const auto response = table.numbers(options.response);
-  Imputation result{.value = std::vector<double>(table.rows(), kNaN),
-                    .source = std::vector<ImputeSource>(table.rows(), ImputeSource::kMissing),
-                    .level = std::vector<ImputeLevel>(table.rows(), ImputeLevel::kNone),
-                    .flag = std::vector<std::string>(table.rows())};
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    if (!is_measured(response[row])) continue;
-    result.value[row] = response[row];
-    result.source[row] = ImputeSource::kMeasured;
-  }
+  ImputeModels result;
   if (options.random.empty() && plot_column(table, options).empty()) {
     result.notes.emplace_back(
         "there is no column 'plot' (--group names another), so the model has no random effects");
   }
-  Filling filling(table, options, result);
   std::vector<Part> parts = parts_of(table, options);
-  Part& shared = parts.back();
+  const auto place = [&labels](const Part& part) { return std::ranges::find(labels, part.label); };
+  std::stable_sort(parts.begin(), parts.end() - 1, [&](const Part& left, const Part& right) {
+    return place(left) < place(right);
+  });
+  std::vector<std::string> open = labels;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Part& part = parts[i];
-    if (part.rows.empty()) continue;
+    if (part.label.empty() && open.empty()) continue;
     std::vector<std::string> notes;
     const auto model = model_of(part, table, catalogue, options, notes);
     for (const std::string& note : notes) {
       result.notes.push_back(part.label.empty() ? note : part.label + ": " + note);
     }
-    if (!model) {
-      shared.rows.insert(shared.rows.end(), part.rows.begin(), part.rows.end());
-      std::ranges::sort(shared.rows);
-      continue;
-    }
-    filling.fill(part, *model, i + 1);
-    result.models.push_back({.label = part.label, .fit = *model});
+    if (!model) continue;
+    std::erase(open, part.label);
+    result.models.push_back({.label = part.label, .fit = *model, .stream = i + 1});
   }
   return result;
+}
+
+Imputation impute_with(const ImputeModels& models,
+                       const data::Table& table,
+                       const ImputeOptions& options) {
+  check(table, options);
+  const auto response = table.numbers(options.response);
+  Imputation result{.models = models.models,
+                    .value = std::vector<double>(table.rows(), kNaN),
+                    .source = std::vector<ImputeSource>(table.rows(), ImputeSource::kMissing),
+                    .level = std::vector<ImputeLevel>(table.rows(), ImputeLevel::kNone),
+                    .flag = std::vector<std::string>(table.rows()),
+                    .notes = models.notes};
+  std::vector<Part> parts(models.models.size());
+  std::map<std::string, std::size_t, std::less<>> part_of;
+  for (std::size_t i = 0; i < parts.size(); ++i) part_of.emplace(models.models[i].label, i);
+  std::optional<data::TextColumn> labels;
+  if (!options.by.empty()) labels = table.labels(options.by);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (is_measured(response[row])) {
+      result.value[row] = response[row];
+      result.source[row] = ImputeSource::kMeasured;
+    }
+    const auto own = labels ? part_of.find((*labels)[row]) : part_of.end();
+    parts[own == part_of.end() ? parts.size() - 1 : own->second].rows.push_back(row);
+  }
+  Filling filling(table, options, result);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].rows.empty()) continue;
+    filling.fill(parts[i], models.models[i].fit, models.models[i].stream);
+  }
+  return result;
+}
+
+Imputation impute(const data::Table& table,
+                  const Catalogue& catalogue,
+                  const ImputeOptions& options) {
+  check(table, options);
+  std::vector<std::string> labels;
+  add_labels(table, options, labels);
+  return impute_with(imputation_models(table, catalogue, options, labels), table, options);
 }
 
 }  // namespace silvafit::study

@@ -387,6 +387,13 @@ Names columns_read(const ModelLibrary& library) {
   return columns;
 }
 
+std::string note_on_marginal_means(double marginal_difference) {
+  constexpr double kWorthSaying = 1e-5;
+  if (marginal_difference <= kWorthSaying) return {};
+  return fmt::format("marginal means have a relative error of up to {:.2g} %",
+                     100.0 * std::min(marginal_difference, 1.0));
+}
+
 PredictedResponses predict_responses(const ModelLibrary& library,
                                      const data::Table& table,
                                      const PredictResponsesOptions& options) {
@@ -404,11 +411,7 @@ PredictedResponses predict_responses(const ModelLibrary& library,
         models, [&response](const ResponseModels& other) { return other.needs(response); });
     if (is_needed) predictor.fill(response, result.responses[i].value);
   }
-  constexpr double kWorthSaying = 1e-5;
-  if (const double open = predictor.marginal_difference(); open > kWorthSaying) {
-    result.notes.push_back(fmt::format("marginal means have a relative error of up to {:.2g} %",
-                                       100.0 * std::min(open, 1.0)));
-  }
+  result.marginal_difference = predictor.marginal_difference();
   result.flags = predictor.joined_flags();
   return result;
 }

@@ -3,15 +3,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/table_parts.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
+#include "workflow/parts_of_files.hpp"
 #include "workflow/repeated_rows.hpp"
 
 namespace silvafit::study {
@@ -41,12 +48,109 @@ void check_columns(const ImputeOptions& options, const data::Table& table) {
   }
 }
 
-std::map<std::string, std::size_t> flag_counts(const Imputation& result) {
-  std::map<std::string, std::size_t> counts;
+void add_to(const TableImputation& part, ImputationSummary& summary) {
+  const Imputation& result = part.imputation;
+  summary.trees += result.value.size();
+  for (const ImputeSource source : result.source) ++summary.sources[source];
+  for (const ImputeLevel level : result.level) ++summary.levels[level];
   for (const std::string& flag : result.flag) {
-    if (!flag.empty()) ++counts[flag];
+    if (!flag.empty()) ++summary.flags[flag];
   }
-  return counts;
+  summary.recognized = part.recognized;
+}
+
+ImputationSummary summary_of_whole(const TableImputation& imputed) {
+  ImputationSummary summary{.options = imputed.options,
+                            .models = imputed.imputation.models,
+                            .notes = imputed.imputation.notes};
+  add_to(imputed, summary);
+  return summary;
+}
+
+template <class Key>
+std::size_t count(const std::map<Key, std::size_t>& counts, Key key) {
+  const auto found = counts.find(key);
+  return found == counts.end() ? 0 : found->second;
+}
+
+ModelColumns model_columns(const ImputeOptions& options, ReadingState* state) {
+  const std::vector<std::string> labels = label_columns(options);
+  std::vector<std::string> wanted = labels;
+  wanted.insert(wanted.end(), {options.response, "dbh"});
+  return {.names = labels, .wanted = std::move(wanted), .state = state};
+}
+
+/// Rows of tables with the same columns, one after another.
+data::Table joined(const std::vector<data::Table>& parts) {
+  data::Table table;
+  std::vector<std::uint32_t> lines;
+  for (const data::Table& part : parts) {
+    for (std::size_t row = 0; row < part.rows(); ++row) {
+      lines.push_back(static_cast<std::uint32_t>(part.line(row)));
+    }
+  }
+  table = data::Table(lines.size());
+  for (const std::string& name : parts.front().names()) {
+    std::vector<double> numbers;
+    data::TextColumn texts;
+    const bool is_numeric = parts.front().is_numeric(name);
+    for (const data::Table& part : parts) {
+      if (is_numeric) {
+        const auto values = part.numbers(name);
+        numbers.insert(numbers.end(), values.begin(), values.end());
+        continue;
+      }
+      const data::TextColumn& own = part.text(name);
+      for (std::size_t row = 0; row < own.size(); ++row) {
+        own.is_missing(row) ? texts.append_missing() : texts.append(own[row]);
+      }
+    }
+    is_numeric ? table.set(name, std::move(numbers)) : table.set(name, std::move(texts));
+  }
+  table.set_origin(parts.front().file(), std::move(lines));
+  return table;
+}
+
+data::Table measured_rows(const data::Table& table, const std::string& response) {
+  require_numbers(table, {response});
+  const auto values = table.numbers(response);
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (std::isfinite(values[row])) rows.push_back(row);
+  }
+  return table.select(rows);
+}
+
+/// The column of the coarsest groups, whose trees are imputed together.
+std::string group_column(const ImputeOptions& options) {
+  if (!options.random.empty() && options.random != "none") {
+    return fit::parse_random_effects(options.random).front().group;
+  }
+  return options.group.empty() ? "plot" : options.group;
+}
+
+/// The models of a file that is read in parts.
+ImputeModels models_of_parts(const data::TableSource& trees,
+                             const Catalogue& catalogue,
+                             const ImputeOptions& options,
+                             const ReadingSettings& reading) {
+  data::TableParts parts =
+      table_parts(trees, reading, [&](const auto&) { return group_column(options); });
+  ReadingState state;
+  std::vector<data::Table> measured;
+  std::vector<std::string> labels;
+  while (const auto rows = parts.next()) {
+    const ObservedTable read = read_model_table(rows, reading, model_columns(options, &state));
+    check_columns(options, read.table);
+    add_labels(read.table, options, labels);
+    measured.push_back(measured_rows(read.observations(), options.response));
+  }
+  // In the order of the file, which sums depend on.
+  const data::Table all = joined(measured);
+  std::vector<std::size_t> order(all.rows());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&all](std::size_t row) { return all.line(row); });
+  return imputation_models(all.select(order), catalogue, options, labels);
 }
 
 /// Such as ", random a | stand; a + b | plot"; empty without.
@@ -80,11 +184,8 @@ TableImputation impute_table(const data::TableSource& trees,
                              const ImputeOptions& options,
                              const ReadingSettings& reading,
                              const Callbacks& callbacks) {
-  const std::vector<std::string> labels = label_columns(options);
-  std::vector<std::string> wanted = labels;
-  wanted.insert(wanted.end(), {options.response, "dbh"});
-  ObservedTable read = read_model_table(
-      trees, reading, {.names = labels, .wanted = std::move(wanted)}, callbacks.note);
+  ObservedTable read =
+      read_model_table(trees, reading, model_columns(options, nullptr), callbacks.note);
   check_columns(options, read.table);
   TableImputation result{.options = options};
   result.imputation = impute(read.observations(), catalogue, options);
@@ -93,6 +194,39 @@ TableImputation impute_table(const data::TableSource& trees,
   result.recognized = std::move(read.recognized);
   give_notes(result.imputation.notes, callbacks.note);
   return result;
+}
+
+ImputationSummary impute_in_parts(const data::TableSource& trees,
+                                  const Catalogue& catalogue,
+                                  const ImputeOptions& options,
+                                  const ReadingSettings& reading,
+                                  const ImputationSink& sink,
+                                  const Callbacks& callbacks) {
+  if (options.add_residual) {
+    throw UsageError(
+        "cannot be used with --stream: random numbers are drawn for all plots together",
+        {.column = "--add-residual"});
+  }
+  const ImputeModels models = models_of_parts(trees, catalogue, options, reading);
+  ImputationSummary summary{.options = options, .models = models.models, .notes = models.notes};
+  data::TableParts parts =
+      table_parts(trees, reading, [&](const auto&) { return group_column(options); });
+  if (parts.is_sorted() && callbacks.note) callbacks.note(kSortedNote);
+  ReadingState state;
+  while (const auto rows = parts.next()) {
+    ObservedTable read = read_model_table(rows, reading, model_columns(options, &state));
+    TableImputation part{.options = options, .is_in_file_order = !parts.is_sorted()};
+    part.imputation = impute_with(models, read.observations(), options);
+    give_to_copies(read.place, part.imputation);
+    part.table = std::move(read.table);
+    part.recognized = std::move(read.recognized);
+    add_to(part, summary);
+    sink(rows, part);
+    if (callbacks.progress) callbacks.progress("trees", summary.trees, parts.rows());
+  }
+  give_notes(summary.recognized, callbacks.note);
+  give_notes(summary.notes, callbacks.note);
+  return summary;
 }
 
 std::vector<std::string> imputation_columns(const std::string& response) {
@@ -118,13 +252,12 @@ data::Table imputed_columns(const TableImputation& imputed) {
   return table;
 }
 
-std::vector<std::string> summary_of(const TableImputation& imputed) {
-  const Imputation& result = imputed.imputation;
+std::vector<std::string> summary_of(const ImputationSummary& summary) {
   std::vector<std::string> lines;
-  for (const ImputeModel& model : result.models) {
+  for (const ImputeModel& model : summary.models) {
     const fit::FittedModel& fit = model.fit;
     lines.push_back(fmt::format("{}{}{}{}, variance {}, {} trees, conditional RMSE {:.4g}",
-                                label_of(model, imputed.options),
+                                label_of(model, summary.options),
                                 fit.model.empty() ? "" : fit.model + " ",
                                 fit.specification.formula.text,
                                 random_text(fit.specification),
@@ -132,44 +265,51 @@ std::vector<std::string> summary_of(const TableImputation& imputed) {
                                 fit.observations,
                                 fit.conditional.rmse));
   }
-  const std::size_t stand = result.count(ImputeLevel::kStand);
+  const std::size_t stand = count(summary.levels, ImputeLevel::kStand);
   lines.push_back(
       fmt::format("{}: {} measured, {} imputed with the curve of their plot, {}{} with the "
                   "population curve, {} left empty",
-                  imputed.options.response,
-                  result.count(ImputeSource::kMeasured),
-                  result.count(ImputeLevel::kPlot),
+                  summary.options.response,
+                  count(summary.sources, ImputeSource::kMeasured),
+                  count(summary.levels, ImputeLevel::kPlot),
                   stand > 0 ? fmt::format("{} with their stand, ", stand) : "",
-                  result.count(ImputeLevel::kPopulation),
-                  result.count(ImputeSource::kMissing)));
-  for (const auto& [flag, count] : flag_counts(result)) {
-    lines.push_back(fmt::format("{}: {}", counted(count, "tree", "trees"), flag));
+                  count(summary.levels, ImputeLevel::kPopulation),
+                  count(summary.sources, ImputeSource::kMissing)));
+  for (const auto& [flag, trees] : summary.flags) {
+    lines.push_back(fmt::format("{}: {}", counted(trees, "tree", "trees"), flag));
   }
   return lines;
 }
 
-ordered_json json_of(const TableImputation& imputed, const std::string& out) {
-  const Imputation& result = imputed.imputation;
+std::vector<std::string> summary_of(const TableImputation& imputed) {
+  return summary_of(summary_of_whole(imputed));
+}
+
+ordered_json json_of(const ImputationSummary& summary, const std::string& out) {
   ordered_json models = ordered_json::array();
-  for (const ImputeModel& model : result.models) {
+  for (const ImputeModel& model : summary.models) {
     models.push_back({{"label", text_or_null(model.label)}, {"fit", fit::json_of(model.fit)}});
   }
   return {{"schema", "silvafit-impute/1"},
           {"silvafit", SILVAFIT_VERSION},
-          {"response", imputed.options.response},
+          {"response", summary.options.response},
           {"out", text_or_null(out)},
-          {"n", result.value.size()},
-          {"measured", result.count(ImputeSource::kMeasured)},
+          {"n", summary.trees},
+          {"measured", count(summary.sources, ImputeSource::kMeasured)},
           {"imputed",
-           {{"plot", result.count(ImputeLevel::kPlot)},
-            {"stand", result.count(ImputeLevel::kStand)},
-            {"population", result.count(ImputeLevel::kPopulation)}}},
-          {"missing", result.count(ImputeSource::kMissing)},
-          {"flags", flag_counts(result)},
-          {"residual_added", imputed.options.add_residual},
+           {{"plot", count(summary.levels, ImputeLevel::kPlot)},
+            {"stand", count(summary.levels, ImputeLevel::kStand)},
+            {"population", count(summary.levels, ImputeLevel::kPopulation)}}},
+          {"missing", count(summary.sources, ImputeSource::kMissing)},
+          {"flags", summary.flags},
+          {"residual_added", summary.options.add_residual},
           {"models", std::move(models)},
-          {"recognized", imputed.recognized},
-          {"notes", result.notes}};
+          {"recognized", summary.recognized},
+          {"notes", summary.notes}};
+}
+
+ordered_json json_of(const TableImputation& imputed, const std::string& out) {
+  return json_of(summary_of_whole(imputed), out);
 }
 
 }  // namespace silvafit::study

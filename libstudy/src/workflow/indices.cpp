@@ -112,6 +112,7 @@ class IndicesRun {
     stand::InventoryBatches batches(
         *file, inventory_options(settings_.reading, {.needs_coordinates = true}), kTreesOfBatch);
     options_.is_part = true;
+    if (batches.is_sorted()) note({kSortedNote});
     std::size_t trees = 0;
     while (auto batch = batches.next()) {
       trees += batch->inventory.size();

@@ -2,6 +2,7 @@
 #include "silvafit/study/predict_table.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -15,8 +16,11 @@
 
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/table_parts.hpp"
+#include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "study/words.hpp"
+#include "workflow/parts_of_files.hpp"
 #include "workflow/repeated_rows.hpp"
 
 namespace silvafit::study {
@@ -61,53 +65,38 @@ PredictResponsesOptions options_of(const PredictionSettings& settings, const Cat
           .catalogue = &catalogue};
 }
 
-/// Which species of the table the library has no model of, and which it has; empty if none.
-std::string note_on_species(const ModelLibrary& library, const data::Table& table) {
-  std::set<std::string> known;
-  for (const LibraryModel& model : library.models) known.insert(model.species);
-  // A model without species is one of all trees.
-  if (known.contains("") || !table.has("species")) return {};
-  const data::TextColumn species = table.labels("species");
-  std::set<std::string> unknown;
-  std::size_t trees = 0;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    if (species.is_missing(row) || known.contains(std::string(species[row]))) continue;
-    unknown.emplace(species[row]);
-    ++trees;
+/// Trees of species that the library has no model of.
+class UnknownSpecies {
+ public:
+  explicit UnknownSpecies(const ModelLibrary& library) {
+    for (const LibraryModel& model : library.models) known_.insert(model.species);
   }
-  if (unknown.empty()) return {};
-  const std::vector<std::string> names(unknown.begin(), unknown.end());
-  return fmt::format("{} of species without a model in the library: {}; it has models for {}",
-                     counted(trees, "tree is", "trees are"),
-                     data::list_of(names),
-                     data::list_of(std::vector(known.begin(), known.end())));
-}
 
-/// Numbers of trees, or "fitted" where the random effects of the fit were used.
-void add_trees(const std::string& name, const std::vector<double>& trees, data::Table& table) {
-  if (std::ranges::find(trees, kFittedEffects) == trees.end()) return table.set(name, trees);
-  data::TextColumn texts;
-  for (const double value : trees) {
-    if (std::isnan(value)) {
-      texts.append_missing();
-    } else {
-      texts.append(value == kFittedEffects ? "fitted" : data::shortest(value));
+  void add(const data::Table& table) {
+    // A model without species is one of all trees.
+    if (known_.contains("") || !table.has("species")) return;
+    const data::TextColumn species = table.labels("species");
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      if (species.is_missing(row) || known_.contains(std::string(species[row]))) continue;
+      unknown_.emplace(species[row]);
+      ++trees_;
     }
   }
-  table.set(name, std::move(texts));
-}
 
-ordered_json unused_json(const std::vector<UnusedModel>& models) {
-  ordered_json list = ordered_json::array();
-  for (const UnusedModel& model : models) {
-    list.push_back({{"species", text_or_null(model.species)},
-                    {"response", model.response},
-                    {"model", model.name},
-                    {"missing", model.missing},
-                    {"instead", text_or_null(model.instead)}});
+  /// Empty if there are none.
+  std::string note() const {
+    if (unknown_.empty()) return {};
+    return fmt::format("{} of species without a model in the library: {}; it has models for {}",
+                       counted(trees_, "tree is", "trees are"),
+                       data::list_of(std::vector(unknown_.begin(), unknown_.end())),
+                       data::list_of(std::vector(known_.begin(), known_.end())));
   }
-  return list;
-}
+
+ private:
+  std::set<std::string> known_{};
+  std::set<std::string> unknown_{};
+  std::size_t trees_ = 0;
+};
 
 /// A copy of a row has its predictions.
 void give_to_copies(const std::vector<std::size_t>& place, PredictedResponses& predictions) {
@@ -145,6 +134,136 @@ void add_quantities(TablePrediction& prediction) {
   std::ranges::move(found.notes, std::back_inserter(prediction.predictions.notes));
 }
 
+/// Predicts a table or its parts, and keeps what is said of all.
+class PredictionRun {
+ public:
+  PredictionRun(const ModelLibrary& library,
+                const Catalogue& catalogue,
+                const PredictionSettings& settings)
+      : library_(library),
+        settings_(settings),
+        options_(options_of(settings, catalogue)),
+        units_(library.inventory.units.value_or(UnitSettings{})),
+        unknown_(library) {}
+
+  const PredictResponsesOptions& options() const { return options_; }
+  const UnitSettings& units() const { return units_; }
+
+  /// \param state  of earlier parts; null for a whole table, whose notes are given at once
+  TablePrediction predict(const data::TableSource& rows,
+                          ReadingState* state,
+                          const NoteCallback& note) {
+    std::vector<std::string> wanted = columns_read(library_);
+    if (!settings_.equations.equations.empty()) wanted.insert(wanted.end(), {"dbh", "h"});
+    ObservedTable read = read_model_table(rows,
+                                          settings_.reading,
+                                          {.names = text_columns(library_),
+                                           .wanted = std::move(wanted),
+                                           .units = unit_options(units_, settings_.threads),
+                                           .state = state},
+                                          note);
+    TablePrediction result{.settings = settings_};
+    result.predictions = predict_responses(library_, read.observations(), options_);
+    give_to_copies(read.place, result.predictions);
+    result.table = std::move(read.table);
+    result.recognized = std::move(read.recognized);
+    add_quantities(result);
+    unknown_.add(result.table);
+    marginal_difference_ = std::max(marginal_difference_, result.predictions.marginal_difference);
+    return result;
+  }
+
+  /// Notes on all rows predicted so far, besides those on the choice of models.
+  std::vector<std::string> notes() const {
+    std::vector<std::string> notes{note_on_marginal_means(marginal_difference_), unknown_.note()};
+    std::erase(notes, "");
+    return notes;
+  }
+
+ private:
+  const ModelLibrary& library_;
+  const PredictionSettings& settings_;
+  PredictResponsesOptions options_;
+  UnitSettings units_;
+  UnknownSpecies unknown_;
+  double marginal_difference_ = 0.0;
+};
+
+/// The column whose groups must be whole in each part; empty if rows are independent.
+std::string column_of_groups(const ModelLibrary& library,
+                             const PredictionRun& run,
+                             const std::vector<std::string>& header,
+                             const PredictionSettings& settings) {
+  std::set<std::string> coarsest;
+  for (const LibraryModel& model : library.models) {
+    if (run.options().level != fit::Level::kCalibrated || !model.fit.has_random_effects()) continue;
+    coarsest.insert(model.fit.specification.random.front().group);
+  }
+  // Indices that --columns asks for are computed from the trees of a plot.
+  data::Table columns(0);
+  for (const char* const name : {"x", "y", "dbh"}) columns.set(name, std::vector<double>());
+  for (const std::string& name : header) {
+    if (!name.empty()) columns.set(name, std::vector<double>());
+  }
+  const bool needs_plots = !structure_names_in(settings.reading.columns, columns).empty();
+  if (needs_plots && run.units().per != "plot") {
+    throw UsageError("structural indices of the library are computed among all trees (--per " +
+                         run.units().per + "), so the file cannot be read in parts",
+                     {.column = "--stream"});
+  }
+  if (needs_plots && coarsest.empty()) coarsest.insert("plot");
+  if (coarsest.size() > 1) {
+    throw UsageError(
+        fmt::format("the models have random effects of several columns ({}), so the file cannot be "
+                    "read in parts of whole groups",
+                    fmt::join(coarsest, ", ")),
+        {.column = "--stream"});
+  }
+  return coarsest.empty() ? "" : *coarsest.begin();
+}
+
+void add_to(const TablePrediction& part, PredictionSummary& summary) {
+  const PredictedResponses& predictions = part.predictions;
+  summary.trees += predictions.flags.size();
+  for (std::size_t i = 0; i < predictions.responses.size(); ++i) {
+    const PredictedResponse& one = predictions.responses[i];
+    if (i == summary.predicted.size()) summary.predicted.emplace_back(one.response, 0);
+    summary.predicted[i].second += static_cast<std::size_t>(
+        std::ranges::count_if(one.value, [](double value) { return !std::isnan(value); }));
+  }
+  for (const std::string& flag : predictions.flags) {
+    if (!flag.empty()) ++summary.flags[flag];
+  }
+  summary.unused = predictions.unused;
+  summary.recognized = part.recognized;
+}
+
+/// Numbers of trees, or "fitted" where the random effects of the fit were used.
+void add_trees(const std::string& name, const std::vector<double>& trees, data::Table& table) {
+  if (std::ranges::find(trees, kFittedEffects) == trees.end()) return table.set(name, trees);
+  data::TextColumn texts;
+  for (const double value : trees) {
+    if (std::isnan(value)) {
+      texts.append_missing();
+    } else {
+      texts.append(value == kFittedEffects ? "fitted" : data::shortest(value));
+    }
+  }
+  table.set(name, std::move(texts));
+}
+
+ordered_json unused_json(const std::vector<UnusedModel>& models) {
+  ordered_json list = ordered_json::array();
+  for (const UnusedModel& model : models) {
+    list.push_back({{"species", text_or_null(model.species)},
+                    {"response", model.response},
+                    {"model", model.name},
+                    {"missing", model.missing},
+                    {"instead", text_or_null(model.instead)}});
+  }
+  return list;
+}
+
 }  // namespace
 
 TablePrediction predict_table(const data::TableSource& trees,
@@ -152,26 +271,43 @@ TablePrediction predict_table(const data::TableSource& trees,
                               const Catalogue& catalogue,
                               const PredictionSettings& settings,
                               const Callbacks& callbacks) {
-  const PredictResponsesOptions options = options_of(settings, catalogue);
-  const UnitSettings units = library.inventory.units.value_or(UnitSettings{});
-  std::vector<std::string> wanted = columns_read(library);
-  if (!settings.equations.equations.empty()) wanted.insert(wanted.end(), {"dbh", "h"});
-  ObservedTable read = read_model_table(trees,
-                                        settings.reading,
-                                        {.names = text_columns(library),
-                                         .wanted = wanted,
-                                         .units = unit_options(units, settings.threads)},
-                                        callbacks.note);
-  TablePrediction result{.settings = settings};
-  result.predictions = predict_responses(library, read.observations(), options);
-  give_to_copies(read.place, result.predictions);
-  result.table = std::move(read.table);
-  result.recognized = std::move(read.recognized);
-  std::string unknown = note_on_species(library, result.table);
-  if (!unknown.empty()) result.predictions.notes.push_back(std::move(unknown));
-  add_quantities(result);
+  PredictionRun run(library, catalogue, settings);
+  TablePrediction result = run.predict(trees, nullptr, callbacks.note);
+  for (std::string& note : run.notes()) result.predictions.notes.push_back(std::move(note));
   give_notes(result.predictions.notes, callbacks.note);
   return result;
+}
+
+PredictionSummary predict_in_parts(const data::TableSource& trees,
+                                   const ModelLibrary& library,
+                                   const Catalogue& catalogue,
+                                   const PredictionSettings& settings,
+                                   const PredictionSink& sink,
+                                   const Callbacks& callbacks) {
+  PredictionRun run(library, catalogue, settings);
+  PredictionSummary summary{.settings = settings};
+  data::TableParts parts =
+      table_parts(trees, settings.reading, [&](const std::vector<std::string>& header) {
+        return column_of_groups(library, run, header, settings);
+      });
+  if (parts.is_sorted()) give_notes(std::array<std::string, 1>{kSortedNote}, callbacks.note);
+  ReadingState state;
+  while (const auto rows = parts.next()) {
+    TablePrediction part = run.predict(rows, &state, {});
+    part.is_in_file_order = !parts.is_sorted();
+    add_to(part, summary);
+    for (const std::string& note : part.predictions.notes) {
+      if (std::ranges::find(summary.notes, note) == summary.notes.end()) {
+        summary.notes.push_back(note);
+      }
+    }
+    sink(rows, part);
+    if (callbacks.progress) callbacks.progress("trees", summary.trees, parts.rows());
+  }
+  for (std::string& note : run.notes()) summary.notes.push_back(std::move(note));
+  give_notes(summary.recognized, callbacks.note);
+  give_notes(summary.notes, callbacks.note);
+  return summary;
 }
 
 data::Table new_columns(const TablePrediction& prediction) {
@@ -196,18 +332,10 @@ data::Table new_columns(const TablePrediction& prediction) {
   return table;
 }
 
-ordered_json json_of(const TablePrediction& prediction, const std::string& out) {
-  const PredictedResponses& predictions = prediction.predictions;
-  const PredictionSettings& settings = prediction.settings;
+ordered_json json_of(const PredictionSummary& summary, const std::string& out) {
+  const PredictionSettings& settings = summary.settings;
   ordered_json predicted = ordered_json::object();
-  for (const PredictedResponse& one : predictions.responses) {
-    predicted[one.response] =
-        std::ranges::count_if(one.value, [](double value) { return !std::isnan(value); });
-  }
-  std::map<std::string, std::size_t> flags;
-  for (const std::string& flag : predictions.flags) {
-    if (!flag.empty()) ++flags[flag];
-  }
+  for (const auto& [response, trees] : summary.predicted) predicted[response] = trees;
   const bool has_interval = settings.interval > 0.0;
   return {{"schema", "silvafit-predict/1"},
           {"silvafit", SILVAFIT_VERSION},
@@ -216,12 +344,18 @@ ordered_json json_of(const TablePrediction& prediction, const std::string& out) 
           {"interval_kind",
            has_interval ? ordered_json(settings.interval_kind) : ordered_json(nullptr)},
           {"out", text_or_null(out)},
-          {"n", predictions.flags.size()},
+          {"n", summary.trees},
           {"predicted", std::move(predicted)},
-          {"flags", flags},
-          {"unused_models", unused_json(predictions.unused)},
-          {"recognized", prediction.recognized},
-          {"notes", predictions.notes}};
+          {"flags", summary.flags},
+          {"unused_models", unused_json(summary.unused)},
+          {"recognized", summary.recognized},
+          {"notes", summary.notes}};
+}
+
+ordered_json json_of(const TablePrediction& prediction, const std::string& out) {
+  PredictionSummary summary{.settings = prediction.settings, .notes = prediction.predictions.notes};
+  add_to(prediction, summary);
+  return json_of(summary, out);
 }
 
 }  // namespace silvafit::study

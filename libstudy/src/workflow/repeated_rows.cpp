@@ -139,14 +139,11 @@ Place place_in(const data::Table& table,
   return place;
 }
 
-std::string describe_copies(const std::vector<Copy>& copies,
-                            const data::Table& table,
-                            const Place& first) {
-  const std::size_t line = table.line(copies.front().original);
-  return fmt::format(
-      "{} of an earlier row of the same plot and tree and used once, the first: {}",
-      counted(copies.size(), "row is a copy", "rows are copies"),
-      describe(first, line > 0 ? fmt::format("copy of line {}", line) : "copy of an earlier row"));
+/// Where the first copy is, and of which row.
+std::string describe_first(const Copy& copy, const data::Table& table, const Place& place) {
+  const std::size_t line = table.line(copy.original);
+  return describe(place,
+                  line > 0 ? fmt::format("copy of line {}", line) : "copy of an earlier row");
 }
 
 /// The measures that tell trees of one number apart.
@@ -188,6 +185,28 @@ stand::Inventory inventory_of(const data::Table& table,
 
 }  // namespace
 
+void RepeatCounts::add(const RepeatCounts& part) {
+  if (copies == 0) first_copy = part.first_copy;
+  copies += part.copies;
+  others += part.others;
+}
+
+std::vector<std::string> RepeatCounts::notes() const {
+  std::vector<std::string> notes;
+  if (copies > 0) {
+    notes.push_back(
+        fmt::format("{} of an earlier row of the same plot and tree and used once, the first: {}",
+                    counted(copies, "row is a copy", "rows are copies"),
+                    first_copy));
+  }
+  if (others > 0) {
+    notes.push_back(
+        fmt::format("{} the plot and tree of another row with other values; each is an observation",
+                    counted(others, "row has", "rows have")));
+  }
+  return notes;
+}
+
 ObservedRows observed_rows(const data::Table& table,
                            const std::string& plot_column,
                            const std::string& tree_column) {
@@ -204,14 +223,12 @@ ObservedRows observed_rows(const data::Table& table,
       result.place.push_back(is_copy ? result.place[copy->original] : result.distinct.size());
       is_copy ? static_cast<void>(++copy) : result.distinct.push_back(row);
     }
-    result.notes.push_back(
-        describe_copies(copies, table, place_in(table, plot, tree, copies.front().row)));
+    const Copy& first = copies.front();
+    result.repeated.copies = copies.size();
+    result.repeated.first_copy =
+        describe_first(first, table, place_in(table, plot, tree, first.row));
   }
-  if (others > 0) {
-    result.notes.push_back(
-        fmt::format("{} the plot and tree of another row with other values; each is an observation",
-                    counted(others, "row has", "rows have")));
-  }
+  result.repeated.others = others;
   return result;
 }
 

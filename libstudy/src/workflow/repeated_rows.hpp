@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/study/tree_table.hpp"
 
 namespace silvafit::study {
 
@@ -17,7 +18,7 @@ struct ObservedRows {
   /// For each row its place in `distinct`, for a copy that of the row it copies; empty
   /// if there are no copies.
   std::vector<std::size_t> place{};
-  std::vector<std::string> notes{};  ///< on copies, and on trees of several rows
+  RepeatCounts repeated{};
 };
 
 /// Finds the rows that have the plot and tree of an earlier row. A copy has its values in all

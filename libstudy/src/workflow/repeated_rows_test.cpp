@@ -40,11 +40,11 @@ TEST_CASE("copies are rows with all values of an earlier row of the same plot an
   CHECK(rows.place == std::vector<std::size_t>{0, 1, 2, 0, 3, 3, 4, 5});
   CHECK(of_all_rows(std::vector<int>{10, 11, 12, 13, 14, 15}, rows.place) ==
         std::vector<int>{10, 11, 12, 10, 13, 13, 14, 15});
-  REQUIRE(rows.notes.size() == 2);
-  CHECK(rows.notes[0] ==
+  REQUIRE(rows.repeated.notes().size() == 2);
+  CHECK(rows.repeated.notes()[0] ==
         "2 rows are copies of an earlier row of the same plot and tree and used once, the first: "
         "copy of an earlier row (plot 1, tree a)");
-  CHECK(rows.notes[1] ==
+  CHECK(rows.repeated.notes()[1] ==
         "1 row has the plot and tree of another row with other values; each is an observation");
 }
 

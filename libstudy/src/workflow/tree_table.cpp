@@ -56,13 +56,16 @@ struct Wishes {
   bool unifies_spellings = false;
   bool leaves_out_dead = false;
   RepeatedRows repeated = RepeatedRows::kAll;
+  ReadingState* state = nullptr;  ///< of earlier parts of the file, if there are parts
 };
 
 /// Reads one source; a class, so that its parts need not be arguments.
 class TableReader {
  public:
   TableReader(const data::TableSource& source, const Wishes& wishes)
-      : wishes_(wishes), reader_(source, wishes.settings.missing) {
+      : wishes_(wishes),
+        reader_(source, wishes.settings.missing),
+        state_(wishes.state == nullptr ? own_state_ : *wishes.state) {
     result_.mapped = wishes.mapped;
   }
 
@@ -92,7 +95,8 @@ class TableReader {
   data::CsvReader reader_;
   Mappings usual_{};
   Mappings converted_{};  ///< mapped columns that have another unit than ours
-  data::MissingCodes codes_{};
+  ReadingState own_state_{};
+  ReadingState& state_;
   Result result_{};
 };
 
@@ -125,7 +129,7 @@ void TableReader::read_table() {
   result_.table = data::read_csv_table(
       reader_,
       {.text_columns = std::move(texts), .missing = wishes_.settings.missing, .fill_down = fields},
-      &codes_);
+      &state_.codes);
 }
 
 /// Takes numbers such as -999, and 0 where it cannot be, for missing values in what one of our
@@ -145,7 +149,7 @@ void TableReader::find_missing_values(const std::string& name,
     for (double& value : values) {
       const bool is_zero = value == 0.0 && is_own && stand::is_zero_missing(name);
       if (!is_zero && !stand::is_missing_number_of(name, value)) continue;
-      codes_.add(column, data::shortest(value));
+      state_.codes.add(column, data::shortest(value));
       value = data::kMissing;
     }
     result_.table.set(column, std::move(values));
@@ -174,11 +178,10 @@ void TableReader::unify_spellings() {
   const std::string name = mapping == nullptr ? "species" : mapping->source;
   data::Table& table = result_.table;
   if (wishes_.settings.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
-  stand::SpeciesSpellings spellings;
   data::TextColumn species = table.text(name);
-  spellings.unify(species);
+  state_.spellings.unify(species);
   table.set(name, std::move(species));
-  note(spellings.note());
+  note(state_.spellings.note());
 }
 
 /// Leaves out the trees that are dead or gone, or says that they are used.
@@ -187,14 +190,14 @@ void TableReader::read_status() {
   const auto column =
       mapping == nullptr ? stand::usual_status_column(reader_.header()) : mapping->source;
   if (!column || !result_.table.has(*column)) return;
-  stand::StatusColumn status(*column);
+  if (!state_.status) state_.status.emplace(*column);
+  stand::StatusColumn& status = *state_.status;
   const data::TextColumn values = result_.table.labels(*column);
   std::vector<std::size_t> alive;
   for (std::size_t row = 0; row < values.size(); ++row) {
     if (status.read(values[row]) == stand::TreeStatus::kAlive) alive.push_back(row);
   }
-  const std::size_t others = values.size() - alive.size();
-  if (others == 0) return;
+  if (status.dead() + status.gone() == 0) return;
   const bool are_left_out = wishes_.leaves_out_dead && wishes_.settings.dead != "include";
   note(fmt::format(
       "the status of trees is read from column {}: {} dead, {} cut or gone, {}",
@@ -210,7 +213,10 @@ void TableReader::describe_labels() {
   const data::Table& table = result_.table;
   if (!table.has("plot")) return;
   // As numbers, 001 and 1 are one plot.
-  if (!table.is_numeric("plot")) note(stand::describe_similar_plots(table.text("plot")));
+  const bool is_whole = wishes_.state == nullptr;
+  if (is_whole && !table.is_numeric("plot")) {
+    note(stand::describe_similar_plots(table.text("plot")));
+  }
 }
 
 /// The rule for rows of one tree (docs/inventory.md).
@@ -225,7 +231,8 @@ void TableReader::resolve_repeated_rows() {
   if (!table.has(plot) || !table.has(tree)) return;
   if (wishes_.repeated == RepeatedRows::kObservations) {
     ObservedRows rows = observed_rows(table, plot, tree);
-    std::ranges::for_each(rows.notes, [this](std::string& text) { note(std::move(text)); });
+    state_.repeated.add(rows.repeated);
+    for (std::string& text : state_.repeated.notes()) note(std::move(text));
     result_.distinct = std::move(rows.distinct);
     result_.place = std::move(rows.place);
   } else if (wishes_.repeated == RepeatedRows::kOneOfEachTree) {
@@ -266,7 +273,9 @@ TableReader::Result TableReader::read() {
       find_missing_values(name, name, true);
     }
   }
-  if (!codes_.empty()) note("codes read as missing values: " + codes_.text());
+  if (!state_.codes.empty()) {
+    note("codes read as missing values: " + state_.codes.text());
+  }
   for (const stand::ColumnMapping& column : usual_) add_column(column);
   if (wishes_.unifies_spellings) unify_spellings();
   read_status();
@@ -302,24 +311,31 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
   return map;
 }
 
+std::optional<std::size_t> field_of(const std::string& name,
+                                    const std::vector<std::string>& header,
+                                    const ReadingSettings& settings,
+                                    const std::string& file) {
+  const auto find = [&header](const std::string& column) -> std::optional<std::size_t> {
+    const auto found = std::ranges::find(header, column);
+    if (found == header.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - header.begin());
+  };
+  const std::map<std::string, std::string> sources = column_map(settings.columns);
+  const auto source = sources.find(name);
+  if (const auto field = find(source == sources.end() ? name : source->second)) return field;
+  const auto usual = stand::usual_columns(
+      header, [&](const std::string& known) { return known == name; }, file);
+  return usual.size() == 1 ? find(usual.front().source) : std::nullopt;
+}
+
 std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
                                        const ReadingSettings& settings,
                                        const std::string& file) {
   std::vector<std::size_t> fields;
-  const auto add = [&](const std::string& column) {
-    const auto found = std::ranges::find(header, column);
-    if (found == header.end()) return false;
-    fields.push_back(static_cast<std::size_t>(found - header.begin()));
-    return true;
-  };
-  const std::map<std::string, std::string> sources = column_map(settings.columns);
   for (const std::string& name : settings.fill_down) {
-    const auto source = sources.find(name);
-    if (add(source == sources.end() ? name : source->second)) continue;
-    const auto usual = stand::usual_columns(
-        header, [&](const std::string& known) { return known == name; }, file);
-    if (usual.size() == 1 && add(usual.front().source)) continue;
-    throw UsageError(data::no_such_column(name, header), {.column = "--fill-down"});
+    const auto field = field_of(name, header, settings, file);
+    if (!field) throw UsageError(data::no_such_column(name, header), {.column = "--fill-down"});
+    fields.push_back(*field);
   }
   return fields;
 }
@@ -359,16 +375,22 @@ ObservedTable read_model_table(const data::TableSource& source,
                           },
                       .settings = settings,
                       .unifies_spellings = !columns.keeps_spellings,
-                      .repeated = RepeatedRows::kObservations};
+                      .repeated = RepeatedRows::kObservations,
+                      .state = columns.state};
   TableReader::Result result = TableReader(source, wishes).read();
   Names entries;
   for (const stand::ColumnMapping& mapping : result.mapped) {
     entries.push_back(mapping.name + "=" + mapping.source);
   }
-  Names computed = add_columns(joined(entries), result.table, columns.units);
-  std::ranges::move(computed, std::back_inserter(result.recognized));
+  const Names computed = add_columns(joined(entries), result.table, columns.units);
+  ReadingState own;
+  ReadingState& state = columns.state == nullptr ? own : *columns.state;
+  for (const std::string& text : computed) ++state.computed[text];
+  for (const auto& [text, parts] : state.computed) result.recognized.push_back(text);
   give_notes(result.recognized, note);
-  if (!settings.trust_units) check_mixed_units(result.table);
+  if (!settings.trust_units && !std::exchange(state.is_begun, true)) {
+    check_mixed_units(result.table);
+  }
   return {{std::move(result.table), std::move(result.recognized)},
           std::move(result.distinct),
           std::move(result.place)};

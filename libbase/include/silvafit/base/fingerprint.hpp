@@ -15,6 +15,7 @@ class Fingerprint {
   void add(std::string_view bytes);
   /// "fnv1a64:" and sixteen hexadecimal digits.
   std::string text() const;
+  std::uint64_t value() const { return hash_; }
 
  private:
   std::uint64_t hash_ = 0xcbf29ce484222325U;

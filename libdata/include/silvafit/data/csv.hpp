@@ -29,11 +29,25 @@ struct CsvLayout {
 /// empty if there is nothing to say.
 std::string describe_layout(const CsvLayout& layout);
 
+/// What the values of a column are in the whole file, of which a part may show less.
+enum class ColumnKind { kUnknown, kNumbers, kText };
+
+/// What the parts of a CSV file have in common.
+struct TableHead {
+  std::vector<std::string> header{};
+  CsvLayout layout{};
+  std::vector<ColumnKind> kinds{};  ///< of each column; none: kUnknown
+};
+
 /// The rows of a sheet or layer as delimited text, one record a line: line n is row n of the sheet.
+/// Or a part of a CSV file, as TableParts gives it.
 struct TableText {
   std::string name{};  ///< of file and sheet, for messages
   std::string text{};  ///< UTF-8, quoted as in CSV
   char separator = ';';
+  /// Of a part: the text is records only, and has no header.
+  std::shared_ptr<const TableHead> head{};
+  std::vector<std::size_t> lines{};  ///< of a part: line of each record in the file
 };
 
 /// A table of a file that distinguishes texts from numbers only by its users' care, such as a
@@ -78,8 +92,11 @@ class CsvReader {
   /// is a blank. Columns without a name are empty.
   const std::vector<std::string>& header() const;
 
-  /// Whether a column is text whatever its values are: one of a table in memory that is no layer.
+  /// Whether a column is text whatever its values are: one of a table in memory that is no layer,
+  /// or of a part of a file where another part has text.
   bool is_text(std::size_t column) const;
+  /// Whether a column is one of numbers whatever its values are: of a part of a file.
+  bool is_numbers(std::size_t column) const;
 
   /// What is around the table.
   const CsvLayout& layout() const;

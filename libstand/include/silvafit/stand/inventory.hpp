@@ -173,6 +173,7 @@ struct CheckedInventory {
   Inventory inventory{};
   std::vector<ExcludedRow> excluded{};  ///< by line
   std::size_t excluded_tree_count = 0;  ///< rows left out
+  bool is_in_file_order = true;         ///< else Inventory::lines has the order of the file
   std::vector<std::string> notes{};     ///< what was recognized and assumed, and single odd values
   /// Of these, how the file was read: titles, columns, units, codes, spellings, dead trees.
   std::vector<std::string> recognized{};
@@ -191,7 +192,8 @@ CheckedInventory read_inventory(const data::TableSource& source,
                                 const InventoryOptions& options = {});
 
 /// Reads an inventory batch by batch, each of whole plots, so that memory does not grow with the
-/// file. The rows of a plot must follow each other.
+/// file. If the rows of a plot do not follow each other, they are sorted by plot on disk; those of
+/// a pipe, and of a file without numbers of trees, must follow each other.
 class InventoryBatches {
  public:
   /// \param options  without columns beyond the inventory's own (keep, keep_all, other mappings)
@@ -212,6 +214,8 @@ class InventoryBatches {
   std::vector<std::string> notes() const;
   /// Of these, how the file was read, as CheckedInventory::recognized.
   std::vector<std::string> recognized() const;
+  /// Whether the rows were sorted.
+  bool is_sorted() const;
   /// What describe_excluded() says of all batches read so far.
   std::string excluded() const;
 
@@ -246,6 +250,8 @@ void write_excluded(const std::vector<ExcludedRow>& excluded,
                     std::ostream& stream,
                     bool with_header = true);
 void write_excluded(const std::vector<ExcludedRow>& excluded, const std::filesystem::path& path);
+/// A row of excluded.csv, with its line end.
+std::string csv_text(const ExcludedRow& row);
 
 /// The inventory as a table with our column names: plot, tree, species, the measures that the file
 /// has (x, y, z, dbh, h, hcb, cw, cr_e, cr_w, cr_s, cr_n), then the other columns.

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <iosfwd>
 #include <optional>
 #include <span>
@@ -154,5 +155,17 @@ void write_structural_units(const Inventory& inventory,
                             const StructuralUnits& units,
                             std::ostream& stream,
                             bool with_header = true);
+
+/// The same rows one by one, for callers that choose or order them.
+/// \param ids_repeat  whether tree ids repeat between plots, where more plots are elsewhere; none:
+/// as
+///                    in this inventory
+using UnitRowSink = std::function<void(std::size_t tree, std::string_view text)>;
+void write_structural_units(const Inventory& inventory,
+                            const StructuralUnits& units,
+                            const UnitRowSink& sink,
+                            std::optional<bool> ids_repeat = std::nullopt);
+/// The header of these rows, with its line end.
+std::string header_of_units(const StructuralUnits& units);
 
 }  // namespace silvafit::stand

@@ -56,6 +56,13 @@ std::string level_text(ImputeLevel level);
 struct ImputeModel {
   std::string label{};  ///< value of the column `by`; empty: of all others
   fit::FittedModel fit;
+  std::uint64_t stream = 1;  ///< of random numbers, for residuals
+};
+
+/// The models of an imputation; the one of all others, if there is one, is the last.
+struct ImputeModels {
+  std::vector<ImputeModel> models{};
+  std::vector<std::string> notes{};
 };
 
 /// N rows of the table.
@@ -83,5 +90,23 @@ struct Imputation {
 Imputation impute(const data::Table& table,
                   const Catalogue& catalogue,
                   const ImputeOptions& options = {});
+
+/// The models alone, of a table of which rows without a measured response may be left out.
+/// \param labels  values of the column `by` of all trees that are to be imputed, in the order of
+///                their first rows; empty for missing ones and without such a column
+ImputeModels imputation_models(const data::Table& table,
+                               const Catalogue& catalogue,
+                               const ImputeOptions& options,
+                               const std::vector<std::string>& labels);
+/// These labels, of some rows, behind those that are known already.
+void add_labels(const data::Table& table,
+                const ImputeOptions& options,
+                std::vector<std::string>& labels);
+
+/// Predicts with such models; all rows of a group must be in the table.
+/// \throws UsageError as impute
+Imputation impute_with(const ImputeModels& models,
+                       const data::Table& table,
+                       const ImputeOptions& options);
 
 }  // namespace silvafit::study

@@ -2,6 +2,9 @@
 // Imputation of a table of trees, from a file or data frame to its columns.
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -19,6 +22,7 @@ struct TableImputation {
   data::Table table{};                    ///< as it was read
   std::vector<std::string> recognized{};  ///< how it was read
   Imputation imputation{};                ///< with the notes
+  bool is_in_file_order = true;           ///< else a part of a file that was sorted by plot
 };
 
 /// Reads a table and fills in a response where it was not measured.
@@ -30,6 +34,34 @@ TableImputation impute_table(const data::TableSource& trees,
                              const ReadingSettings& reading = {},
                              const Callbacks& callbacks = {});
 
+/// What is said of all trees together.
+struct ImputationSummary {
+  ImputeOptions options{};
+  std::vector<ImputeModel> models{};
+  std::size_t trees = 0;
+  std::map<ImputeSource, std::size_t> sources{};
+  std::map<ImputeLevel, std::size_t> levels{};
+  std::map<std::string, std::size_t> flags{};
+  std::vector<std::string> recognized{};
+  std::vector<std::string> notes{};
+};
+
+/// Gets the rows of a part of the table with what was imputed.
+using ImputationSink =
+    std::function<void(const data::TableSource& rows, const TableImputation& part)>;
+
+/// The same as impute_table for a CSV file that does not fit in memory: the models are fitted to
+/// the measured trees, which are all in memory, and the file is filled in parts of whole plots. If
+/// their rows are not contiguous, they are sorted on disk, with a note. \throws as impute_table;
+/// UsageError if the source is no CSV file, or with add_residual, whose
+///   random numbers are drawn for all plots together
+ImputationSummary impute_in_parts(const data::TableSource& trees,
+                                  const Catalogue& catalogue,
+                                  const ImputeOptions& options,
+                                  const ReadingSettings& reading,
+                                  const ImputationSink& sink,
+                                  const Callbacks& callbacks = {});
+
 /// Names of the columns that come to a response: h_source, h_level, h_flag.
 std::vector<std::string> imputation_columns(const std::string& response);
 
@@ -37,10 +69,12 @@ std::vector<std::string> imputation_columns(const std::string& response);
 data::Table imputed_columns(const TableImputation& imputed);
 
 /// The models, and how many trees were imputed with which, as sentences.
+std::vector<std::string> summary_of(const ImputationSummary& summary);
 std::vector<std::string> summary_of(const TableImputation& imputed);
 
 /// In short as JSON, schema silvafit-impute/1 (docs/impute.md).
 /// \param out  file that the table was written to; may be empty
+nlohmann::ordered_json json_of(const ImputationSummary& summary, const std::string& out = {});
 nlohmann::ordered_json json_of(const TableImputation& imputed, const std::string& out = {});
 
 }  // namespace silvafit::study

@@ -22,8 +22,8 @@ struct IndicesOptions {
   ReadingSettings reading{};
   UnitSettings units{};
   SamplingSettings sampling{};
-  /// Reads plot by plot, so that memory does not grow with the file; the rows of a plot must be
-  /// contiguous, and neighbors are searched within plots.
+  /// Reads plot by plot, so that memory does not grow with the file; if the rows of a plot are not
+  /// contiguous, they are sorted on disk. Neighbors are searched within plots.
   bool stream = false;
   unsigned threads = 0;  ///< 0: as many as there are cores
 };

@@ -66,7 +66,12 @@ struct PredictedResponses {
   /// Choices among the models of the library, for people.
   std::vector<std::string> notes{};
   std::vector<UnusedModel> unused{};
+  /// How far the last two rules of quadrature differ in marginal means, relative to them.
+  double marginal_difference = 0.0;
 };
+
+/// A note on marginal means; empty if they are accurate.
+std::string note_on_marginal_means(double marginal_difference);
 
 /// Columns of a table that have to stay text: species, and the groups of the models.
 std::vector<std::string> text_columns(const ModelLibrary& library);

@@ -2,8 +2,12 @@
 // Predictions of a model library for a table of trees, from a file or data frame to new columns.
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
@@ -37,6 +41,7 @@ struct TablePrediction {
   std::vector<std::string> recognized{};          ///< how it was read
   PredictedResponses predictions{};               ///< with the notes
   std::vector<stand::TreeQuantity> quantities{};  ///< of the equations
+  bool is_in_file_order = true;                   ///< else a part of a file that was sorted by plot
 };
 
 /// Reads a table and predicts each response of the library. Structural indices that models need and
@@ -54,8 +59,38 @@ TablePrediction predict_table(const data::TableSource& trees,
 /// then flag.
 data::Table new_columns(const TablePrediction& prediction);
 
+/// What is said of all trees together.
+struct PredictionSummary {
+  PredictionSettings settings{};
+  std::size_t trees = 0;
+  std::vector<std::pair<std::string, std::size_t>> predicted{};  ///< trees, by response
+  std::map<std::string, std::size_t> flags{};
+  std::vector<UnusedModel> unused{};
+  std::vector<std::string> recognized{};
+  std::vector<std::string> notes{};
+};
+
+/// Gets the rows of a part of the table with their predictions.
+using PredictionSink =
+    std::function<void(const data::TableSource& rows, const TablePrediction& part)>;
+
+/// The same as predict_table for a CSV file that does not fit in memory: in parts, each with whole
+/// plots (or coarser groups) where predictions of a tree depend on others, by calibration or by
+/// computed indices. If their rows are not contiguous, they are sorted on disk, with a note.
+/// \throws as predict_table; UsageError if the source is no CSV file, or trees of all plots depend
+/// on
+///   each other
+PredictionSummary predict_in_parts(const data::TableSource& trees,
+                                   const ModelLibrary& library,
+                                   const Catalogue& catalogue,
+                                   const PredictionSettings& settings,
+                                   const PredictionSink& sink,
+                                   const Callbacks& callbacks = {});
+
 /// In short as JSON, schema silvafit-predict/1 (docs/predict.md).
 /// \param out  file that the predictions were written to; may be empty
+nlohmann::ordered_json json_of(const PredictionSummary& summary, const std::string& out = {});
+
 nlohmann::ordered_json json_of(const TablePrediction& prediction, const std::string& out = {});
 
 }  // namespace silvafit::study

@@ -5,12 +5,16 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/missing_codes.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/structural_units.hpp"
+#include "silvafit/stand/tree_status.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
@@ -52,12 +56,35 @@ ReadTable read_tree_table(const data::TableSource& source,
                           std::map<std::string, std::string>& columns,
                           const NoteCallback& note = {});
 
+/// Rows with the plot and tree of an earlier row.
+struct RepeatCounts {
+  std::size_t copies = 0;    ///< with the same values
+  std::string first_copy{};  ///< where it is, for the note
+  std::size_t others = 0;    ///< with other values
+
+  void add(const RepeatCounts& part);
+  std::vector<std::string> notes() const;
+};
+
+/// What is known of a file after some of its parts (data::TableParts): the notes on the last part
+/// are those on the whole file. Units are compared in the first part only, and labels of plots that
+/// differ little are not looked for.
+struct ReadingState {
+  data::MissingCodes codes{};
+  stand::SpeciesSpellings spellings{};
+  std::optional<stand::StatusColumn> status{};
+  RepeatCounts repeated{};
+  std::map<std::string, std::size_t> computed{};  ///< notes on computed indices, with parts
+  bool is_begun = false;
+};
+
 /// What models read of a table.
 struct ModelColumns {
   std::vector<std::string> names{};      ///< columns that keep their spelling ("07"), as models say
   std::vector<std::string> wanted{};     ///< looked for under their usual names, too
   stand::StructuralUnitOptions units{};  ///< of indices that the settings' columns ask for: C=C
   bool keeps_spellings = false;          ///< species are what the source has
+  ReadingState* state = nullptr;         ///< of the parts before; null: this is the whole table
 };
 
 /// A table for models, with the columns that the settings name, and with wanted ones of ours that
@@ -67,6 +94,13 @@ ObservedTable read_model_table(const data::TableSource& source,
                                const ReadingSettings& settings,
                                const ModelColumns& columns,
                                const NoteCallback& note = {});
+
+/// The field that the name of a column of ours means, by position in a header: as the settings map
+/// it, or under a usual name; none if there is no such column.
+std::optional<std::size_t> field_of(const std::string& name,
+                                    const std::vector<std::string>& header,
+                                    const ReadingSettings& settings,
+                                    const std::string& file);
 
 /// The fields that ReadingSettings::fill_down means, by position in a header.
 /// \param file  for messages

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/data/table_parts.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/external_sort.hpp"
+#include "silvafit/base/fingerprint.hpp"
+
+namespace silvafit::data {
+namespace {
+
+/// Wide records make smaller parts.
+constexpr std::size_t kMostBytes = std::size_t{32} << 20U;
+
+/// What a column holds, as read_csv_table decides it.
+class KindOfColumn {
+ public:
+  void add(std::string_view value, const CsvReader& reader) {
+    if (is_text_ || reader.is_missing(value)) return;
+    double number = 0.0;
+    if (reader.parse_number(value, number)) {
+      has_numbers_ = true;
+    } else if (is_missing_number(value)) {
+      has_codes_ = true;
+    } else {
+      is_text_ = true;
+    }
+  }
+
+  ColumnKind kind() const {
+    if (is_text_) return ColumnKind::kText;
+    if (has_numbers_) return ColumnKind::kNumbers;
+    return has_codes_ ? ColumnKind::kText : ColumnKind::kUnknown;
+  }
+
+ private:
+  bool is_text_ = false;
+  bool has_numbers_ = false;
+  bool has_codes_ = false;
+};
+
+/// Numbers groups in the order of their first rows. Labels are kept as hashes of 64 bits: of ten
+/// million groups, two have the same hash with a probability of 3e-6; they then share a part.
+class GroupNumbers {
+ public:
+  std::size_t number_of(std::string_view label) {
+    // A group of blank labels is one, however many blanks there are.
+    Fingerprint hash;
+    hash.add(trimmed(label));
+    return numbers_.try_emplace(hash.value(), numbers_.size()).first->second;
+  }
+
+ private:
+  std::unordered_map<std::uint64_t, std::size_t> numbers_{};
+};
+
+}  // namespace
+
+struct TableParts::State {
+  State(const std::filesystem::path& file, const TablePartsOptions& wanted)
+      : path(file), options(wanted) {
+    std::error_code ignored;
+    if (std::filesystem::exists(path, ignored) &&
+        !std::filesystem::is_regular_file(path, ignored)) {
+      throw InputError("a stream cannot be read twice, so give a file", {.file = path.string()});
+    }
+    survey();
+    reader.emplace(open());
+    if (is_sorted) sort();
+  }
+
+  CsvReader open() const {
+    CsvReader opened(path, options.missing);
+    for (const std::size_t field : options.fill_down) opened.fill_down(field);
+    return opened;
+  }
+
+  void survey();
+  void sort();
+  bool read_row();
+
+  std::filesystem::path path;
+  TablePartsOptions options;
+  std::shared_ptr<TableHead> head{};
+  char separator = ',';
+  std::size_t rows = 0;
+  bool is_sorted = false;
+  GroupNumbers groups{};
+  std::optional<CsvReader> reader{};
+  std::optional<ExternalSort> sorted{};
+
+  // The row that comes next.
+  std::string record{};
+  std::size_t line = 0;
+  std::size_t group = 0;
+  bool has_row = false;
+  bool is_begun = false;
+};
+
+void TableParts::State::survey() {
+  CsvReader whole = open();
+  std::vector<KindOfColumn> kinds(whole.header().size());
+  std::vector<std::string_view> fields;
+  std::size_t last = 0;
+  std::size_t most = 0;
+  while (whole.next(fields)) {
+    if (options.finds_kinds) {
+      for (std::size_t i = 0; i < fields.size(); ++i) kinds[i].add(fields[i], whole);
+    }
+    if (options.group) {
+      const std::size_t number = groups.number_of(fields[*options.group]);
+      if (rows > 0 && number != last && number <= most) is_sorted = true;
+      last = number;
+      most = std::max(most, number);
+    }
+    ++rows;
+  }
+  separator = whole.has_decimal_commas() ? ';' : ',';
+  head = std::make_shared<TableHead>();
+  head->header = whole.header();
+  head->layout = whole.layout();
+  if (!options.finds_kinds) return;
+  for (const KindOfColumn& column : kinds) head->kinds.push_back(column.kind());
+}
+
+void TableParts::State::sort() {
+  sorted.emplace();
+  std::vector<std::string_view> fields;
+  std::string bytes;
+  while (reader->next(fields)) {
+    bytes.clear();
+    append_record(fields, separator, bytes);
+    sorted->add({groups.number_of(fields[*options.group]), reader->line()}, bytes);
+  }
+  reader.reset();
+}
+
+bool TableParts::State::read_row() {
+  if (sorted) {
+    ExternalSort::Key key;
+    if (!sorted->next(key, record)) return false;
+    group = key.first;
+    line = key.second;
+    return true;
+  }
+  std::vector<std::string_view> fields;
+  if (!reader->next(fields)) return false;
+  record.clear();
+  append_record(fields, separator, record);
+  line = reader->line();
+  if (options.group) group = groups.number_of(fields[*options.group]);
+  return true;
+}
+
+TableParts::TableParts(const std::filesystem::path& path, const TablePartsOptions& options)
+    : state_(std::make_unique<State>(path, options)) {}
+TableParts::~TableParts() = default;
+TableParts::TableParts(TableParts&&) noexcept = default;
+TableParts& TableParts::operator=(TableParts&&) noexcept = default;
+
+bool TableParts::is_sorted() const { return state_->is_sorted; }
+
+std::size_t TableParts::rows() const { return state_->rows; }
+
+std::shared_ptr<const TableText> TableParts::next() {
+  State& state = *state_;
+  const bool is_first = !std::exchange(state.is_begun, true);
+  if (is_first) state.has_row = state.read_row();
+  if (!is_first && !state.has_row) return nullptr;
+  auto part = std::make_shared<TableText>();
+  part->name = state.path.string();
+  part->separator = state.separator;
+  part->head = state.head;
+  while (state.has_row) {
+    part->text += state.record;
+    part->lines.push_back(state.line);
+    const std::size_t group = state.group;
+    state.has_row = state.read_row();
+    const bool is_full =
+        part->lines.size() >= state.options.rows || part->text.size() >= kMostBytes;
+    if (is_full && (!state.options.group || state.group != group)) break;
+  }
+  return part;
+}
+
+void append_record(const std::vector<std::string_view>& fields,
+                   char separator,
+                   std::string& record) {
+  const bool is_blank =
+      std::ranges::all_of(fields, [](std::string_view field) { return trimmed(field).empty(); });
+  bool is_first = true;
+  for (const std::string_view field : fields) {
+    if (!is_first) record += separator;
+    // A blank record, and one that begins with a #, would be passed over.
+    const bool needs_quotes = (is_first && (is_blank || field.starts_with('#'))) ||
+                              field.find_first_of("\"\r\n") != std::string_view::npos ||
+                              field.find(separator) != std::string_view::npos;
+    is_first = false;
+    if (!needs_quotes) {
+      // The reader removes one apostrophe from before what looks like a formula.
+      if (without_apostrophe(field) != field) record += '\'';
+      record += field;
+      continue;
+    }
+    record += '"';
+    if (without_apostrophe(field) != field) record += '\'';
+    for (const char c : field) {
+      if (c == '"') record += '"';
+      record += c;
+    }
+    record += '"';
+  }
+  record += '\n';
+}
+
+}  // namespace silvafit::data

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+// The rows of a CSV file with further columns at their end.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/study/unit_settings.hpp"
+
+namespace silvafit::study {
+
+/// Columns to add to a file of N rows.
+struct AddedColumns {
+  data::Table table{};
+  int digits = 17;  ///< significant ones of numbers
+  /// A column of the table that goes into that of the file, if it has one of this name, in the rows
+  /// that are told; empty: none.
+  std::string replaced{};
+  std::function<bool(std::size_t row)> is_replaced{};
+};
+
+/// Gets a record with its line end, and its line in the file; 0 for the header.
+using RecordSink = std::function<void(std::size_t line, std::string_view record)>;
+
+/// Gives the rows of a file, without titles and units, with the new columns at the end. Fields that
+/// are not replaced are copied byte for byte. In a file with decimal commas, numbers get decimal
+/// points, because commas separate the fields; labels of plots, trees and species are not changed.
+void write_rows_with_columns(const data::TableSource& in,
+                             const AddedColumns& columns,
+                             const ReadingSettings& reading,
+                             const RecordSink& sink);
+
+/// The number rounded to so many significant digits, without zeros at its end; with 17 the shortest
+/// text that reads back as the same number.
+std::string with_digits(double value, int digits);
+
+}  // namespace silvafit::study

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Parts of the file that a command reads.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/table_parts.hpp"
+#include "silvafit/study/unit_settings.hpp"
+
+namespace silvafit::study {
+
+/// Opens a CSV file to read it in parts.
+/// \param group  gets the header and returns the name of the column whose groups are whole, where
+///               the file has such a column; empty: rows are independent
+/// \throws UsageError if the source is no CSV file; else as data::TableParts
+data::TableParts table_parts(
+    const data::TableSource& source,
+    const ReadingSettings& settings,
+    const std::function<std::string(const std::vector<std::string>&)>& group);
+
+}  // namespace silvafit::study

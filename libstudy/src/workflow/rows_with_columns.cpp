@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/study/rows_with_columns.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "silvafit/stand/inventory.hpp"
+#include "silvafit/study/tree_table.hpp"
+
+namespace silvafit::study {
+namespace {
+
+/// For each field of a file, whether its decimal comma becomes a decimal point.
+std::vector<char> columns_of_numbers(const data::TableSource& source) {
+  data::CsvReader reader(source);
+  if (!reader.has_decimal_commas()) return {};
+  const std::vector<std::string>& header = reader.header();
+  const bool is_part = std::ranges::any_of(header, [&](const std::string& name) {
+    const auto field = static_cast<std::size_t>(&name - header.data());
+    return reader.is_text(field) || reader.is_numbers(field);
+  });
+  const auto is_label = [](const std::string& name) {
+    return name == "plot" || name == "tree" || name == "species";
+  };
+  std::vector<char> is_number(header.size(), 1);
+  const auto keep = [&](const std::string& name) {
+    const auto found = std::ranges::find(header, name);
+    if (found != header.end()) is_number[static_cast<std::size_t>(found - header.begin())] = 0;
+  };
+  for (const char* name : {"plot", "tree", "species"}) keep(name);
+  for (const auto& usual : stand::usual_columns(header, is_label, reader.file()))
+    keep(usual.source);
+  if (is_part) {
+    // The part may be all numbers where the file has text.
+    for (std::size_t i = 0; i < header.size(); ++i) {
+      if (reader.is_text(i)) is_number[i] = 0;
+    }
+    return is_number;
+  }
+  std::vector<std::string_view> fields;
+  while (reader.next(fields)) {
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      double ignored = 0.0;
+      const bool fits =
+          data::is_missing_number(fields[i]) || reader.parse_number(fields[i], ignored);
+      if (!fits) is_number[i] = 0;
+    }
+  }
+  return is_number;
+}
+
+/// A field of a new column; empty where it is missing.
+std::string field_of(const data::Table& table,
+                     const std::string& name,
+                     std::size_t row,
+                     int digits) {
+  if (!table.is_numeric(name)) return std::string(table.text(name)[row]);
+  const double value = table.numbers(name)[row];
+  return std::isnan(value) ? std::string() : with_digits(value, digits);
+}
+
+}  // namespace
+
+std::string with_digits(double value, int digits) {
+  constexpr int kAllDigits = 17;  // tell any two doubles apart
+  if (digits >= kAllDigits) return data::shortest(value);
+  const std::string text = fmt::format("{:.{}e}", value, digits - 1);
+  double rounded = value;
+  std::from_chars(text.data(), text.data() + text.size(), rounded);
+  return data::shortest(rounded);
+}
+
+void write_rows_with_columns(const data::TableSource& in,
+                             const AddedColumns& columns,
+                             const ReadingSettings& reading,
+                             const RecordSink& sink) {
+  const std::vector<char> is_number = columns_of_numbers(in);
+  data::CsvReader reader(in);
+  const auto& header = reader.header();
+  for (const std::size_t field : filled_fields(header, reading, reader.file())) {
+    reader.fill_down(field);
+  }
+  const auto replaced = std::ranges::find(header, columns.replaced) - header.begin();
+  std::vector<std::string> added = columns.table.names();
+  if (replaced < std::ssize(header)) std::erase(added, columns.replaced);
+  std::string record;
+  const auto write = [&](std::string_view field) { record += data::csv_field(field) + ','; };
+  const auto end_record = [&](std::size_t line) {
+    record.back() = '\n';
+    sink(line, record);
+    record.clear();
+  };
+  for (const std::string& name : header) write(name);
+  for (const std::string& name : added) write(name);
+  end_record(0);
+  std::vector<std::string_view> fields;
+  for (std::size_t row = 0; reader.next(fields); ++row) {
+    std::string own;
+    if (replaced < std::ssize(fields) && columns.is_replaced(row)) {
+      own = field_of(columns.table, columns.replaced, row, columns.digits);
+      fields[static_cast<std::size_t>(replaced)] = own;
+    }
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const bool may_have_comma = !is_number.empty() && is_number[i] != 0;
+      const std::string number =
+          may_have_comma ? data::with_decimal_point(fields[i]) : std::string();
+      write(number.empty() ? fields[i] : std::string_view(number));
+    }
+    for (const std::string& name : added) {
+      write(field_of(columns.table, name, row, columns.digits));
+    }
+    end_record(reader.line());
+  }
+}
+
+}  // namespace silvafit::study
