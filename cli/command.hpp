@@ -96,6 +96,7 @@ std::string version();
 // subcommand with its options and the callback that runs it.
 void add_indices_command(CLI::App& program);
 void add_stand_command(CLI::App& program);
+void add_tiles_command(CLI::App& program);
 void add_fit_command(CLI::App& program);
 void add_compare_command(CLI::App& program);
 void add_study_command(CLI::App& program);

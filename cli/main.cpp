@@ -62,6 +62,7 @@ int run(int argc, char** argv) {
   add_study_command(program);
   add_indices_command(program);
   add_stand_command(program);
+  add_tiles_command(program);
   add_fit_command(program);
   add_compare_command(program);
   add_predict_command(program);

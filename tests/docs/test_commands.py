@@ -26,7 +26,7 @@ PAGES.insert(1, SOURCE / "CONTRIBUTING.md")
 
 # Other programs that a page may use between two commands of ours; they change nothing outside of the folder.
 TOOLS = {"silvafit", "build/bin/silvafit", "head", "tail", "cut", "wc", "ls", "cat", "cp", "mkdir", "grep", "sort", "awk",
-         "printf", "source", "export", "python3"}
+         "printf", "source", "export", "python3", "for"}
 
 
 def small_picture(text):

@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: MIT
+// Cutting of an inventory into tiles.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/external_sort.hpp"
+#include "silvafit/base/fingerprint.hpp"
+#include "silvafit/data/json_reader.hpp"
+#include "silvafit/data/table_parts.hpp"
+#include "silvafit/stand/placed_trees.hpp"
+#include "silvafit/stand/species_spellings.hpp"
+#include "workflow/parts_of_files.hpp"
+#include "workflow/tile_files.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Tiles have numbers within 32 bits, the middle of which is column and row 0.
+constexpr std::int64_t kMiddle = std::int64_t{1} << 31;
+
+std::uint64_t number_of(std::int64_t column, std::int64_t row) {
+  return (static_cast<std::uint64_t>(row + kMiddle) << 32U) |
+         static_cast<std::uint64_t>(column + kMiddle);
+}
+
+std::uint64_t hash_of(std::string_view text) {
+  Fingerprint hash;
+  hash.add(text);
+  return hash.value();
+}
+
+/// The convex hull of points that come in parts; few are kept.
+class GrowingHull {
+ public:
+  void add(stand::Point point) {
+    constexpr std::size_t kMost = 100000;
+    points_.push_back(point);
+    if (points_.size() >= most_) {
+      reduce();
+      most_ = points_.size() + kMost;
+    }
+  }
+
+  std::vector<stand::Point> vertices() { return reduce() ? points_ : std::vector<stand::Point>(); }
+
+ private:
+  /// False if all points are on one line.
+  bool reduce() {
+    const auto hull = stand::Window::convex_hull(points_);
+    if (!hull) return false;
+    points_ = hull->outline().front().outer;
+    return true;
+  }
+
+  std::vector<stand::Point> points_{};
+  std::size_t most_ = 100000;
+};
+
+/// Finds ids of trees that come twice.
+class TreeIds {
+ public:
+  void add(std::string_view plot, std::string_view tree, std::size_t line) {
+    const std::uint64_t place = line;
+    ids_.add({hash_of(tree), hash_of(plot)}, {reinterpret_cast<const char*>(&place), sizeof place});
+  }
+
+  /// Whether trees of several plots have one id.
+  /// \throws InputError if trees of one plot do
+  bool repeat(const std::string& file) {
+    ExternalSort::Key key;
+    ExternalSort::Key before;
+    std::string record;
+    std::uint64_t line = 0;
+    bool repeats = false;
+    for (bool is_first = true; ids_.next(key, record); is_first = false) {
+      std::uint64_t own = 0;
+      record.copy(reinterpret_cast<char*>(&own), sizeof own);
+      if (!is_first && key == before) {
+        throw InputError(
+            fmt::format(
+                "the tree is on line {}, too; tiles need numbers of trees that are unique in "
+                "a plot, and one measurement of each tree",
+                line),
+            {.file = file, .line = own});
+      }
+      repeats = repeats || (!is_first && key.first == before.first);
+      before = key;
+      line = own;
+    }
+    return repeats;
+  }
+
+ private:
+  ExternalSort ids_{};
+};
+
+/// Positions of the rows of a file, in their order.
+class Positions {
+ public:
+  Positions(const std::filesystem::path& file, const stand::InventoryOptions& options)
+      : trees_(file, options) {
+    part_ = trees_.next();
+  }
+
+  /// The tree on a line, as a row of inventory(); none if the line has no usable one.
+  std::optional<std::size_t> tree_on(std::size_t line) {
+    while (part_ && row_ == part_->inventory.size()) {
+      part_ = trees_.next();
+      row_ = 0;
+    }
+    if (!part_ || part_->inventory.lines[row_] != line) return std::nullopt;
+    return row_++;
+  }
+  const stand::Inventory& inventory() const { return part_->inventory; }
+  const stand::PlacedTrees& trees() const { return trees_; }
+
+ private:
+  stand::PlacedTrees trees_;
+  std::optional<stand::CheckedInventory> part_{};
+  std::size_t row_ = 0;
+};
+
+class Planner {
+ public:
+  Planner(const std::filesystem::path& inventory,
+          const TileSettings& settings,
+          const std::filesystem::path& folder,
+          const Callbacks& callbacks)
+      : inventory_(inventory), folder_(folder), callbacks_(callbacks) {
+    check(settings);
+    plan_.inventory = inventory.string();
+    plan_.settings = settings;
+  }
+
+  TilePlan run() {
+    const ResultFolder result(folder_);
+    remove_earlier_plan();
+    read();
+    write_tiles();
+    plan_.fingerprint = fingerprint(json_of(plan_).dump() + content_.text());
+    write_file(plan_file(folder_), json_of(plan_).dump(2) + "\n");
+    return std::move(plan_);
+  }
+
+ private:
+  static void check(const TileSettings& settings) {
+    if (!(settings.size_m > 0.0) || !std::isfinite(settings.size_m)) {
+      throw UsageError("the size of a tile must be positive", {.column = "--size"});
+    }
+    if (!(settings.halo_m >= 0.0) || !(settings.halo_m <= 100.0 * settings.size_m)) {
+      throw UsageError("the halo must be from 0 to 100 times the size of a tile",
+                       {.column = "--halo"});
+    }
+  }
+
+  std::int64_t cell(double coordinate) const {
+    const double number = std::floor(coordinate / plan_.settings.size_m);
+    constexpr double kMost = 2e9;
+    if (std::abs(number) > kMost) {
+      throw UsageError("there are too many tiles between the trees; make larger ones",
+                       {.column = "--size"});
+    }
+    return static_cast<std::int64_t>(number);
+  }
+
+  /// A plan is there when all its tiles are, and there are no others.
+  void remove_earlier_plan() const {
+    if (!std::filesystem::exists(plan_file(folder_))) return;
+    for (const Tile& tile : read_tile_plan(folder_).tiles) {
+      std::filesystem::remove(tile_file(folder_, tile));
+    }
+    std::filesystem::remove(plan_file(folder_));
+  }
+
+  void read();
+  void add_tree(const stand::Inventory& trees,
+                std::size_t tree,
+                std::size_t line,
+                std::string_view record);
+  void add_row(std::uint64_t tile, std::size_t line, bool is_own, std::string_view record);
+  void write_tiles();
+  void unify(const stand::Inventory& part);
+
+  const std::filesystem::path& inventory_;
+  const std::filesystem::path& folder_;
+  const Callbacks& callbacks_;
+  TilePlan plan_{};
+  ExternalSort rows_{};
+  Fingerprint content_{};  ///< of all tiles
+  GrowingHull hull_{};
+  TreeIds ids_{};
+  stand::SpeciesSpellings spellings_{};
+  std::string first_plot_{};
+};
+
+void Planner::add_row(std::uint64_t tile, std::size_t line, bool is_own, std::string_view record) {
+  const char separator = plan_.separator;
+  rows_.add({tile, line},
+            fmt::format("{}{}{}{}{}", line, separator, is_own ? 1 : 0, separator, record));
+}
+
+void Planner::add_tree(const stand::Inventory& trees,
+                       std::size_t tree,
+                       std::size_t line,
+                       std::string_view record) {
+  const stand::Point at{trees.x[tree], trees.y[tree]};
+  if (plan_.trees++ == 0) {
+    plan_.low = plan_.high = at;
+    first_plot_ = trees.plot[tree];
+  }
+  plan_.low = {std::min(plan_.low.x, at.x), std::min(plan_.low.y, at.y)};
+  plan_.high = {std::max(plan_.high.x, at.x), std::max(plan_.high.y, at.y)};
+  plan_.has_plots = plan_.has_plots || trees.plot[tree] != first_plot_;
+  hull_.add(at);
+  ids_.add(trees.plot[tree], trees.tree[tree], line);
+  const double halo_m = plan_.settings.halo_m;
+  const std::uint64_t own = number_of(cell(at.x), cell(at.y));
+  for (std::int64_t row = cell(at.y - halo_m); row <= cell(at.y + halo_m); ++row) {
+    for (std::int64_t column = cell(at.x - halo_m); column <= cell(at.x + halo_m); ++column) {
+      const std::uint64_t tile = number_of(column, row);
+      add_row(tile, line, tile == own, record);
+    }
+  }
+}
+
+void Planner::read() {
+  const ReadingSettings& reading = plan_.settings.reading;
+  data::TableParts parts =
+      table_parts(inventory_, reading, [](const auto&) { return std::string(); });
+  Positions positions(inventory_, inventory_options(reading, {.needs_coordinates = true}));
+  if (!positions.trees().has_numbers()) {
+    throw InputError("tiles need a column with numbers of trees, such as --columns tree=ID",
+                     {.file = plan_.inventory});
+  }
+  plan_.rows = parts.rows();
+  std::optional<std::uint64_t> last;
+  std::vector<std::pair<std::size_t, std::string>> waiting;  // rows above the first tree
+  std::size_t done = 0;
+  while (const auto part = parts.next()) {
+    plan_.separator = part->separator;
+    plan_.head = *part->head;
+    data::CsvReader reader{data::TableSource(part)};
+    std::vector<std::string_view> fields;
+    std::string record;
+    while (reader.next(fields)) {
+      record.clear();
+      data::append_record(fields, plan_.separator, record);
+      if (const auto tree = positions.tree_on(reader.line())) {
+        const stand::Inventory& trees = positions.inventory();
+        if (*tree == 0) unify(trees);
+        last = number_of(cell(trees.x[*tree]), cell(trees.y[*tree]));
+        for (const auto& [line, above] : waiting) add_row(*last, line, true, above);
+        waiting.clear();
+        add_tree(trees, *tree, reader.line(), record);
+      } else if (last) {
+        add_row(*last, reader.line(), true, record);
+      } else {
+        waiting.emplace_back(reader.line(), record);
+      }
+    }
+    done += part->lines.size();
+    if (callbacks_.progress) callbacks_.progress("cutting", done, parts.rows());
+  }
+  give_notes(positions.trees().notes(), callbacks_.note);
+  const std::string excluded = positions.trees().excluded();
+  if (!excluded.empty() && callbacks_.note) callbacks_.note(excluded);
+  plan_.ids_repeat = ids_.repeat(plan_.inventory);
+  plan_.hull = hull_.vertices();
+}
+
+/// Spellings are unified in the whole inventory, which no tile knows.
+void Planner::unify(const stand::Inventory& part) {
+  if (plan_.settings.reading.case_sensitive) return;
+  data::TextColumn species = part.species;
+  spellings_.unify(species);
+  const std::string note = spellings_.note();
+  if (note.empty()) return;
+  throw InputError(note + "; tiles need one spelling for each species",
+                   {.file = plan_.inventory, .column = "species"});
+}
+
+void Planner::write_tiles() {
+  ExternalSort::Key key;
+  std::string record;
+  std::optional<AtomicFile> file;
+  std::uint64_t open = 0;
+  const std::string header = tile_header(plan_.head, plan_.separator);
+  const std::string own_mark{plan_.separator, '1', plan_.separator};
+  const auto finish = [&] {
+    if (!file) return;
+    file->commit();
+    file.reset();
+    // A tile that is all halo has nothing to compute.
+    if (plan_.tiles.back().trees > 0) return;
+    std::filesystem::remove(tile_file(folder_, plan_.tiles.back()));
+    plan_.tiles.pop_back();
+  };
+  while (rows_.next(key, record)) {
+    if (!file || key.first != open) {
+      finish();
+      open = key.first;
+      plan_.tiles.push_back({.column = static_cast<std::int64_t>(open & 0xffffffffU) - kMiddle,
+                             .row = static_cast<std::int64_t>(open >> 32U) - kMiddle});
+      file.emplace(tile_file(folder_, plan_.tiles.back()));
+      file->stream() << header;
+    }
+    const bool is_own = record.compare(record.find(plan_.separator), 3, own_mark) == 0;
+    ++(is_own ? plan_.tiles.back().trees : plan_.tiles.back().neighbors);
+    file->stream() << record;
+    content_.add(record);
+  }
+  finish();
+}
+
+std::vector<std::string> texts_of(const nlohmann::json& list) {
+  return list.get<std::vector<std::string>>();
+}
+
+}  // namespace
+
+std::string Tile::name() const {
+  const auto side = [](char positive, char negative, std::int64_t number) {
+    return fmt::format("{}{}", number < 0 ? negative : positive, number < 0 ? -number : number);
+  };
+  return side('e', 'w', column) + side('n', 's', row);
+}
+
+TilePlan plan_tiles(const std::filesystem::path& inventory,
+                    const TileSettings& settings,
+                    const std::filesystem::path& folder,
+                    const Callbacks& callbacks) {
+  return Planner(inventory, settings, folder, callbacks).run();
+}
+
+ordered_json json_of(const TilePlan& plan) {
+  ordered_json kinds = ordered_json::array();
+  for (const data::ColumnKind kind : plan.head.kinds) kinds.push_back(static_cast<int>(kind));
+  ordered_json hull = ordered_json::array();
+  for (const stand::Point& point : plan.hull) hull.push_back({point.x, point.y});
+  ordered_json tiles = ordered_json::array();
+  for (const Tile& tile : plan.tiles) {
+    tiles.push_back({{"name", tile.name()},
+                     {"column", tile.column},
+                     {"row", tile.row},
+                     {"trees", tile.trees},
+                     {"halo", tile.neighbors}});
+  }
+  const ReadingSettings& reading = plan.settings.reading;
+  return {{"schema", "silvafit-tiles/1"},
+          {"silvafit", SILVAFIT_VERSION},
+          {"inventory", plan.inventory},
+          {"size_m", plan.settings.size_m},
+          {"halo_m", plan.settings.halo_m},
+          {"reading",
+           {{"columns", reading.columns},
+            {"missing", reading.missing},
+            {"fill_down", reading.fill_down},
+            {"dead", reading.dead},
+            {"case_sensitive", reading.case_sensitive}}},
+          {"header", plan.head.header},
+          {"units", plan.head.layout.units},
+          {"kinds", std::move(kinds)},
+          {"separator", std::string(1, plan.separator)},
+          {"rows", plan.rows},
+          {"trees", plan.trees},
+          {"has_plots", plan.has_plots},
+          {"ids_repeat", plan.ids_repeat},
+          {"low", {plan.low.x, plan.low.y}},
+          {"high", {plan.high.x, plan.high.y}},
+          {"hull", std::move(hull)},
+          {"tiles", std::move(tiles)},
+          {"fingerprint", plan.fingerprint}};
+}
+
+TilePlan read_tile_plan(const std::filesystem::path& folder) {
+  const std::filesystem::path file = plan_file(folder);
+  if (!std::filesystem::exists(file)) {
+    throw InputError("no plan of tiles; make one with silvafit tiles plan",
+                     {.file = file.string()});
+  }
+  TilePlan plan;
+  try {
+    const nlohmann::json json = nlohmann::json::parse(read_file(file, kAnySize));
+    const auto point = [](const nlohmann::json& pair) {
+      return stand::Point{pair.at(0).get<double>(), pair.at(1).get<double>()};
+    };
+    plan.inventory = json.at("inventory");
+    plan.settings.size_m = json.at("size_m");
+    plan.settings.halo_m = json.at("halo_m");
+    const nlohmann::json& reading = json.at("reading");
+    plan.settings.reading = {.columns = texts_of(reading.at("columns")),
+                             .trust_units = true,  // they were questioned in the whole inventory
+                             .missing = texts_of(reading.at("missing")),
+                             .fill_down = texts_of(reading.at("fill_down")),
+                             .dead = reading.at("dead"),
+                             .case_sensitive = reading.at("case_sensitive")};
+    plan.head.header = texts_of(json.at("header"));
+    plan.head.layout.units = texts_of(json.at("units"));
+    for (const int kind : json.at("kinds")) {
+      plan.head.kinds.push_back(static_cast<data::ColumnKind>(kind));
+    }
+    plan.separator = json.at("separator").get<std::string>().at(0);
+    plan.rows = json.at("rows");
+    plan.trees = json.at("trees");
+    plan.has_plots = json.at("has_plots");
+    plan.ids_repeat = json.at("ids_repeat");
+    plan.low = point(json.at("low"));
+    plan.high = point(json.at("high"));
+    for (const nlohmann::json& vertex : json.at("hull")) plan.hull.push_back(point(vertex));
+    for (const nlohmann::json& tile : json.at("tiles")) {
+      plan.tiles.push_back({.column = tile.at("column"),
+                            .row = tile.at("row"),
+                            .trees = tile.at("trees"),
+                            .neighbors = tile.at("halo")});
+    }
+    plan.fingerprint = json.at("fingerprint");
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(fmt::format("is no plan of tiles ({}); cut the inventory again", error.what()),
+                     {.file = file.string()});
+  }
+  if (plan.head.kinds.size() != plan.head.header.size()) {
+    throw InputError("is no plan of tiles; cut the inventory again", {.file = file.string()});
+  }
+  return plan;
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// Results of tiles, and the result of the whole inventory from them.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+#include <utility>
+
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/fingerprint.hpp"
+#include "silvafit/data/ordered_rows.hpp"
+#include "silvafit/stand/structural_units.hpp"
+#include "silvafit/study/rows_with_columns.hpp"
+#include "silvafit/study/structure_columns.hpp"
+#include "silvafit/study/study_files.hpp"
+#include "workflow/tile_files.hpp"
+
+namespace silvafit::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Differences of distances that rounding makes, and that ties of neighbors ignore.
+constexpr double kRoundingMeters = 1e-6;
+
+std::string key_of(const TilePlan& plan, const std::string& settings) {
+  return fingerprint(plan.fingerprint + " " SILVAFIT_VERSION " " + settings);
+}
+
+void require_tile(const TilePlan& plan, std::size_t tile) {
+  if (tile < plan.tiles.size()) return;
+  throw UsageError(fmt::format("there are {} tiles", plan.tiles.size()), {.column = "--tile"});
+}
+
+std::optional<TileResult> earlier_result(const fs::path& file, const std::string& key) {
+  const auto head = read_result_head(file);
+  if (!head || head->key != key) return std::nullopt;
+  return TileResult{.file = file.string(),
+                    .was_there = true,
+                    .trees = head->trees,
+                    .marked = head->marked,
+                    .halo_m = head->halo_m};
+}
+
+/// How far from a tree all trees are known: to the sides of the tile with its halo. Beyond a side
+/// with no tree of the inventory there is nothing to know.
+class KnownRoom {
+ public:
+  KnownRoom(const TilePlan& plan, const Tile& tile) {
+    const double size_m = plan.settings.size_m;
+    const double halo_m = plan.settings.halo_m;
+    low_ = {size_m * static_cast<double>(tile.column) - halo_m,
+            size_m * static_cast<double>(tile.row) - halo_m};
+    high_ = {low_.x + size_m + 2.0 * halo_m, low_.y + size_m + 2.0 * halo_m};
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    if (low_.x < plan.low.x) low_.x = -kFar;
+    if (low_.y < plan.low.y) low_.y = -kFar;
+    if (high_.x > plan.high.x) high_.x = kFar;
+    if (high_.y > plan.high.y) high_.y = kFar;
+  }
+
+  double around(stand::Point at) const {
+    return std::min({at.x - low_.x, high_.x - at.x, at.y - low_.y, high_.y - at.y});
+  }
+
+ private:
+  stand::Point low_{};
+  stand::Point high_{};
+};
+
+stand::StructuralUnitOptions options_of(const TilePlan& plan,
+                                        const UnitSettings& settings,
+                                        unsigned threads) {
+  stand::StructuralUnitOptions options = unit_options(settings, threads);
+  if (options.scope == stand::SearchScope::kPlot && plan.has_plots) {
+    throw UsageError(
+        "the inventory has several plots, which tiles would cut: use --per stand, or "
+        "silvafit indices --stream without tiles",
+        {.column = "--per"});
+  }
+  if (options.edge == stand::EdgeCorrection::kTorus) {
+    throw UsageError("a torus joins opposite sides of the stand; it cannot be cut into tiles",
+                     {.column = "--edge"});
+  }
+  if (options.edge == stand::EdgeCorrection::kHanisch) {
+    throw UsageError(
+        "the weights of Hanisch are interpolated among all trees of the stand; use --edge buffer",
+        {.column = "--edge"});
+  }
+  for (const stand::FurtherIndex index : options.further) {
+    if (index != stand::FurtherIndex::kBasalAreaLarger &&
+        index != stand::FurtherIndex::kCrownCompetition) {
+      continue;
+    }
+    throw UsageError(
+        fmt::format("{} is a sum over all trees of the stand; it cannot be computed in "
+                    "tiles",
+                    stand::name_of(index)),
+        {.column = "--further"});
+  }
+  // The inventory is a part; its window, if none is given, is that of all trees.
+  options.is_part = true;
+  if (options.windows.empty() && options.edge != stand::EdgeCorrection::kNone) {
+    const auto hull = stand::Window::convex_hull(plan.hull);
+    if (!hull) {
+      throw UsageError("all trees are on one line and have no window; use --edge none",
+                       {.column = "--edge"});
+    }
+    options.windows.push_back({std::nullopt, *hull});
+  }
+  return options;
+}
+
+/// The distance up to which a tree's values depend on others; infinite if it has too few neighbors.
+double needed_m(const stand::StructuralUnits& units,
+                const stand::StructuralUnitOptions& options,
+                std::size_t tree) {
+  const double farthest_m = units.distance_m[(tree + 1) * units.neighbors - 1];
+  if (std::isnan(farthest_m)) return std::numeric_limits<double>::infinity();
+  const bool has_radius = std::ranges::any_of(options.further, [](stand::FurtherIndex index) {
+    return index == stand::FurtherIndex::kHegyi;
+  });
+  return has_radius ? std::max(farthest_m, options.competition_radius_m) : farthest_m;
+}
+
+/// The labels of a row of units and nothing else.
+std::string without_values(std::string_view header, const stand::Inventory& trees, std::size_t i) {
+  constexpr std::ptrdiff_t kLabels = 3;
+  std::string row = data::csv_field(trees.plot[i]);
+  row += ',' + data::csv_field(trees.tree[i]);
+  row += ',' + data::csv_field(trees.species[i]);
+  row.append(static_cast<std::size_t>(std::ranges::count(header, ',') + 1 - kLabels), ',');
+  return row + '\n';
+}
+
+std::string words_of(const UnitSettings& settings) {
+  std::string windows;
+  for (const stand::NamedWindow& window : settings.windows) {
+    windows += window.plot.value_or("");
+    for (const stand::Polygon& polygon : window.window.outline()) {
+      for (const stand::Point& point : polygon.outer) {
+        windows += fmt::format(" {} {}", point.x, point.y);
+      }
+    }
+  }
+  if (!settings.window.empty()) windows += read_file(settings.window);
+  return fmt::format("indices {} {} {} {} {} {} {} {} {} {} {}",
+                     windows,
+                     settings.circle,
+                     settings.edge,
+                     settings.buffer_m,
+                     settings.per,
+                     settings.neighbors,
+                     fmt::join(settings.alpha, ","),
+                     settings.dominance,
+                     settings.crowding,
+                     fmt::join(settings.further, ","),
+                     settings.competition_radius_m);
+}
+
+void require_rows_alone(const PredictionSettings& settings, const TilePlan& plan) {
+  if (settings.level == "calibrated") {
+    throw UsageError(
+        "calibration needs all trees of a plot, which tiles would cut; use silvafit predict "
+        "--stream",
+        {.column = "--level"});
+  }
+  data::Table columns(0);
+  for (const std::string& name : plan.head.header) {
+    if (!name.empty()) columns.set(name, std::vector<double>());
+  }
+  for (const char* const name : {"x", "y", "dbh"}) columns.set(name, std::vector<double>());
+  const std::vector<std::string> computed =
+      structure_names_in(plan.settings.reading.columns, columns);
+  if (computed.empty()) return;
+  throw UsageError(
+      fmt::format("{} would be computed in each tile alone; compute the indices first, "
+                  "merge them, and predict from the result",
+                  fmt::join(computed, ", ")),
+      {.column = "--columns"});
+}
+
+}  // namespace
+
+TileResult tile_indices(const fs::path& folder,
+                        const TilePlan& plan,
+                        std::size_t tile,
+                        const UnitSettings& settings,
+                        unsigned threads) {
+  require_tile(plan, tile);
+  const stand::StructuralUnitOptions options = options_of(plan, settings, threads);
+  const fs::path file = result_file(folder, "indices", plan.tiles[tile]);
+  const std::string key = key_of(plan, words_of(settings));
+  if (auto earlier = earlier_result(file, key)) return std::move(*earlier);
+  const TileRows rows = read_tile(folder, plan, tile, false);
+  const stand::CheckedInventory checked = stand::read_inventory(
+      rows.table, inventory_options(plan.settings.reading, {.needs_coordinates = true}));
+  const stand::Inventory& trees = checked.inventory;
+  const stand::StructuralUnits units = stand::structural_units(trees, options);
+  const KnownRoom room(plan, plan.tiles[tile]);
+  ResultRows result;
+  const std::string header = stand::header_of_units(units);
+  result.set_header(header);
+  stand::write_structural_units(
+      trees,
+      units,
+      [&](std::size_t i, std::string_view text) {
+        const std::size_t line = trees.lines[i];
+        if (!rows.is_own(line)) return;
+        const double needed = needed_m(units, options, i);
+        if (needed + kRoundingMeters <= room.around({trees.x[i], trees.y[i]})) {
+          return result.add(line, text);
+        }
+        result.need_halo(needed);
+        result.add_marked(line, without_values(header, trees, i));
+      },
+      plan.ids_repeat);
+  return result.write(file, key);
+}
+
+TileResult tile_predictions(const fs::path& folder,
+                            const TilePlan& plan,
+                            std::size_t tile,
+                            const ModelLibrary& library,
+                            const Catalogue& catalogue,
+                            const PredictionSettings& settings,
+                            int digits,
+                            const std::string& key) {
+  require_tile(plan, tile);
+  require_rows_alone(settings, plan);
+  const fs::path file = result_file(folder, "predict", plan.tiles[tile]);
+  const std::string own_key = key_of(plan,
+                                     fmt::format("predict {} {} {} {} {} {} {} {} {}",
+                                                 key,
+                                                 settings.level,
+                                                 settings.new_groups,
+                                                 settings.seen_groups,
+                                                 settings.interval,
+                                                 settings.interval_kind,
+                                                 settings.standard_errors,
+                                                 settings.role,
+                                                 digits));
+  if (auto earlier = earlier_result(file, own_key)) return std::move(*earlier);
+  const TileRows rows = read_tile(folder, plan, tile, true);
+  PredictionSettings own = settings;
+  own.reading = plan.settings.reading;
+  const data::TableSource table = rows.table;
+  const AddedColumns columns{.table = new_columns(predict_table(table, library, catalogue, own)),
+                             .digits = digits};
+  for (const std::string& name : columns.table.names()) {
+    if (std::ranges::find(plan.head.header, name) == plan.head.header.end()) continue;
+    throw InputError("the file already has this column; choose another name",
+                     {.file = plan.inventory, .column = name});
+  }
+  ResultRows result;
+  write_rows_with_columns(
+      table, columns, own.reading, [&](std::size_t line, std::string_view record) {
+        line == 0 ? result.set_header(record) : result.add(line, record);
+      });
+  return result.write(file, own_key);
+}
+
+MergedTiles merge_tiles(const fs::path& folder,
+                        const TilePlan& plan,
+                        const std::string& command,
+                        std::ostream& stream) {
+  if (command != "indices" && command != "predict") {
+    throw UsageError("only the results of indices and predict are merged; not " + command);
+  }
+  MergedTiles merged;
+  std::optional<std::string> key;
+  for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
+    const auto head = read_result_head(result_file(folder, command, plan.tiles[i]));
+    if (!head) {
+      merged.gaps.missing.push_back(i);
+      continue;
+    }
+    if (!key) key = head->key;
+    if (head->key != *key) merged.gaps.different.push_back(i);
+    merged.trees += head->trees;
+    merged.marked += head->marked;
+    merged.halo_m = std::max(merged.halo_m, head->halo_m);
+  }
+  if (!merged.gaps.missing.empty() || !merged.gaps.different.empty()) return merged;
+  data::OrderedRows rows(stream, true);
+  bool has_header = false;
+  for (const Tile& tile : plan.tiles) {
+    read_result(result_file(folder, command, tile),
+                [&](std::size_t line, bool is_marked, std::string_view record) {
+                  if (line == 0 && std::exchange(has_header, true)) return;
+                  if (merged.marked == 0) return rows.add(line, record);
+                  const char* const mark = line == 0 ? "halo" : is_marked ? "too small" : "";
+                  record.remove_suffix(1);
+                  rows.add(line, std::string(record) + ',' + mark + '\n');
+                });
+  }
+  rows.finish();
+  return merged;
+}
+
+}  // namespace silvafit::study
