@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps test-deps r-deps r-package test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package python-package test-python format check-format clean
+.PHONY: help deps test-deps r-deps r-package test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi python-package test-python format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
@@ -11,6 +11,7 @@ help:
 	@echo "make r-package   the package for R, installed into build/r-library; make test-r runs its tests, make check-r R CMD check"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
 	@echo "make scorecard   many fits beside their best known log-likelihoods; writes the tables of docs/scorecard.md"
+	@echo "make mpi     the program for mpirun, at build-mpi/bin/silvafit (docs/large-inventories.md)"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
 	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
 	@echo "make python-package   the Python package, as a wheel and in build/python; make test-python tests it"
@@ -22,12 +23,14 @@ deps:
 test-deps: deps
 	@./scripts/install-dependencies packages-debian12-test.txt
 	@./scripts/install-dependencies packages-debian12-gis.txt
+	@./scripts/install-dependencies packages-debian12-mpi.txt
 
 configure: deps
 	@test -f build/build.ninja || cmake --preset release -DSILVAFIT_BUILD_TESTS=OFF
 
 configure-tests: test-deps
-	@grep -qs SILVAFIT_BUILD_TESTS:BOOL=ON build/CMakeCache.txt || cmake --preset release -DSILVAFIT_BUILD_TESTS=ON
+	@grep -qs SILVAFIT_BUILD_TESTS:BOOL=ON build/CMakeCache.txt && grep -qs SILVAFIT_MPI:BOOL=ON build/CMakeCache.txt || \
+	  cmake --preset release -DSILVAFIT_BUILD_TESTS=ON -DSILVAFIT_MPI=ON
 
 build: configure
 	@cmake --build --preset release
@@ -88,6 +91,11 @@ bench: deps
 scorecard: build
 	@bench/scorecard/scorecard.py --out build/scorecard/results.csv >build/scorecard.md
 	@bench/scorecard/scorecard.py --page build/scorecard/results.csv
+
+# The program for jobs of several processes, build-mpi/bin/silvafit. docs/large-inventories.md.
+mpi: deps
+	@./scripts/install-dependencies packages-debian12-mpi.txt
+	@cmake --preset mpi && cmake --build --preset mpi
 
 package: build
 	@./scripts/install-dependencies packages-debian12-package.txt

@@ -19,7 +19,7 @@
 #include "near_names.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/base/parallel.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -238,14 +238,18 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   Progress progress(common);
   std::atomic<std::size_t> done{0};
   const unsigned threads = threads_of_one(common, tasks.size());
-  parallel_for(tasks.size(), common.threads, [&](std::size_t i) {
+  const auto texts = farm(tasks.size(), common.threads, [&](std::size_t i) {
     fit::FitModelOptions options = tasks[i].options;
     options.threads = threads;
     fits[i] = fit::fit_model(tasks[i].specification, table, options).fit;
     fits[i]->model = tasks[i].id;
     add_inference(inference, table, *fits[i]);
     progress.show("fitting", ++done, tasks.size());
+    return fit::to_json(*fits[i]);
   });
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    if (!fits[i]) fits[i] = fit::from_json(texts[i], "fit of another process");
+  }
   std::vector<fit::FittedModel> result;
   result.reserve(fits.size());
   for (auto& fit : fits) result.push_back(*std::move(fit));

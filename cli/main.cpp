@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The program silvafit: reads the command line, runs a subcommand, maps errors to exit statuses.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -16,7 +18,9 @@
 #include "command.hpp"
 #include "command_line_mistakes.hpp"
 #include "interrupts.hpp"
+#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/io_error.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "silvafit/base/text.hpp"
 #include "standard_output.hpp"
 #include "standard_streams.hpp"
@@ -24,10 +28,42 @@
 namespace silvafit::cli {
 namespace {
 
+/// Of this process in a job of several, with standard error elsewhere.
+int kept_standard_error = -1;
+bool has_joined_job = false;
+
 constexpr const char* kTroubleshooting = "docs/troubleshooting.md says what helps";
 
+/// The first process of a job writes and prints; all others do the same in silence.
+void silence_other_ranks() {
+  if (Ranks::of_process().is_first()) return;
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
+    const int nowhere = ::open("/dev/null", O_WRONLY);
+    // Standard error is kept for the reason why a single process fails.
+    if (stream == STDERR_FILENO) kept_standard_error = ::fcntl(stream, F_DUPFD_CLOEXEC, 3);
+    ::dup2(nowhere, stream);
+    ::close(nowhere);
+  }
+}
+
 int report(const std::string& message, ExitStatus status) {
-  write_to_standard_error(fmt::format("silvafit: {}\n", with_visible_controls(message)));
+  std::string text = fmt::format("silvafit: {}\n", with_visible_controls(message));
+  if (has_joined_job) {
+    Ranks& ranks = Ranks::of_process();
+    // An error that all processes have is reported once. One that the others do not have ends them,
+    // because they wait for this one.
+    if (ranks.size() > 1 && !ranks.all_come_here()) {
+      text = fmt::format("silvafit: process {} of {} ends the job: {}\n",
+                         ranks.rank(),
+                         ranks.size(),
+                         with_visible_controls(message));
+      if (kept_standard_error >= 0) ::dup2(kept_standard_error, STDERR_FILENO);
+      write_to_standard_error(text);
+      discard_unfinished_files();
+      ranks.end_job(status);
+    }
+  }
+  write_to_standard_error(text);
   return status;
 }
 
@@ -87,6 +123,9 @@ int run(int argc, char** argv) {
 
   const VisibleTables visible_tables;
   try {
+    Ranks::of_process();
+    has_joined_job = true;
+    silence_other_ranks();
     require_command(program, {argv + 1, argv + argc});
     program.parse(argc, argv);
     finish_standard_output();

@@ -19,6 +19,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "silvafit/study/whole_study.hpp"
 #include "standard_output.hpp"
@@ -164,7 +165,7 @@ void write_workbook(const StudyArguments& arguments,
                 coordinates,
                 arguments.common);
   } else {
-    write_sheets_of_folder(file, arguments.out);
+    if (Ranks::of_process().is_first()) write_sheets_of_folder(file, arguments.out);
   }
 }
 

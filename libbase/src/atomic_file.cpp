@@ -19,6 +19,7 @@
 
 #include "descriptor_stream.hpp"
 #include "silvafit/base/io_error.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "unfinished_files.hpp"
 
 namespace silvafit {
@@ -124,7 +125,9 @@ struct AtomicFile::State {
   }
 };
 
-AtomicFile::AtomicFile(const fs::path& target) {
+AtomicFile::AtomicFile(const fs::path& wanted) {
+  // All ranks of a job come to the same results, which the first one writes.
+  const fs::path target = Ranks::of_process().is_first() ? wanted : fs::path("/dev/null");
   if (is_stream(target)) {
     // At the end, behind what is there already.
     const int descriptor = ::open(target.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
@@ -203,6 +206,7 @@ struct ResultFolder::Lock {
 };
 
 ResultFolder::ResultFolder(const fs::path& path) {
+  if (!Ranks::of_process().is_first()) return;
   const std::error_code error = UnfinishedFiles::of_process().make_folders(path, made_);
   try {
     if (error) cannot("make the folder", path, error.value());

@@ -10,6 +10,8 @@
 #include <map>
 #include <optional>
 
+#include "loop_depth.hpp"
+
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
 #endif
@@ -32,6 +34,7 @@ class LoopOrder {
 
    private:
     LoopOrder& loop_;
+    InLoop in_loop_{};
   };
 
   LoopOrder() { release(&begin_); }
@@ -51,6 +54,8 @@ class LoopOrder {
   char end_ = 0;
 };
 
+thread_local std::size_t loop_depth = 0;
+
 /// The arena of the calling thread with this many workers.
 ///
 /// Arenas live as long as their thread: the workers of a new arena must be woken, which takes
@@ -61,6 +66,10 @@ tbb::task_arena& arena_of(std::size_t workers) {
 }
 
 }  // namespace
+
+bool is_in_loop() { return loop_depth > 0; }
+InLoop::InLoop() { ++loop_depth; }
+InLoop::~InLoop() { --loop_depth; }
 
 std::size_t worker_count(unsigned threads) {
   const auto cores = static_cast<std::size_t>(tbb::info::default_concurrency());
@@ -80,6 +89,7 @@ void parallel_for(std::size_t count,
                   const std::function<void(std::size_t, std::size_t)>& task) {
   const std::size_t workers = worker_count(threads);
   if (workers == 1 || count < 2) {
+    const InLoop in_loop;
     for (std::size_t i = 0; i < count; ++i) task(i, 0);
     return;
   }

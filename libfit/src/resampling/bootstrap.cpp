@@ -14,8 +14,8 @@
 #include "resampling/resampled_data.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/base/parallel.hpp"
 #include "silvafit/base/random.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "silvafit/fit/parameter_values.hpp"
 
 namespace silvafit::fit {
@@ -90,6 +90,28 @@ Replicate refitted(Resampled&& data, const FittedModel& original, const FitModel
     result.failure = fit.convergence.summary();
   }
   return result;
+}
+
+std::string bytes_of_replicate(const Replicate& replicate) {
+  std::string bytes;
+  std::vector<double> values;
+  for (const NamedValue& value : replicate.values) values.push_back(value.value);
+  append_numbers(values.data(), values.size(), bytes);
+  for (const NamedValue& value : replicate.values) append_text(value.name, bytes);
+  append_text(replicate.failure, bytes);
+  for (const std::string& text : replicate.boundary) append_text(text, bytes);
+  return bytes;
+}
+
+Replicate replicate_from(std::string_view bytes) {
+  Replicate replicate;
+  const std::vector<double> values = take_numbers(bytes);
+  for (const double value : values) {
+    replicate.values.push_back({.name = take_text(bytes), .value = value});
+  }
+  replicate.failure = take_text(bytes);
+  while (!bytes.empty()) replicate.boundary.push_back(take_text(bytes));
+  return replicate;
 }
 
 /// The value at a position between order statistics, counted from 1.
@@ -173,19 +195,23 @@ std::vector<Replicate> run(const FittedModel& fit,
   refit.effort = SearchEffort::kQuick;
   refit.threads = 1;
   refit.trace = nullptr;
-  std::vector<Replicate> replicates(options.replicates);
   std::atomic<std::size_t> done{0};
-  parallel_for(options.replicates, options.threads, [&](std::size_t i) {
+  const auto replicate = [&](std::size_t i) {
     Random random(options.seed, i + 1);
+    Replicate result;
     try {
-      replicates[i] =
-          refitted(parametric ? parametric->draw(random) : cases->draw(random), fit, refit);
+      result = refitted(parametric ? parametric->draw(random) : cases->draw(random), fit, refit);
     } catch (const Error& error) {
       // An error with the data of one replicate does not concern the others.
-      replicates[i] = {.failure = error.message()};
+      result = {.failure = error.message()};
     }
     if (options.progress) options.progress(++done, options.replicates);
-  });
+    return bytes_of_replicate(result);
+  };
+  std::vector<Replicate> replicates;
+  for (const std::string& bytes : farm(options.replicates, options.threads, replicate)) {
+    replicates.push_back(replicate_from(bytes));
+  }
   return replicates;
 }
 

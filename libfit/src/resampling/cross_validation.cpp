@@ -13,8 +13,8 @@
 #include "result/variance_shares.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/base/parallel.hpp"
 #include "silvafit/base/random.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "silvafit/fit/calibrated_fit.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
@@ -76,6 +76,25 @@ struct FoldPrediction {
   VectorXd log_density{};
   std::string failure{};  ///< empty where the fit converged
 };
+
+std::string bytes_of_fold(const FoldPrediction& fold) {
+  std::string bytes;
+  for (const VectorXd* const values : {&fold.predicted, &fold.calibrated, &fold.log_density}) {
+    append_numbers(values->data(), static_cast<std::size_t>(values->size()), bytes);
+  }
+  append_text(fold.failure, bytes);
+  return bytes;
+}
+
+FoldPrediction fold_from(std::string_view bytes) {
+  FoldPrediction fold;
+  for (VectorXd* const values : {&fold.predicted, &fold.calibrated, &fold.log_density}) {
+    const std::vector<double> numbers = take_numbers(bytes);
+    *values = Eigen::Map<const VectorXd>(numbers.data(), static_cast<Index>(numbers.size()));
+  }
+  fold.failure = take_text(bytes);
+  return fold;
+}
 
 /// \param rows  of one fold, in the order of the table; the model sorts them by its own groups
 VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Prediction& at) {
@@ -238,20 +257,24 @@ std::vector<FoldPrediction> predicted_folds(const FittedModel& fit,
                                             const std::vector<bool>& is_measured,
                                             const CrossValidationOptions& options) {
   const FitModelOptions refit = refit_options(fit, options);
-  std::vector<FoldPrediction> folds(left_out.size());
   std::atomic<std::size_t> done{0};
-  parallel_for(folds.size(), options.threads, [&](std::size_t k) {
+  const auto predict_fold = [&](std::size_t k) {
     std::vector<bool> measured;
     if (options.measured > 0) {
       for (const std::size_t row : left_out[k]) measured.push_back(is_measured[row]);
     }
-    folds[k] = predicted(fit,
-                         observations.select(rows_outside(fold, k)),
-                         observations.select(left_out[k]),
-                         measured,
-                         refit);
-    if (options.progress) options.progress(++done, folds.size());
-  });
+    const FoldPrediction result = predicted(fit,
+                                            observations.select(rows_outside(fold, k)),
+                                            observations.select(left_out[k]),
+                                            measured,
+                                            refit);
+    if (options.progress) options.progress(++done, left_out.size());
+    return bytes_of_fold(result);
+  };
+  std::vector<FoldPrediction> folds;
+  for (const std::string& bytes : farm(left_out.size(), options.threads, predict_fold)) {
+    folds.push_back(fold_from(bytes));
+  }
   return folds;
 }
 

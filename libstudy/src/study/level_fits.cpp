@@ -9,11 +9,57 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/base/parallel.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "silvafit/fit/cross_validation.hpp"
+#include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::study {
 namespace {
+
+/// A fit with its cross-validation as bytes, for other processes.
+std::string bytes_of_candidate(const fit::FitResult& result,
+                               const std::optional<CrossValidated>& cross_validated) {
+  std::vector<double> numbers;
+  if (cross_validated) {
+    numbers = {cross_validated->rmse,
+               cross_validated->standard_error,
+               static_cast<double>(cross_validated->folds),
+               static_cast<double>(cross_validated->failed),
+               static_cast<double>(cross_validated->measured)};
+  }
+  std::string bytes;
+  append_numbers(numbers.data(), numbers.size(), bytes);
+  append_text(fit::to_json(result.fit), bytes);
+  numbers.assign(result.rows.begin(), result.rows.end());
+  append_numbers(numbers.data(), numbers.size(), bytes);
+  for (const Eigen::VectorXd* const values :
+       {&result.fitted_population, &result.fitted_conditional, &result.residual_sd}) {
+    append_numbers(values->data(), static_cast<std::size_t>(values->size()), bytes);
+  }
+  return bytes;
+}
+
+CrossValidated cross_validated_from(const std::vector<double>& numbers) {
+  return {.rmse = numbers.at(0),
+          .standard_error = numbers.at(1),
+          .folds = static_cast<std::size_t>(numbers.at(2)),
+          .failed = static_cast<std::size_t>(numbers.at(3)),
+          .measured = static_cast<std::size_t>(numbers.at(4))};
+}
+
+fit::FitResult result_from(std::string_view bytes) {
+  fit::FitResult result{.fit = fit::from_json(take_text(bytes), "fit of another process")};
+  for (const double row : take_numbers(bytes)) {
+    result.rows.push_back(static_cast<std::size_t>(row));
+  }
+  for (Eigen::VectorXd* const values :
+       {&result.fitted_population, &result.fitted_conditional, &result.residual_sd}) {
+    const std::vector<double> numbers = take_numbers(bytes);
+    *values = Eigen::Map<const Eigen::VectorXd>(numbers.data(),
+                                                static_cast<Eigen::Index>(numbers.size()));
+  }
+  return result;
+}
 
 fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
   fit::FitResult result{.fit = fit::FittedModel(trial.specification)};
@@ -159,13 +205,20 @@ void LevelFits::run(unsigned threads,
   const std::size_t all = tasks_.size() - known;
   std::atomic<std::size_t> done{0};
   for (const std::vector<std::size_t>& wave : waves()) {
-    parallel_for(wave.size(), threads, [&](std::size_t i) {
+    std::vector<char> is_own(wave.size(), 0);
+    const auto results = farm(wave.size(), threads, [&](std::size_t i) {
       const Task& task = tasks_[wave[i]];
       run_task(task);
-      if (is_known(task)) return;
-      const std::size_t count = ++done;
-      if (progress) progress(name_, count, all);
+      is_own[i] = 1;
+      if (!is_known(task)) {
+        const std::size_t count = ++done;
+        if (progress) progress(name_, count, all);
+      }
+      return Ranks::of_process().size() == 1 ? std::string() : bytes_of_task(task);
     });
+    for (std::size_t i = 0; i < wave.size(); ++i) {
+      if (is_own[i] == 0) take_bytes(tasks_[wave[i]], results[i]);
+    }
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   stages.push_back({.name = name_, .seconds = seconds.count(), .fits = all});
@@ -195,6 +248,21 @@ bool LevelFits::contains_failure(const Task& task) {
     const fit::Convergence& of = results_[other.work][other.position].fit.convergence;
     return is_contained && (!of.converged() || of.has_boundary());
   });
+}
+
+std::string LevelFits::bytes_of_task(const Task& task) {
+  const std::lock_guard lock(taking_);
+  return bytes_of_candidate(results_[task.work][task.position],
+                            cross_validated_[task.work][task.position]);
+}
+
+/// The result of another process.
+void LevelFits::take_bytes(const Task& task, std::string_view bytes) {
+  const std::vector<double> criterion = take_numbers(bytes);
+  if (!criterion.empty()) {
+    cross_validated_[task.work][task.position] = cross_validated_from(criterion);
+  }
+  if (!task.known) take(task, result_from(bytes));
 }
 
 /// Values of each observation are many, and wanted of the chosen fit only.

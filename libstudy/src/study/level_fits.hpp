@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "study/study_work.hpp"
@@ -52,6 +53,8 @@ class LevelFits {
   /// that more of them are hardly supported.
   bool contains_failure(const Task& task);
   void take(const Task& task, fit::FitResult result);
+  std::string bytes_of_task(const Task& task);
+  void take_bytes(const Task& task, std::string_view bytes);
   void forget_worst(std::size_t work);
   const Task& task_of(std::size_t work, std::size_t position) const;
 
