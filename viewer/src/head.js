@@ -128,8 +128,8 @@ function effort(results) {
   if (counts.length === 0) return null;
   const parts = counts.map(({ name, all, failed }) => `${count(all)} ${name}${failed > 0 ? ` (${count(failed)} not converged)` : ""}`);
   const passed = results.flatMap((result) => LEVELS.flatMap(([level]) => result[level])).filter((row) => row.objection && !row.chosen).length;
-  const passedOver = passed > 0 ? ` ${plural(passed, "candidate")} that ranked well ${passed === 1 ? "was" : "were"} passed over; the table is below.` : "";
-  return element("p", {}, `Compared: ${listing(parts)}. Those that did not converge were not ranked.${passedOver}`);
+  const rejected = passed > 0 ? ` ${plural(passed, "candidate")} that ranked well ${passed === 1 ? "was" : "were"} rejected; the table is below.` : "";
+  return element("p", {}, `Compared: ${listing(parts)}. Those that did not converge were not ranked.${rejected}`);
 }
 
 /** Covariates of the chosen level 2 model, "none" if the base won, a dash if the level was left out. */

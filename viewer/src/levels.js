@@ -27,7 +27,7 @@ const OUTCOME = { title: "Outcome", text: true, value: outcome };
 function outcome(row) {
   if (!row.converged) return element("span", { class: "bad" }, `\u26a0 ${withMinusSigns(row.verdict)}`);
   if (row.objection) {
-    const what = row.chosen ? "chosen for want of another" : "passed over";
+    const what = row.chosen ? "chosen for want of another" : "rejected";
     return element("span", { class: "bad" }, `\u26a0 ${what}: ${withMinusSigns(row.objection)}`);
   }
   return row.chosen ? element("strong", { title: withMinusSigns(row.verdict) }, "chosen") : element("span", { title: withMinusSigns(row.verdict) }, "converged");
@@ -45,7 +45,7 @@ function line(title, rows, name) {
     element("strong", {}, winner ? name(winner) : "none could be used"),
     ` of ${plural(rows.length, "candidate")}`,
     failed > 0 ? element("span", { class: "bad" }, ` (${count(failed)} not converged)`) : null,
-    passed > 0 ? element("span", { class: "bad" }, ` (${count(passed)} passed over)`) : null,
+    passed > 0 ? element("span", { class: "bad" }, ` (${count(passed)} rejected)`) : null,
   ].filter((part) => part !== null);
 }
 

@@ -135,12 +135,12 @@ test("doubtful models are told from sound ones, with the reasons, first of all",
   return withPage(data, {}, async (page) => {
     const verdict = await page.locator("#verdict").textContent();
     assert.match(verdict, /1 of 2 final models is doubtful\..*Sound \(.*\): SM, height\..*least squares predicts better/s);
-    assert.match(verdict, /1 candidate that ranked well was passed over/);
+    assert.match(verdict, /1 candidate that ranked well was rejected/);
     assert.match(await page.locator("#summary tr.failed").textContent(), /doubtful/);
     assert.match(await page.locator("#result-2").textContent(), /doubtful.*least squares predicts better/s);
     assert.equal(await page.locator("nav .bad").count(), 1);
     await openAll(page);
-    assert.match(await page.locator("#result-2 details tr.failed", { hasText: "passed over" }).textContent(), /passed over: The curve of plot 3 falls/);
+    assert.match(await page.locator("#result-2 details tr.failed", { hasText: "rejected" }).textContent(), /rejected: The curve of plot 3 falls/);
   });
 });
 
