@@ -57,10 +57,10 @@ void print_soundness(const study::Study& study) {
 }
 
 /// Why the best candidates of a level were not chosen, one line each.
-void print_passed_over(const study::Study& study) {
+void print_rejected(const study::Study& study) {
   bool is_first = true;
   for (const study::ResponseStudy& result : study.results) {
-    for (const std::string& sentence : result.passed_over()) {
+    for (const std::string& sentence : result.rejected()) {
       if (is_first) print_text("\n");
       is_first = false;
       print_text("{} {}: {}\n", result.species, result.response, sentence);
@@ -186,7 +186,7 @@ void run_whole_study(const StudyArguments& arguments, const std::filesystem::pat
   } else {
     print_soundness(record.study);
     print_table(record.study);
-    print_passed_over(record.study);
+    print_rejected(record.study);
     print_text("\n{} fits in {:.1f} s, {:.0f} a second. The report: {}\n",
                record.study.fit_count(),
                seconds.count(),

@@ -68,7 +68,7 @@ class Sheets(ProgramTest):
     def test_names_made_by_r_with_comments_and_blank_columns(self):
         said = self.assert_same_units("comments.csv")
         self.assertIn("dbh from dbh..mm./10", said)
-        self.assertIn("below 2 titles or comments; 4 comment lines are passed over", said)
+        self.assertIn("below 2 titles or comments; 4 comment lines are ignored", said)
 
     def test_carriage_returns_and_vague_names(self):
         rows, said = self.indices("carriage-returns.csv")

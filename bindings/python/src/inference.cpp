@@ -84,7 +84,7 @@ py::dict bootstrap_result(const fit::Bootstrap& found) {
   result["parameters"] = parameters;
   result["values"] = found.values;
   result["failures"] = reasons_of(found.failures);
-  result["boundary"] = reasons_of(found.on_edge);
+  result["boundary"] = reasons_of(found.at_boundary);
   return result;
 }
 

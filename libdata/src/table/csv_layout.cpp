@@ -257,7 +257,7 @@ std::string describe_layout(const CsvLayout& layout) {
   const auto add = [&text](const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
   if (!layout.units.empty()) add("the row below the header has units");
   if (layout.comments > 0) {
-    add(counted(layout.comments, "comment line is", "comment lines are") + " passed over");
+    add(counted(layout.comments, "comment line is", "comment lines are") + " ignored");
   }
   return text;
 }

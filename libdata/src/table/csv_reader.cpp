@@ -127,7 +127,7 @@ struct CsvReader::State {
   void read_header();
   void take_head(const TableHead& head);
   ColumnKind kind(std::size_t column) const;
-  bool is_passed_over();
+  bool is_ignored();
   void fit_to_header();
   void take_table();
   bool take_row(std::vector<std::string_view>& fields);
@@ -377,7 +377,7 @@ ColumnKind CsvReader::State::kind(std::size_t column) const {
 }
 
 /// Whether the record found is the row of units or a comment.
-bool CsvReader::State::is_passed_over() {
+bool CsvReader::State::is_ignored() {
   if (std::exchange(skips_next, false)) return true;
   const char first = buffer[begin - record_length];
   if (first != '#' || spans.size() != 1 || header.size() == 1) return false;
@@ -512,7 +512,7 @@ bool CsvReader::next(std::vector<std::string_view>& fields) {
   } else {
     do {
       if (!state.find_record()) return false;
-    } while (state.is_passed_over());
+    } while (state.is_ignored());
     if (state.sheet && state.sheet->head) state.line = state.sheet->lines[state.sheet_records++];
     state.fit_to_header();
     for (std::size_t i = 0; i < state.spans.size(); ++i) fields.push_back(state.field(i));

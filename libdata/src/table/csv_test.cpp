@@ -158,7 +158,7 @@ TEST_CASE("a line may say what separates, and other formats are named") {
   CHECK_THAT(error_of(std::string("p\0l\0o\0t\0", 8)), Contains("UTF-16"));
 }
 
-TEST_CASE("titles and comments above the header and units below it are passed over") {
+TEST_CASE("titles and comments above the header and units below it are ignored") {
   const Records expected{{"plot", "dbh", "h"}, {"1", "20", "18"}, {"2", "30", ""}};
   const std::string table = "plot,dbh,h\n1,20,18\n2,30,\n";
   for (const char* above : {"",

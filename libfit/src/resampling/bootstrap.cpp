@@ -266,7 +266,7 @@ Bootstrap bootstrap(const FittedModel& fit,
         summary(parameters[k], result.values.row(static_cast<Index>(k)), options.level));
   }
   result.failures = commonest_first(failures);
-  result.on_edge = commonest_first(at_boundary);
+  result.at_boundary = commonest_first(at_boundary);
   return result;
 }
 

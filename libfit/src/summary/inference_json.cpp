@@ -84,7 +84,7 @@ ordered_json json_of(const Bootstrap& bootstrap) {
           {"converged", bootstrap.converged},
           {"parameters", std::move(parameters)},
           {"failures", reasons(bootstrap.failures)},
-          {"on_edge", reasons(bootstrap.on_edge)}};
+          {"boundary", reasons(bootstrap.at_boundary)}};
 }
 
 ordered_json json_of(const CrossValidation& result) {

@@ -69,7 +69,7 @@ std::string summary(const Bootstrap& bootstrap) {
            range(parameter.percentile),
            range(parameter.basic));
   }
-  append_reasons(text, "at a boundary", bootstrap.on_edge);
+  append_reasons(text, "at a boundary", bootstrap.at_boundary);
   append_reasons(text, "failed", bootstrap.failures);
   return text;
 }

@@ -240,7 +240,7 @@ ordered_json curves_object(const Curves& curves) {
 /// The notes, and the best candidates that were rejected.
 std::vector<std::string> joined_notes(const ResponseStudy& result) {
   std::vector<std::string> notes = result.notes;
-  for (std::string& sentence : result.passed_over()) notes.push_back(std::move(sentence));
+  for (std::string& sentence : result.rejected()) notes.push_back(std::move(sentence));
   return notes;
 }
 
@@ -349,7 +349,7 @@ ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogu
   static const std::set<std::string> summaries{"species",
                                                "gains",
                                                "level_tests",
-                                               "passed_over",
+                                               "rejected",
                                                "plots_left_out",
                                                "coefficients",
                                                "variance_and_fit"};

@@ -59,7 +59,7 @@ std::string ResponseStudy::verdict() const {
                         : "No mixed model converged; the least-squares model is final.";
 }
 
-std::vector<std::string> ResponseStudy::passed_over() const {
+std::vector<std::string> ResponseStudy::rejected() const {
   std::vector<std::string> sentences;
   for (const auto& [level, what] : kLevels) {
     const std::vector<Candidate>& candidates = this->*level;

@@ -284,7 +284,7 @@ TEST_CASE("a criterion that is asked for decides without tests") {
 }
 
 TEST_CASE(
-    "candidates with an objection are passed over, and only those that could be chosen asked") {
+    "candidates with an objection are rejected, and only those that could be chosen are examined") {
   std::vector<std::size_t> asked;
   const Examination examine = [&](std::size_t i) {
     asked.push_back(i);

@@ -313,9 +313,9 @@ FormattedTable gains_table(const Study& study) {
   return table;
 }
 
-FormattedTable passed_over_table(const Study& study) {
+FormattedTable rejected_table(const Study& study) {
   FormattedTable table{
-      .name = "passed_over",
+      .name = "rejected",
       .caption = "Candidates that converged and were rejected",
       .columns = joined(kSubject,
                         {{"level", "Level"},
@@ -423,7 +423,7 @@ std::vector<FormattedTable> study_tables(const StudyRecord& record, const Catalo
           statistics_table(study),
           gains_table(study),
           level_tests_table(study),
-          passed_over_table(study),
+          rejected_table(study),
           plots_left_out_table(study),
           coefficients_table(study),
           variance_and_fit_table(study),

@@ -102,7 +102,7 @@ ordered_json result_json(const ResponseStudy& result) {
           {"verdict", result.verdict()},
           {"sound", result.is_sound()},
           {"doubts", result.doubts},
-          {"passed_over", result.passed_over()},
+          {"rejected", result.rejected()},
           {"left_out", left_out_json(result)}};
 }
 

@@ -73,7 +73,7 @@ class CsvReader {
   ///
   /// Fields are separated as the header's are: by commas, or by semicolons or tabs if there is no
   /// comma; or by what a line `sep=;` before the header says. Titles and comments above the header
-  /// and a row of units below it are passed over; docs/inventory.md has the rules.
+  /// and a row of units below it are ignored; docs/inventory.md has the rules.
   /// \param missing  texts that stand for missing values besides those of is_missing_field;
   ///                 numbers among them match any spelling of the number
   /// The rows of a table in memory are records, too: numbers in their shortest spelling, missing
@@ -106,7 +106,7 @@ class CsvReader {
   void fill_down(std::size_t column);
 
   /// The next record's fields, unquoted and without_apostrophe; false at the end. Blank lines,
-  /// records of blank fields and lines with a comment (#) are passed over, empty fields beyond the
+  /// records of blank fields and lines with a comment (#) are ignored, empty fields beyond the
   /// header's are dropped.
   /// The views hold until the next call.
   /// \throws InputError if a quote does not end, bytes are not UTF-8, a record is longer than 64

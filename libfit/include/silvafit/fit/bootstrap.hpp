@@ -80,7 +80,7 @@ struct Bootstrap {
   /// above.
   std::vector<CountedReason> failures{};
   /// Converged boundary (singular) replicates, by the parameter at the boundary; they count above.
-  std::vector<CountedReason> on_edge{};
+  std::vector<CountedReason> at_boundary{};
 };
 
 /// Refits a model to resampled data.

@@ -150,7 +150,7 @@ struct ResponseStudy {
   /// The sub-models that level 2 chose, or the random coefficients of level 3; empty if none.
   std::string chosen_terms(std::vector<Candidate> ResponseStudy::*level) const;
   /// A sentence for each level whose best candidates were rejected, on the first of them.
-  std::vector<std::string> passed_over() const;
+  std::vector<std::string> rejected() const;
 };
 
 struct StageTime {
