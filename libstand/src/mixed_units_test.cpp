@@ -145,8 +145,8 @@ TEST_CASE("inches are found in plots of poor and good sites") {
     CHECK(mixed[0].plots == std::vector<std::string>{"inches"});
     ++found;
   }
-  // The others fit both units, no other plot has trees as thin, or their h/dbh is less than 2.1 times
-  // that of the other plots, which metric plots can have, too.
+  // The others fit both units, no other plot has trees as thin, or their h/dbh is less than 2.1
+  // times that of the other plots, which metric plots can have, too.
   CHECK(found >= 25);
 }
 

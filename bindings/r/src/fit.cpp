@@ -16,9 +16,9 @@
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
-#include "silvafit/fit/model_texts.hpp"
 #include "words.hpp"
 
 namespace silvafit::r {
