@@ -289,6 +289,7 @@ void add_tiles_command(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
       "tiles", "Cut an inventory of a region into tiles, work on each, and join the results");
   command.require_subcommand(1);
+  add_example(command, "silvafit tiles plan inventory.csv --size 500 --halo 30 --out tiles");
   add_plan_command(command);
   add_run_command(command);
   add_merge_command(command);

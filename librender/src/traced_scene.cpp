@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <string>
+#include <system_error>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/scene_reader.hpp"
@@ -199,11 +201,24 @@ Vector3f to_float(const Vector& value) {
   return Eigen::Map<const Eigen::Vector3d>(value.data()).cast<float>();
 }
 
-/// But for memory, failures of Embree are faults of the program.
-[[noreturn]] void fail(RTCError error) {
+/// But for memory and threads, failures of Embree are faults of the program.
+/// \param message  of Embree, or empty
+[[noreturn]] void fail(RTCError error, const std::string& message) {
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-  throw Error(fmt::format("the ray tracing library (Embree) failed with error {}",
-                          static_cast<int>(error)));
+  // Embree has no code for threads that cannot start; too little memory for their stacks is one
+  // reason.
+  if (message.starts_with("pthread_create")) {
+    throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again));
+  }
+  throw Error(fmt::format("the ray tracing library (Embree) failed with error {}: {}",
+                          static_cast<int>(error),
+                          message));
+}
+
+/// Keeps the message of Embree's first error.
+void keep_message(void* kept, RTCError /*error*/, const char* message) {
+  auto& first = *static_cast<std::string*>(kept);
+  if (first.empty() && message != nullptr) first = message;
 }
 
 RTCRay to_embree(const Ray& ray) {
@@ -224,7 +239,8 @@ RTCRay to_embree(const Ray& ray) {
 TracedScene::TracedScene(const Scene& scene)
     : models_(scene.models), device_(rtcNewDevice(nullptr)) {
   check(scene);
-  if (!device_) fail(rtcGetDeviceError(nullptr));
+  if (!device_) fail(rtcGetDeviceError(nullptr), "no device");
+  rtcSetDeviceErrorFunction(device_.get(), keep_message, device_message_.get());
   for (const Model& model : models_) model_scenes_.push_back(build(model));
   scene_.reset(rtcNewScene(device_.get()));
   rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
@@ -239,7 +255,7 @@ TracedScene::TracedScene(const Scene& scene)
 
 void TracedScene::check_device() const {
   const RTCError error = rtcGetDeviceError(device_.get());
-  if (error != RTC_ERROR_NONE) fail(error);
+  if (error != RTC_ERROR_NONE) fail(error, *device_message_);
 }
 
 TracedScene::Geometry TracedScene::build(const Model& model) const {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "silvafit/render/ray_tracer.hpp"
@@ -59,6 +60,7 @@ class TracedScene {
   std::vector<std::size_t> model_of_;               ///< by instance
   std::vector<Eigen::Matrix4f> transforms_;         ///< by instance
   std::vector<Eigen::Matrix3f> normal_transforms_;  ///< by instance
+  std::unique_ptr<std::string> device_message_ = std::make_unique<std::string>();
   Device device_;
   std::vector<Geometry> model_scenes_;
   Geometry scene_;

@@ -324,11 +324,13 @@ class GltfWriter final : public SceneWriter {
     return pieces;
   }
 
-  static void check_binary_size(std::size_t bytes) {
-    if (bytes <= std::numeric_limits<std::uint32_t>::max()) return;
+  void check_binary_size(std::size_t bytes) const {
+    if (bytes <= options_.longest_glb) return;
+    constexpr double kGigabyte = 1024.0 * 1024.0 * 1024.0;
     throw GeometryError(
-        "the scene exceeds the 4 GB of a GLB file; share models, use a coarser level of detail or "
-        "fewer plots, or write glTF");
+        fmt::format("the scene exceeds the {:.3g} GB of a GLB file; share models, use a coarser "
+                    "level of detail or fewer plots, or write glTF",
+                    static_cast<double>(options_.longest_glb) / kGigabyte));
   }
 
   std::size_t write_binary_to(std::ostream& stream) {

@@ -3,8 +3,10 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <numbers>
 #include <sstream>
 
@@ -284,6 +286,22 @@ TEST_CASE("without finish nothing is left behind, and impossible scenes are refu
   }
   CHECK_THROWS_AS(open_scene(folder / "x", SceneFormat::kObj, {.compress = true}), UsageError);
   CHECK_THROWS_AS(scene_format_from_text("fbx"), UsageError);
+}
+
+TEST_CASE("a GLB that would be too long is refused, and glTF is not") {
+  const Folder folder("silvafit-long-test");
+  const auto write = [&](SceneFormat format, std::size_t longest) {
+    const auto writer = open_scene(folder / "x", format, {.longest_glb = longest});
+    writer->add_tree(fir_tree("1", {}));
+    return writer->finish();
+  };
+  write(SceneFormat::kGlb, std::numeric_limits<std::uint32_t>::max());
+  const std::size_t size = fs::file_size(folder / "x");
+  CHECK_NOTHROW(write(SceneFormat::kGlb, size));
+  fs::remove(folder / "x");
+  CHECK_THROWS_WITH(write(SceneFormat::kGlb, size - 1), Catch::Matchers::Contains("write glTF"));
+  CHECK(folder.count() == 0);
+  CHECK_NOTHROW(write(SceneFormat::kGltf, size - 1));
 }
 
 TEST_CASE("damaged files are refused, whatever is wrong with them") {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -34,6 +35,8 @@ struct SceneOptions {
   /// GLB and glTF: buffers compressed by meshoptimizer (EXT_meshopt_compression); implies quantize.
   bool compress = false;
   bool ascii = false;  ///< PLY as text
+  /// GLB: the longest file that is written, in bytes. The format has 32 bits for its length.
+  std::size_t longest_glb = std::numeric_limits<std::uint32_t>::max();
 };
 
 /// Position of a model, and its scale relative to the base of its stem.
