@@ -57,9 +57,19 @@ std::vector<std::string> add_quantities(const StandOptions& options, stand::Inve
   return std::move(found.notes);
 }
 
-void add_note_on_plots(const stand::StandReportOptions& options, std::vector<std::string>& notes) {
-  if (!options.design.plots || options.design.plots->recognized.empty()) return;
-  notes.insert(notes.begin(), "table of plots: " + options.design.plots->recognized);
+std::vector<std::string> complete_notes(const stand::StandReportOptions& options,
+                                        const std::vector<std::string>& on_equations,
+                                        const std::vector<std::string>& on_inventory,
+                                        std::vector<std::string>& notes,
+                                        const Callbacks& callbacks) {
+  notes.insert(notes.end(), on_equations.begin(), on_equations.end());
+  if (options.design.plots && !options.design.plots->recognized.empty()) {
+    notes.insert(notes.begin(), "table of plots: " + options.design.plots->recognized);
+  }
+  give_notes(notes, callbacks.note);
+  std::vector<std::string> all = on_inventory;
+  all.insert(all.end(), notes.begin(), notes.end());
+  return all;
 }
 
 }  // namespace silvafit::study

@@ -20,7 +20,13 @@ std::vector<std::string> columns_of(const StandOptions& options);
 /// \return notes
 std::vector<std::string> add_quantities(const StandOptions& options, stand::Inventory& inventory);
 
-/// Adds which columns of the table of plots were recognized, as the first note.
-void add_note_on_plots(const stand::StandReportOptions& options, std::vector<std::string>& notes);
+/// Completes the notes of a report by those on its equations and on the table of plots, and gives
+/// them to the caller.
+/// \return those of the inventory and of the report
+std::vector<std::string> complete_notes(const stand::StandReportOptions& options,
+                                        const std::vector<std::string>& on_equations,
+                                        const std::vector<std::string>& on_inventory,
+                                        std::vector<std::string>& notes,
+                                        const Callbacks& callbacks);
 
 }  // namespace silvafit::study

@@ -21,12 +21,8 @@ StandSummary stand_summary(const data::TableSource& inventory,
   const std::vector<std::string> on_equations =
       add_quantities(options, summary.inventory.inventory);
   summary.report = stand::stand_report(summary.inventory.inventory, report);
-  summary.report.notes.insert(summary.report.notes.end(), on_equations.begin(), on_equations.end());
-  add_note_on_plots(report, summary.report.notes);
-  give_notes(summary.report.notes, callbacks.note);
-  summary.notes = summary.inventory.notes;
-  summary.notes.insert(
-      summary.notes.end(), summary.report.notes.begin(), summary.report.notes.end());
+  summary.notes = complete_notes(
+      report, on_equations, summary.inventory.notes, summary.report.notes, callbacks);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   summary.seconds = elapsed.count();
   return summary;
