@@ -13,8 +13,7 @@
 
 #include "coefficient_values.hpp"
 #include "command.hpp"
-#include "fit_inference.hpp"
-#include "fit_resampling.hpp"
+#include "fit_arguments.hpp"
 #include "inventory_options.hpp"
 #include "near_names.hpp"
 #include "output_files.hpp"
@@ -24,9 +23,11 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/model_texts.hpp"
+#include "silvafit/fit/shared_fit.hpp"
 #include "silvafit/fit/summary.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
+#include "silvafit/study/shared_table.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
@@ -36,30 +37,6 @@
 
 namespace silvafit::cli {
 namespace {
-
-struct FitArguments {
-  CommonOptions common{};
-  TableArguments table{};
-  std::string data{};
-  std::string formula{};
-  std::vector<std::string> models{};
-  std::vector<std::string> parameters{};
-  std::string random{};
-  std::string covariance{};
-  std::string variance{};
-  std::string method{};
-  int quadrature_points = 7;
-  bool reml = false;
-  bool trace = false;
-  std::string where{};
-  std::string start{};
-  int spread_starts = 0;
-  std::string fixed{};
-  std::string bounds{};
-  study::ReadingSettings reading{};
-  InferenceOptions inference{};
-  ResamplingArguments resampling{};
-};
 
 /// One model to fit.
 struct Task {
@@ -80,8 +57,8 @@ std::vector<std::string> columns_read(const std::vector<const study::BaseModel*>
   return columns;
 }
 
-study::ReadTable read_data(const FitArguments& arguments,
-                           const std::vector<const study::BaseModel*>& models) {
+study::ModelColumns model_columns(const FitArguments& arguments,
+                                  const std::vector<const study::BaseModel*>& models) {
   std::vector<std::string> formulas;
   if (!arguments.formula.empty()) formulas.push_back(arguments.formula);
   for (const study::BaseModel* const model : models) formulas.push_back(model->formula);
@@ -90,13 +67,17 @@ study::ReadTable read_data(const FitArguments& arguments,
                                                               .where = arguments.where,
                                                               .random = arguments.random,
                                                               .variance = arguments.variance});
+  return {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true};
+}
+
+study::ReadTable read_data(const FitArguments& arguments,
+                           const std::vector<const study::BaseModel*>& models) {
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
   Progress progress(arguments.common);
-  study::ObservedTable read = study::read_model_table(
-      trees.table,
-      arguments.reading,
-      {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true},
-      callbacks(arguments.common, progress).note);
+  study::ObservedTable read = study::read_model_table(trees.table,
+                                                      arguments.reading,
+                                                      model_columns(arguments, models),
+                                                      callbacks(arguments.common, progress).note);
   data::Table table = read.observations();
   if (table.rows() == 0) {
     throw InputError("there are no rows below the header", {.file = table.file()});
@@ -256,6 +237,35 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   return result;
 }
 
+/// The fit of one model to groups that the processes of a job share.
+/// \param recognized  gets how the file was read
+fit::FittedModel fit_of_shared(const FitArguments& arguments,
+                               const std::vector<const study::BaseModel*>& models,
+                               std::vector<std::string>& recognized) {
+  const std::string group = fit::parse_random_effects(arguments.random).front().group;
+  const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
+  Progress progress(arguments.common);
+  study::SharedTable read = study::read_shared_table(trees.table,
+                                                     arguments.reading,
+                                                     model_columns(arguments, models),
+                                                     group,
+                                                     arguments.where,
+                                                     callbacks(arguments.common, progress).note);
+  recognized = std::move(read.recognized);
+  const std::vector<Task> tasks = tasks_of(arguments, models, read.data.sample);
+  for (const study::BaseModel* const model : models) {
+    if (!read.data.own) continue;
+    study::require_domain(*model, *read.data.own);
+    study::require_possible(model->response, *read.data.own);
+  }
+  fit::FitModelOptions options = tasks.front().options;
+  options.threads = arguments.common.threads;
+  fit::FittedModel fit =
+      fit::fit_shared(tasks.front().specification, std::move(read.data), options);
+  fit.model = tasks.front().id;
+  return fit;
+}
+
 /// \param recognized  how the file was read
 void print_json(const std::vector<fit::FittedModel>& fits,
                 const std::vector<Resampling>& resampling,
@@ -326,32 +336,23 @@ void say_fewer_folds(const std::vector<Resampling>& resampling, const FitArgumen
   }
 }
 
-void run(const CLI::App& command, FitArguments arguments) {
-  refuse_idle_options(command, arguments);
-  refuse_same_files({{"DATA.csv", arguments.data}},
-                    {{"--residuals", arguments.resampling.residuals}});
-  require_table_output(arguments.resampling.residuals);
-  // A single fit uses all threads.
-  arguments.inference.threads = arguments.models.size() > 1 ? 1 : arguments.common.threads;
-  if (arguments.formula.empty() == arguments.models.empty()) {
-    throw UsageError("give either --formula or --model");
-  }
-  const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
-  const auto models = chosen_models(catalogue, arguments.models);
-  const study::ReadTable read = read_data(arguments, models);
-  const data::Table& table = read.table;
-  const std::vector<Task> tasks = tasks_of(arguments, models, table);
-  const std::vector<fit::FittedModel> fits =
-      fit_all(tasks, table, arguments.inference, arguments.common);
-  std::vector<fit::FitModelOptions> options;
-  options.reserve(tasks.size());
-  for (const Task& task : tasks) options.push_back(task.options);
-  const std::vector<Resampling> resampling =
-      resample(fits, options, table, arguments.resampling, arguments.common);
-  say_fewer_folds(resampling, arguments);
-  write_residuals(fits, table, arguments.resampling);
-  if (arguments.common.json) {
-    print_json(fits, resampling, read.recognized);
+void refuse_with_shared_groups(const FitArguments& arguments) {
+  const ResamplingArguments& resampling = arguments.resampling;
+  const bool has_others = resampling.bootstrap > 0 || !resampling.cross_validate.empty() ||
+                          !resampling.residuals.empty() || !arguments.inference.intervals.empty();
+  const char* reason = nullptr;
+  if (arguments.random.empty()) reason = "needs --random, whose groups are shared";
+  if (arguments.models.size() > 1) reason = "fits one model";
+  if (has_others) reason = "has no --bootstrap, --cross-validate, --residuals or --intervals";
+  if (reason != nullptr) throw UsageError(reason, {.column = "--share-groups"});
+}
+
+void report(const std::vector<fit::FittedModel>& fits,
+            const std::vector<Resampling>& resampling,
+            const std::vector<std::string>& recognized,
+            const CommonOptions& common) {
+  if (common.json) {
+    print_json(fits, resampling, recognized);
   } else {
     print_tables(fits);
     print_resampling(fits, resampling);
@@ -365,76 +366,37 @@ void run(const CLI::App& command, FitArguments arguments) {
   }
 }
 
-/// What the model is: its formula, sub-models, random effects and variance function.
-void add_model_options(CLI::App& command, FitArguments& arguments) {
-  command
-      .add_option(
-          "--formula", arguments.formula, "Model, such as \"h ~ 1.3 + a*(1 - exp(-b*dbh))\"")
-      ->type_name("FORMULA");
-  command
-      .add_option(
-          "--model",
-          arguments.models,
-          "Model of the catalogue, such as M4, or all:h for all models of a response; repeatable")
-      ->type_name("ID")
-      ->allow_extra_args(false);
-  command
-      .add_option("--parameter",
-                  arguments.parameters,
-                  "Linear sub-model of a parameter, written as in R: \"b ~ 1 + C\", \"b ~ "
-                  "C*species\" (text columns are factors), \"b ~ I(dbh^2)\"; repeatable")
-      ->type_name("SUBMODEL")
-      ->allow_extra_args(false);
-  command
-      .add_option(
-          "--random",
-          arguments.random,
-          "Random effects: coefficients and groups, such as \"a + b:C | plot\"; nested: \"a | "
-          "stand/plot\" or \"a | stand; a + b | plot\"; blocks: \"(a + b) + c | plot\"")
-      ->type_name("EFFECTS");
-  command.add_option("--covariance",
-                     arguments.covariance,
-                     "Covariance matrix of the random effects: general (default), diagonal or "
-                     "identity; parentheses in --random make blocks");
-  command.add_option("--variance",
-                     arguments.variance,
-                     "Variance function of the residuals: none (default), exponential, power or "
-                     "constant-plus-power of the fitted value, or of a column as in power(dbh); by "
-                     "stratum as in power(fitted | species); stratum(species); products with *; "
-                     "fixed parameters as in power(delta = 0.5)");
-}
-
-/// How it is fitted: method, ranges and start values of the coefficients.
-void add_method_options(CLI::App& command, FitArguments& arguments) {
-  command.add_option(
-      "--method",
-      arguments.method,
-      "ols, gnls, lb, foce, focei, laplace or agq (default: lb with random effects, gnls with a "
-      "variance function, else ols); see docs/scorecard.md for which to choose");
-  command
-      .add_option("--agq-points",
-                  arguments.quadrature_points,
-                  "Quadrature points per random effect for the method agq (default 7)")
-      ->check(CLI::Range(1, 100));
-  command.add_flag(
-      "--reml", arguments.reml, "Restricted maximum likelihood (REML), for lb and gnls");
-  command.add_flag("--trace", arguments.trace, "Show the iterations on stderr");
-  command.add_option("--fix", arguments.fixed, "Coefficients fixed at a value, such as c=1")
-      ->type_name("NAME=VALUE,...");
-  command
-      .add_option("--bound",
-                  arguments.bounds,
-                  "Bounds of coefficients, such as b=0:1,c=0: (one end may be open)")
-      ->type_name("NAME=LOW:HIGH,...");
-  command
-      .add_option("--start",
-                  arguments.start,
-                  "Start values, such as a=30,b=0.03; mixed fits use them in addition to their own")
-      ->type_name("NAME=VALUE,...");
-  command
-      .add_option(
-          "--starts", arguments.spread_starts, "Number of further random starts of a mixed fit")
-      ->check(CLI::Range(0, 1000));
+void run(const CLI::App& command, FitArguments arguments) {
+  refuse_idle_options(command, arguments);
+  refuse_same_files({{"DATA.csv", arguments.data}},
+                    {{"--residuals", arguments.resampling.residuals}});
+  require_table_output(arguments.resampling.residuals);
+  // A single fit uses all threads.
+  arguments.inference.threads = arguments.models.size() > 1 ? 1 : arguments.common.threads;
+  if (arguments.formula.empty() == arguments.models.empty()) {
+    throw UsageError("give either --formula or --model");
+  }
+  const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
+  const auto models = chosen_models(catalogue, arguments.models);
+  if (arguments.shares_groups) {
+    refuse_with_shared_groups(arguments);
+    std::vector<std::string> recognized;
+    const std::vector<fit::FittedModel> fits{fit_of_shared(arguments, models, recognized)};
+    return report(fits, {{}}, recognized, arguments.common);
+  }
+  const study::ReadTable read = read_data(arguments, models);
+  const data::Table& table = read.table;
+  const std::vector<Task> tasks = tasks_of(arguments, models, table);
+  const std::vector<fit::FittedModel> fits =
+      fit_all(tasks, table, arguments.inference, arguments.common);
+  std::vector<fit::FitModelOptions> options;
+  options.reserve(tasks.size());
+  for (const Task& task : tasks) options.push_back(task.options);
+  const std::vector<Resampling> resampling =
+      resample(fits, options, table, arguments.resampling, arguments.common);
+  say_fewer_folds(resampling, arguments);
+  write_residuals(fits, table, arguments.resampling);
+  report(fits, resampling, read.recognized, arguments.common);
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ FOLDERS = {
     "data": ["json", "table", "expression", "program", "columns"],
     "fit": ["text", "variance", "model", "optimization", "result", "conditional_modes", "likelihood", "least_squares",
             "mixed_effects", "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference",
-            "prediction", "resampling", "summary"],
+            "prediction", "resampling", "shared_fit", "summary"],
     "tree": ["morphology", "pictures", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
              "builders", "stand", "files"],
     "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],

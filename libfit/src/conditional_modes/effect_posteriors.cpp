@@ -239,9 +239,13 @@ EffectPosteriors run(const NonlinearModel& model,
                      const FittedModel& fit,
                      const EffectPriors& priors,
                      unsigned threads,
-                     const MatrixXd* known) {
+                     const MatrixXd* known,
+                     const std::vector<Index>& blocks,
+                     std::vector<double> typical = {}) {
   const RandomPlaces places(model);
-  const VarianceModel variance(model.specification().variance, VarianceData::of(model));
+  VarianceData data = VarianceData::of(model);
+  data.typical = std::move(typical);
+  const VarianceModel variance(model.specification().variance, std::move(data));
   ObservationSums sums(model, variance, curvature_of(fit.method), places.all, false);
   sums.set_point(point_of(model, variance, fit));
   std::vector<RandomDesign> designs;
@@ -265,7 +269,6 @@ EffectPosteriors run(const NonlinearModel& model,
   Modes spherical{.outer = MatrixXd::Zero(places.s(), model.cluster_count()),
                   .inner = MatrixXd::Zero(places.q(), model.group_count())};
   MatrixXd effects = known != nullptr ? *known : MatrixXd(places.r(), model.group_count());
-  const std::vector<Index> blocks = blocks_of(model);
   parallel_for(blocks.size() - 1, threads, [&](std::size_t b) {
     ObservationSums::Workspace workspace;
     ClusterModes modes(model, sums, blocks[b], blocks[b + 1]);
@@ -298,17 +301,25 @@ EffectPosteriors find_effects(const NonlinearModel& model,
                               const FittedModel& fit,
                               const EffectPriors& priors,
                               unsigned threads) {
-  return run(model, fit, priors, threads, nullptr);
+  return run(model, fit, priors, threads, nullptr, blocks_of(model));
 }
 
 EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit) {
+  return describe_effects(model, fit, blocks_of(model), {});
+}
+
+EffectPosteriors describe_effects(const NonlinearModel& model,
+                                  const FittedModel& fit,
+                                  const std::vector<Index>& blocks,
+                                  std::vector<double> typical) {
   const RandomPlaces places(model);
   MatrixXd effects = MatrixXd::Zero(places.r(), model.group_count());
   add_group_effects(model,
                     {.rows = places.inner_rows, .effects = finer(fit).effects},
                     {.rows = places.outer_rows, .effects = coarser(fit).effects},
                     effects);
-  return run(model, fit, unseen_priors(model, fit), model.threads(), &effects);
+  return run(
+      model, fit, unseen_priors(model, fit), model.threads(), &effects, blocks, std::move(typical));
 }
 
 }  // namespace silvafit::fit

@@ -48,6 +48,15 @@ EffectPosteriors find_effects(const NonlinearModel& model,
 /// What is left open of effects that are known already: those of a fit, by its own model.
 EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit);
 
+/// The same of a model that has a part of the observations: the rounding of a group's sums depends
+/// on where its block begins.
+/// \param blocks   first cluster of each block, and the end of the last; other clusters are NaN
+/// \param typical  as VarianceData has it
+EffectPosteriors describe_effects(const NonlinearModel& model,
+                                  const FittedModel& fit,
+                                  const std::vector<Eigen::Index>& blocks,
+                                  std::vector<double> typical);
+
 /// Priors of groups that nothing is known of.
 EffectPriors unseen_priors(const NonlinearModel& model, const FittedModel& fit);
 

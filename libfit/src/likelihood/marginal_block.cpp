@@ -26,6 +26,43 @@ SmallMatrix by_cholesky(const SmallMatrix& lower, const SmallMatrix& by_lower) {
 
 }  // namespace
 
+MarginalValue MarginalValue::zero(const MarginalPoint& point) {
+  return {.by_beta = VectorXd::Zero(point.observation.beta.size()),
+          .by_variance = VectorXd::Zero(point.observation.variance.size()),
+          .by_outer_factor = MatrixXd::Zero(point.outer_factor.rows(), point.outer_factor.cols()),
+          .by_inner_factor = MatrixXd::Zero(point.inner_factor.rows(), point.inner_factor.cols())};
+}
+
+VectorXd MarginalValue::numbers() const {
+  VectorXd result(2 + by_beta.size() + by_variance.size() + by_outer_factor.size() +
+                  by_inner_factor.size());
+  result.head(2) << minus_log_likelihood, by_log_sigma;
+  Index at = 2;
+  const auto put = [&](const auto& source) {
+    result.segment(at, source.size()) = source;
+    at += source.size();
+  };
+  put(by_beta);
+  put(by_variance);
+  put(by_outer_factor.reshaped());
+  put(by_inner_factor.reshaped());
+  return result;
+}
+
+void MarginalValue::set_numbers(const VectorXd& numbers) {
+  minus_log_likelihood = numbers[0];
+  by_log_sigma = numbers[1];
+  Index at = 2;
+  const auto take = [&](auto&& target) {
+    target = numbers.segment(at, target.size());
+    at += target.size();
+  };
+  take(by_beta);
+  take(by_variance);
+  take(by_outer_factor.reshaped());
+  take(by_inner_factor.reshaped());
+}
+
 void MarginalValue::add(const MarginalValue& other) {
   minus_log_likelihood += other.minus_log_likelihood;
   by_beta += other.by_beta;
@@ -55,12 +92,7 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
                                    MatrixXd& effects,
                                    ObservationSums::Workspace& workspace,
                                    bool with_gradient) {
-  const Index s = design.outer.cols();
-  const Index q = design.inner.cols();
-  MarginalValue result{.by_beta = VectorXd::Zero(model_.coefficient_count()),
-                       .by_variance = VectorXd::Zero(point.observation.variance.size()),
-                       .by_outer_factor = MatrixXd::Zero(s, s),
-                       .by_inner_factor = MatrixXd::Zero(q, q)};
+  MarginalValue result = MarginalValue::zero(point);
   if (!modes_.search(GroupPriors(design), modes, effects, workspace) ||
       !factorize_determinants(design) || !has_clear_modes()) {
     result.minus_log_likelihood = std::numeric_limits<double>::infinity();

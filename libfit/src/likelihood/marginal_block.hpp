@@ -27,7 +27,11 @@ struct MarginalValue {
   Eigen::MatrixXd by_outer_factor{};  ///< (s x s); its lower triangle counts
   Eigen::MatrixXd by_inner_factor{};  ///< (q x q); its lower triangle counts
 
+  static MarginalValue zero(const MarginalPoint& point);
   void add(const MarginalValue& other);
+  /// All numbers in one vector.
+  Eigen::VectorXd numbers() const;
+  void set_numbers(const Eigen::VectorXd& numbers);
 };
 
 /// How the parameters of the likelihood differ from those of another point.

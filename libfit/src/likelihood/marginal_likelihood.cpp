@@ -27,8 +27,10 @@ constexpr Index kBlockRows = 4096;
 MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
                                        const VarianceModel& variance,
                                        Curvature curvature,
-                                       int points)
+                                       int points,
+                                       const SharedClusters* shared)
     : model_(model),
+      shared_(shared),
       places_(model),
       sums_(model, variance, curvature, places_.all),
       workspaces_(worker_count(model.threads())) {
@@ -41,16 +43,25 @@ MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
 
 void MarginalLikelihood::cut_into_blocks() {
   const QuadratureRule* const rule = rule_.weights.size() > 0 ? &rule_ : nullptr;
+  if (shared_ != nullptr) {
+    const std::vector<Index>& begin = shared_->block_begin;
+    for (std::size_t b = 0; b + 1 < begin.size(); ++b) add_block(rule, begin[b], begin[b + 1]);
+    return;
+  }
   Index first = 0;
   Index rows = 0;
   for (Index c = 0; c < model_.cluster_count(); ++c) {
     rows += model_.group_begin(model_.cluster_begin(c + 1)) -
             model_.group_begin(model_.cluster_begin(c));
     if (rows < kBlockRows && c + 1 < model_.cluster_count()) continue;
-    blocks_.push_back(std::make_unique<MarginalBlock>(model_, sums_, places_, rule, first, c + 1));
+    add_block(rule, first, c + 1);
     first = c + 1;
     rows = 0;
   }
+}
+
+void MarginalLikelihood::add_block(const QuadratureRule* rule, Index first, Index last) {
+  blocks_.push_back(std::make_unique<MarginalBlock>(model_, sums_, places_, rule, first, last));
 }
 
 RandomDesign MarginalLikelihood::design_of(const MarginalPoint& point) const {
@@ -94,6 +105,22 @@ MarginalValue MarginalLikelihood::evaluate(const MarginalPoint& point, bool with
   return value(point, with_gradient, nullptr);
 }
 
+/// The sum over the blocks, those of the other ranks included.
+MarginalValue MarginalLikelihood::total_of(const std::vector<MarginalValue>& parts,
+                                           const MarginalPoint& point) const {
+  if (shared_ != nullptr) {
+    MarginalValue total = MarginalValue::zero(point);
+    std::vector<VectorXd> own;
+    own.reserve(parts.size());
+    for (const MarginalValue& part : parts) own.push_back(part.numbers());
+    total.set_numbers(sum_over_ranks(own, total.numbers().size()));
+    return total;
+  }
+  MarginalValue total = parts.front();
+  for (std::size_t b = 1; b < parts.size(); ++b) total.add(parts[b]);
+  return total;
+}
+
 /// \param change  from where modes are kept, which are those that the search begins with; or null
 MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
                                         bool with_gradient,
@@ -108,10 +135,10 @@ MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
     parts[b] =
         blocks_[b]->value(point, design, modes, effects_, workspaces_[worker], with_gradient);
   });
-  MarginalValue total = std::move(parts.front());
-  for (std::size_t b = 1; b < parts.size(); ++b) total.add(parts[b]);
+  MarginalValue total = total_of(parts, point);
+  const Index observations = shared_ != nullptr ? shared_->observations : model_.observations();
   total.minus_log_likelihood +=
-      0.5 * static_cast<double>(model_.observations()) * std::log(2.0 * std::numbers::pi);
+      0.5 * static_cast<double>(observations) * std::log(2.0 * std::numbers::pi);
   if (std::isfinite(total.minus_log_likelihood)) {
     std::swap(modes_, modes);
   } else {
@@ -126,14 +153,16 @@ std::optional<VectorXd> MarginalLikelihood::find_modes(const MarginalPoint& poin
   model_.check_stop();
   sums_.set_point(point.observation);
   const RandomDesign design = design_of(point);
-  VectorXd objectives(model_.cluster_count());
+  VectorXd objectives =
+      VectorXd::Constant(model_.cluster_count(), std::numeric_limits<double>::infinity());
   std::vector<char> is_found(blocks_.size(), 0);
   parallel_for(blocks_.size(), model_.threads(), [&](std::size_t b, std::size_t worker) {
     const bool found =
         blocks_[b]->find_modes(design, modes, effects_, workspaces_[worker], known, objectives);
     is_found[b] = found ? 1 : 0;
   });
-  if (std::ranges::find(is_found, 0) != is_found.end()) return std::nullopt;
+  const bool fails = std::ranges::find(is_found, 0) != is_found.end();
+  if (shared_ != nullptr ? is_on_any_rank(fails) : fails) return std::nullopt;
   return objectives;
 }
 

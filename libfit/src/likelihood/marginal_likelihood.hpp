@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "likelihood/marginal_block.hpp"
+#include "likelihood/shared_clusters.hpp"
 
 namespace silvafit::fit {
 
@@ -18,16 +19,19 @@ namespace silvafit::fit {
 ///
 /// Gradients are exact: modes are differentiated implicitly. Psi is never inverted, so that a
 /// singular one is an ordinary point. Clusters are worked on in blocks whose sums are added in
-/// order, so that the result does not depend on the number of threads.
+/// order, so that the result does not depend on the number of threads, or of ranks that share the
+/// clusters.
 /// Source: Pinheiro and Bates 1995, J. Comput. Graph. Stat. 4, 12-35.
 class MarginalLikelihood {
  public:
   /// \param points  of quadrature a random effect; 1 is Laplace's method
+  /// \param shared  the model's clusters among those of all ranks; null: they are all
   /// \throws UsageError if there are too many random effects for the method
   MarginalLikelihood(const NonlinearModel& model,
                      const VarianceModel& variance,
                      Curvature curvature,
-                     int points);
+                     int points,
+                     const SharedClusters* shared = nullptr);
 
   /// The value at a point; modes are searched from those of the last value that was finite.
   /// \param with_gradient  whether the derivatives are wanted
@@ -57,10 +61,13 @@ class MarginalLikelihood {
 
  private:
   void cut_into_blocks();
+  void add_block(const QuadratureRule* rule, Eigen::Index first, Eigen::Index last);
   RandomDesign design_of(const MarginalPoint& point) const;
+  MarginalValue total_of(const std::vector<MarginalValue>& parts, const MarginalPoint& point) const;
   MarginalValue value(const MarginalPoint& point, bool with_gradient, const PointChange* change);
 
   const NonlinearModel& model_;
+  const SharedClusters* shared_;
   RandomPlaces places_;
   ObservationSums sums_;
   QuadratureRule rule_;

@@ -40,6 +40,12 @@ Curvature curvature_of(Integration integration) {
   }
 }
 
+VarianceData data_of(const NonlinearModel& model, const SharedClusters* shared) {
+  VarianceData data = VarianceData::of(model);
+  if (shared != nullptr) data.typical = shared->typical;
+  return data;
+}
+
 }  // namespace
 
 bool needs_curvature(Integration integration) {
@@ -49,16 +55,21 @@ bool needs_curvature(Integration integration) {
 MarginalSearch::MarginalSearch(const NonlinearModel& model,
                                Integration integration,
                                const MarginalOptions& options,
-                               const MixedEffectsFit& linearized)
+                               const MixedEffectsFit& linearized,
+                               const SharedClusters* shared)
     : model_(model),
+      shared_(shared),
       options_(options),
       integration_(integration),
-      variance_(model.specification().variance, VarianceData::of(model)),
+      variance_(model.specification().variance, data_of(model, shared)),
       likelihood_(model,
                   variance_,
                   curvature_of(integration),
-                  integration == Integration::kQuadrature ? options.quadrature_points : 1),
-      coordinates_(model, variance_, frame_at(model, linearized.estimate)) {}
+                  integration == Integration::kQuadrature ? options.quadrature_points : 1,
+                  shared),
+      coordinates_(model,
+                   variance_,
+                   shared != nullptr ? shared->frame : frame_at(model, linearized.estimate)) {}
 
 void MarginalSearch::limit_search() {
   rounds_ = 3;
@@ -128,8 +139,8 @@ MixedEffectsFit MarginalSearch::result() {
   fit.variance = variance_.estimate(parameters);
   fit.log_likelihood = -best_.value;
   fit.parameter_count = static_cast<int>(coordinates_.layout().size());
-  fit.observations = model_.observations();
-  predict(fit, scale, parameters);
+  fit.observations = shared_ != nullptr ? shared_->observations : model_.observations();
+  fill_in_fitted(model_, variance_, scale, parameters, fit);
   if (has_converged()) fit.convergence.status = ConvergenceStatus::kConverged;
   fit.convergence.newton_decrement = best_.decrement;
   fit.convergence.iterations = evaluations_;
@@ -253,7 +264,7 @@ bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
     if (objectives && take_lower(model_, start, *objectives, highest, *lowest)) is_better = true;
   }
   likelihood_.set_modes(std::move(highest));
-  return is_better;
+  return shared_ != nullptr ? is_on_any_rank(is_better) : is_better;
 }
 
 MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
@@ -368,18 +379,23 @@ MatrixXd MarginalSearch::fixed_covariance() const {
   return frame * informed_inverse(best_.hessian).topLeftCorner(p, p) * frame.transpose();
 }
 
-void MarginalSearch::predict(MixedEffectsFit& fit, double scale, const VectorXd& parameters) const {
+void fill_in_fitted(const NonlinearModel& model,
+                    const VarianceModel& variance,
+                    double scale,
+                    const VectorXd& parameters,
+                    MixedEffectsFit& fit) {
   NonlinearModel::Workspace workspace;
-  model_.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
-  MatrixXd coefficients = fit.estimate.replicate(1, model_.group_count());
-  add_group_effects(model_,
-                    {.rows = likelihood_.places().inner, .effects = finer(fit).effects},
-                    {.rows = likelihood_.places().outer, .effects = coarser(fit).effects},
+  model.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
+  MatrixXd coefficients = fit.estimate.replicate(1, model.group_count());
+  const RandomPlaces places(model);
+  add_group_effects(model,
+                    {.rows = places.inner, .effects = finer(fit).effects},
+                    {.rows = places.outer, .effects = coarser(fit).effects},
                     coefficients);
-  model_.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
-  const ResidualScale residual = variance_.scale(fit.fitted_conditional, parameters, false);
+  model.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
+  const ResidualScale residual = variance.scale(fit.fitted_conditional, parameters, false);
   fit.residual_sd = scale * residual.weight.rsqrt();
-  fit.floored_variances = variance_.floored(fit.fitted_conditional);
+  fit.floored_variances = variance.floored(fit.fitted_conditional);
 }
 
 }  // namespace silvafit::fit

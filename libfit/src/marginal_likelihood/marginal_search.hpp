@@ -20,15 +20,28 @@ namespace silvafit::fit {
 /// elsewhere.
 bool needs_curvature(Integration integration);
 
+/// Fills in the fitted values of a fit, of which the estimates are known, and their deviations.
+/// \param variance    of the model
+/// \param scale       internal residual scale
+/// \param parameters  of the variance, internal
+void fill_in_fitted(const NonlinearModel& model,
+                    const VarianceModel& variance,
+                    double scale,
+                    const Eigen::VectorXd& parameters,
+                    MixedEffectsFit& fit);
+
 /// Follows the exact gradient of a marginal likelihood from one or several fits; the best end is
 /// its result.
 class MarginalSearch {
  public:
-  /// \param linearized  a fit near which the search begins; its coefficients give the units
+  /// \param linearized  a fit near which the search begins; its coefficients give the units, unless
+  ///   they are shared
+  /// \param shared      the model's clusters among those of all ranks; null: they are all
   MarginalSearch(const NonlinearModel& model,
                  Integration integration,
                  const MarginalOptions& options,
-                 const MixedEffectsFit& linearized);
+                 const MixedEffectsFit& linearized,
+                 const SharedClusters* shared = nullptr);
 
   /// Limits the iterations where other starts follow: near the maximum rounding can hide all
   /// descent, and a search that fails costs more than a start from scratch.
@@ -123,9 +136,8 @@ class MarginalSearch {
   /// The fixed effects' block of the inverse of the observed information.
   Eigen::MatrixXd fixed_covariance() const;
 
-  void predict(MixedEffectsFit& fit, double scale, const Eigen::VectorXd& parameters) const;
-
   const NonlinearModel& model_;
+  const SharedClusters* shared_;
   const MarginalOptions& options_;
   Integration integration_;
   VarianceModel variance_;

@@ -60,17 +60,18 @@ std::size_t stratum_of(const Eigen::Ref<const VectorXd>& column, const std::vect
 }  // namespace
 
 FixedFreedom fixed_freedom(const NonlinearModel& model,
-                           const Eigen::Ref<const MatrixXd>& jacobian) {
+                           const Eigen::Ref<const MatrixXd>& jacobian,
+                           const std::vector<double>& units) {
   const std::vector<Cuts> levels = groupings(model);
-  const auto n = static_cast<double>(model.observations());
+  const auto n = units.empty() ? static_cast<double>(model.observations()) : units.back();
   const auto p = static_cast<double>(jacobian.cols());
   if (levels.empty()) return {.of_tests = VectorXd::Constant(jacobian.cols(), n - p)};
   std::vector<double> freedom;
   double above = 0.0;
-  for (const Cuts& cuts : levels) {
-    const auto units = static_cast<double>(cuts.size() - 1);
-    freedom.push_back(units - above);
-    above = units;
+  for (std::size_t level = 0; level < levels.size(); ++level) {
+    const auto count = units.empty() ? static_cast<double>(levels[level].size() - 1) : units[level];
+    freedom.push_back(count - above);
+    above = count;
   }
   freedom.push_back(n - above);
 
@@ -97,12 +98,14 @@ FixedFreedom fixed_freedom(const NonlinearModel& model,
   return result;
 }
 
-FixedFreedom fixed_freedom_at(const NonlinearModel& model, const VectorXd& coefficients) {
+FixedFreedom fixed_freedom_at(const NonlinearModel& model,
+                              const VectorXd& coefficients,
+                              const std::vector<double>& units) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
-  return fixed_freedom(model, jacobian);
+  return fixed_freedom(model, jacobian, units);
 }
 
 }  // namespace silvafit::fit

@@ -25,12 +25,17 @@ struct FixedFreedom {
 /// column that is constant in all data is an intercept: it takes one degree of freedom from the
 /// coarsest stratum and itself gets the largest number; without one, the finer strata get one more.
 /// \param jacobian  (N x p) df/d coefficient in the model's order
+/// \param units     how many groups each grouping has, the coarsest first, and the number of
+///   observations, where the model is a sample of the data; empty: those of the model
 /// Source: Pinheiro and Bates 2000, section 2.4.2, and what nlme 3.1 does (getFixDF).
 FixedFreedom fixed_freedom(const NonlinearModel& model,
-                           const Eigen::Ref<const Eigen::MatrixXd>& jacobian);
+                           const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                           const std::vector<double>& units = {});
 
 /// The same with the Jacobian at given coefficients; what they are hardly matters, since it is only
 /// asked where it varies.
-FixedFreedom fixed_freedom_at(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
+FixedFreedom fixed_freedom_at(const NonlinearModel& model,
+                              const Eigen::VectorXd& coefficients,
+                              const std::vector<double>& units = {});
 
 }  // namespace silvafit::fit

@@ -20,11 +20,17 @@ std::uint64_t mixed(std::uint64_t bits) {
 
 }  // namespace
 
-std::string response_fingerprint(const Eigen::Ref<const Eigen::VectorXd>& response) {
+std::uint64_t response_sum(const Eigen::Ref<const Eigen::VectorXd>& response) {
   std::uint64_t sum = 0;
   // Adding zero makes the two zeros one; adding one keeps zeros from being hashed to nothing.
   for (const double value : response) sum += mixed(std::bit_cast<std::uint64_t>(value + 0.0) + 1);
-  return fmt::format("sum64:{:016x}", sum);
+  return sum;
+}
+
+std::string response_fingerprint(std::uint64_t sum) { return fmt::format("sum64:{:016x}", sum); }
+
+std::string response_fingerprint(const Eigen::Ref<const Eigen::VectorXd>& response) {
+  return response_fingerprint(response_sum(response));
 }
 
 }  // namespace silvafit::fit

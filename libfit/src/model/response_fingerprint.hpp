@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 
 namespace silvafit::fit {
@@ -12,5 +13,9 @@ namespace silvafit::fit {
 /// \param response  (N) the observations
 /// The hash is the finalizer of MurmurHash3 (Appleby 2011, public domain).
 std::string response_fingerprint(const Eigen::Ref<const Eigen::VectorXd>& response);
+
+/// The sum, which parts of the observations add up to, and its text.
+std::uint64_t response_sum(const Eigen::Ref<const Eigen::VectorXd>& response);
+std::string response_fingerprint(std::uint64_t sum);
 
 }  // namespace silvafit::fit

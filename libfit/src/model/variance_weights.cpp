@@ -89,7 +89,8 @@ VarianceModel::VarianceModel(const VarianceFunction& function, VarianceData data
       resolved_log_scale_(log_scale_) {
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
     const VarianceFactor& of = function_.factors[k];
-    typical_.push_back(kind_of(of).typical(values_of(of)));
+    typical_.push_back(data_.typical.empty() ? kind_of(of).typical(values_of(of))
+                                             : data_.typical[k]);
     FactorTerms terms(*this, k);
     const Expression factor = kind_of(of).log_scale(terms);
     log_scale_ = filled("a + b", {{"a", log_scale_}, {"b", factor}});

@@ -27,6 +27,8 @@ struct VarianceData {
   Eigen::VectorXd response{};  ///< (N) magnitudes like those of the fitted values
   std::map<std::string, Eigen::VectorXd, std::less<>> columns{};  ///< (N) by name
   std::vector<NonlinearModel::Strata> strata{};
+  /// v0 of each factor; empty: that of these observations.
+  std::vector<double> typical{};
 
   static VarianceData of(const NonlinearModel& model);
 };
@@ -78,6 +80,8 @@ class VarianceModel {
 
   /// The typical |v| of a factor of the function, v0.
   double typical_value(std::size_t factor) const { return typical_[factor]; }
+  /// The same of all factors.
+  const std::vector<double>& typical_values() const { return typical_; }
 
   /// Number of observations whose |v| is so small that it had to be floored.
   Eigen::Index floored(const Eigen::VectorXd& fitted) const;

@@ -13,7 +13,8 @@ namespace silvafit::study {
 data::TableParts table_parts(
     const data::TableSource& source,
     const ReadingSettings& settings,
-    const std::function<std::string(const std::vector<std::string>&)>& group) {
+    const std::function<std::string(const std::vector<std::string>&)>& group,
+    std::size_t rows) {
   const auto* const path = std::get_if<std::filesystem::path>(&source);
   if (path == nullptr)
     throw UsageError("only CSV files can be read in parts", {.column = "--stream"});
@@ -23,7 +24,7 @@ data::TableParts table_parts(
     throw InputError("a stream cannot be read twice, so give a file", {.file = path->string()});
   }
   const data::CsvReader reader(source, settings.missing);
-  data::TablePartsOptions options{.missing = settings.missing};
+  data::TablePartsOptions options{.missing = settings.missing, .rows = rows};
   options.fill_down = filled_fields(reader.header(), settings, reader.file());
   const std::string name = group(reader.header());
   if (!name.empty()) options.group = field_of(name, reader.header(), settings, reader.file());
