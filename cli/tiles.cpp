@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "command.hpp"
+#include "grow_command.hpp"
 #include "inventory_options.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
@@ -165,6 +166,55 @@ study::TileResult run_predict(const RunArguments& arguments,
                                  is_file ? fingerprint(read_file(name)) : name);
 }
 
+study::TileResult run_grow(const RunArguments& arguments,
+                           const study::TilePlan& plan,
+                           std::vector<std::string> words) {
+  const std::string key = fmt::format("{}", fmt::join(words, " "));
+  study::GrowSettings settings;
+  std::string file;
+  CLI::App command("", "grow");
+  add_grow_options(command, file, settings);
+  // The plan has the rows and columns; the tile has one file.
+  for (const char* const name : {"morphology",
+                                 "--scene",
+                                 "--out",
+                                 "--resolve-overlaps",
+                                 "--by",
+                                 "--animate",
+                                 "--seconds",
+                                 "--plot",
+                                 "--columns",
+                                 "--missing",
+                                 "--fill-down",
+                                 "--case-sensitive",
+                                 "--dead"}) {
+    command.remove_option(command.get_option(name));
+  }
+  parse_words(command, std::move(words));
+  settings.seed = arguments.common.seed;
+  settings.threads = arguments.common.threads;
+  const std::string grammar = settings.grammar.empty() ? "" : read_file(settings.grammar);
+  Progress progress(arguments.common);
+  return study::tile_scene(arguments.folder,
+                           plan,
+                           arguments.tile - 1,
+                           tree::BuilderCatalogue::load(data_directory() / "models"),
+                           settings,
+                           fmt::format("{} {} {}", key, settings.seed, fingerprint(grammar)),
+                           callbacks(arguments.common, progress));
+}
+
+study::TileResult run_command(const std::string& name,
+                              const RunArguments& arguments,
+                              const study::TilePlan& plan,
+                              std::vector<std::string> words) {
+  if (name == "indices") return run_indices(arguments, plan, std::move(words));
+  if (name == "predict") return run_predict(arguments, plan, std::move(words));
+  if (name == "grow") return run_grow(arguments, plan, std::move(words));
+  throw UsageError(
+      fmt::format("'{}' is no command for tiles; available: indices, predict, grow", name));
+}
+
 void run_tile(const RunArguments& arguments, std::vector<std::string> words) {
   if (words.empty()) throw UsageError("give a command behind --, such as -- indices --per stand");
   const study::TilePlan plan = study::read_tile_plan(arguments.folder);
@@ -174,13 +224,7 @@ void run_tile(const RunArguments& arguments, std::vector<std::string> words) {
   }
   const std::string name = words.front();
   words.erase(words.begin());
-  if (name != "indices" && name != "predict") {
-    throw UsageError(
-        fmt::format("'{}' is no command for tiles; available: indices, predict", name));
-  }
-  const study::TileResult result = name == "indices"
-                                       ? run_indices(arguments, plan, std::move(words))
-                                       : run_predict(arguments, plan, std::move(words));
+  const study::TileResult result = run_command(name, arguments, plan, std::move(words));
   if (result.marked > 0) {
     say(arguments.common,
         "note: " + describe({.file = result.file},
@@ -208,7 +252,8 @@ void add_run_command(CLI::App& tiles) {
       ->required();
   add_common_options(command, arguments->common);
   command
-      .add_option("words", arguments->words, "indices or predict LIBRARY.json, with its options")
+      .add_option(
+          "words", arguments->words, "indices, predict LIBRARY.json or grow, with its options")
       ->type_name("-- COMMAND ...");
   add_example(command, "silvafit tiles run tiles --tile 1 -- indices --per stand --edge none");
   command.callback([arguments] { run_tile(*arguments, arguments->words); });
@@ -270,8 +315,8 @@ void add_merge_command(CLI::App& tiles) {
   command.add_option("folder", arguments->folder, "Folder of silvafit tiles plan")
       ->type_name("DIR")
       ->required();
-  command.add_option("command", arguments->command, "Whose results: indices or predict")
-      ->check(CLI::IsMember({"indices", "predict"}))
+  command.add_option("command", arguments->command, "Whose results: indices, predict or grow")
+      ->check(CLI::IsMember({"indices", "predict", "grow"}))
       ->capture_default_str();
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
       ->type_name("FILE.csv");

@@ -450,7 +450,8 @@ CheckedInventory InventoryReader::read() {
   if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
   if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
   if (result_.inventory.size() == 0) refuse_empty(describe_excluded(result_));
-  if (std::ranges::all_of(result_.inventory.dbh_cm, [](double dbh) { return std::isnan(dbh); })) {
+  const auto& dbh = result_.inventory.dbh_cm;
+  if (!options_.is_part && std::ranges::all_of(dbh, [](double d) { return std::isnan(d); })) {
     refuse_empty(plan_.measures[kDbh].text + " is missing in all rows");
   }
   find_plots_left_out();

@@ -128,6 +128,42 @@ class Tiles(ProgramTest):
                                    "calibrated", status=2)
         self.assertIn("--stream", refused.stderr)
 
+    def test_a_tile_and_its_halo_may_be_without_dbh(self):
+        """Positions of a region are mapped, and dbh is measured in another part of it."""
+        head, *rows = forest().splitlines()
+        without = []
+        for row in csv.reader(io.StringIO("\n".join(rows))):
+            if row[3] and float(row[3]) < 500280:
+                row[5] = ""
+            without.append(row)
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows([head.split(","), *without])
+        self.write("trees.csv", text.getvalue())
+        self.plan(halo="60")
+        self.run_all("indices", "--per", "stand", "--edge", "none")
+        merged = self.merged()
+        self.assertEqual(merged, self.whole("indices", "--per", "stand", "--edge", "none"))
+
+    def test_scenes_have_the_trees_of_the_whole_inventory(self):
+        draw = random.Random(5)
+        rows = [f"1,{tree},{draw.choice(['fir', 'oak'])},{draw.uniform(0, 60):.1f},{draw.uniform(0, 60):.1f},{draw.uniform(8, 50):.1f},"
+                f"{draw.uniform(14, 30):.1f},{draw.uniform(2, 9):.1f},{draw.uniform(2, 6):.1f}" for tree in range(1, 41)]
+        # No tree of one tile can be grown.
+        rows.append("1,41,fir,90.0,10.0,20.0,,3.0,4.0")
+        self.write("trees.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
+        self.run_program("tiles", "plan", "trees.csv", "--size", "30", "--halo", "5", "--out", "tiles")
+        self.run_all("grow", "--lod", "3", "--plain")
+        self.run_program("tiles", "merge", "tiles", "grow", "--out", "scenes.csv")
+        scenes = list(csv.DictReader(io.StringIO((self.folder / "scenes.csv").read_text())))
+        self.assertEqual(len(scenes), 4)
+        self.assertEqual(sum(int(scene["trees"]) for scene in scenes), 40)
+        whole = self.run_json("grow", "trees.csv", "--scene", "whole.glb", "--lod", "3", "--plain")
+        # A tree has the same shape in both: its random numbers are those of its plot and number.
+        self.assertEqual(sum(int(scene["triangles"]) for scene in scenes), whole["triangles"])
+        first = json.loads(self.run_program("tiles", "run", "tiles", "--tile", "1", "--json", "--", "grow", "--lod", "3", "--plain").stdout)
+        self.assertTrue(first["was_there"])
+        self.run_program("tiles", "run", "tiles", "--tile", "1", "--", "grow", "--scene", "other.glb", status=2)
+
     def test_small_halos_mark_trees_and_are_never_wrong(self):
         self.write("trees.csv", forest())
         self.plan(halo="8")

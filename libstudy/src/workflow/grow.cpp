@@ -116,6 +116,7 @@ GrowResult grow(const data::TableSource& trees,
   tree::Moments table = read_trees(trees, job);
   give_notes(notes_on(table.left_out), callbacks.note);
   if (table.moments.empty()) {
+    if (job.is_part) return {.settings = job, .left_out = std::move(table.left_out)};
     throw InputError("no row can be used to grow a tree", {.file = job.file});
   }
   const std::string coinciding = note_on_coinciding_plots(job, table.moments);

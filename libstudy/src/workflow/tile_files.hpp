@@ -60,6 +60,8 @@ class ResultRows {
   /// A row whose values are not known.
   void add_marked(std::size_t line, std::string_view record);
   void need_halo(double width_m);
+  /// The number of trees, where it is not that of the rows.
+  void set_trees(std::size_t trees) { head_.trees = trees; }
 
   TileResult write(const std::filesystem::path& file, const std::string& key) const;
 

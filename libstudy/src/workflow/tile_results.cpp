@@ -200,7 +200,8 @@ TileResult tile_indices(const fs::path& folder,
   if (auto earlier = earlier_result(file, key)) return std::move(*earlier);
   const TileRows rows = read_tile(folder, plan, tile, false);
   const stand::CheckedInventory checked = stand::read_inventory(
-      rows.table, inventory_options(plan.settings.reading, {.needs_coordinates = true}));
+      rows.table,
+      inventory_options(plan.settings.reading, {.needs_coordinates = true, .is_part = true}));
   const stand::Inventory& trees = checked.inventory;
   const stand::StructuralUnits units = stand::structural_units(trees, options);
   const KnownRoom room(plan, plan.tiles[tile]);
@@ -266,12 +267,51 @@ TileResult tile_predictions(const fs::path& folder,
   return result.write(file, own_key);
 }
 
+TileResult tile_scene(const fs::path& folder,
+                      const TilePlan& plan,
+                      std::size_t tile,
+                      const tree::BuilderCatalogue& catalogue,
+                      const GrowSettings& settings,
+                      const std::string& key,
+                      const Callbacks& callbacks) {
+  require_tile(plan, tile);
+  if (!settings.scene.empty() || !settings.out.empty() || settings.resolve_overlaps ||
+      !settings.by.empty() || settings.levels.size() != 1) {
+    throw UsageError("a tile has one scene, of one level of detail and without other tiles' trees");
+  }
+  const fs::path file = result_file(folder, "grow", plan.tiles[tile]);
+  const std::string own_key = key_of(plan, "grow " + key);
+  if (auto earlier = earlier_result(file, own_key)) return std::move(*earlier);
+  const TileRows rows = read_tile(folder, plan, tile, true);
+  GrowSettings own = settings;
+  own.reading = plan.settings.reading;
+  own.format = settings.format.empty() ? "glb" : settings.format;
+  own.scene = fs::path(file).replace_extension(own.format).string();
+  own.is_part = true;
+  fs::create_directories(file.parent_path());
+  const GrowResult grown = grow(rows.table, catalogue, own, callbacks);
+  ResultRows result;
+  result.set_header("tile,scene,trees,triangles,bytes\n");
+  for (const WrittenScene& scene : grown.files) {
+    // Merged tables are in the order of lines.
+    result.add(tile + 1,
+               fmt::format("{},{},{},{},{}\n",
+                           plan.tiles[tile].name(),
+                           data::csv_field(scene.name),
+                           scene.trees,
+                           scene.triangles,
+                           scene.bytes));
+  }
+  result.set_trees(grown.morphologies.size());
+  return result.write(file, own_key);
+}
+
 MergedTiles merge_tiles(const fs::path& folder,
                         const TilePlan& plan,
                         const std::string& command,
                         std::ostream& stream) {
-  if (command != "indices" && command != "predict") {
-    throw UsageError("only the results of indices and predict are merged; not " + command);
+  if (command != "indices" && command != "predict" && command != "grow") {
+    throw UsageError("only the results of indices, predict and grow are merged; not " + command);
   }
   MergedTiles merged;
   std::optional<std::string> key;

@@ -156,6 +156,7 @@ struct InventoryOptions {
   /// Keep the rows of all dates and of dead and cut trees, with Inventory::time and status, for
   /// growth. Else later measurements of a tree are left out.
   bool keeps_measurements = false;
+  bool is_part = false;  ///< of an inventory: all its trees may be without dbh
 };
 
 /// Why a row cannot be used. A row with several problems has as many entries.

@@ -50,6 +50,7 @@ struct GrowSettings {
   bool animate = false;           ///< one animated scene of all times instead
   double seconds_per_unit = 1.0;  ///< of the animation, by unit of `by`
   bool keeps_trees = false;       ///< the result has an entry for each tree
+  bool is_part = false;           ///< of an inventory: without usable rows, nothing is written
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: as many as there are cores
 };

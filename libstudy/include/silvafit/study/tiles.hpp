@@ -15,6 +15,7 @@
 #include "silvafit/stand/window.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/grow.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "silvafit/study/predict_table.hpp"
 #include "silvafit/study/unit_settings.hpp"
@@ -108,6 +109,20 @@ TileResult tile_predictions(const std::filesystem::path& folder,
                             int digits,
                             const std::string& key);
 
+/// Grows the trees of a tile, but not those of its halo, as a scene `FOLDER/grow/NAME.glb`. A tree
+/// has the shape that it has in a scene of the whole inventory. `FOLDER/grow/NAME.csv` names the
+/// scene; a tile in which no tree can be grown has none.
+/// \param settings  of the scene: without files, overlaps and times, which need other trees
+/// \param key       identifies the settings
+/// \throws UsageError for these; else as grow
+TileResult tile_scene(const std::filesystem::path& folder,
+                      const TilePlan& plan,
+                      std::size_t tile,
+                      const tree::BuilderCatalogue& catalogue,
+                      const GrowSettings& settings,
+                      const std::string& key,
+                      const Callbacks& callbacks = {});
+
 /// What is missing to a whole result.
 struct TileGaps {
   std::vector<std::size_t> missing{};  ///< tiles without a result
@@ -124,7 +139,8 @@ struct MergedTiles {
 
 /// Joins the results of a command, in the order of the inventory: the bytes are those of the
 /// command for the whole inventory. If trees are marked, a last column `halo` is `too small` for
-/// them. \param command  indices or predict
+/// them. The result of grow is a table of the scenes, which stay where they are.
+/// \param command  indices, predict or grow
 MergedTiles merge_tiles(const std::filesystem::path& folder,
                         const TilePlan& plan,
                         const std::string& command,
