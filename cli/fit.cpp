@@ -347,16 +347,21 @@ void refuse_with_shared_groups(const FitArguments& arguments) {
   if (reason != nullptr) throw UsageError(reason, {.column = "--share-groups"});
 }
 
+void print_results(const std::vector<fit::FittedModel>& fits,
+                   const std::vector<Resampling>& resampling,
+                   const std::vector<std::string>& recognized,
+                   const CommonOptions& common) {
+  if (common.json) return print_json(fits, resampling, recognized);
+  print_tables(fits);
+  print_resampling(fits, resampling);
+}
+
+/// The first process prints; the text of a large fit takes more memory than the fit.
 void report(const std::vector<fit::FittedModel>& fits,
             const std::vector<Resampling>& resampling,
             const std::vector<std::string>& recognized,
             const CommonOptions& common) {
-  if (common.json) {
-    print_json(fits, resampling, recognized);
-  } else {
-    print_tables(fits);
-    print_resampling(fits, resampling);
-  }
+  if (Ranks::of_process().is_first()) print_results(fits, resampling, recognized, common);
   std::fflush(stdout);
   const bool any = std::ranges::any_of(
       fits, [](const fit::FittedModel& fit) { return fit.convergence.converged(); });

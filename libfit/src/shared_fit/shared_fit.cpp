@@ -189,7 +189,7 @@ class SharedFit {
         sample_, variance, judged.sigma / variance.sigma_factor(parameters), parameters, judged);
     describe(sample_, judged);
     judged.floored_variances = static_cast<Index>(added_up(floored));
-    judge(sample_, judged, Rounds::kEvaluations, false, obstacle);
+    judge_with_sample(obstacle, judged);
     judged.degrees_of_freedom =
         fixed_freedom_at(sample_, judged.estimate, {counts_[0], counts_[1]}).of_tests;
     judged.random.back().labels = labels;
@@ -202,6 +202,17 @@ class SharedFit {
                                              sample_.observations());
     }
     return fit;
+  }
+
+  /// A standard error that as few groups as the sample has cannot give would be taken for one of a
+  /// singular information matrix: the covariance is that of the sample's size.
+  void judge_with_sample(const Obstacle& obstacle, MixedEffectsFit& fit) const {
+    const double size = counts_[0] / static_cast<double>(sample_.group_count());
+    const MatrixXd covariance = fit.covariance;
+    fit.covariance *= size;
+    judge(sample_, fit, Rounds::kEvaluations, false, obstacle);
+    // Coefficients that are not identifiable have none now.
+    fit.covariance = fit.covariance.array().isNaN().select(fit.covariance, covariance);
   }
 
   /// Of the random effects of all groups.
