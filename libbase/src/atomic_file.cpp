@@ -35,8 +35,8 @@ std::string reason(const char* verb, int error_number) {
   throw IoError(reason(verb, error_number), {.file = path.string()});
 }
 
-/// Whether what is written goes on at once, so that there is no file to put in its place: devices,
-/// pipes, and names of open files such as /dev/stdout.
+/// Whether bytes go directly to the target, because there is no file to replace: devices, pipes,
+/// and names of open files such as /dev/stdout.
 bool is_stream(const fs::path& target) {
   const fs::path name = target.lexically_normal();
   if (name == "/dev/stdout" || name == "/dev/stderr" || name.parent_path() == "/dev/fd")
@@ -46,9 +46,9 @@ bool is_stream(const fs::path& target) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-/// The file that a symbolic link names, whether it is there or not.
+/// The file that a symbolic link names, whether or not it exists.
 fs::path behind_links(const fs::path& target) {
-  constexpr int kMostLinks = 40;  // as Linux follows
+  constexpr int kMostLinks = 40;  // the limit of Linux
   fs::path path = target;
   for (int i = 0; i < kMostLinks; ++i) {
     std::error_code error;
@@ -60,7 +60,7 @@ fs::path behind_links(const fs::path& target) {
   cannot("write", target, ELOOP);
 }
 
-/// The permissions of the file that is there; none if there is no file.
+/// The permissions of an existing file; none if there is no file.
 std::optional<mode_t> permissions_of(const fs::path& path) {
   struct stat status {};
   constexpr mode_t kPermissions = 0777;
@@ -68,7 +68,7 @@ std::optional<mode_t> permissions_of(const fs::path& path) {
   return status.st_mode & kPermissions;
 }
 
-/// Waits until what was written is on the disk. File systems that know no such thing are no error.
+/// Waits until the bytes are on the disk. A file system without this function is no error.
 bool reaches_disk(int descriptor) {
   return ::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP || errno == ENOSYS;
 }
@@ -83,10 +83,10 @@ bool reaches_folder(const fs::path& file) {
 }  // namespace
 
 struct AtomicFile::State {
-  fs::path named;                   ///< as the caller says
+  fs::path named;                   ///< as the caller gave it
   fs::path target;                  ///< behind symbolic links
-  fs::path temporary{};             ///< empty: the target is written to
-  std::vector<fs::path> folders{};  ///< that were made for it
+  fs::path temporary{};             ///< empty: bytes go directly to the target
+  std::vector<fs::path> folders{};  ///< created for it
   Descriptor descriptor;
   DescriptorBuffer buffer;
   std::ostream stream;
@@ -109,7 +109,7 @@ struct AtomicFile::State {
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
-  /// All bytes are written, and on the disk.
+  /// Writes all bytes and waits until they are on the disk.
   void finish() {
     stream.flush();
     if (!stream) cannot("write", named, buffer.error_number() != 0 ? buffer.error_number() : EIO);
@@ -126,10 +126,10 @@ struct AtomicFile::State {
 };
 
 AtomicFile::AtomicFile(const fs::path& wanted) {
-  // All ranks of a job come to the same results, which the first one writes.
+  // All ranks of a job compute the same results; the first one writes them.
   const fs::path target = Ranks::of_process().is_first() ? wanted : fs::path("/dev/null");
   if (is_stream(target)) {
-    // At the end, behind what is there already.
+    // Append to what the target already contains.
     const int descriptor = ::open(target.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
     if (descriptor < 0) cannot("write", target, errno);
     state_ =
@@ -193,7 +193,7 @@ void require_writable_folder(const fs::path& folder) { const AtomicFile probe(fo
 struct ResultFolder::Lock {
   Descriptor folder;
 
-  /// Some file systems of networks lock no folders; their folders can be used all the same.
+  /// Some network file systems do not lock folders; they are used without a lock.
   explicit Lock(const fs::path& path)
       : folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
     if (folder.number() < 0 || ::flock(folder.number(), LOCK_EX | LOCK_NB) == 0) return;
@@ -224,7 +224,7 @@ TemporaryFolder::TemporaryFolder(std::string_view name) {
   std::error_code error;
   const fs::path all = fs::temp_directory_path(error);
   if (error) cannot("use the folder for temporary files", all, error.value());
-  // mkdtemp(3) puts letters of its own in place of the last six, which have to be X.
+  // mkdtemp(3) replaces the last six letters, which must be X.
   const fs::path pattern = all / fmt::format("{}-{:X>6}", name, "");
   path_ = UnfinishedFiles::of_process().make_temporary_folder(pattern.string());
   if (path_.empty()) cannot("make the folder", pattern, errno);
@@ -240,7 +240,7 @@ void discard_unfinished_files() { UnfinishedFiles::of_process().discard(); }
 
 int open_nameless_file(const fs::path& beside) {
   std::vector<fs::path> folders;
-  std::error_code ignored;  // opening says what is wrong
+  std::error_code ignored;  // opening the file reports the error
   const bool has_folder = !is_stream(beside);
   const fs::path place = has_folder ? beside : fs::temp_directory_path(ignored) / "silvafit";
   UnfinishedFiles& unfinished = UnfinishedFiles::of_process();

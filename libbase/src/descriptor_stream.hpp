@@ -24,13 +24,13 @@ class Descriptor {
   int number_;
 };
 
-/// Writes to a descriptor that somebody else opens and closes. Unlike std::ofstream it takes a file
-/// that was opened with flags of POSIX, and it keeps the reason of the first failure.
+/// Writes to a descriptor that the caller opens and closes. Unlike std::ofstream it works with the
+/// flags of POSIX open(), and it keeps the reason of the first failure.
 class DescriptorBuffer final : public std::streambuf {
  public:
   explicit DescriptorBuffer(int descriptor);
 
-  /// errno of the first write that failed; 0: none did.
+  /// errno of the first write that failed; 0 if none failed.
   int error_number() const { return error_number_; }
 
  protected:

@@ -22,7 +22,7 @@
 namespace silvafit {
 namespace {
 
-/// More open files than this are merged into one, because the system limits their number.
+/// More files than this are merged into one, because the system limits the number of open files.
 constexpr std::size_t kMostRuns = 256;
 
 std::filesystem::path temporary_place() {
@@ -85,14 +85,14 @@ class Run {
   std::unique_ptr<std::FILE, Closer> file_;
 };
 
-/// The first record of a run that is not taken yet.
+/// The next record of a run.
 struct Head {
   ExternalSort::Key key{};
   std::size_t run = 0;
   std::string record{};
 };
 
-/// Takes records of several runs in order; equal keys by the number of the run.
+/// Merges the records of several runs in order; records with equal keys in the order of the runs.
 class Merge {
  public:
   explicit Merge(std::vector<Run>& runs) : runs_(runs), heads_(runs.size()) {

@@ -83,7 +83,7 @@ double Random::gamma(double shape, double scale) {
     const double power = std::pow(1.0 - uniform(), 1.0 / shape);
     return gamma(shape + 1.0, scale) * power;
   }
-  // From here on, d and d v agree in so many digits that their difference is lost.
+  // For larger shapes, d and d v agree in so many digits that their difference is lost.
   constexpr double kLargeShape = 1e8;
   const double d = shape - 1.0 / 3.0;
   const double c = 1.0 / std::sqrt(9.0 * d);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the module silvafit_mpi.so gives to the library, which loads it in a job of several
-// processes only: MPI's libraries would slow every other start.
+// The interface of the module silvafit_mpi.so. The library loads it only in a job of several
+// processes, because MPI's libraries would slow every other start.
 #pragma once
 
 #include "silvafit/base/ranks.hpp"

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kLetters = 6;
 constexpr std::size_t kLongestName = 255;  // of Linux' file systems, in bytes
 
-/// Letters that nobody can guess; empty if the system gives none, with the reason in errno.
+/// Random letters that nobody can guess; empty on failure, with the reason in errno.
 std::string random_letters() {
   constexpr std::string_view kAlphabet = "abcdefghijklmnopqrstuvwxyz0123456789";
   std::array<unsigned char, kLetters> bytes{};
@@ -27,7 +27,7 @@ std::string random_letters() {
   return letters;
 }
 
-/// The descriptor of a new file; -1 if none could be made, with the reason in errno.
+/// The descriptor of a new file; -1 on failure, with the reason in errno.
 int open_new(const fs::path& target, std::string_view ending, mode_t mode, fs::path& path) {
   const std::size_t added = 1 + kLetters + ending.size();
   const std::string name = target.filename().string().substr(0, kLongestName - added);

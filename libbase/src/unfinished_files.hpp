@@ -14,39 +14,39 @@
 
 namespace silvafit {
 
-/// Each file or folder is made and noted in one step under a lock, so that an interrupt never
-/// comes between the two. Names are random and are opened only if nothing has them yet: processes
-/// that share a folder, even with equal numbers, never share a file, and no link is followed.
+/// Each file or folder is created and recorded under one lock, so that an interrupt cannot come
+/// between the two. Names are random, and a file is opened only if its name is new: processes that
+/// share a folder, even with equal process numbers, never share a file, and no link is followed.
 class UnfinishedFiles {
  public:
   static UnfinishedFiles& of_process();
 
   /// An open file.
   struct Opened {
-    int descriptor = -1;  ///< -1: none could be made, for the reason in errno
+    int descriptor = -1;  ///< -1 on failure, with the reason in errno
     std::filesystem::path path{};
   };
 
   /// Makes a file beside its target, named after it with six random letters and `.part`.
-  /// \param mode  its permissions, less those that the process takes away (umask)
+  /// \param mode  its permissions before the umask of the process is applied
   Opened make_file(const std::filesystem::path& target, mode_t mode);
   /// Makes a file beside another one that has no name, so that it is gone when it is closed.
-  /// \return its descriptor; -1: none could be made, for the reason in errno
+  /// \return its descriptor; -1 on failure, with the reason in errno
   int make_nameless_file(const std::filesystem::path& beside);
   /// Makes a folder whose name ends in six random letters, for temporary files.
   /// \param pattern  path that ends in six letters X, which the random ones replace (mkdtemp)
-  /// \return its path; empty if none could be made, with the reason in errno
+  /// \return its path; empty on failure, with the reason in errno
   std::filesystem::path make_temporary_folder(std::string pattern);
-  /// Makes a folder and those above it that are missing.
-  /// \param made  those that were made are added, outer ones first
+  /// Creates a folder and the missing ones above it.
+  /// \param made  the created folders are added, outer ones first
   std::error_code make_folders(const std::filesystem::path& folder,
                                std::vector<std::filesystem::path>& made);
-  /// Does something that an interrupt must not divide, such as giving several files their names.
+  /// Runs an action that an interrupt must not split, such as renaming several files.
   void undivided(const std::function<void()>& action);
-  /// A file or temporary folder has its final name, or is gone.
+  /// Stops tracking a file or temporary folder that has its final name or no longer exists.
   void forget(const std::filesystem::path& path);
-  /// Removes all that is not finished, and folders that were made and are empty. Other threads that
-  /// begin a file from now on wait for the end of the process.
+  /// Removes all unfinished files, and created folders that are empty. Other threads that begin a
+  /// file after this wait until the process ends.
   void discard();
 
  private:
@@ -55,7 +55,7 @@ class UnfinishedFiles {
   std::vector<std::filesystem::path> folders_;
 };
 
-/// Removes folders that are empty, the last first.
+/// Removes empty folders, the last first.
 void remove_empty(const std::vector<std::filesystem::path>& folders);
 
 }  // namespace silvafit

@@ -18,7 +18,7 @@ std::string others(std::size_t count) {
   return count > 1 ? fmt::format(" (and {} more)", count - 1) : "";
 }
 
-/// Complains about the first name that is no column, at its place in the text.
+/// Throws at the first name that is not a column, with its position in the text.
 void require_columns(const Expression& expression, std::string_view text, const Table& table) {
   for (const std::string& variable : expression.variables()) {
     TextMatch match;
@@ -30,7 +30,7 @@ void require_columns(const Expression& expression, std::string_view text, const 
                     list_of(table.names())),
         text,
         text.find(column) + 1);
-    // What is missing is missing in the file: with another one, the command would be right.
+    // An error of the file, not of the command: with another file the command can be correct.
     throw InputError(shown.what(), {.file = table.file()});
   }
 }
@@ -60,7 +60,7 @@ void require_numeric(const Table& table, const std::vector<std::string>& variabl
     std::vector<std::size_t> with_comma;
     for (std::size_t row = 0; row < column.size(); ++row) {
       if (column.is_missing(row) || is_number(column[row])) continue;
-      // In a file with decimal commas such a field is a number, and another one is the trouble.
+      // In a file with decimal commas 12,5 is a number, and another field is the problem.
       const bool has_comma = !with_decimal_point(column[row]).empty();
       (has_comma ? with_comma : rows).push_back(row);
     }

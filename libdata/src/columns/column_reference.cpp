@@ -30,8 +30,8 @@ bool needs_backquotes(std::string_view name) {
   return begins_as_number || !std::ranges::all_of(name, is_name_byte);
 }
 
-/// The longest of the columns that only backquotes bring into an expression, of those that the text
-/// holds; empty if none is in it.
+/// The longest column name in the text that an expression can only contain in backquotes; empty if
+/// there is none.
 std::string column_to_quote(std::string_view text, std::span<const std::string> columns) {
   std::string longest;
   for (const std::string& name : columns) {
@@ -47,8 +47,8 @@ std::string reason_of(const FormulaError& error) {
   return line.substr(line.find(": ") + 2);
 }
 
-/// Parses an expression; what cannot be read may be the name of a column without its backquotes, or
-/// one that is not there.
+/// Parses an expression. The error covers two causes: a column name without backquotes, and an
+/// unknown column.
 Expression expression_of(std::string_view text, std::span<const std::string> columns) {
   try {
     return Expression::parse(text);
@@ -64,7 +64,7 @@ Expression expression_of(std::string_view text, std::span<const std::string> col
 std::vector<double> numbers_of_expression(const Table& table,
                                           const Expression& expression,
                                           std::vector<TextCell>& text_cells) {
-  // A table of its own, in which columns with some text are columns of numbers.
+  // A separate table, in which columns with some text are numeric.
   Table own(table.rows());
   std::vector<TextCell> cells;
   const std::vector<std::string> variables = expression.variables();

@@ -11,7 +11,7 @@
 namespace silvafit::data {
 namespace {
 
-/// Which nodes of a graph hold unknowns; each node is looked at once.
+/// Which nodes of a graph contain unknowns; each node is visited once.
 class Unknowns {
  public:
   explicit Unknowns(const std::vector<std::string>& names) : names_(names) {}
@@ -33,7 +33,7 @@ class Unknowns {
   std::unordered_map<const ExpressionNode*, bool> results_;
 };
 
-/// What x is where f(x) is the outcome; nothing without an inverse.
+/// The x with f(x) = outcome; nothing if f has no inverse.
 std::optional<NodePointer> inverse(Operation operation, const NodePointer& outcome) {
   switch (operation) {
     case Operation::kNegate:
@@ -57,7 +57,7 @@ std::optional<NodePointer> inverse(Operation operation, const NodePointer& outco
   }
 }
 
-/// What x is where x o other is the outcome.
+/// The x with (x o other) = outcome; nothing if there is no inverse.
 std::optional<NodePointer> inverse_of_first(Operation operation,
                                             const NodePointer& other,
                                             const NodePointer& outcome) {
@@ -79,7 +79,7 @@ std::optional<NodePointer> inverse_of_first(Operation operation,
   }
 }
 
-/// What x is where other o x is the outcome.
+/// The x with (other o x) = outcome; nothing if there is no inverse.
 std::optional<NodePointer> inverse_of_second(Operation operation,
                                              const NodePointer& other,
                                              const NodePointer& outcome) {

@@ -61,7 +61,7 @@ class Substitution {
   std::unordered_map<const ExpressionNode*, NodePointer> results_;
 };
 
-/// Whether an operation has another slope on each side of some values of its arguments.
+/// Whether the derivative of an operation jumps at some values of its arguments.
 bool has_kink(Operation operation) {
   switch (operation) {
     case Operation::kAbs:

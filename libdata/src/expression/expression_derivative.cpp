@@ -34,7 +34,7 @@ const NodePointer& zero() {
 /// The derivatives of one graph; each shared part is differentiated once.
 class Differentiation {
  public:
-  /// \param at_limits  whether products are zero where a factor is, even if the other is infinite
+  /// \param at_limits  whether 0 times infinity is 0 in products
   Differentiation(std::string_view variable, bool at_limits)
       : variable_(variable), at_limits_(at_limits) {}
 

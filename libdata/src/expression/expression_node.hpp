@@ -36,11 +36,10 @@ NodePointer make_operation(Operation operation,
 
 bool is_constant(const NodePointer& node, double value);
 
-/// A product for slopes at the edge of a domain; see Operation::kLimitProduct.
+/// A product for derivatives at the boundary of a domain; see Operation::kLimitProduct.
 NodePointer make_limit_product(const NodePointer& a, const NodePointer& b);
 
-/// The same value, as an expression whose derivatives have such products. Constants stay as they
-/// are.
+/// The same value, as an expression whose derivatives use such products. Constants do not change.
 NodePointer marked_for_limits(const NodePointer& node);
 bool is_marked_for_limits(const NodePointer& node);
 

@@ -13,7 +13,7 @@
 namespace silvafit::data {
 namespace {
 
-// Deep nesting ends in a message, not in a stack overflow.
+// Deeper nesting is an error, because it could overflow the stack.
 constexpr int kDeepest = 200;
 constexpr std::size_t kLongest = 10000;
 

@@ -13,7 +13,7 @@
 namespace silvafit::data {
 namespace {
 
-/// How tightly an operation binds; what binds looser needs parentheses inside.
+/// Precedence of an operation; operands of lower precedence need parentheses.
 enum Binding : int {
   kLogic = 1,
   kComparison = 3,

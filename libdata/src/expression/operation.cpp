@@ -37,8 +37,8 @@ constexpr std::array kFunctions = {
 
 double as_number(bool truth) { return truth ? 1.0 : 0.0; }
 
-// What a missing value decides over is missing; `false && missing` and `true || missing` do not
-// hang on it (Kleene's logic, as in R).
+// A result that depends on a missing value is missing; `false && missing` and `true || missing` do
+// not depend on it (Kleene's logic, as in R).
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 bool is_true(double a) { return a != 0.0 && !std::isnan(a); }

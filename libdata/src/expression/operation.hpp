@@ -14,7 +14,8 @@ enum class Operation : std::uint8_t {
   kAdd,
   kSubtract,
   kMultiply,
-  kLimitProduct,  ///< product, but 0 for 0 times infinity: in slopes at the edge of a domain
+  kLimitProduct,  ///< product, but 0 times infinity is 0: for derivatives at the boundary of a
+                  ///< domain
   kDivide,
   kPower,
   kNegate,

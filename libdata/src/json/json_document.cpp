@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Builds the value from what the parser of nlohmann-json meets.
+/// Builds the value from the events of nlohmann-json's parser.
 class DocumentBuilder final : public nlohmann::json_sax<Json> {
  public:
   DocumentBuilder(std::string_view text, const std::string& file) : text_(text), file_(file) {}
@@ -58,7 +58,7 @@ class DocumentBuilder final : public nlohmann::json_sax<Json> {
   }
 
  private:
-  /// Puts a value where the document stands, and says where it is now.
+  /// Adds a value at the current position of the document; returns its address.
   Json* place(Json value) {
     if (open_.empty()) {
       root_ = std::move(value);
@@ -79,7 +79,7 @@ class DocumentBuilder final : public nlohmann::json_sax<Json> {
     return true;
   }
 
-  /// What is open does not move: only the innermost list or object grows.
+  /// Pointers to open lists and objects stay valid, because only the innermost one grows.
   bool open(Json value) {
     open_.push_back(place(std::move(value)));
     return true;
@@ -100,7 +100,7 @@ class DocumentBuilder final : public nlohmann::json_sax<Json> {
   const std::string& file_;
   Json root_{};
   std::string key_{};
-  std::vector<Json*> open_{};  ///< lists and objects around where the document stands
+  std::vector<Json*> open_{};  ///< lists and objects that contain the current position
 };
 
 }  // namespace

@@ -10,8 +10,9 @@ namespace silvafit::data {
 
 /// The value of a text, the members of objects in their order.
 ///
-/// nlohmann-json's own reader looks for each key among those before it, which takes seconds for an
-/// object with a member for each of ten thousand plots; this one looks when the object is whole.
+/// nlohmann-json's own reader compares each key with those before it, which takes seconds for an
+/// object with a member for each of ten thousand plots; this one compares keys when the object is
+/// complete.
 /// \param comments  whether `//` and `/* */` may explain the values
 /// \throws InputError with file and line if this is no JSON, a number in it is too large, or an
 ///   object has a key twice

@@ -46,7 +46,7 @@ void evaluate_scalars(const std::vector<Value>& values,
 /// The registers of a workspace, at a multiple of kRegisterAlignment.
 double* registers_of(std::vector<double>& memory, std::size_t count) {
   constexpr std::size_t kSpare = kRegisterAlignment / sizeof(double);
-  // Not less than before: what grows again is filled with zeros.
+  // Never shrinks: memory that grows again is filled with zeros.
   memory.resize(std::max(memory.size(), count * kRegisterStride + kSpare));
   void* start = memory.data();
   std::size_t space = memory.size() * sizeof(double);
@@ -92,7 +92,7 @@ void Program::evaluate(std::span<const double* const> inputs,
 
 namespace {
 
-/// "01" and "1.0" are the number 1; what is no number is in no column of numbers.
+/// "01" and "1.0" match the number 1; text that is not a number matches no value.
 std::vector<double> matches_of_number(std::span<const double> numbers, const TextMatch& match) {
   double wanted = kMissing;
   const bool is_number = parse_number(match.value, wanted);

@@ -233,7 +233,7 @@ struct Choose {
   }
 };
 
-/// log a given log a: only 0 is treated apart.
+/// log a, given as the second argument; only a = 0 has another value.
 struct FlooredLogarithm {
   HWY_INLINE Vector operator()(Vector a, Vector logarithm) const {
     const Vector floor = constant(-708.39641853226408);  // log of the smallest normal number
@@ -301,7 +301,7 @@ void power_of_logarithm(const Place& place) {
   }
 }
 
-/// Neither needs to differ by row but one of the three.
+/// Only one of the three operands has to differ by row.
 void choose(const Place& place) {
   if (!place.is_scalar(0)) {
     ternary<Choose>(place);
@@ -367,7 +367,7 @@ void run_function(const Place& place) {
     case Operation::kTanh:
       return unary<HyperbolicTangent>(place);
     default:
-      return;  // variables and constants are no steps
+      return;  // variables and constants are not steps
   }
 }
 

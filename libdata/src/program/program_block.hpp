@@ -15,7 +15,7 @@ namespace silvafit::data {
 inline constexpr std::size_t kBlockRows = 256;
 
 /// Doubles from one register to the next: not a power of two, so that the same row of several
-/// registers does not fall on one place in the cache.
+/// registers does not use the same lines of the cache.
 inline constexpr std::size_t kRegisterStride = kBlockRows + 8;
 
 /// Registers begin at multiples of this many bytes.
@@ -29,7 +29,7 @@ enum class Step : std::uint8_t {
   kSubtractProduct,   ///< c - a b
   kExpOfProduct,      ///< exp(a b)
   kWholePower,        ///< a^b by multiplication, for a scalar b, whole and at most kLargestWhole
-  kLogarithmPair,     ///< log a and, as second target, what rounding took from it
+  kLogarithmPair,     ///< log a and, as second target, its rounding error
   kPowerOfLogarithm,  ///< a^b where c, d are the logarithm pair of a
   kFlooredLogarithm,  ///< log a where b is its logarithm, finite at 0
   kCopy,              ///< a
@@ -54,8 +54,8 @@ struct BlockInstruction {
   std::array<BlockOperand, 4> operands{};
 };
 
-/// What the instructions work on: registers of kRegisterStride values, scalars, and the rows of the
-/// columns and outputs.
+/// The memory of the instructions: registers of kRegisterStride values, scalars, and the rows of
+/// the columns and outputs.
 struct BlockMemory {
   double* registers = nullptr;
   const double* scalars = nullptr;

@@ -8,7 +8,7 @@
 namespace silvafit::data {
 namespace {
 
-/// The operands of a step, by number.
+/// Which values the wanted ones are computed from, themselves included.
 std::vector<bool> needed(const std::vector<Value>& values, std::vector<std::uint32_t> wanted) {
   std::vector<bool> result(values.size(), false);
   while (!wanted.empty()) {
@@ -21,7 +21,7 @@ std::vector<bool> needed(const std::vector<Value>& values, std::vector<std::uint
   return result;
 }
 
-/// Chooses the steps. Their targets are registers without end, one for each result.
+/// Chooses the steps, with a separate register for each result.
 class StepChoice {
  public:
   StepChoice(const std::vector<Value>& values, std::span<const std::uint32_t> outputs)
@@ -164,7 +164,7 @@ class StepChoice {
   std::uint32_t targets_ = 0;
 };
 
-/// Puts the targets into outputs and as few registers as possible.
+/// Assigns targets to outputs, or to as few registers as possible.
 class Placement {
  public:
   Placement(std::vector<BlockInstruction>& instructions, std::uint32_t target_count)
@@ -176,7 +176,7 @@ class Placement {
     }
   }
 
-  /// The place of a target that is an output; false if it is one already.
+  /// Assigns a target to an output; false if it already has one.
   bool put_into_output(std::uint32_t target, std::uint32_t output) {
     if (places_[target].kind == BlockOperand::kOutput) return false;
     places_[target] = {.kind = BlockOperand::kOutput, .index = output};
@@ -196,7 +196,8 @@ class Placement {
         if (operand.kind != BlockOperand::kRegister) continue;
         const std::uint32_t target = operand.index;
         operand = places_[target];
-        // Read row by row before the result is written, so that the result may take its place.
+        // A row's operands are read before its result is written, so that the result may overwrite
+        // them.
         if (last_use_[target] == i) freed.push_back(operand.index);
         if (last_use_[target] == i && operand.kind == BlockOperand::kOutput) freed.pop_back();
       }

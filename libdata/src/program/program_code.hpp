@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From values to the steps of a program, and where each step finds and leaves its numbers.
+// The steps of a program, with the places of their operands and results.
 #pragma once
 
 #include <cstddef>
@@ -20,10 +20,10 @@ struct BlockCode {
 
 /// The code that writes values[outputs[k]] to output k, row by row.
 ///
-/// Sums with a product become one step, powers of one base share its logarithm. Which steps make up
-/// the first output does not depend on the others, but for log(x): where a power of x shares it, it
-/// is rounded from more digits. A step writes to its output where it can, else to a register, which
-/// is free again after its last use.
+/// Sums with a product become one step, powers of one base share its logarithm. The steps of the
+/// first output do not depend on the others, with one exception: log(x) that a power of x shares is
+/// rounded from more digits. A step writes to its output where it can, else to a register, which is
+/// free again after its last use.
 BlockCode block_code(const std::vector<Value>& values, std::span<const std::uint32_t> outputs);
 
 }  // namespace silvafit::data

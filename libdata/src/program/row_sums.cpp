@@ -160,7 +160,7 @@ void block_of_products(const Columns& x, std::size_t left, std::size_t right, do
   }
   for (std::size_t i = 0; i < kLeft; ++i) {
     for (std::size_t j = 0; j < kRight; ++j) {
-      if (right + j < left + i) continue;  // weighted the other way round; its mirror is kept
+      if (right + j < left + i) continue;  // below the diagonal; the element above is used
       const double value = sum_of_lanes(kVector, total[0][i][j]);
       products[(left + i) * x.count + right + j] = value;
       products[(right + j) * x.count + left + i] = value;

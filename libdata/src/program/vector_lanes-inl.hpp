@@ -2,10 +2,10 @@
 // What functions of vectors of doubles share; compiled once for each instruction set (see
 // vector_targets.hpp).
 //
-// Each gives what the function of <cmath> gives to a few units in the last place
-// (program_accuracy_test.cpp says how many), for every argument. A lane's value depends on its own
-// argument alone. Arguments that a fast formula does not cover (missing, infinite, outside of its
-// range) are left to <cmath>, lane by lane.
+// Each agrees with the function of <cmath> to a few units in the last place for every argument;
+// program_accuracy_test.cpp has the limits. A lane's value depends on its own argument alone.
+// Arguments that a fast formula does not cover (missing, infinite, outside of its range) are
+// computed by <cmath>, lane by lane.
 //
 // The polynomials have the least maximum error on their interval to within a factor of two
 // (interpolation at Chebyshev nodes with 60 digits, coefficients then rounded).

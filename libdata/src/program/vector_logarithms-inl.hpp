@@ -124,7 +124,7 @@ struct LogarithmHigh {
   static double other(double x) { return std::log(x); }
 };
 
-/// What is missing in LogarithmHigh; only numbers below the normal ones have such a part.
+/// The low part to LogarithmHigh; it is not zero for subnormal numbers only.
 struct LogarithmLow {
   static double other(double x) {
     if (!(x > 0.0 && x < kSmallestNormal)) return 0.0;

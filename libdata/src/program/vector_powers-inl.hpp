@@ -28,7 +28,7 @@ struct PowerOfLogarithm {
   HWY_INLINE Vector operator()(Vector x, Vector y, Vector high, Vector low) const {
     const Vector product = hn::Mul(y, high);
     const Vector rest = hn::MulAdd(y, low, product_error(y, high, product));
-    // False for a base that has no logarithm, and for whatever overflows or loses digits.
+    // False for a base without a logarithm, and for results that overflow or lose digits.
     const Mask ordinary = hn::And(is_within(product, 707.0), is_within(y, 0x1p900));
     const Vector result = ordinary_exponential(product, rest);
     if (HWY_LIKELY(hn::AllTrue(kVector, ordinary))) return result;

@@ -47,8 +47,8 @@ struct LoadFirst {
   }
 };
 
-/// Like LoadFirst, but the lanes without a row repeat the first value: no function is asked for a
-/// value at zero that nobody wants.
+/// Like LoadFirst, but the lanes without a row repeat the first value, so that functions are not
+/// evaluated at zeros that are not data.
 HWY_INLINE Vector load_repeated(const double* from, [[maybe_unused]] std::size_t rows) {
   const Vector first = hn::Set(kVector, *from);
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
@@ -59,7 +59,7 @@ HWY_INLINE Vector load_repeated(const double* from, [[maybe_unused]] std::size_t
 #endif
 }
 
-/// Stores the first `rows` values, 0 < rows < kVectorRows, and touches nothing else.
+/// Stores the first `rows` values, 0 < rows < kVectorRows, and nothing else.
 HWY_INLINE void store_first(Vector values, double* to, [[maybe_unused]] std::size_t rows) {
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
   hn::BlendedStore(values, hn::FirstN(kVector, rows), kVector, to);

@@ -3,14 +3,14 @@
 //
 // Include this before anything else of Highway. A source with such code is compiled once for each
 // of them, and the best one that the processor has is chosen when the program runs (Highway's
-// dynamic dispatch). What a processor of the build's own baseline can do is always among them. On
-// x86-64 these are the baseline, SSE4, AVX2 with FMA, and AVX-512. Left out: neighbors that gain
-// nothing for doubles (SSSE3, AVX3_DL), and vectors whose length is unknown when compiling (SVE,
-// RISC-V), which our arrays of vectors cannot hold; ARM runs NEON.
+// dynamic dispatch). The baseline of the build is always among them. On x86-64 these are the
+// baseline, SSE4, AVX2 with FMA, and AVX-512. Omitted are sets that are no faster for doubles
+// (SSSE3, AVX3_DL), and vectors whose length is unknown when compiling (SVE, RISC-V), because our
+// arrays of vectors need it; ARM uses NEON.
 //
-// Code inside HWY_NAMESPACE may use Highway and plain functions of C only. A template of anybody
-// else that is compiled there could be merged with the same template of ordinary sources by the
-// linker, which would then run instructions that the processor lacks.
+// Code inside HWY_NAMESPACE may use Highway and plain functions of C only. The linker could merge
+// any other template that is compiled there with the same template of ordinary sources, and those
+// would then run instructions that the processor lacks.
 #pragma once
 
 #define HWY_DISABLED_TARGETS \

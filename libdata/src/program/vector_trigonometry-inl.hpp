@@ -21,15 +21,15 @@ namespace silvafit::data {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Where x is zero, x: its sign is lost otherwise.
+/// x where x is zero, because the result has lost its sign.
 HWY_INLINE Vector keep_zero(Vector x, Vector result) {
   return hn::IfThenElse(hn::Eq(x, hn::Zero(kVector)), x, result);
 }
 
 HWY_INLINE Mask is_angle(Vector x) { return is_within(x, 39000.0); }
 
-/// x where Highway's sine and cosine may be asked, and zero elsewhere: they count quadrants in
-/// whole numbers, which a missing value is not converted to on every processor.
+/// x where Highway's sine and cosine may be called, and zero elsewhere: they convert quadrants to
+/// whole numbers, which is undefined for missing values on some processors.
 HWY_INLINE Vector angle(Vector x) { return hn::IfThenElseZero(is_angle(x), x); }
 
 struct OrdinarySine {

@@ -25,7 +25,8 @@ constexpr std::array<std::string_view, 44> kMissingTexts{
     "nil",    "none",  "nd",    "n.d.",    "n.d",    "n.b.",    "nb",       "k.a.",  "k. a.",
     "k.a",    "ka",    "s/d",   "missing", "*",      "/",       "\u65e0",   "\u7f3a"};
 
-/// Whether a spreadsheet may compute a text, or would without the blanks and apostrophes before it.
+/// Whether a spreadsheet may read a text as a formula, with or without blanks and apostrophes
+/// before it.
 bool begins_formula(std::string_view text) {
   const std::size_t first = text.find_first_not_of("' \t\r\n");
   return first != std::string_view::npos &&
@@ -64,13 +65,13 @@ bool is_missing_number(std::string_view field) {
 
 bool parse_number(std::string_view field, double& value) {
   std::string_view text = trimmed(field);
-  // from_chars knows no plus sign; what follows it must not be a second sign.
+  // from_chars does not accept a plus sign; a second sign after it is an error.
   if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
   double parsed = 0.0;
   const char* const last = text.data() + text.size();
   const auto [end, status] = std::from_chars(text.data(), last, parsed);
   if (end != last || status == std::errc::invalid_argument) return false;
-  // Out of range is a number all the same: infinite, or too small to differ from zero.
+  // A number out of range is a number: infinite, or too small to differ from zero.
   if (status == std::errc::result_out_of_range) {
     parsed = std::strtod(std::string(text).c_str(), nullptr);
   }

@@ -14,9 +14,9 @@
 namespace silvafit::data {
 namespace {
 
-// A header stands within the first records; titles are few.
+// The header is searched among this many records.
 constexpr std::size_t kMostRecords = 64;
-// A header is believed if so many records below it have its number of fields.
+// A header is accepted if this many records below it have its number of fields.
 constexpr std::size_t kRecordsBelow = 4;
 
 /// A record of the first bytes of a file.
@@ -31,7 +31,7 @@ struct Record {
   bool is_comment() const { return !fields.empty() && fields.front().starts_with('#'); }
 };
 
-/// Takes a text apart into records; what follows a quote that does not end is left out.
+/// Splits a text into records; text after a quote that does not end is ignored.
 class Splitter {
  public:
   Splitter(std::string_view text, char separator) : text_(text), separator_(separator) {}
@@ -192,7 +192,7 @@ bool is_unit_of_length(std::string_view text) {
   return std::ranges::find(kUnits, text) != kUnits.end();
 }
 
-/// Units of what is not a length, and what rows of units have for names and numbers.
+/// Units of other quantities, and what rows of units have for names and numbers.
 bool is_other_unit(std::string_view text) {
   static constexpr std::array<std::string_view, 30> kUnits{
       "-",     "--",   "%",    "°",    "deg",    "degree", "gon",   "grad", "ha",  "m2",
@@ -201,8 +201,8 @@ bool is_other_unit(std::string_view text) {
   return std::ranges::find(kUnits, text) != kUnits.end();
 }
 
-/// The units in the record below the header; none if it holds none. Below a unit of length stand
-/// numbers or nothing.
+/// The units in the record below the header; none if it has none. Below a unit of length there must
+/// be numbers or nothing.
 std::vector<std::string> units_in(const std::vector<Record>& records,
                                   std::size_t header,
                                   char separator) {

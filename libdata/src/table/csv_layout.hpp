@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the table of a CSV file begins, which spreadsheets write below titles and above units.
+// The place of the table in a CSV file: spreadsheets write titles above it and units below names.
 #pragma once
 
 #include <cstddef>

@@ -181,7 +181,7 @@ void CsvReader::State::refuse_other_formats() const {
   }
 }
 
-/// `sep=;`, which Excel writes and hides, comes before the header and says what separates.
+/// Excel writes a line `sep=;` before the header, which gives the separator, and does not show it.
 void CsvReader::State::take_separator_line() {
   const std::string_view text(buffer.data() + begin, end - begin);
   const std::string_view line_text = text.substr(0, text.find_first_of("\r\n"));
@@ -218,8 +218,8 @@ void CsvReader::State::read_more() {
   end += read_bytes(buffer.data() + end, buffer.size() - end);
 }
 
-/// Reads a quoted field from its opening quote up to what follows the closing one; false if the
-/// block ends before that.
+/// Reads a quoted field up to the character after its closing quote; false if the block ends before
+/// that.
 bool CsvReader::State::scan_quoted(std::size_t& position) {
   const std::size_t start = position + 1;
   FieldSpan span{.begin = start - begin, .quoted = true};
@@ -251,8 +251,8 @@ void CsvReader::State::scan_plain(std::size_t& position) {
   spans.push_back({.begin = start - begin, .end = position - begin});
 }
 
-/// Notes the length of the record whose last field ends at the position; false if the block ends
-/// between a carriage return and what may be its line feed.
+/// Stores the length of the record whose last field ends at the position; false if the block ends
+/// between a carriage return and a possible line feed.
 bool CsvReader::State::end_record(std::size_t position) {
   std::size_t after = position;
   if (after < end && buffer[after] == '\r') {
@@ -409,7 +409,7 @@ void CsvReader::State::take_table() {
   cells.resize(header.size());
 }
 
-/// The fields of the table's next row; false behind the last.
+/// The fields of the table's next row; false after the last.
 bool CsvReader::State::take_row(std::vector<std::string_view>& fields) {
   if (next_row == table->rows()) return false;
   const std::size_t row = next_row++;

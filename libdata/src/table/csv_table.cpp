@@ -19,7 +19,7 @@ struct CodeCell {
   bool is_missing_in_text = false;
 };
 
-/// A column while it is read. It holds numbers until the first value that is no number.
+/// A column while it is read. It is numeric until the first value that is not a number.
 struct ColumnBuilder {
   std::string name{};
   std::size_t field = 0;

@@ -13,14 +13,14 @@ bool is_letter(std::string_view bytes, std::size_t i) {
   return i < bytes.size() && std::isalpha(static_cast<unsigned char>(bytes[i])) != 0;
 }
 
-/// Whether a run of bytes above 127 can be Chinese characters, which have two such bytes each,
-/// mostly. Two accented letters within a word, as in "Groesse", are none.
+/// Whether a run of bytes above 127 can be Chinese characters, which mostly have two such bytes
+/// each. Two accented letters within a word, as in "Groesse", are not.
 bool can_be_chinese(std::string_view bytes, std::size_t begin, std::size_t end) {
   const bool is_in_word = begin > 0 && is_letter(bytes, begin - 1) && is_letter(bytes, end);
   return (end - begin) % 2 == 0 && !(end - begin == 2 && is_in_word);
 }
 
-/// Whether three in four bytes above 127 can be of Chinese characters.
+/// Whether at least three quarters of the bytes above 127 can belong to Chinese characters.
 bool looks_chinese(std::string_view bytes) {
   const auto is_high = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]) > 0x80; };
   std::size_t chinese = 0;

@@ -16,7 +16,7 @@ namespace {
 /// Wide records make smaller parts.
 constexpr std::size_t kMostBytes = std::size_t{32} << 20U;
 
-/// What a column holds, as read_csv_table decides it.
+/// The kind of a column, by the rules of read_csv_table.
 class KindOfColumn {
  public:
   void add(std::string_view value, const CsvReader& reader) {
@@ -48,7 +48,7 @@ class KindOfColumn {
 class GroupNumbers {
  public:
   std::size_t number_of(std::string_view label) {
-    // A group of blank labels is one, however many blanks there are.
+    // Labels of blanks are one group, whatever the number of blanks.
     Fingerprint hash;
     hash.add(trimmed(label));
     return numbers_.try_emplace(hash.value(), numbers_.size()).first->second;
@@ -195,7 +195,7 @@ void append_record(const std::vector<std::string_view>& fields,
   bool is_first = true;
   for (const std::string_view field : fields) {
     if (!is_first) record += separator;
-    // A blank record, and one that begins with a #, would be passed over.
+    // A blank record, and one that begins with a #, would be skipped.
     const bool needs_quotes = (is_first && (is_blank || field.starts_with('#'))) ||
                               field.find_first_of("\"\r\n") != std::string_view::npos ||
                               field.find(separator) != std::string_view::npos;

@@ -21,7 +21,7 @@ std::size_t skip_ascii(std::string_view text, std::size_t from) {
 }
 
 /// Length of the well-formed sequence at the start of a text that begins above 127; 0 if there is
-/// none. The narrower ranges of the second byte shut out overlong forms, surrogates and what lies
+/// none. The narrower ranges of the second byte exclude overlong forms, surrogates and code points
 /// beyond U+10FFFF.
 std::size_t sequence_length(std::string_view text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
