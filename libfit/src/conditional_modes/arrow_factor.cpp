@@ -11,7 +11,7 @@ namespace {
 using Eigen::Index;
 
 /// Overwrites a symmetric matrix by its lower Cholesky factor, zeros above; false if it has none.
-/// The factors of the determinant are multiplied as long as they can be, which saves logarithms.
+/// The factors of the determinant are multiplied as long as possible, which saves logarithms.
 bool factorize(
     double* a, Index n, double& product, double& log_determinant, double& smallest_pivot) {
   for (Index j = 0; j < n; ++j) {

@@ -10,18 +10,18 @@
 
 namespace silvafit::fit {
 
-/// How the spherical random effects of a cluster move the coefficients: those of group k of the
-/// cluster move by outer * u + inner * v_k. r coefficients are random in some grouping.
+/// How the spherical random effects of a cluster change the coefficients: those of group k of the
+/// cluster change by outer * u + inner * v_k. r coefficients are random in some grouping.
 struct RandomDesign {
   SmallMatrix outer{};  ///< (r x s) without a coarser grouping s = 0
   SmallMatrix inner{};  ///< (r x q)
 };
 
-/// The Cholesky factor of H = I + Lambda' A Lambda for (u, v_1 .. v_m): a matrix in the shape of an
-/// arrow, since groups of a cluster meet only through u. With s = 0 it is block diagonal.
+/// The Cholesky factor of H = I + Lambda' A Lambda for (u, v_1 .. v_m). H is an arrow matrix, since
+/// groups of a cluster are connected only through u. With s = 0 it is block diagonal.
 ///
 /// The inner loop of marginal likelihoods: memory is reused, and matrices are multiplied element by
-/// element, since they are too small for anything else to pay.
+/// element, because they are too small for other methods to be faster.
 class ArrowFactor {
  public:
   /// \param curvatures  (r (r + 1) / 2 x m) lower triangles by columns of the matrices A_k
@@ -30,15 +30,15 @@ class ArrowFactor {
   bool compute(const RandomDesign& design,
                const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
                double ridge = 0.0);
-  /// The same where groups differ in how their random effects move the coefficients.
+  /// The same if the random effects of groups change the coefficients differently.
   /// \param designs  (m) of each group of the cluster; all share the number of effects
   bool compute(std::span<const RandomDesign* const> designs,
                const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
                double ridge = 0.0);
 
   double log_determinant() const;
-  /// The smallest pivot: of an effect, how much more exactly the data and the effects before it
-  /// tell its value than its own distribution does (1 if they say nothing).
+  /// The smallest pivot: the ratio of the information on an effect, given the data and the effects
+  /// before it, to that of its own distribution (1 if the data have none).
   double smallest_pivot() const { return smallest_pivot_; }
   /// Solves H (u, v) = right side, in place.
   /// \param u  (s)
@@ -52,8 +52,8 @@ class ArrowFactor {
  private:
   using Map = Eigen::Map<Eigen::MatrixXd>;
   using ConstMap = Eigen::Map<const Eigen::MatrixXd>;
-  // Each group has a factor (q x q), the block of H for u and v_k (s x q), and (q x s) what is left
-  // of its transpose when the factor is taken out twice; then comes the factor for u.
+  // Each group has a factor (q x q), the block of H for u and v_k (s x q), and (q x s) the solution
+  // of its transpose with the factor; the factor for u follows.
   double* group(Eigen::Index k) { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
   const double* group(Eigen::Index k) const { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
   void resize(Eigen::Index s, Eigen::Index q, Eigen::Index m);
@@ -67,7 +67,7 @@ class ArrowFactor {
   Eigen::Index q_ = 0;
   Eigen::Index m_ = 0;
   std::vector<double> memory_;
-  double log_determinant_ = 0.0;  ///< but for the factors in
+  double log_determinant_ = 0.0;  ///< without the factors in product_
   double product_ = 1.0;
   double smallest_pivot_ = 0.0;
 };

@@ -14,15 +14,15 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Squared distance to the mode in standard deviations at which a search ends: 1e-9 of one, so that
-// one Newton step suffices after the small moves that Hessians are made of.
+// one Newton step suffices after the small changes of which Hessians are computed.
 constexpr double kModeDecrement = 1e-18;
-// Below this, Newton's steps converge by themselves, and rounding of the objective may hide their
-// descent: of a mean that is the difference of large terms, eleven digits are left.
+// Below this, Newton's steps converge without a line search, and rounding of the objective may hide
+// their descent: a mean that is the difference of large terms has eleven digits left.
 constexpr double kSettledDecrement = 1e-9;
-// Where modes need but be told from known ones.
+// If modes only have to be distinguished from known ones.
 constexpr double kRoughDecrement = 1e-8;
 constexpr int kModeSteps = 100;
-// So few rows of clusters that are done are evaluated again rather than leave a gap.
+// Up to this many rows of finished clusters are evaluated again, to keep the rows contiguous.
 constexpr Index kGapRows = 128;
 
 }  // namespace
@@ -124,7 +124,7 @@ void ClusterModes::place_effects(const GroupPriors& priors, Index cluster, Matri
   }
 }
 
-/// Sums at the trial modes of all clusters that are still searched; false if there are none.
+/// Sums at the trial modes of all clusters whose search has not ended; false if there are none.
 bool ClusterModes::evaluate_open(const GroupPriors& priors,
                                  MatrixXd& effects,
                                  ObservationSums::Workspace& workspace) {
@@ -162,7 +162,7 @@ double ClusterModes::objective() const {
   return sum;
 }
 
-/// Takes the trial modes if they are better, and proposes the next; else goes back half way.
+/// Accepts the trial modes if they are better, and proposes the next; else halves the step.
 bool ClusterModes::advance(const GroupPriors& priors, Index c, const Modes* known) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   const double reached = objective_of(c);
@@ -192,7 +192,7 @@ bool ClusterModes::advance(const GroupPriors& priors, Index c, const Modes* know
   return true;
 }
 
-/// From now on the weights are those of this point, and so is the objective.
+/// Uses the weights of this point, and the objective with them, from now on.
 void ClusterModes::accept_weights(Index c) {
   const Index from = model_.group_begin(begin_ + group_begin(c)) - weights_.first_row;
   const Index to = model_.group_begin(begin_ + group_begin(c + 1)) - weights_.first_row;
@@ -202,7 +202,7 @@ void ClusterModes::accept_weights(Index c) {
   clusters_[static_cast<std::size_t>(c)].objective = objective_of(c);
 }
 
-/// Whether the next step goes straight to a known mode from nearby.
+/// Whether the next step leads almost straight to a known mode nearby.
 bool ClusterModes::leads_to(const Modes& known, Index c) const {
   constexpr double kNear = 1.0;  // squared standard deviation
   constexpr double kShare = 0.05;
@@ -249,7 +249,7 @@ bool ClusterModes::propose(const GroupPriors& priors, Index c) {
   return std::isfinite(cluster.decrement);
 }
 
-/// Away from the mode the Hessian may have to be made positive definite.
+/// Far from the mode the Hessian may have to be made positive definite.
 bool ClusterModes::factorize(const GroupPriors& priors, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   ArrowFactor& hessian = cluster.hessian;

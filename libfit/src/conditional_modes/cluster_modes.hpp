@@ -10,7 +10,7 @@
 
 namespace silvafit::fit {
 
-/// Modes of the independent standard normal effects that the random effects are made of.
+/// Modes of the independent standard normal effects of which the random effects are composed.
 struct Modes {
   Eigen::MatrixXd outer{};  ///< (s x C)
   Eigen::MatrixXd inner{};  ///< (q x G)
@@ -29,21 +29,21 @@ class ClusterModes {
 
   /// Searches from given modes.
   /// \param modes    of the model, in: starts; out: modes
-  /// \param effects  (r x G), out: how the coefficients of each group are moved
-  /// \param known    modes of the model, or null: a search that comes near them ends there, and
-  ///   others need but be told from them
+  /// \param effects  (r x G), out: changes of the coefficients of each group
+  /// \param known    modes of the model, or null: a search that comes near them ends there; others
+  /// only have to be distinguished from them
   /// \returns false if the search of a cluster failed, which ends the others
   bool search(const GroupPriors& priors,
               Modes& modes,
               Eigen::MatrixXd& effects,
               ObservationSums::Workspace& workspace,
               const Modes* known = nullptr);
-  /// The same for each cluster on its own; is_found() says where it has not failed.
+  /// The same for each cluster separately; is_found() tells whether its search succeeded.
   void search_each(const GroupPriors& priors,
                    Modes& modes,
                    Eigen::MatrixXd& effects,
                    ObservationSums::Workspace& workspace);
-  /// Takes given effects for the modes; without the standard normal effects that they are made of.
+  /// Uses given effects as the modes; without the standard normal effects that they consist of.
   /// \param effects  (r x G)
   void take(const Eigen::MatrixXd& effects, ObservationSums::Workspace& workspace);
 
@@ -72,8 +72,8 @@ class ClusterModes {
   const ArrowFactor& hessian(Eigen::Index cluster) const {
     return clusters_[static_cast<std::size_t>(cluster)].hessian;
   }
-  /// Whether the search ended at a minimum: at a saddle, from which no slope leads away, the
-  /// Hessian is that of a ridge added.
+  /// Whether the search ended at a minimum. At a saddle point, where the gradient is zero, the
+  /// Hessian has an added ridge.
   bool is_minimum(Eigen::Index cluster) const {
     return clusters_[static_cast<std::size_t>(cluster)].is_convex;
   }

@@ -66,7 +66,7 @@ struct Setting {
   bool is_linearized = false;  ///< conditional covariances are those of the linearized model
 };
 
-/// What the data of consecutive clusters leave open of their effects, once the modes are known.
+/// The uncertainty of the effects of consecutive clusters given the data, once the modes are known.
 class BlockPosteriors {
  public:
   BlockPosteriors(const Setting& shared, const ClusterModes& modes)
@@ -104,7 +104,7 @@ class BlockPosteriors {
     return result;
   }
 
-  /// (r x p) how the means of a group's prior move with the coefficients.
+  /// (r x p) the derivatives of the means of a group's prior by the coefficients.
   MatrixXd shift_of(Index cluster, Index group) const {
     const RandomPlaces& places = shared_.places;
     const Index p = shared_.model.coefficient_count();
@@ -223,7 +223,7 @@ ObservationPoint point_of(const NonlinearModel& model,
           .log_sigma = variance.log_scale_of(residual.variance, residual.sigma)};
 }
 
-/// First clusters of blocks, and the end of the last.
+/// First clusters of blocks, and the end of the last block.
 std::vector<Index> blocks_of(const NonlinearModel& model) {
   std::vector<Index> result{0};
   for (Index c = 0; c < model.cluster_count(); ++c) {
@@ -234,7 +234,7 @@ std::vector<Index> blocks_of(const NonlinearModel& model) {
   return result;
 }
 
-/// \param known  (r x G) effects that are taken for the solution, or null to search
+/// \param known  (r x G) effects that are used as the solution, or null to search
 EffectPosteriors run(const NonlinearModel& model,
                      const FittedModel& fit,
                      const EffectPriors& priors,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Random effects of the clusters of a model at a fit's estimates, and what the data leave open.
+// Random effects of the clusters of a model at a fit's estimates, and their uncertainty.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,8 +11,8 @@
 
 namespace silvafit::fit {
 
-/// What is known of the random effects of a cluster's groups before their trees are looked at, by
-/// independent standard normal z: u = mean + outer z_u, v = mean + coupling z_u + inner z_v.
+/// The distribution of the random effects of a cluster's groups before their observations are used,
+/// by independent standard normal z: u = mean + outer z_u, v = mean + coupling z_u + inner z_v.
 struct EffectRoots {
   Eigen::MatrixXd outer{};     ///< (s x s)
   Eigen::MatrixXd coupling{};  ///< (q x s)
@@ -45,7 +45,7 @@ EffectPosteriors find_effects(const NonlinearModel& model,
                               const EffectPriors& priors,
                               unsigned threads);
 
-/// What is left open of effects that are known already: those of a fit, by its own model.
+/// The uncertainty of effects that are known already: those of a fit, by its own model.
 EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit);
 
 /// The same of a model that has a part of the observations: the rounding of a group's sums depends
@@ -57,7 +57,7 @@ EffectPosteriors describe_effects(const NonlinearModel& model,
                                   const std::vector<Eigen::Index>& blocks,
                                   std::vector<double> typical);
 
-/// Priors of groups that nothing is known of.
+/// Priors of groups that were not in the fit.
 EffectPriors unseen_priors(const NonlinearModel& model, const FittedModel& fit);
 
 }  // namespace silvafit::fit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How the random effects of groups are distributed before their data are known.
+// The distribution of the random effects of groups before their data are used.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 namespace silvafit::fit {
 
 /// The effects b of group g are offset_g + design_g (u, v_g) with independent standard normal u, of
-/// its cluster, and v_g. What is referred to has to live as long.
+/// its cluster, and v_g. The designs and offsets must outlive this object.
 class GroupPriors {
  public:
   /// The distribution of the model: the same design for all groups, without an offset.

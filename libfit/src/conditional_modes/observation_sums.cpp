@@ -13,7 +13,7 @@ using data::Expression;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/// Makes room for so many numbers. Less room than before would be filled with zeros the next time.
+/// Never shrinks memory: if it grows again, it is filled with zeros.
 void make_room(std::vector<double>& memory, std::size_t count) {
   if (memory.size() < count) memory.resize(count);
 }
@@ -38,7 +38,8 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
       random_(std::move(random)),
       r_(static_cast<Index>(random_.size())) {
   store_indicators();
-  // A quantity by one stratum, its reference, has a column of zeros without indicators.
+  // A quantity with a single stratum, its reference, needs a column of zeros in place of
+  // indicators.
   if (std::ranges::any_of(variance.quantities(), [](const auto& one) { return one.strata >= 0; })) {
     quantity_rows_.resize(model.observations(), static_cast<Index>(variance.quantities().size()));
   }
@@ -174,7 +175,7 @@ void ObservationSums::set_point(const ObservationPoint& point) {
   scalars_.back() = point.log_sigma;
   beta_ = point.beta;
   for (Index j = 0; j < beta_.size(); ++j) {
-    // A parameter of several coefficients is none of the scalars.
+    // A parameter with several coefficients is not a scalar.
     scalars_[static_cast<std::size_t>(model_.parameter_of(j))] = beta_[j];
   }
   for (std::size_t k = 0; k < quantities.size(); ++k) {
@@ -210,9 +211,9 @@ void ObservationSums::fill_parameter(const VaryingParameter& varying,
   }
 }
 
-/// Fills in what differs by group for some rows from `row` on, and where its groups begin among
-/// them.
-/// \returns the group of the row behind them
+/// Fills in the inputs that differ by group for some rows from `row` on, and where the groups begin
+/// among them.
+/// \returns the group of the row after them
 Index ObservationSums::fill_rows(
     const GroupValues& values, Index group, Index row, Index rows, Workspace& workspace) const {
   double* const parameters = workspace.inputs.data();

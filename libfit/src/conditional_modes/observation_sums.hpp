@@ -12,17 +12,17 @@
 
 namespace silvafit::fit {
 
-/// Where terms are evaluated: fixed effects, internal parameters of the variance, log sigma.
+/// The point of evaluation: fixed effects, internal parameters of the variance, log sigma.
 struct ObservationPoint {
   Eigen::VectorXd beta{};      ///< (p)
   Eigen::VectorXd variance{};  ///< (m)
   double log_sigma = 0.0;
 };
 
-/// Weights 1/(sigma g)^2 of consecutive rows, where they are held while effects move.
+/// Weights 1/(sigma g)^2 of consecutive rows that are held while the effects change.
 struct HeldWeights {
   Eigen::Index first_row = 0;
-  Eigen::VectorXd held{};  ///< with which rho is evaluated
+  Eigen::VectorXd held{};  ///< used to evaluate rho
   Eigen::VectorXd own{};   ///< of the point of the last evaluation
 };
 
@@ -57,7 +57,7 @@ class ObservationSums {
   /// See ObservationTerms::others.
   const std::vector<Eigen::Index>& others() const { return others_; }
 
-  /// What all sums are evaluated at from now on.
+  /// Sets the point at which all sums are evaluated from now on.
   void set_point(const ObservationPoint& point);
 
   /// Number of the sums of density().

@@ -66,7 +66,7 @@ class MeanDerivatives {
 };
 
 /// log g and its derivatives by the fitted value and by the quantities of the variance function,
-/// with the mean put in for the fitted value.
+/// with the mean substituted for the fitted value.
 class ScaleDerivatives {
  public:
   ScaleDerivatives(const VarianceModel& variance, const Expression& mean)
@@ -216,7 +216,7 @@ class Assembly {
     }
   }
 
-  /// By a quantity of the variance function, or by log sigma (the number past the last quantity).
+  /// By a quantity of the variance function, or by log sigma (the number after the last quantity).
   VarianceDerivatives by_variance(std::size_t quantity) const {
     const auto& [raw, scaled, squared, tau] = residual_;
     const bool is_sigma = quantity == scale_.quantity_count();
@@ -336,7 +336,7 @@ class Assembly {
       Expression slope = density_.first * mean_.by(k);
       Expression penalty = penalty_slope(k);
       if (is_first_order()) {
-        // The residual variance moves with the population's mean.
+        // The residual variance depends on the mean of the population.
         const Expression turn = scale_by_population() * population_.by(k);
         slope = slope + turn * (Expression::constant(1.0) - residual_.squared);
         penalty = penalty - turn * residual_.tau * slopes_weighted();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What one observation adds to a marginal likelihood and its derivatives, as expressions.
+// The terms of one observation in a marginal likelihood and its derivatives, as expressions.
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@ enum class Curvature {
   kFull,        ///< of the joint density: Laplace's method
   kExpected,    ///< its expectation given the random effects: FOCE with interaction
   kFirstOrder,  ///< that of a mean linear in them with the residual variance at zero: FOCE
-  /// That of penalized least squares, where the weights are held while effects move: Lindstrom and
-  /// Bates. There is no likelihood with it.
+  /// That of penalized least squares, with weights that are held while the effects change:
+  /// Lindstrom and Bates. It belongs to no likelihood.
   kHeldWeights,
 };
 

@@ -23,8 +23,8 @@ VectorXd hermite(int points, double x) {
   return values;
 }
 
-/// Eigenvectors know small weights to 1e-16 of the largest one only, and what is far out can be
-/// larger than that is small: weights come from the polynomials, which know them to their own size.
+/// Eigenvectors give small weights with an absolute error of 1e-16 only, which matters if the
+/// integrand is large far from the center. The polynomials give them with a small relative error.
 QuadratureRule one_variable(int points) {
   VectorXd off_diagonal(std::max(points - 1, 0));
   for (Index k = 0; k < off_diagonal.size(); ++k) {

@@ -13,8 +13,8 @@ struct QuadratureRule {
   Eigen::VectorXd weights{};  ///< (K^q) they add up to 1
 };
 
-/// Each weight is known to its own size, however small: rules of 40 points and more have weights
-/// below 1e-30, which count where f grows as fast.
+/// Each weight has a small relative error: rules of 40 points and more have weights below 1e-30,
+/// which matter if f grows as fast.
 /// \param points      K >= 1 a variable, up to 100
 /// \param dimensions  q >= 1
 /// Source: Golub and Welsch 1969, Mathematics of Computation 23, 221-230, for the nodes; weights

@@ -34,7 +34,7 @@ RandomPlaces::RandomPlaces(const NonlinearModel& model)
       inner_rows(positions(inner, all)) {}
 
 void add_placed(const Eigen::MatrixXd& factor, const std::vector<Index>& rows, SmallMatrix& sum) {
-  if (factor.cols() == 0) return;  // rows of nothing have no address
+  if (factor.cols() == 0) return;  // an empty factor has no data pointer
   for (std::size_t k = 0; k < rows.size(); ++k) {
     sum.row(rows[k]) += factor.row(static_cast<Index>(k));
   }

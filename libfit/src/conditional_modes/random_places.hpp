@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where random effects act.
+// The coefficients that have random effects.
 #pragma once
 
 #include <Eigen/Core>

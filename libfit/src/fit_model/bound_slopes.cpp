@@ -59,7 +59,7 @@ HeldPoint at_held(const FittedModel& fit,
   VectorXd gradient;
   const double value = surface->value(x, &gradient);
   if (fit.reml) result.value = -value;
-  // In these coordinates the mean moves by a residual standard deviation a unit, so that the
+  // In these coordinates one unit changes the mean by a residual standard deviation, so that the
   // standard error of one coefficient is about one over the root of n.
   const auto n = static_cast<double>(fit.observations);
   const double step = 1e-3 / std::sqrt(n);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How the likelihood changes where a fit holds a coefficient.
+// The slope of the likelihood at coefficients that a fit holds.
 #pragma once
 
 #include <map>
@@ -16,19 +16,19 @@ struct HeldPoint {
   /// fit; for restricted likelihood the unrestricted one at the same estimates, since restricted
   /// likelihoods are of other contrasts for each set of free coefficients.
   double value = 0.0;
-  /// By held coefficient: the slope of the log-likelihood a standard error of this coefficient
-  /// alone, positive if it rises with the coefficient. With the others at their maximum it is the
-  /// slope of the profile likelihood, Lagrange's multiplier of the bound.
+  /// By held coefficient: the change of the log-likelihood per standard error of this coefficient
+  /// alone, positive if it increases with the coefficient. With the others at their maximum it is
+  /// the slope of the profile likelihood, the Lagrange multiplier of the bound.
   std::map<std::string, double> slopes{};
 };
 
-/// Whether a slope differs from zero: less moves the log-likelihood by about 1e-8, and is what the
-/// last iterations of a fit leave to chance.
+/// Whether a slope differs from zero: a smaller one changes the log-likelihood by about 1e-8, which
+/// is less than the tolerance of a fit.
 bool is_slope(double slope);
 
-/// Slopes are those of the likelihood that confidence intervals are made of (inference.md): exact
-/// for marginal likelihoods, ols and gnls; for lb of the model that is linear around the estimates.
-/// All are zero where the fit goes through all observations, since there is nothing better.
+/// Slopes are those of the likelihood of confidence intervals (inference.md): exact for marginal
+/// likelihoods, ols and gnls; for lb of the model that is linear around the estimates. All are zero
+/// for a perfect fit, which no other fit improves.
 /// \param fit    converged, described as that of the whole model
 /// \param fixed  coefficients that stay held
 /// \param held   coefficients whose slopes are asked for, at their values in the fit

@@ -11,12 +11,12 @@ namespace silvafit::fit {
 namespace {
 
 constexpr double kNone = -std::numeric_limits<double>::infinity();
-/// Log-likelihoods that differ by less are the same.
+/// Log-likelihoods that differ by less are treated as equal.
 constexpr double kSame = 1e-8;
-/// A fit that did not converge is better where its log-likelihood is higher by more than this,
-/// which no rounding makes.
+/// A fit that did not converge is better if its log-likelihood is higher by more than this, which
+/// is far above rounding.
 constexpr double kClearly = 1e-4;
-/// Sets of held coefficients that are tried at most: all 3^4 of four coefficients, of more the most
+/// Maximum number of sets of held coefficients: all 3^4 of four coefficients, of more the most
 /// promising.
 constexpr std::size_t kMostSets = 81;
 
@@ -48,7 +48,7 @@ FitResult BoundedSearch::run() {
     if (!can_be_better(branch.limit)) break;
     Candidate found = candidate(branch.held, nullptr);
     outcomes_[branch.held] = {found.converged(), found.point.value, found.rising};
-    // Fits that end in a lower one of several maxima set no limit to others.
+    // A fit at a lower one of several maxima gives no limit for other sets.
     const Outcome& free = outcomes_.begin()->second;  // the empty set is the first
     const double limit = free.converged ? std::min(free.value, branch.limit) : branch.limit;
     if (found.converged() && found.point.value > limit + kSame) limits_hold_ = false;
@@ -83,7 +83,7 @@ BoundedSearch::Candidate BoundedSearch::candidate(const HeldValues& held,
   return result;
 }
 
-/// A slope that is not known is none that is right.
+/// A slope that is not known counts as one that increases inwards.
 bool BoundedSearch::rises_inwards(const std::string& name, double slope, double at) const {
   if (!is_slope(slope)) return false;
   if (std::isnan(slope)) return true;
@@ -103,7 +103,7 @@ void BoundedSearch::branch_from(const Candidate& at, double limit) {
       if (std::isfinite(bound)) open(with(at.held, name, bound), limit);
     }
   }
-  // The sets that led here hold coefficients that should perhaps be free.
+  // The sets that led here hold coefficients that perhaps should be free.
   for (const std::string& name : at.rising) {
     open(without(at.held, name), std::numeric_limits<double>::infinity());
   }
@@ -139,12 +139,13 @@ void BoundedSearch::keep(Candidate candidate) {
   } else if (candidate.converged()) {
     ends_.push_back(std::move(candidate));
   } else if (is_above(unfinished_) && (candidate.point.value > kNone || !first_)) {
-    // A set that the formula has no value with says less than a fit outside the bounds.
+    // A fit outside the bounds gives more information than a set without a value of the formula.
     unfinished_ = std::move(candidate);
   }
 }
 
-/// A fit from each end that the likelihood rises from, and a longer search where it has to turn.
+/// Fits from each end from which the likelihood increases, and a longer search if there must be a
+/// maximum between.
 void BoundedSearch::search_between() {
   std::vector<Candidate> ends = std::exchange(ends_, {});
   std::ranges::stable_sort(ends, std::ranges::greater{}, value_of);
@@ -164,9 +165,9 @@ bool BoundedSearch::release(const FittedModel& from, const HeldValues& held) {
   return is_found;
 }
 
-/// From this end of the range the likelihood rises inwards: there is a maximum inside if it does so
-/// from the other end too, or is lower there. An end at infinity or without a fit may be such a
-/// one.
+/// The likelihood increases from this end into the range. There is a maximum inside if it also
+/// increases from the other end, or is lower there. This may also hold if the other end is infinite
+/// or has no fit.
 bool BoundedSearch::has_to_turn(const Candidate& end, const std::string& name) const {
   if (best_ && end.point.value > best_->point.value + kSame) return true;
   const auto inner = outcomes_.find(without(end.held, name));
@@ -182,8 +183,8 @@ bool BoundedSearch::has_to_turn(const Candidate& end, const std::string& name) c
          std::ranges::find(across->second.rising, name) != across->second.rising.end();
 }
 
-/// Between a point from which the likelihood rises and one towards which it does not, each half is
-/// told by the slope of the profile in the middle; from each point nearer a fit is tried.
+/// Bisection by the slope of the profile, between a point from which the likelihood increases and
+/// one towards which it does not; a fit starts from each nearer point.
 void BoundedSearch::halve(const Candidate& end, const std::string& name) {
   constexpr int kHalvings = 12;
   const HeldValues others = without(end.held, name);
@@ -271,7 +272,7 @@ FitResult BoundedSearch::outside(Candidate candidate) const {
   return std::move(candidate.result);
 }
 
-/// The best that there is, which counts for nothing if something better is within the bounds.
+/// The best result. It has not converged if something better is within the bounds.
 FitResult BoundedSearch::conclusion() {
   const auto end = std::ranges::max_element(ends_, {}, value_of);
   const double end_value = end == ends_.end() ? kNone : value_of(*end);

@@ -19,9 +19,9 @@ namespace silvafit::fit {
 /// Coefficients and the values that they are held at.
 using HeldValues = std::map<std::string, double>;
 
-/// Fits with some coefficients held. From a fit nearby, unless null, by ascent only: to the
-/// maximum that belongs to it, or to a fit that has not converged. An impossible fit is one that
-/// has not converged, with NaN.
+/// Fits with some coefficients held. From a fit nearby, unless null, only by ascent: to its own
+/// maximum, or to a fit that has not converged. A fit that is impossible has not converged and has
+/// values NaN.
 using HeldFit = std::function<FitResult(const HeldValues& held, const FittedModel* nearby)>;
 
 /// Slopes of the likelihood at a converged fit; see at_held.
@@ -54,7 +54,8 @@ class BoundedSearch {
   /// A set of held coefficients that has not been fitted yet.
   struct Branch {
     HeldValues held{};
-    double limit = std::numeric_limits<double>::infinity();  ///< no fit of it can be better
+    double limit =
+        std::numeric_limits<double>::infinity();  ///< upper limit of the log-likelihood of its fits
   };
   /// Results of the sets that were fitted.
   struct Outcome {
@@ -75,7 +76,7 @@ class BoundedSearch {
   bool has_to_turn(const Candidate& end, const std::string& name) const;
   void halve(const Candidate& end, const std::string& name);
   FitResult conclusion();
-  // What became of the candidate that is shown, in its verdict.
+  // The results of a candidate that is shown, each with its verdict.
   FitResult on_bounds(Candidate candidate) const;
   FitResult unfinished(Candidate candidate) const;
   FitResult rising_inwards(Candidate candidate) const;
@@ -87,9 +88,9 @@ class BoundedSearch {
   const HeldFit& fit_;
   const SlopesOf& slopes_of_;
   std::vector<Branch> open_;
-  std::set<HeldValues> known_;  ///< sets that were opened
+  std::set<HeldValues> known_;  ///< sets that were tried or are in the list of branches
   std::map<HeldValues, Outcome> outcomes_;
-  bool limits_hold_ = true;        ///< no fit was better than one with less held
+  bool limits_hold_ = true;        ///< no fit was better than one with fewer coefficients held
   std::optional<Candidate> best_;  ///< of those that fulfil the conditions
   std::vector<Candidate> ends_;    ///< feasible, but the likelihood rises from a bound inwards
   std::optional<Candidate> unfinished_;  ///< the best within the bounds that did not converge

@@ -51,7 +51,7 @@ FitResult expanded(FitResult result, const ModelSpecification& whole, const Valu
   return result;
 }
 
-/// The result where the formula has no value with these coefficients held.
+/// The result if the formula has no value with these coefficients held.
 FitResult impossible(const ModelSpecification& whole, const Values& held, const Error& reason) {
   FitResult result{.fit = FittedModel(whole)};
   FittedModel& fit = result.fit;
@@ -97,7 +97,7 @@ FitResult fit_constrained(const ModelSpecification& specification,
     try {
       return expanded(fit(with_constants(specification, held), nearby), specification, held);
     } catch (const DomainError& error) {
-      // A bound may be so far off that the formula has no value there.
+      // A bound may be so far away that the formula has no value there.
       if (at_bound.empty()) throw;
       return impossible(specification, held, error);
     }

@@ -92,7 +92,7 @@ FitResult described(const NonlinearModel& model, Method method, const FitModelOp
   return result;
 }
 
-/// Estimates take the place of missing ones, which stay where a method has none.
+/// Replaces missing estimates by those that were found; a method may leave some missing.
 void take_estimates(FittedModel& fit, Estimates&& found) {
   if (found.random.empty()) found.random = std::move(fit.random);
   if (found.variance.factors.empty()) found.variance = std::move(fit.variance);
@@ -100,7 +100,7 @@ void take_estimates(FittedModel& fit, Estimates&& found) {
 }
 
 void take_over(FitResult& result, LeastSquaresFit&& found) {
-  // Fewer observations than coefficients leave no degrees of freedom to tell of.
+  // With fewer observations than coefficients there are no degrees of freedom.
   const double freedom = found.residual_degrees_of_freedom();
   found.degrees_of_freedom.setConstant(found.estimate.size(), freedom < 0.0 ? kNaN : freedom);
   take_estimates(result.fit, std::move(found));
@@ -116,7 +116,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
   result.residual_sd = std::move(found.residual_sd);
 }
 
-/// A mixed or generalized fit that has nowhere to start.
+/// The result of a mixed or generalized fit without start values.
 void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
   const Convergence reason = std::move(least_squares.convergence);
   take_over(result, std::move(least_squares));
@@ -133,7 +133,7 @@ void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
       .evidence = reason.evidence};
 }
 
-/// Keeps what the data leave open of the random effects, for predictions without the data.
+/// Stores the uncertainty of the random effects, for predictions without the data.
 void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
   if (!fit.has_random_effects() || !finer(fit).effects.allFinite() || !(fit.sigma > 0.0)) return;
   EffectPosteriors described = describe_effects(model, fit);
@@ -153,7 +153,7 @@ void compute_statistics(FitResult& result, const NonlinearModel& model) {
   fit.r2_conditional = shares.conditional;
 }
 
-/// How a method integrates the random effects out; nothing for lb and gnls.
+/// The integration of the random effects; nothing for lb and gnls.
 std::optional<Integration> integration_of(Method method) {
   switch (method) {
     case Method::kFirstOrder:
@@ -203,7 +203,7 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
   return fit_lindstrom_bates(model, pooled.estimate, alternation_options(model, options));
 }
 
-/// The fit that an earlier one leads to; nothing if there is none, or its way does not converge.
+/// The fit that starts from an earlier one; nothing if there is none, or it does not converge.
 std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
                                                 Method method,
                                                 const FitModelOptions& options) {
@@ -216,8 +216,8 @@ std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
   return refit_lindstrom_bates(model, *start, alternation_options(model, options));
 }
 
-/// Start values are for coefficients of the whole model; those that are held need none. What the
-/// options do not say is taken from an earlier fit by least squares.
+/// Start values by coefficient of the whole model; held coefficients need none. Values that the
+/// options do not give come from an earlier fit by least squares.
 std::map<std::string, double> starts_of(const NonlinearModel& model,
                                         Method method,
                                         const FitModelOptions& options) {
@@ -243,8 +243,8 @@ FitResult with_statistics(FitResult result, const NonlinearModel& model) {
   return result;
 }
 
-/// The least-squares fit. A thorough search tries starts that name all coefficients beside those
-/// that it finds without them, so that they only add to what is tried.
+/// The least-squares fit. In a thorough search, start values of all coefficients are not used here,
+/// but added to the starts that are found without them.
 LeastSquaresFit pooled_fit_of(const NonlinearModel& model,
                               Method method,
                               const FitModelOptions& options,
@@ -278,7 +278,7 @@ FitResult fit_freely(const NonlinearModel& model, Method method, const FitModelO
   return with_statistics(std::move(result), model);
 }
 
-/// From a fit nearby without a search for starts, which may lead far away.
+/// From a fit nearby, without a search for starts, which may end far away.
 FitResult fit_nearby(const NonlinearModel& model,
                      Method method,
                      FitModelOptions options,
@@ -318,7 +318,7 @@ FitResult fit_model(const ModelSpecification& specification,
   const bool is_free = options.fixed.empty() && options.bounds.empty();
   FitResult result =
       is_free ? fit(specification, nullptr) : fit_constrained(specification, table, options, fit);
-  // What is kept there is for the coefficients that were free.
+  // The stored uncertainty is that of the coefficients that were free.
   if (!is_free) {
     keep_uncertainty(NonlinearModel(specification, table, options.threads), result.fit);
   }

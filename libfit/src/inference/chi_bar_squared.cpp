@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Half the tenths and other plain fractions as people write them.
+/// Weights that are simple fractions, as fractions.
 std::string weight_text(double weight) {
   for (const int denominator : {1, 2, 4, 8, 16}) {
     const double numerator = weight * denominator;
@@ -28,9 +28,9 @@ std::string weight_text(double weight) {
   return fmt::format("{:.3f} ", weight);
 }
 
-/// How many components of the projection of y on the positive quadrant, in the metric of P, are
-/// positive. The quadratic program has few variables, so that all supports can be tried: the
-/// projection is the one with positive components and no reason to let another one in.
+/// The number of positive components of the projection of y on the positive quadrant, in the metric
+/// of P. The quadratic program has few variables, so that all supports can be tried: the solution
+/// has positive components and fulfils the optimality conditions for the others.
 int positive_components(const VectorXd& y, const MatrixXd& precision) {
   const auto k = static_cast<int>(y.size());
   const VectorXd right = precision * y;

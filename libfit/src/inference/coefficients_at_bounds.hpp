@@ -8,7 +8,7 @@
 
 namespace silvafit::fit {
 
-/// Whether a coefficient is where a bound has stopped it. It counts as a parameter of its fit, but
+/// Whether the estimate of a coefficient is at its bound. It counts as a parameter of the fit, but
 /// has no variance.
 bool is_at_bound(const FittedModel& fit, const std::string& coefficient);
 

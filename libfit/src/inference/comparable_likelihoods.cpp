@@ -32,7 +32,7 @@ std::string obstacle_to_comparing(const FittedModel& a, const FittedModel& b) {
   if (is_known && a.response_fingerprint != b.response_fingerprint) {
     return "the fits use different observations of the response";
   }
-  // Without random effects all methods have one likelihood.
+  // Without random effects all methods have the same likelihood.
   const bool is_one_method = a.method == b.method && a.quadrature_points == b.quadrature_points;
   if (is_mixed(a.method) && is_mixed(b.method) && !is_one_method) {
     return a.method == b.method

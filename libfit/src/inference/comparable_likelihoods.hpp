@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether the likelihoods of two fits may be set beside each other.
+// Whether the likelihoods of two fits can be compared.
 #pragma once
 
 #include <string>

@@ -13,7 +13,7 @@
 namespace silvafit::fit {
 namespace {
 
-/// Published models may not say how many parameters they have.
+/// The number of parameters of a published model may be unknown.
 bool has_known_size(const FittedModel& fit) { return fit.parameter_count > 0; }
 
 void add_weights(Comparison& comparison) {

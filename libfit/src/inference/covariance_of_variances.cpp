@@ -27,7 +27,7 @@ bool contains(const Effects& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// The smaller model with room for the effects of the larger one.
+/// The smaller model with the random effects of the larger one added.
 ModelSpecification joined(const FittedModel& larger, const FittedModel& smaller) {
   const bool is_nested =
       larger.specification.random.size() > 1 || smaller.specification.random.size() > 1;
@@ -71,7 +71,7 @@ Elements elements(const FittedModel& larger, const FittedModel& smaller) {
   return result;
 }
 
-/// Places of the smaller model's random effects among those of the larger one.
+/// Positions of the smaller model's random effects among those of the larger one.
 std::vector<Index> places_among(const Effects& larger, const Effects& smaller) {
   std::vector<Index> places;
   for (const std::string& name : smaller) {
@@ -124,7 +124,8 @@ class VarianceInformation {
         precision_(1.0 / (sigma * sigma)),
         sum_(MatrixXd::Zero(count() + 1, count() + 1)) {}
 
-  /// \param m  (q x q) Z'G^-2 Z of a group, of so many rows
+  /// \param m     (q x q) Z'G^-2 Z of a group
+  /// \param rows  of the group
   void add_group(const MatrixXd& m, Index rows) {
     const Index q = relative_.rows();
     // B = (D^-1 + M)^-1, also for a singular D.
@@ -160,7 +161,7 @@ class VarianceInformation {
   MatrixXd sum_;
 };
 
-/// \throws NumericalError where the observations do not tell the variances, or some of them apart
+/// \throws NumericalError if variances are not identifiable from the observations
 MatrixXd inverse_of(const MatrixXd& information, const Elements& elements, const Effects& names) {
   for (Index k = 0; k < elements.new_variances; ++k) {
     if (information(k, k) > 0.0) continue;
@@ -175,7 +176,7 @@ MatrixXd inverse_of(const MatrixXd& information, const Elements& elements, const
   const VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   const Eigen::LDLT<MatrixXd> factor(scaled);
-  // Below this, rounding in the sums is all that tells parameters apart.
+  // A smaller pivot is rounding error of the sums.
   constexpr double kSmallestPivot = 1e-12;
   const bool is_positive = scaled.allFinite() && factor.info() == Eigen::Success &&
                            factor.vectorD().minCoeff() > kSmallestPivot;

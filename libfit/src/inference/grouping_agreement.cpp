@@ -19,7 +19,8 @@ using Labels = std::vector<std::string>;
 /// The groups of one column in a fit.
 struct Grouping {
   const Labels* labels = nullptr;
-  const FittedModel* within = nullptr;  ///< the fit, if groups are told apart in coarser ones only
+  const FittedModel* within =
+      nullptr;  ///< the fit, if labels are unique only within coarser groups
 
   /// "plot (5 groups)", "plot within stand (30 groups)".
   std::string text(const std::string& group) const {
@@ -41,8 +42,8 @@ bool have_same_labels(Labels a, Labels b) {
   return a == b;
 }
 
-/// Whether groups that are told apart in coarser ones are told apart without these: if each nested
-/// group is in a coarser one that the fit has, and each inner label is that of one nested group.
+/// Whether labels that are nested in coarser groups are unique without these: each nested group is
+/// in a coarser one that the fit has, and each inner label belongs to one nested group.
 bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
   if (inner.size() != finer(nested).labels.size()) return false;
   std::unordered_set<std::string> outer;

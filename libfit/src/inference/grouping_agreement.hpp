@@ -8,12 +8,12 @@
 
 namespace silvafit::fit {
 
-/// Why it is not known that a grouping of two fits parts the observations alike; empty where it
-/// does.
+/// Why it is not known whether a grouping of two fits has the same groups of observations; empty if
+/// it has.
 ///
-/// A fit keeps the labels of its groups and not the observations in them. With the same column and
-/// the same observations the groups are the same if their labels are; the plots of `stand/plot` are
-/// those of `plot` if each label of a plot is found in one stand only.
+/// A fit stores the labels of its groups, not their observations. With the same column and the same
+/// observations, equal labels mean equal groups; the plots of `stand/plot` are those of `plot` if
+/// each label of a plot occurs in one stand only.
 /// \param group  column of a grouping that both have
 std::string obstacle_to_same_groups(const FittedModel& larger,
                                     const FittedModel& smaller,

@@ -19,7 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Whether a scaled factor has lost rank, or a row of it all length.
+/// Whether a scaled factor has a row of length near 0, or rows that are linearly dependent.
 bool is_on_edge(const SurfaceLayout& layout, const VectorXd& x, bool is_outer) {
   const RelativeFactor& of = layout.factor(is_outer);
   if (of.size() == 0) return false;

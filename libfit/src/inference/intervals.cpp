@@ -35,8 +35,8 @@ double t_quantile(double level, double freedom) {
   return boost::math::quantile(boost::math::students_t(freedom), 0.5 + 0.5 * level);
 }
 
-/// Of least squares: n - p with the coefficients that are estimated. Those that are held have no
-/// degrees of freedom of their own.
+/// Of least squares: n - p with p estimated coefficients. Those that are held have no degrees of
+/// freedom.
 double residual_freedom(const SurfaceSetting& setting) {
   return static_cast<double>(setting.fit.observations - setting.estimate.size());
 }
@@ -71,7 +71,7 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
         parameter.value(surface->layout(), setting.variance, surface->optimum());
     const double middle = to_symmetric(parameter, estimate);
     double error = std::sqrt(covariance(static_cast<Index>(k), static_cast<Index>(k)));
-    // Directions without curvature were left out of the inverse.
+    // Directions without curvature are not part of the inverse.
     if (!(error > 0.0)) error = kNaN;
     ParameterInterval interval{.kind = parameter.kind,
                                .name = parameter.name,
@@ -89,9 +89,9 @@ void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals
   }
 }
 
-/// The fall of twice the log-likelihood at which the interval of a parameter ends.
+/// The decrease of twice the log-likelihood at the limits of a parameter's interval.
 ProfileCut cut_of(const SurfaceSetting& setting, ParameterKind kind, double level) {
-  // Half and half of nothing and chi-squared: the tail of 1 - level needs twice that of the latter.
+  // By the 50:50 mixture of 0 and chi-squared(1): its tail of 1 - level is that of 2(1 - level).
   const double one_sided = std::max(0.0, 2.0 * level - 1.0);
   ProfileCut cut{.both_sides = std::pow(normal_quantile(level), 2),
                  .one_side = std::pow(normal_quantile(one_sided), 2)};
@@ -104,8 +104,8 @@ ProfileCut cut_of(const SurfaceSetting& setting, ParameterKind kind, double leve
   return cut;
 }
 
-/// Of least squares: where (n - p)(2 log(c/s) + s^2/c^2 - 1), the fall of twice the log-likelihood
-/// of the residual contrasts, is the quantile.
+/// Of least squares: the limits c at which (n - p)(2 log(c/s) + s^2/c^2 - 1), the decrease of twice
+/// the log-likelihood of the residual contrasts, is the quantile.
 ParameterInterval least_squares_sigma(const FittedModel& fit, double freedom, double level) {
   const double quantile = std::pow(normal_quantile(level), 2) / freedom;
   const auto excess = [quantile](double t) {  // t = log(c/s)
@@ -171,7 +171,7 @@ Intervals confidence_intervals(const FittedModel& fit,
     add_profiles(fit, table, options, result);
     return result;
   }
-  // Checks the fit and the table as well.
+  // This also checks the fit and the table.
   Intervals others = result;
   if (fit.method == Method::kOrdinary) {
     const SurfaceSetting setting(fit, table);

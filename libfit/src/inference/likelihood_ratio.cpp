@@ -11,7 +11,7 @@
 namespace silvafit::fit {
 namespace {
 
-/// Where a model goes through all observations, no chance explains its gain.
+/// Whether the fit is perfect: then its gain cannot be due to chance.
 bool is_exact(const FittedModel& fit) {
   return fit.convergence.converged() && std::isinf(fit.log_likelihood) && fit.log_likelihood > 0.0;
 }
@@ -21,7 +21,7 @@ void add(std::string& note, const std::string& text) {
   note += text;
 }
 
-/// What the p-value does not allow for, whatever the random effects.
+/// Limits of the p-value that do not depend on the random effects.
 std::string general_note(const Nesting& nesting) {
   std::string note;
   if (nesting.has_other_edge) {
@@ -36,7 +36,7 @@ std::string general_note(const Nesting& nesting) {
   return note;
 }
 
-/// What a likelihood ratio is compared with.
+/// The reference distribution of a likelihood ratio.
 ChiBarSquared reference_of(const Nesting& nesting,
                            int freedom,
                            const std::optional<Eigen::MatrixXd>& variances,
@@ -53,25 +53,26 @@ ChiBarSquared reference_of(const Nesting& nesting,
     return result;
   }
   if (edges == 1) {
-    // q correlated effects become q + 1: Stram and Lee's case.
+    // q correlated effects become q + 1: the case of Stram and Lee.
     return {.base = freedom - 1, .weights = {0.5, 0.5}};
   }
-  // Several at once, correlated: the weights of the cone of covariance matrices have no simple
-  // form. Half and half of the two largest is an upper bound of the p-value, and below
-  // chi-squared's.
+  // Several correlated effects at once: the weights of the cone of covariance matrices have no
+  // simple form. The 50:50 mixture of the two largest gives an upper bound of the p-value that is
+  // below that of chi-squared.
   add(note, "several correlated random effects are tested at once: the p-value is an upper bound");
   return {.base = freedom - 1, .weights = {0.5, 0.5}};
 }
 
-/// Likelihoods that are equal but for rounding have a ratio of 0: of a half-and-half mixture any
-/// other has p = 0.5 on one side of 0, and 1 on the other.
+/// Likelihoods that are equal except for rounding have a ratio of 0. For a 50:50 mixture a small
+/// positive value would give p = 0.5, and 0 gives p = 1.
 double statistic_of(double larger, double smaller) {
   constexpr double kRounding = 1e-11;
   const double statistic = 2.0 * (larger - smaller);
   return std::abs(statistic) <= kRounding * (1.0 + std::abs(smaller)) ? 0.0 : statistic;
 }
 
-/// Whether a model is less likely than one that it contains, by more than searches leave open.
+/// Whether a model is less likely than one that it contains, by more than the tolerance of
+/// searches.
 bool ends_below(double statistic) {
   constexpr double kSearches = 1e-4;
   return statistic < -kSearches;

@@ -22,8 +22,8 @@ using Form = NaturalParameter::Form;
 /// Two rows of a triangular factor at a given correlation.
 ///
 /// The second row is n (r e + t u), with n the length of a free vector w, e the direction of the
-/// first row, u that of what w has at a right angle to it, and t = sqrt(1 - r^2). Both rows may be
-/// anything else, and the factor stays triangular.
+/// first row, u that of the part of w at a right angle to it, and t = sqrt(1 - r^2). There are no
+/// other conditions on the rows, and the factor stays triangular.
 struct CorrelatedRows {
   VectorXd first;      ///< (l) the first row
   VectorXd along;      ///< e
@@ -31,7 +31,7 @@ struct CorrelatedRows {
   VectorXd free;       ///< w
   VectorXd direction;  ///< r e + t u
   double first_length = 0.0;
-  double across_length = 0.0;  ///< of what w has at a right angle to e
+  double across_length = 0.0;  ///< of the part of w at a right angle to e
   double r = 0.0;
   double t = 0.0;
 
@@ -46,7 +46,7 @@ struct CorrelatedRows {
     across_length = rest.norm();
     constexpr double kParallel = 1e-8;
     if (across_length <= kParallel * free.norm()) {
-      // Any direction at a right angle does; the row's own diagonal is one of a triangular factor.
+      // Any direction at a right angle is valid; the row's diagonal keeps the factor triangular.
       rest = VectorXd::Unit(other + 1, other);
       rest -= rest.dot(along) * along;
       across_length = free.norm();
@@ -58,7 +58,7 @@ struct CorrelatedRows {
 
   VectorXd second() const { return free.norm() * direction; }
 
-  /// Turns gradients by both rows into those by the first row and w.
+  /// Gradients by both rows become those by the first row and w.
   void pull_back(VectorXd& by_first, VectorXd& by_second) const {
     const double n = free.norm();
     if (n == 0.0 || first_length == 0.0) {
@@ -82,7 +82,7 @@ void set_factor_gradient(const SurfaceLayout& layout,
   gradient.segment(layout.factor_at(is_outer), slopes.size()) = slopes;
 }
 
-/// log of the factor from the internal sigma to the one that people read.
+/// log of the factor from the internal sigma to the reported one.
 double log_sigma_factor(const SurfaceLayout& layout,
                         const VarianceModel& variance,
                         const VectorXd& x) {
@@ -90,7 +90,7 @@ double log_sigma_factor(const SurfaceLayout& layout,
 }
 
 /// Its slopes: it is linear in all parameters but the angle of constant-plus-power, so that central
-/// differences are exact but for rounding, or nearly so.
+/// differences are exact or nearly so, except for rounding.
 VectorXd log_sigma_slopes(const SurfaceLayout& layout,
                           const VarianceModel& variance,
                           const VectorXd& x) {
@@ -128,7 +128,7 @@ void add_random(const SurfaceSetting& setting,
   if (random == nullptr) return;
   const std::string group = specification.random.size() > 1 ? random->group : "";
   const std::vector<std::string>& names = random->coefficients;
-  // What one unit of each coordinate of the factor makes together.
+  // The joint effect of one unit of each coordinate of the factor.
   const VectorXd unit = layout.frame().effects(is_outer).rowwise().norm();
   const bool is_identity = random->covariance == Covariance::kIdentity;
   const MatrixXd one = is_identity ? layout.factor(is_outer).factor(VectorXd::Ones(1)) : MatrixXd();

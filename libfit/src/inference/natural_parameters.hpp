@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The parameters that people read, as functions of the vector that a likelihood has, and how to
-// hold one of them.
+// The reported parameters as functions of the parameter vector of a likelihood, and that vector
+// with one of them held.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,8 +13,8 @@
 
 namespace silvafit::fit {
 
-/// One parameter that people read: a coefficient, a standard deviation or correlation of random
-/// effects, a parameter of the variance function, or sigma.
+/// One reported parameter: a coefficient, a standard deviation or correlation of random effects, a
+/// parameter of the variance function, or sigma.
 class NaturalParameter {
  public:
   enum class Form {
@@ -26,7 +26,7 @@ class NaturalParameter {
     kDeviation,    ///< length of a row of a factor
     kIdentity,     ///< |factor times a coordinate|: a standard deviation of the identity form
     kCorrelation,  ///< cosine between two rows of a factor
-    kSigma,        ///< exp of a coordinate times what the variance parameters make of it
+    kSigma,        ///< exp of a coordinate times a function of the variance parameters
   };
 
   ParameterKind kind = ParameterKind::kFixed;
@@ -44,7 +44,7 @@ class NaturalParameter {
   double value(const SurfaceLayout& layout,
                const VarianceModel& variance,
                const Eigen::VectorXd& x) const;
-  /// x with this parameter held at a value, and the rest of it near the given one.
+  /// x with this parameter held at a value, and the other elements near those given.
   Eigen::VectorXd hold(const SurfaceLayout& layout,
                        const VarianceModel& variance,
                        const Eigen::VectorXd& free,
@@ -57,9 +57,9 @@ class NaturalParameter {
                             const Eigen::VectorXd& gradient) const;
 };
 
-/// All parameters of a fit in the order in which they are shown. Names are those of the result:
-/// "a", "b:C", "sd(a)", "cor(a, b)", "sd(a | stand)" with two groupings, "delta", "constant",
-/// "ratio (BHN)", "sigma".
+/// All parameters of a fit in the order of the report. Names are those of the result: "a", "b:C",
+/// "sd(a)", "cor(a, b)", "sd(a
+/// stand)" with two groupings, "delta", "constant", "ratio (BHN)", "sigma".
 std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
                                                  const SurfaceLayout& layout);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether one model is a special case of another, by what they consist of.
+// Whether one model is a special case of another, by their specifications.
 #include "silvafit/fit/nesting.hpp"
 
 #include <fmt/format.h>
@@ -31,8 +31,8 @@ CoefficientState state_of(const FittedModel& fit, const std::string& name) {
   return {.is_estimated = !std::isnan(fit.covariance(place, place)), .value = fit.estimate[place]};
 }
 
-/// Whether a fit says which of its coefficients are estimated: one has a variance at least, or all
-/// are at their bounds. Without any variance, others may be held, or their variances not be known.
+/// Whether it is known which coefficients of a fit are estimated: at least one has a variance, or
+/// all are at their bounds. Without any variance, others may be held or have an unknown variance.
 bool tells_estimated(const FittedModel& fit) {
   if (fit.covariance.rows() != std::ssize(fit.coefficient_names)) return false;
   return !fit.covariance.diagonal().array().isNaN().all() ||
@@ -40,13 +40,13 @@ bool tells_estimated(const FittedModel& fit) {
                              [&](const std::string& name) { return is_at_bound(fit, name); });
 }
 
-/// Whether the effects have one variance, and there are several for it to join.
+/// Whether the effects have a common variance, and there are several of them.
 bool has_joint_variance(const RandomEffects& random) {
   return random.covariance == Covariance::kIdentity && random.coefficients.size() > 1;
 }
 
-/// The factor that is most like one of a simpler variance function, of those that may contain it:
-/// the same stratum counts before the same kind. The end if there is none.
+/// The factor that is most similar to one of a simpler variance function, of those that may contain
+/// it: the same stratum is preferred to the same kind. The end if there is none.
 std::vector<VarianceFactor>::const_iterator most_alike(const std::vector<VarianceFactor>& factors,
                                                        const VarianceFactor& simpler) {
   auto best = factors.end();
@@ -68,7 +68,7 @@ bool has_parameter(const ModelSpecification& specification, const std::string& n
          specification.parameters.end();
 }
 
-/// Collects what the larger model has more; the first obstacle ends it.
+/// Collects what the larger model has in addition, up to the first obstacle.
 class Comparer {
  public:
   Comparer(const FittedModel& larger, const FittedModel& smaller)
@@ -101,8 +101,8 @@ class Comparer {
     }
   }
 
-  /// Fits to the same observations find the same range in a column, unless its name stands for
-  /// another one.
+  /// Fits to the same observations have the same range of a column, unless the columns differ and
+  /// only have the same name.
   void compare_columns() {
     for (const ColumnRange& small : smaller_fit_.ranges) {
       const auto large = std::ranges::find(larger_fit_.ranges, small.column, &ColumnRange::column);
@@ -224,7 +224,7 @@ class Comparer {
       compare_identity(large, small);
       return;
     }
-    // Of effects that both have, variances that were one become several: they are regular.
+    // Of effects that both have, one variance becomes several, which are regular parameters.
     if (was_identity) nesting_.regular += static_cast<int>(known.size()) - 1;
     const auto is_old = [&](const std::string& name) {
       return std::ranges::find(known, name) != known.end();
@@ -283,7 +283,8 @@ class Comparer {
             "the larger model fixes the exponent of {}, which the smaller model does not have",
             factor.text()));
       }
-      // Without the factor its constant is anything: no reference is known for that.
+      // Without the factor its constant is arbitrary: no reference distribution is known for this
+      // case.
       const bool is_loose = kind_of(factor).has_constant() && !factor.constant;
       nesting_.has_other_edge = nesting_.has_other_edge || is_loose;
     }

@@ -46,7 +46,7 @@ ObservedInformation observed_information(const FittedModel& fit, const data::Tab
   }
   result.covariance = symmetric_covariance(setting, *surface, parameters, start);
   if (fit.method == Method::kOrdinary) {
-    // The likelihood has n where the estimate of sigma^2 has n - p.
+    // The likelihood is highest with n in place of the n - p of the estimate of sigma^2.
     const auto n = static_cast<double>(setting.model.observations());
     result.covariance *= n / (n - static_cast<double>(layout.beta_count()));
     result.estimate[result.estimate.size() - 1] = fit.sigma;

@@ -8,8 +8,8 @@
 
 namespace silvafit::fit {
 
-/// The scale on which a parameter is moved, such that the signed root of the deviance is nearly
-/// linear in it and the ends of the parameter's range are finite where they can be reached.
+/// A scale of a parameter on which the signed root of the deviance is nearly linear, and the ends
+/// of the parameter's range are finite if they can be reached.
 struct ProfileScale {
   /// \param parameter  outlives the scale
   ProfileScale(const NaturalParameter& parameter, double estimate);

@@ -20,14 +20,14 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Form = NaturalParameter::Form;
 
-// Squared distance to the constrained maximum, in standard errors, at which it is good enough: the
-// deviance is then right to as much.
+// Squared distance to the constrained maximum, in standard errors, at which the search ends: the
+// error of the deviance is of the same size.
 constexpr double kDecrement = 1e-9;
-// The largest that still counts as a minimum: the deviance is off by as much.
+// The largest that counts as a minimum: the error of the deviance is of the same size.
 constexpr double kGoodDecrement = 1e-6;
-// Limits are exact to this share of the signed root of the deviance.
+// Relative error of limits, as a share of the signed root of the deviance.
 constexpr double kRootTolerance = 1e-6;
-// A deviance that small is that of the estimate itself.
+// A smaller deviance counts as zero.
 constexpr double kNoDeviance = 1e-6;
 
 /// A constrained maximum.
@@ -36,14 +36,14 @@ struct ProfilePoint {
   double root = 0.0;      ///< root of the deviance, on either side of the estimate
   bool is_above = false;  ///< the likelihood is higher than at the estimate
   VectorXd free{};
-  MatrixXd hessian{};  ///< as the search for it left it; empty at the estimate
+  MatrixXd hessian{};  ///< from the search for it; empty at the estimate
 };
 
 /// Limit of one side, and whether it is the end of the range.
 struct Limit {
   double value = kNaN;
   bool is_end = false;      ///< of the parameter's range
-  bool is_open = false;     ///< the likelihood never falls enough
+  bool is_open = false;     ///< the likelihood never decreases enough
   bool is_cut_off = false;  ///< the search met points without a constrained maximum
 };
 
@@ -65,7 +65,7 @@ class ProfileSearch {
   double estimate() const { return estimate_; }
   bool is_on_low_edge() const { return is_on_edge(scale_.low); }
   bool is_on_high_edge() const { return is_on_edge(scale_.high); }
-  /// How far above the maximum a profile came, if it did.
+  /// How far a profile was above the maximum; 0 if it never was.
   double gain() const { return gain_; }
 
   /// \param sign  1 for the upper limit, -1 for the lower one
@@ -118,29 +118,29 @@ class ProfileSearch {
   }
 
  private:
-  // Steps that are shorter than this share of the way or of a typical step find nothing new.
+  // Steps shorter than this share of the distance or of a typical step are not tried.
   static constexpr double kClose = 1e-4;
-  // A limit that is this many first steps away counts as none.
+  // A limit further away than this many first steps counts as none.
   static constexpr double kFarthest = 1e4;
 
   double origin() const { return scale_.to(estimate_); }
 
   bool is_on_edge(double end) const {
     if (!std::isfinite(end)) return false;
-    // A correlation of 1 - 2e-6 is one.
+    // A correlation of 1 - 2e-6 counts as 1.
     const double near = parameter_.form == Form::kCorrelation ? 2e-3 : 1e-4;
     return std::abs(origin() - end) <= near * edge_unit();
   }
 
-  /// What counts as a step near the edge, in units of the search scale.
+  /// Length of a step near the boundary, in units of the search scale.
   double edge_unit() const {
     const bool is_deviation =
         parameter_.form == Form::kDeviation || parameter_.form == Form::kIdentity;
     return is_deviation ? std::abs(parameter_.scale) : 1.0;
   }
 
-  /// Whether a point may be on the profile that leads through those inside it, rather than in
-  /// near another maximum of the likelihood: there, the deviance jumps.
+  /// Whether a point may belong to the same branch of the profile as those inside it. Near another
+  /// maximum of the likelihood the deviance jumps.
   bool is_plausible(const ProfilePoint& point,
                     const ProfilePoint& inside,
                     const std::optional<ProfilePoint>& before) const {
@@ -158,7 +158,7 @@ class ProfileSearch {
   static Limit open(int sign) { return {.value = sign * kInfinity, .is_open = true}; }
   Limit at(double t) const { return {.value = scale_.from(t)}; }
 
-  /// How the parameter's search scale depends on x at the maximum, and its standard error there.
+  /// The derivatives of the parameter's search scale at the maximum, and its standard error there.
   void find_slope() {
     const VectorXd& x = surface_.optimum();
     slope_.setZero(x.size());
@@ -184,7 +184,8 @@ class ProfileSearch {
     return error_ > 0.0 ? error_ * target : 0.1 * edge_unit() * target;
   }
 
-  /// Where the constrained maximum should be: along the last two, or along the likelihood's ridge.
+  /// Start for the constrained maximum: extrapolated from the last two, or along the ridge of the
+  /// likelihood.
   VectorXd guess(double t,
                  const ProfilePoint& inside,
                  const std::optional<ProfilePoint>& before) const {
@@ -199,7 +200,7 @@ class ProfileSearch {
     return inside.free;
   }
 
-  /// The constrained maximum at t; infinitely far down where none was found.
+  /// The constrained maximum at t; the root is infinite if none was found.
   ProfilePoint constrained(double t,
                            const ProfilePoint& inside,
                            const std::optional<ProfilePoint>& before) {
@@ -207,7 +208,7 @@ class ProfileSearch {
     const std::optional<ProfilePoint> point =
         minimized(t, value, guess(t, inside, before), inside.hessian);
     if (point && is_plausible(*point, inside, before)) return *point;
-    // A guess may lie where there is no likelihood, or near another maximum.
+    // The start may be where the likelihood has no value, or near another maximum.
     const std::optional<ProfilePoint> again = minimized(t, value, inside.free, inside.hessian);
     if (again && !again->is_above && (!point || point->is_above || again->root < point->root)) {
       return *again;
@@ -215,7 +216,7 @@ class ProfileSearch {
     return point.value_or(ProfilePoint{.t = t, .root = kInfinity, .free = inside.free});
   }
 
-  /// Nothing where the search ends before a minimum: such a point would look like a steep fall of
+  /// Nothing if the search ends before a minimum: such a point would look like a steep decrease of
   /// the likelihood.
   std::optional<ProfilePoint> minimized(double t,
                                         double value,
@@ -235,7 +236,7 @@ class ProfileSearch {
     const MatrixXd begin = hessian.size() > 0 ? hessian : constrained_hessian(free, value);
     QuasiNewtonResult found =
         minimize(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
-    // A Hessian from far away may be stale beyond repair by updates.
+    // A Hessian from far away may be too wrong for updates.
     constexpr int kFreshStarts = 3;
     for (int i = 0; i < kFreshStarts && std::isfinite(found.value) && !is_minimum(found); ++i) {
       found = minimize(objective, found.x, {}, {.decrement = kDecrement, .maximum_steps = 60});
@@ -249,7 +250,7 @@ class ProfileSearch {
     return point;
   }
 
-  /// Rounding of the likelihood may hide the last of the descent.
+  /// Rounding of the likelihood may prevent the last digits.
   bool is_minimum(const QuasiNewtonResult& found) const {
     const double rounding = 1e-13 * std::max(1.0, std::abs(found.value));
     return found.decrement <= kGoodDecrement + rounding;
@@ -267,7 +268,7 @@ class ProfileSearch {
     return transposed * start_.hessian * transposed.transpose();
   }
 
-  /// The next trial between two points: a secant, pushed off the ends, else the middle.
+  /// The next trial between two points: a secant, kept away from the ends, else the middle.
   static double between(const ProfilePoint& inside,
                         const ProfilePoint& outside,
                         const std::optional<ProfilePoint>& before,
@@ -299,7 +300,7 @@ class ProfileSearch {
     if (before && inside.root > before->root) {
       const double secant =
           (target - inside.root) * std::abs(inside.t - before->t) / (inside.root - before->root);
-      // A little further, so that the limit lies between.
+      // A little further, so that the limit is between.
       step = std::min(step, 1.02 * secant);
     }
     return inside.t + sign * step;

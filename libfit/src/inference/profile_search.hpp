@@ -10,22 +10,22 @@
 
 namespace silvafit::fit {
 
-/// What the profile of one parameter starts from: the maximum of the likelihood.
+/// The start of the profile of one parameter: the maximum of the likelihood.
 struct ProfileStart {
   double value = 0.0;         ///< F at the maximum
   Eigen::MatrixXd hessian{};  ///< of F there
   Eigen::MatrixXd inverse{};  ///< of the Hessian, over the directions in which it is positive
 };
 
-/// Falls of twice the log-likelihood at which an interval ends.
+/// Decreases of twice the log-likelihood at the limits of an interval.
 struct ProfileCut {
-  double both_sides = 0.0;  ///< where the estimate lies inside its range
-  double one_side = 0.0;    ///< where it lies on the edge
+  double both_sides = 0.0;  ///< for an estimate inside its range
+  double one_side = 0.0;    ///< for an estimate on the boundary
 };
 
 /// The profile interval of a parameter: each limit is searched by secants of the signed root of the
 /// deviance, with the rest of the parameters at their constrained maximum.
-/// \param surface  of this search alone
+/// \param surface  used by this search only
 ParameterInterval profile_interval(LikelihoodSurface& surface,
                                    const VarianceModel& variance,
                                    const NaturalParameter& parameter,

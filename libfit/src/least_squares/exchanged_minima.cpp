@@ -14,7 +14,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// Collects the points that have the mean of a minimum.
+/// Collects points with the same mean as a minimum.
 class SameMean {
  public:
   SameMean(const NonlinearModel& model, const VectorXd& minimum)
@@ -23,7 +23,7 @@ class SameMean {
   }
 
   void consider(const VectorXd& point) {
-    // A point of equal values, or the minimum itself, is nothing new.
+    // The minimum itself, or a point with equal values, is not new.
     if ((point - minimum_).cwiseAbs().maxCoeff() <= kRounding * minimum_.cwiseAbs().maxCoeff()) {
       return;
     }
@@ -35,7 +35,7 @@ class SameMean {
   std::vector<VectorXd> found() && { return std::move(found_); }
 
  private:
-  // As many rows as tell functions apart.
+  // Enough rows to distinguish functions.
   static constexpr Index kSample = 50;
   static constexpr double kRounding = 1e-9;
 
@@ -49,7 +49,7 @@ class SameMean {
 }  // namespace
 
 std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const VectorXd& minimum) {
-  // The number of pairs of exchanges grows with the fourth power of that of coefficients.
+  // The number of pairs of exchanges grows with the fourth power of the number of coefficients.
   constexpr Index kMostCoefficients = 10;
   const Index p = minimum.size();
   if (p < 2 || p > kMostCoefficients) return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Minima at which terms of the formula have changed places.
+// Minima at which terms of the formula are exchanged.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,15 +12,15 @@ namespace silvafit::fit {
 /// Other coefficients with the same mean, found by exchanging coefficients.
 ///
 /// The two terms of a biexponential, the rates of absorption and elimination, and the two
-/// asymptotes of a logistic curve (with the sign of its slope changed) can change places without
-/// changing a fit that knows nothing of groups. With random effects on one of them the fits differ.
-/// One or two exchanges of pairs are tried, and one with a change of a sign.
+/// asymptotes of a logistic curve (with the sign of its slope changed) can be exchanged without
+/// changing a fit without random effects. With random effects on one of them the fits differ. One
+/// or two exchanges of pairs are tried, and one with a change of sign.
 /// \param minimum  (p) coefficients of a fit
 std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
                                               const Eigen::VectorXd& minimum);
 
-/// The same for places on the axis of a column: two of them are exchanged, and the others follow by
-/// a descent, as the share f of f*A + (1 - f)*B becomes 1 - f.
+/// The same for locations on the axis of a column: two of them are exchanged, and a descent adapts
+/// the other coefficients, as the share f of f*A + (1 - f)*B becomes 1 - f.
 std::vector<Eigen::VectorXd> exchanged_locations(const NonlinearModel& model,
                                                  const Eigen::VectorXd& minimum);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The Jacobian of the mean as orthogonal and triangular factors, and what it does not determine.
+// The Jacobian of the mean as orthogonal and triangular factors, and coefficients not identifiable.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,8 +11,8 @@ namespace silvafit::fit {
 /// J = Q R with pivoting, in coefficients of equal column length.
 class JacobianFactors {
  public:
-  // Of the diagonal of R with columns of equal length: below, a column is a sum of the others, but
-  // for rounding or nearly.
+  // Smallest diagonal element of R with columns of equal length. Below it, a column is a sum of the
+  // others, except for rounding or nearly.
   static constexpr double kRankTolerance = 1e-11;
   static constexpr double kNearTolerance = 1e-7;
 
@@ -39,7 +39,7 @@ class JacobianFactors {
     return scale_.cwiseInverse().asDiagonal() * result;
   }
 
-  /// Coefficients with a part in a direction that does not change the mean.
+  /// Coefficients with a component in a direction that does not change the mean.
   std::vector<Eigen::Index> confounded() const {
     std::vector<Eigen::Index> result;
     const Eigen::Index p = scale_.size();

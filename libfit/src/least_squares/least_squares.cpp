@@ -24,9 +24,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Sums of squares that differ by less than this share are the same minimum.
+/// Sums of squares with a smaller relative difference belong to the same minimum.
 constexpr double kSameMinimum = 1e-10;
-/// From so many observations on, descents begin on a sample.
+/// From this number of observations on, descents begin on a sample.
 constexpr Index kManyObservations = 20000;
 
 bool has_sub_models(const NonlinearModel& model) {
@@ -35,14 +35,14 @@ bool has_sub_models(const NonlinearModel& model) {
   });
 }
 
-/// Of very many observations a sample shows almost as well where the minima are, and descends to
-/// them in no time: what it reaches are starts near the end.
+/// With very many observations, descents on a sample take little time and end near the minima of
+/// all data. Their ends are the starts.
 std::vector<VectorXd> nearer_starts(const NonlinearModel& model,
                                     const std::vector<VectorXd>& starts,
                                     const LeastSquaresOptions& options) {
   constexpr Index kSample = 4000;
   constexpr double kSameOnSample = 1e-6;
-  /// A minimum so much higher on the sample is not the lowest on all.
+  /// A minimum that is higher by this factor on the sample is not the lowest on all data.
   constexpr double kHopeless = 1.5;
   const NonlinearModel part = model.subset(even_sample(model.response(), kSample));
   ProjectedModel projected(part);
@@ -71,8 +71,8 @@ struct Minima {
   std::vector<VectorXd> others{};  ///< (p) each, from low to high
 };
 
-/// The share of a sum of squares that rounding of the nonlinear coefficients can make: of a
-/// frequency of millions, the mean shows the last digits.
+/// The relative error of a sum of squares due to rounding of the nonlinear coefficients: with a
+/// frequency of millions, the last digits change the mean.
 double rounding_of(const ProjectedModel& projected, const Descent& descent) {
   constexpr double kLeast = 1e-8;
   constexpr double kDigits = 8.0 * std::numeric_limits<double>::epsilon();
@@ -87,8 +87,8 @@ double rounding_of(const ProjectedModel& projected, const Descent& descent) {
   return std::isfinite(share) ? std::max(kLeast, share) : kLeast;
 }
 
-/// Whether a minimum is to be preferred. Of minima that only rounding tells apart, such as those of
-/// a frequency on evenly spaced data, the one with the smaller coefficients is.
+/// Whether a minimum is preferred. If minima differ only by rounding, such as those of a frequency
+/// on evenly spaced data, it is the one with the smaller coefficients.
 bool is_preferred(const ProjectedModel& projected, const Descent& a, const Descent& b) {
   if (a.coefficients.size() == 0) return false;
   if (b.coefficients.size() == 0) return true;
@@ -103,7 +103,7 @@ bool is_preferred(const ProjectedModel& projected, const Descent& a, const Desce
   return !is_larger || a.sum_of_squares < b.sum_of_squares * (1.0 - rounding_of(projected, a));
 }
 
-/// The minima besides the lowest that are not much higher, each once.
+/// The minima that are not much higher than the lowest, each once.
 std::vector<VectorXd> other_minima(std::vector<Descent> descents, const Descent& lowest) {
   constexpr double kMuchHigher = 2.0;
   constexpr double kSamePlace = 1e-3;
@@ -122,7 +122,7 @@ std::vector<VectorXd> other_minima(std::vector<Descent> descents, const Descent&
   return result;
 }
 
-/// The best of several descents on all data: each gets a while, and the best goes on to the end.
+/// The best of several descents on all data: each has some iterations, and the best continues.
 Minima minima_from(ProjectedModel& projected,
                    const std::vector<VectorXd>& starts,
                    const LeastSquaresOptions& options) {
@@ -155,7 +155,7 @@ Minima minima(ProjectedModel& projected,
   const NonlinearModel& model = projected.model();
   if (model.observations() >= kManyObservations) {
     Minima result = minima_from(projected, nearer_starts(model, starts, options), options);
-    // None where a mean that is finite for the sample is not for all.
+    // Nothing if the mean is finite on the sample but not on all data.
     if (result.lowest.coefficients.size() > 0) return result;
   }
   return minima_from(projected, starts, options);
@@ -183,7 +183,7 @@ void prefer_positive(ProjectedModel& projected, Descent& minimum) {
 
 Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options);
 
-/// Starts for a model with covariates, from the fit without them: so that it cannot end above it.
+/// Starts for a model with covariates from the fit without them, so that it cannot be worse.
 std::vector<VectorXd> starts_from_pooled(const NonlinearModel& model,
                                          const LeastSquaresOptions& options) {
   const NonlinearModel pooled = model.pooled();
@@ -202,7 +202,7 @@ std::vector<VectorXd> starts_from_pooled(const NonlinearModel& model,
   return starts;
 }
 
-/// The minima of the sum of squares that all starts lead to.
+/// The minima of the sum of squares that are reached from all starts.
 Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
   constexpr std::size_t kStarts = 3;
   constexpr std::size_t kStartsForOthers = 6;
@@ -241,7 +241,7 @@ LeastSquaresFit empty_fit(const NonlinearModel& model) {
   return fit;
 }
 
-/// A model whose coefficients are all numbers already.
+/// A model whose coefficients are all held.
 LeastSquaresFit evaluated(const NonlinearModel& model) {
   LeastSquaresFit fit = empty_fit(model);
   NonlinearModel::Workspace workspace;
@@ -260,12 +260,12 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
   return fit;
 }
 
-/// Where a coefficient runs into a limit of the formula, its steps fail and stop the others too.
-/// Holding each in turn lets those finish.
+/// If a coefficient reaches a limit of the formula, its steps fail and prevent the others from
+/// converging. Each is held in turn, so that the others can converge.
 NewtonPoint finish_the_others(const NonlinearModel& model,
                               const NewtonPoint& stuck,
                               const LeastSquaresOptions& options) {
-  // Each takes a descent; of very many, most are contrasts of factors, which do not do that.
+  // Each takes a descent; of very many, most are contrasts of factors, which have no such limits.
   constexpr int kMost = 20;
   ProjectedModel projected(model);
   NewtonPoint best = stuck;

@@ -9,7 +9,7 @@
 namespace silvafit::fit {
 
 /// (p x p) the Hessian of half the sum of squared residuals, J'J - sum r f'', with symbolic second
-/// derivatives of the mean. Gauss and Newton's leaves out the second term.
+/// derivatives of the mean. The Gauss-Newton approximation omits the second term.
 /// \param coefficients  (p) the same for all groups
 Eigen::MatrixXd least_squares_hessian(const NonlinearModel& model,
                                       const Eigen::VectorXd& coefficients);

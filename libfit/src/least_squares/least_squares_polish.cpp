@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// All steps are computed in u = R beta, where J = QR: there J'J is the identity, so that neither
-// units nor correlations of the coefficients cost digits.
+// All steps are computed in u = R beta, where J = QR: there J'J is the identity, so that units and
+// correlations of the coefficients cause no rounding.
 #include "least_squares/least_squares_polish.hpp"
 
 #include <Eigen/Cholesky>
@@ -33,7 +33,7 @@ class Refinement {
     for (; point_.iterations < kMaximumSteps; ++point_.iterations) {
       if (!linearize()) return point_;
       const VectorXd u = newton_step();
-      // Where the sum of squares cannot see a gain any more, the decrement still can.
+      // If rounding hides a gain in the sum of squares, the decrement still shows it.
       const bool is_better = point_.iterations == 0 || point_.decrement < best.decrement ||
                              point_.sum_of_squares < best.sum_of_squares - noise();
       if (!is_better) break;
@@ -68,12 +68,12 @@ class Refinement {
     return point_.sum_of_squares / static_cast<double>(freedom);
   }
 
-  /// What rounding of the observations' size does to the sum of squares.
+  /// Rounding error of the sum of squares for observations of this size.
   double noise() const {
     return 4.0 * kEpsilon * residuals_.norm() * (residuals_.norm() + model_.response().norm());
   }
 
-  /// The step in u; also fills in the evidence.
+  /// The step in u; fills in the evidence.
   VectorXd newton_step() {
     const VectorXd gradient = factors().project(residuals_);
     const double variance = residual_variance();
@@ -86,13 +86,13 @@ class Refinement {
     return step;
   }
 
-  /// Hessian of half the sum of squares in u: the identity less the residuals' part, which comes
-  /// from central differences of the exact Jacobian over a thousandth of a standard error.
+  /// Hessian of half the sum of squares in u: the identity minus the part of the residuals, by
+  /// central differences of the exact Jacobian over a thousandth of a standard error.
   MatrixXd curvature(double sigma) {
     const Index r = factors().rank();
     MatrixXd hessian = MatrixXd::Identity(r, r);
     const double width = 1e-3 * sigma;
-    // An all but exact fit: the steps would drown in rounding, and the residuals' part is nil.
+    // For a nearly exact fit the steps would be rounding, and the part of the residuals is zero.
     const double fit_change = width * std::sqrt(static_cast<double>(model_.observations()));
     if (fit_change < 1e-12 * model_.response().norm()) return hessian;
     const MatrixXd directions = factors().to_coefficients(MatrixXd::Identity(r, r));
@@ -109,7 +109,7 @@ class Refinement {
     return 0.5 * (hessian + hessian.transpose());
   }
 
-  /// Moves by the step, or a part of it that does not visibly raise the sum of squares.
+  /// Makes the step, or a part of it that does not increase the sum of squares beyond rounding.
   bool take(const VectorXd& step) {
     VectorXd mean;
     double share = 1.0;

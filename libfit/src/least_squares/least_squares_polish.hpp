@@ -9,7 +9,7 @@
 
 namespace silvafit::fit {
 
-/// A point with what is known of the sum of squares around it. s^2 is SSE/(n - p).
+/// A point and the properties of the sum of squares around it. s^2 is SSE/(n - p).
 struct NewtonPoint {
   Eigen::VectorXd coefficients{};  ///< (p)
   Eigen::VectorXd mean{};          ///< (N)
@@ -19,18 +19,18 @@ struct NewtonPoint {
   /// g' H^-1 g / s^2 with the Hessian H of half the sum of squares (J'J where H is not positive
   /// definite): the squared distance to the optimum in standard errors.
   double decrement = 0.0;
-  /// What rounding alone can make of the decrement.
+  /// The part of the decrement that may be due to rounding alone.
   double rounding = 0.0;
   /// H is positive definite, so that the point is a minimum.
   bool positive_curvature = false;
   int rank = 0;
-  /// Coefficients that others can stand in for; none named where there is no Jacobian.
+  /// Coefficients that are not identifiable; none if there is no Jacobian.
   std::vector<Eigen::Index> confounded{};
   /// (p x p) (J'J)^-1, NaN in the rows and columns of confounded coefficients.
   Eigen::MatrixXd unscaled_covariance{};
 };
 
-/// Takes Newton steps from a point near the optimum as long as they help.
+/// Newton steps from a point near the optimum, as long as they are improvements.
 NewtonPoint refine(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
 
 /// True at a minimum, to 1e-5 standard errors or to rounding.

@@ -17,8 +17,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// How far the mean moves, as a length over all observations, when a coefficient becomes zero;
-/// infinite where there is no mean then.
+/// The change of the mean, as a length over all observations, when a coefficient becomes zero;
+/// infinite if the mean is not defined then.
 double change_without(const NonlinearModel& model, const NewtonPoint& point, Index coefficient) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
@@ -29,8 +29,9 @@ double change_without(const NonlinearModel& model, const NewtonPoint& point, Ind
   return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
 }
 
-/// Coefficients that the curve needs, though their standard errors are ten times their size. (One
-/// that it does not need, such as a covariate's without effect, is merely near zero.)
+/// Coefficients with standard errors of more than ten times their size, although the curve needs
+/// them. (A coefficient that it does not need, such as that of a covariate without effect, is near
+/// zero.)
 std::vector<Index> undetermined(const NonlinearModel& model,
                                 const NewtonPoint& point,
                                 double sigma) {
@@ -43,8 +44,8 @@ std::vector<Index> undetermined(const NonlinearModel& model,
   return result;
 }
 
-/// Coefficients so large that the mean no longer feels their changes, though it would feel their
-/// absence: they ran to a limit that the formula reaches at infinity only.
+/// Coefficients so large that small changes do not affect the mean, although the mean depends on
+/// them: they approach a limit that the formula has at infinity only.
 std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& point) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
@@ -109,7 +110,7 @@ std::string run_away(const NonlinearModel& model, const std::vector<Index>& coef
       one ? "it describes" : "they describe");
 }
 
-/// Fills in a status, the coefficients that it is about, and its verdict.
+/// Fills in a status, its coefficients, and the verdict.
 void conclude(const NonlinearModel& model,
               ConvergenceStatus status,
               Evidence::Kind kind,
@@ -146,7 +147,7 @@ void conclude_confounded(const NonlinearModel& model,
            result);
 }
 
-/// Coefficients that only digits far behind tell apart.
+/// Coefficients that are distinguished by small digits of the Jacobian only.
 std::vector<Index> nearly_confounded(const NonlinearModel& model, const NewtonPoint& point) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;

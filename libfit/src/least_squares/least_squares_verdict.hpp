@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the evidence of a least-squares fit means, in a sentence.
+// The convergence of a least-squares fit from its evidence, with the verdict.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,10 +12,10 @@
 
 namespace silvafit::fit {
 
-/// Whether rounding alone can make such a sum of squares.
+/// Whether a sum of squares can be due to rounding alone.
 bool is_exact(const NonlinearModel& model, double sum_of_squares);
 
-/// Whether the coefficients can be told apart somewhere, so that where they cannot it is the place.
+/// Whether the coefficients are identifiable at some point, so that a lack of it is local.
 bool is_identifiable(const NonlinearModel& model);
 
 std::vector<std::string> names_of(const NonlinearModel& model,
@@ -24,10 +24,10 @@ std::vector<std::string> names_of(const NonlinearModel& model,
 /// Names of coefficients: "a", "a and b", "a, b and c".
 std::string listed(const NonlinearModel& model, const std::vector<Eigen::Index>& coefficients);
 
-/// \param exact  the model goes through all observations but for rounding
+/// \param exact  the residuals are zero except for rounding
 Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact);
 
-/// Of fits that could not begin.
+/// Of fits that could not start.
 Convergence too_few_observations(const NonlinearModel& model);
 Convergence no_start();
 

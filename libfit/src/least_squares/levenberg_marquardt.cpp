@@ -14,8 +14,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// All residuals as one cost function of the nonlinear coefficients. Keeps the lowest point, which
-/// Ceres forgets when a later evaluation fails.
+/// All residuals as one cost function of the nonlinear coefficients. Stores the lowest point, which
+/// Ceres loses if a later evaluation fails.
 class ResidualCost final : public ceres::CostFunction {
  public:
   ResidualCost(ProjectedModel& model, Descent& best) : model_(model), best_(best) {
@@ -28,7 +28,7 @@ class ResidualCost final : public ceres::CostFunction {
                 double** jacobians) const override {
     const VectorXd point = Eigen::Map<const VectorXd>(parameters[0], model_.size());
     // Ceres asks for the residuals of a step and then, if they are lower, for the derivative at the
-    // same point. A step to where there is none must fail at once: later it would end the descent.
+    // same point. If there is none, the step must fail at once: later it would end the descent.
     if (point_.size() == 0 || point != point_) visit(point);
     if (!point_is_good_) return false;
     Eigen::Map<VectorXd>(residuals, model_.residuals().size()) = model_.residuals();
@@ -60,7 +60,7 @@ class ResidualCost final : public ceres::CostFunction {
     try {
       return model_.evaluate(point) && model_.evaluate_jacobian(jacobian_);
     } catch (const Stopped&) {
-      // Ceres is not written for exceptions; the descent ends soon if each step fails.
+      // Ceres does not support exceptions; the descent ends soon if each step fails.
       return false;
     }
   }

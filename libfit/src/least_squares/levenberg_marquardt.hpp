@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// From a start downhill: Levenberg-Marquardt over the nonlinear coefficients.
+// Levenberg-Marquardt descents over the nonlinear coefficients.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,13 +10,13 @@ namespace silvafit::fit {
 
 struct DescentOptions {
   int maximum_iterations = 500;
-  /// Stops where an iteration lowers the sum of squares by less than this share.
+  /// Stops if an iteration decreases the sum of squares by less than this share.
   double tolerance = 1e-14;
-  /// Number of a nonlinear coefficient that does not move, -1 for none.
+  /// Index of a nonlinear coefficient that is held, -1 for none.
   int held = -1;
 };
 
-/// The lowest point that a descent saw.
+/// The lowest point of a descent.
 struct Descent {
   Eigen::VectorXd coefficients{};  ///< (p) all of them
   double sum_of_squares = 0.0;     ///< infinite if the start has no finite mean

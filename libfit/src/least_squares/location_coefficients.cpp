@@ -18,7 +18,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Slopes of the formula by a column and by each parameter, at arbitrary values of all of them: an
-/// identity of the formula holds there as well as at the data, but no slope is lost in rounding.
+/// identity of the formula holds there as at the data, but without the rounding of very small
+/// slopes.
 class Slopes {
  public:
   explicit Slopes(const NonlinearModel& model) : formula_(model.specification().formula.right) {
@@ -43,8 +44,8 @@ class Slopes {
   /// Names of the columns.
   std::vector<std::string> columns() const { return {names_.begin() + parameters_, names_.end()}; }
 
-  /// What the parameters have to be shifted by where a column, or its logarithm, is shifted by 1 so
-  /// that nothing changes; empty where there is nothing of the kind.
+  /// The shifts of the parameters that compensate a shift by 1 of a column, or of its logarithm;
+  /// empty if there are none.
   VectorXd shifts(const std::string& column, bool is_logarithm) const {
     VectorXd slope = by(column);
     if (is_logarithm) {
@@ -55,7 +56,7 @@ class Slopes {
     const VectorXd result = by_parameters_.colPivHouseholderQr().solve(-slope);
     constexpr double kRounding = 1e-7;
     if ((by_parameters_ * result + slope).norm() > kRounding * slope.norm()) return {};
-    // Other slopes of the mean may be equal by chance; a shift is one unit, or none.
+    // Other slopes of the mean may be equal by chance; a shift is 0 or one unit.
     const bool is_shift = std::ranges::all_of(result, [&](double value) {
       return std::abs(value - std::round(value)) < 1e-6 && std::abs(value) < 1.5;
     });

@@ -49,13 +49,13 @@ class RowValues {
   std::size_t parameters_ = 0;
 };
 
-/// What a coefficient is multiplied by, or what it divides, within an argument.
+/// The multiplier or divisor of a coefficient within an argument.
 struct Multiplier {
   bool is_divided = false;
   VectorXd values{};  ///< (N)
 };
 
-/// From the slopes of the argument at 1 and 2: equal of w*x, a quarter of x/P.
+/// By the slopes of the argument at 1 and 2: equal for w*x, a quarter for x/P.
 std::optional<Multiplier> multiplier(const data::Expression& argument,
                                      std::size_t parameter,
                                      const NonlinearModel& model,
@@ -112,7 +112,7 @@ std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& mod
       std::ranges::sort(distinct);
       const auto rest = std::ranges::unique(distinct);
       distinct.erase(rest.begin(), rest.end());
-      // A phase is the same everywhere.
+      // A phase has the same multiplier at all observations.
       if (distinct.size() < 3) continue;
       const double range = distinct.back() - distinct.front();
       const double step = 2.0 * std::numbers::pi / (kStepsOfPeak * range);

@@ -10,12 +10,11 @@
 
 namespace silvafit::fit {
 
-/// A coefficient w of sin(w*x + ...), or P of sin(x/P + ...), and the values that can be told
-/// apart.
+/// A coefficient w of sin(w*x + ...), or P of sin(x/P + ...), and its identifiable values.
 ///
 /// With m distinct values of x over a range R, the sum of squares as a function of w has peaks of
-/// width 2*pi/R, and frequencies above pi*(m - 1)/R, Nyquist's of observations at equal distances,
-/// have the values of lower ones.
+/// width 2*pi/R. Frequencies above pi*(m - 1)/R, the Nyquist frequency of equally spaced
+/// observations, give the values of lower ones.
 struct PeriodicCoefficient {
   Eigen::Index coefficient = 0;
   bool is_period = false;  ///< P and not w
@@ -33,9 +32,8 @@ struct PeriodicCoefficient {
   double frequency(double value) const;
 };
 
-/// The periodic coefficients of a model without covariates. At most 4,000 steps are searched of
-/// one: many observations, or a few very near each other, allow more frequencies than anyone asks
-/// for.
+/// The periodic coefficients of a model without covariates. At most 4,000 steps are searched for
+/// each: many observations, or some that are very close, allow more frequencies than are useful.
 std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& model);
 
 }  // namespace silvafit::fit

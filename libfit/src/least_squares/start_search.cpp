@@ -26,7 +26,7 @@ using Eigen::VectorXd;
 constexpr Index kSampleRows = 200;
 constexpr std::size_t kCandidatesPerCoefficient = 300;
 constexpr std::size_t kDescents = 8;
-/// Candidates nearer than this factor in all coefficients lead to the same place.
+/// Candidates within this factor in all coefficients count as the same place.
 constexpr double kCandidateFactor = 2.5;
 constexpr double kStartFactor = 1.001;
 
@@ -169,7 +169,7 @@ class StartSearch {
     scan_frequencies(points);
   }
 
-  /// Every second point with the locations among the observations.
+  /// Every second point gets the locations of observations.
   VectorXd placed(VectorXd point, std::size_t number) const {
     if (number % 2 == 0) return point;
     constexpr std::uint64_t kSeed = 4;
@@ -188,7 +188,7 @@ class StartSearch {
     return random.uniform(location.lowest - margin, location.highest + margin);
   }
 
-  /// The frequencies that the data tell apart, each with two values of the other coefficients.
+  /// The identifiable frequencies, each with two values of the other coefficients.
   void scan_frequencies(const CandidatePoints& points) {
     const Index q = projected_.size();
     const std::vector<double>& scales = points.scales();
@@ -206,13 +206,13 @@ class StartSearch {
     }
   }
 
-  /// Descents may have led to frequencies that are other names of lower ones.
+  /// Removes frequencies that are aliases of lower ones, to which descents may have led.
   void leave_out_aliases(std::vector<Candidate>& reached) const {
     const auto is_alias = [&](const Candidate& found) { return !is_distinct(found.nonlinear); };
     if (!std::ranges::all_of(reached, is_alias)) std::erase_if(reached, is_alias);
   }
 
-  /// Whether no frequency is another name of a lower one.
+  /// Whether no frequency is an alias of a lower one.
   bool is_distinct(const VectorXd& nonlinear) const {
     for (Index k = 0; k < nonlinear.size(); ++k) {
       const auto& periodic = periodic_[static_cast<std::size_t>(k)];
@@ -221,7 +221,7 @@ class StartSearch {
     return true;
   }
 
-  /// One coefficient: a grid of both signs, four points a decade.
+  /// One coefficient: a grid of both signs, four points per decade.
   void scan_line() {
     for (int step = -40; step <= 40; ++step) {
       const double magnitude = std::pow(10.0, step / 4.0);
@@ -230,9 +230,9 @@ class StartSearch {
     }
   }
 
-  /// Of formulas with many nonlinear coefficients, such as sums of peaks, points spread over all
-  /// of them miss most minima. From the lowest point found, some coefficients at a time jump
-  /// elsewhere, and the descent begins again.
+  /// With many nonlinear coefficients, such as those of sums of peaks, points spread over all of
+  /// them miss most minima. Some coefficients of the lowest point change at random, and the descent
+  /// begins again.
   /// Source: basin hopping, Wales and Doye 1997, J. Phys. Chem. A 101, 5111-5116, at temperature
   /// zero.
   void hop(std::vector<Candidate>& reached) {
@@ -249,7 +249,7 @@ class StartSearch {
       constexpr std::uint64_t kSeed = 1;
       Random random(kSeed, static_cast<std::uint64_t>(k));
       const std::size_t next = kDescents + static_cast<std::size_t>(k / 2);
-      // Where the lowest point lies on the way to infinity, no jump leads back from it.
+      // If the lowest point diverges to infinity, no change of it leads back.
       Candidate start = k % 2 == 1 && next < others.size()
                             ? others[next]
                             : Candidate{.nonlinear = moved(lowest.nonlinear, random)};

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// Columns below this share of the largest, after scaling, add nothing that doubles can tell.
+/// Scaled columns below this share of the largest are rounding.
 constexpr double kRankTolerance = 1e-13;
 
 }  // namespace
@@ -59,7 +59,7 @@ bool ProjectedModel::solve_linear() {
   if (count == 0) return true;
   basis_ = jacobian_(Eigen::all, split_.linear);
   if (!basis_.allFinite()) return false;
-  // Equal column lengths, so that a coefficient's unit does not decide what counts as dependent.
+  // Equal column lengths, so that the rank does not depend on the units of coefficients.
   VectorXd scale = basis_.colwise().stableNorm();
   scale = (scale.array() > 0.0).select(scale, 1.0);
   basis_ *= scale.cwiseInverse().asDiagonal();

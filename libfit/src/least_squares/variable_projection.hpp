@@ -9,7 +9,7 @@
 
 namespace silvafit::fit {
 
-/// The coefficients of a model, taken apart: `linear` enter the mean jointly linearly.
+/// The coefficients of a model in two parts: `linear` enter the mean jointly linearly.
 struct CoefficientSplit {
   std::vector<Eigen::Index> linear{};
   std::vector<Eigen::Index> nonlinear{};
@@ -35,7 +35,7 @@ class ProjectedModel {
   /// The nonlinear ones among all coefficients.
   Eigen::VectorXd nonlinear_part(const Eigen::VectorXd& coefficients) const;
 
-  /// Evaluates at nonlinear values; afterwards coefficients() and residuals() hold.
+  /// Evaluates at nonlinear values; afterwards coefficients() and residuals() are valid.
   /// \return  false where the mean is not finite
   bool evaluate(const Eigen::VectorXd& nonlinear);
   /// (N x q) derivative of the residuals y - f after evaluate().
