@@ -117,7 +117,7 @@ Equivalence read_equivalence(const JsonReader& json, const Names& parameters) {
   return result;
 }
 
-/// Where the curve makes sense, and its limits there.
+/// Domain of the model, and limits of its curve.
 void read_sense(const JsonReader& json, BaseModel& model) {
   Names known = model.parameter_names();
   known.emplace_back(kTopDbh);
@@ -253,7 +253,7 @@ void summarize(const std::string& column,
   summaries["median_" + column] = median(values);
 }
 
-/// The columns that the start rules of a model speak of.
+/// The columns that the start rules of a model use.
 Names columns_of_start_rules(const BaseModel& model) {
   std::set<std::string> columns;
   for (const BaseParameter& parameter : model.parameters) {

@@ -91,14 +91,14 @@ TEST_CASE("every base model gives its reference points") {
     CHECK(model.reference_points.size() >= 3);
     for (const study::ReferencePoint& point : model.reference_points) {
       CHECK_NOTHROW(study::require_domain(model, one_row(model, point.arguments)));
-      // Some ten roundings of 1e-16, the largest of them enlarged by exponents of about 4.
+      // About ten rounding errors of 1e-16, the largest enlarged by exponents of about 4.
       CHECK(model.value(point.arguments, point.parameters) ==
             Approx(point.value).epsilon(1e-14).margin(0.0));
     }
   }
 }
 
-TEST_CASE("every base model knows where it is not defined") {
+TEST_CASE("every base model is undefined outside of its domain") {
   for (const BaseModel& model : catalogue().models()) {
     INFO(model.id);
     CHECK_FALSE(model.invalid.empty());
@@ -108,7 +108,7 @@ TEST_CASE("every base model knows where it is not defined") {
   }
 }
 
-TEST_CASE("a base model is the other one where its entry says so") {
+TEST_CASE("a base model equals another one in the cases of its entry") {
   std::size_t checked = 0;
   for (const BaseModel& model : catalogue().models()) {
     for (const study::Equivalence& equivalence : model.equals) {
@@ -121,7 +121,7 @@ TEST_CASE("a base model is the other one where its entry says so") {
           parameters[name] = value;
         }
         const Values others = values_of(equivalence.with, parameters);
-        // The detour over logarithms of parameters costs a few digits more.
+        // Logarithms of parameters cost a few digits more.
         CHECK(model.value(point.arguments, parameters) ==
               Approx(other.value(point.arguments, others)).epsilon(1e-13).margin(0.0));
         ++checked;
@@ -131,7 +131,7 @@ TEST_CASE("a base model is the other one where its entry says so") {
   CHECK(checked > 60);
 }
 
-TEST_CASE("a base model that is said to increase does so at its reference parameters") {
+TEST_CASE("a base model that is declared as increasing increases at its reference parameters") {
   for (const BaseModel& model : catalogue().models()) {
     if (model.monotone == study::Monotone::kUnknown) continue;
     INFO(model.id);
@@ -182,7 +182,7 @@ TEST_CASE("the limits of base models are those of their formulas") {
   }
 }
 
-TEST_CASE("the parameters of reference points make sense") {
+TEST_CASE("the parameters of reference points are sensible") {
   for (const BaseModel& model : catalogue().models()) {
     for (const study::ReferencePoint& point : model.reference_points) {
       INFO(model.id);
@@ -191,7 +191,7 @@ TEST_CASE("the parameters of reference points make sense") {
   }
 }
 
-TEST_CASE("parameters that make sense give plausible curves, whatever they are") {
+TEST_CASE("all sensible parameters give plausible curves") {
   constexpr double kTop = 72.0;
   Random random(5);
   for (const BaseModel& model : catalogue().models()) {
@@ -215,7 +215,7 @@ TEST_CASE("parameters that make sense give plausible curves, whatever they are")
         arguments["dbh"] = dbh;
         const double value = model.value(arguments, parameters);
         is_plausible = is_plausible && std::isfinite(value) && value >= 0.0;
-        // Rounding of a curve that is flat.
+        // Rounding errors of a flat curve.
         if (model.response == "h") is_plausible = is_plausible && value >= last * (1.0 - 1e-12);
         if (model.response == "hcb") is_plausible = is_plausible && value <= arguments.at("h");
         last = value;
@@ -226,7 +226,7 @@ TEST_CASE("parameters that make sense give plausible curves, whatever they are")
     CHECK(sensible > 100);
     std::set<std::string> all;
     for (const study::SensibleCondition& each : model.sensible) all.insert(each.otherwise);
-    CHECK(broken == all);  // none that is never met
+    CHECK(broken == all);  // each condition is violated by some parameters
   }
 }
 
@@ -289,17 +289,17 @@ TEST_CASE("start values explain data better than twice their mean", "[reference]
       about_zero += observed[row] * observed[row];
     }
     INFO(model.id << ": " << error << " of " << about_zero);
-    // The right order of magnitude: within the size of the response itself.
+    // The right order of magnitude: errors smaller than the response itself.
     CHECK(error < about_zero);
   }
 }
 
-TEST_CASE("an unknown model is refused with the list of those that exist") {
+TEST_CASE("an unknown model is an error that lists the available ones") {
   CHECK_THROWS_AS(catalogue().find("M99"), UsageError);
   CHECK_THROWS_WITH(catalogue().find("M99"), Catch::Contains("M1, M2") && Catch::Contains("M99"));
 }
 
-TEST_CASE("a wrong entry is refused with its file and key") {
+TEST_CASE("a wrong entry is an error with its file and key") {
   const TemporaryModels folder("wrong");
   nlohmann::json entry = meyer();
   std::string message;
@@ -345,7 +345,7 @@ TEST_CASE("a wrong entry is refused with its file and key") {
                     Catch::Contains("M04.json") && Catch::Contains(message));
 }
 
-TEST_CASE("two entries of one id, and a folder without entries, are refused") {
+TEST_CASE("two entries of one id, and a folder without entries, are errors") {
   const TemporaryModels folder("two");
   CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("no base models were found"));
   folder.add("M04.json", meyer());
@@ -353,7 +353,7 @@ TEST_CASE("two entries of one id, and a folder without entries, are refused") {
   CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("has the same id M4"));
 }
 
-TEST_CASE("broken JSON is refused with its line") {
+TEST_CASE("invalid JSON is an error with its line") {
   const TemporaryModels folder("broken");
   write_file(folder.path() / "base" / "M01.json", "{\n \"id\": \"M1\",\n \"name\" \"x\"\n}\n");
   CHECK_THROWS_WITH(Catalogue::load(folder.path()), Catch::Contains("M01.json:3: not valid JSON"));

@@ -21,7 +21,7 @@ using data::JsonReader;
 
 struct UnitFactor {
   std::string_view name;
-  double factor;  ///< a value in this unit times this is in ours
+  double factor;  ///< converts a value in this unit to ours
 };
 
 constexpr std::array<UnitFactor, 4> kDiameterUnits{
@@ -43,7 +43,7 @@ bool is_length(const std::string& column) {
   return column == "h" || column == "hcb" || column == "cw";
 }
 
-/// The factor of a column's unit; that of columns which are not ours does not matter.
+/// The factor of a column's unit; 1 for columns that are not ours.
 double column_factor(const JsonReader& json, const std::string& column) {
   const std::string unit = json.text();
   std::optional<double> factor = 1.0;

@@ -32,7 +32,7 @@ ModelLibrary library() {
 
 }  // namespace
 
-TEST_CASE("a library comes back from its file, and as the same bytes") {
+TEST_CASE("a library is read back from its file and written with the same bytes") {
   const test::ScratchFile file("", ".json");
   const ModelLibrary written = library();
   write_library(written, file.path());
@@ -49,7 +49,7 @@ TEST_CASE("a library comes back from its file, and as the same bytes") {
   CHECK(read.models[0].fit.covariance == written.models[0].fit.covariance);
 }
 
-TEST_CASE("a library keeps how the structural indices of its study were computed") {
+TEST_CASE("a library stores how the structural indices of its study were computed") {
   ModelLibrary written = library();
   written.inventory.units = {.per = "stand",
                              .neighbors = 6,
@@ -83,7 +83,7 @@ TEST_CASE("one fit or several are libraries for any species") {
   CHECK(read.models[1].response == "h");
 }
 
-TEST_CASE("what is no library is refused with file and key") {
+TEST_CASE("an invalid library is an error with file and key") {
   const auto read = [](const std::string& text) {
     const test::ScratchFile file(text, ".json");
     return read_library(file.path());

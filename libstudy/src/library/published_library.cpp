@@ -124,7 +124,7 @@ LibraryModel library_model(const JsonReader& model, const std::string& source) {
   if (const auto statistics = model.find("statistics")) set_statistics(*statistics, fit);
   fit.method = fit::default_method(fit.specification);
   fit.sigma = sigma_of(fit);
-  // Of mixed models, sources count variously.
+  // Publications count the parameters of mixed models differently.
   if (fit.method == fit::Method::kOrdinary) {
     fit.parameter_count = static_cast<int>(fit.estimate.size()) + 1;
   }

@@ -8,7 +8,7 @@
 namespace silvafit::study {
 
 /// The models of a file of published coefficients, schema silvafit-published-models/1: levels base,
-/// covariates and mixed get the roles ols, covariates and nlme. What a source does not print
+/// covariates and mixed get the roles ols, covariates and nlme. Values that a source does not print
 /// (standard errors, EBLUPs, parameters of variance functions) is NaN.
 /// \throws InputError that names file and key where an entry cannot be used
 ModelLibrary published_library(const data::JsonReader& document);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The published coefficients in models/published: each entry against the catalogue and against
-// what its source says of the fit.
+// the fit statistics of its source.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>

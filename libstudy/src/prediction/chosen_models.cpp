@@ -37,13 +37,13 @@ struct Candidates {
   bool lacks_columns() const { return !missing.empty(); }
 };
 
-/// From the richest role of a study to the plainest, which needs the fewest columns.
+/// Roles of a study from the most complex one to the simplest, which needs the fewest columns.
 std::size_t rank_of(const std::string& role) {
   constexpr std::array<std::string_view, 3> kRoles{"nlme", "covariates", "ols"};
   return static_cast<std::size_t>(std::ranges::find(kRoles, role) - kRoles.begin());
 }
 
-/// Whether a model may predict where the models of a role are asked for.
+/// Whether a model may predict if models of a given role are requested.
 bool may_stand_in(const LibraryModel& model, const std::string& role) {
   return model.role.empty() || rank_of(model.role) >= rank_of(role);
 }
@@ -56,7 +56,7 @@ std::string described(const std::string& response, const std::string& species) {
   return response + (species.empty() ? "" : " for species " + species);
 }
 
-/// A model as people know it: by its role in a study, or by its name in the catalogue.
+/// The name of a model in messages: its role in a study, or its name in the catalogue.
 std::string name_of(const LibraryModel& model) {
   if (!model.role.empty()) return model.role;
   if (!model.fit.model.empty()) return model.fit.model;
@@ -72,7 +72,7 @@ Candidates& candidates_of(const LibraryModel& model, std::vector<Candidates>& al
   return all.emplace_back(Candidates{.response = model.response, .species = model.species});
 }
 
-/// Those that have a model of the role, in the order of the library.
+/// Models of the role, in the order of the library.
 std::vector<Candidates> all_candidates(const ModelLibrary& library,
                                        const PredictResponsesOptions& options,
                                        Names& notes) {
@@ -105,7 +105,7 @@ std::vector<Candidates> all_candidates(const ModelLibrary& library,
   return result;
 }
 
-/// Adds converged models of plainer roles.
+/// Adds converged models of simpler roles.
 void add_stand_ins(const ModelLibrary& library,
                    const std::string& role,
                    std::vector<Candidates>& all) {
@@ -126,7 +126,7 @@ void put_best_first(std::vector<Candidates>& all) {
   for (Candidates& each : all) std::ranges::stable_sort(each.models, {}, place);
 }
 
-/// Columns that a model reads and neither the table nor a prediction has.
+/// Columns that a model reads and that are neither in the table nor predicted.
 Names missing_columns(const LibraryModel& model,
                       const data::Table& table,
                       const std::set<std::string>& predicted) {
@@ -140,8 +140,9 @@ Names missing_columns(const LibraryModel& model,
   return missing;
 }
 
-/// Chooses the first model of each that has all its columns. A response that loses its last model
-/// is no column for others any more, so that this goes on until nothing changes.
+/// Chooses the first model of each response and species that has all its columns. A response
+/// without a model is no column for other models any more, so this is repeated until nothing
+/// changes.
 void choose(const data::Table& table, std::vector<Candidates>& all) {
   for (bool has_changed = true; has_changed;) {
     has_changed = false;
@@ -161,14 +162,14 @@ void choose(const data::Table& table, std::vector<Candidates>& all) {
   }
 }
 
-/// The usual error if no model has all its columns.
-/// \param instead  a role that has them, or nothing
+/// The error if no model has all its columns.
+/// \param instead  a role whose models have them, or empty
 [[noreturn]] void refuse(const std::vector<Candidates>& all,
                          const std::string& instead,
                          const data::Table& table) {
   Names indices;
   Names others;
-  Names responses;  // what predicts them lacks a column itself
+  Names responses;  // predicted only by models that lack a column
   for (const Candidates& each : all) {
     for (const std::string& name : each.missing) {
       const bool is_response = std::ranges::find(all, name, &Candidates::response) != all.end();
@@ -177,7 +178,7 @@ void choose(const data::Table& table, std::vector<Candidates>& all) {
     }
   }
   try {
-    // Plainer models need no structural indices, but all need the measured columns.
+    // Simpler models need no structural indices, but all need the measured columns.
     for (const Names* names : {&others, &indices, &responses}) require_numbers(table, *names);
   } catch (const InputError& error) {
     if (instead.empty()) throw;
@@ -188,9 +189,9 @@ void choose(const data::Table& table, std::vector<Candidates>& all) {
   throw InputError("no model of the library can be used", {.file = table.file()});
 }
 
-/// A note for each set of columns that are missing together.
+/// A note for each set of missing columns.
 void add_notes(const ChosenModels& chosen, const data::Table& table, Names& notes) {
-  std::map<Names, std::map<std::string, Names>> texts;  // columns, what happens, to which
+  std::map<Names, std::map<std::string, Names>> texts;  // columns, consequence, species
   for (const UnusedModel& unused : chosen.unused) {
     const std::string what =
         unused.instead.empty()

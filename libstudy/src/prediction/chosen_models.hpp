@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which models of a library predict the trees of a table.
+// Chooses the models of a library that predict the trees of a table.
 #pragma once
 
 #include <cstddef>
@@ -29,19 +29,19 @@ struct ResponseModels {
 struct ChosenModels {
   std::vector<ResponseModels> responses{};  ///< in the order of the library
   std::vector<UnusedModel> unused{};        ///< for which the table lacks columns
-  std::vector<std::string> notes{};         ///< for people
+  std::vector<std::string> notes{};         ///< for the user
 };
 
 /// Of each response and species the model of the role that converged and has the lowest AIC. Where
 /// the table lacks a column of it, and no other response predicts that column, the next one that
-/// can do without it (if the options allow one of another role); where there is none, no model.
+/// does not need it (if the options allow one of another role); if there is none, no model.
 /// \throws UsageError if the library has no model of the role that converged; InputError if the
 ///   library is empty, or columns are missing for all of its models
 ChosenModels choose_models(const ModelLibrary& library,
                            const data::Table& table,
                            const PredictResponsesOptions& options);
 
-/// The responses in an order in which those that others need come first.
+/// The responses in an order of prediction: those that others need come first.
 std::vector<std::size_t> order_of(const std::vector<ResponseModels>& models);
 
 }  // namespace silvafit::study

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Labels of new trees, such as plots, strata and species, beside those that a fit has seen.
+// Labels of new trees, such as plots, strata and species, compared with those of a fit.
 #pragma once
 
 #include <string>
@@ -10,16 +10,16 @@
 
 namespace silvafit::study {
 
-/// Spells the labels of a column as they are known: "07" is the group that a fit knows as "7",
-/// where that was read as a number.
+/// Spells the labels of a column as in a fit: "07" is the group that a fit stores as "7",
+/// if it was read as a number.
 void unify_spelling(const std::string& column,
                     const std::vector<std::string>& known_labels,
                     data::Table& table);
 
-/// Strata, and what the model compares with text, as the fit spells them.
+/// Spells strata, and labels that the model compares with text, as in the fit.
 void unify_spelling(const fit::FittedModel& fit, data::Table& table);
 
-/// (N) whether a row has a label that the fit has not seen; a missing one is none.
+/// (N) whether the label of a row is not in the fit; false for missing labels.
 std::vector<bool> has_unknown_label(const fit::ColumnLevels& levels, const data::Table& table);
 
 }  // namespace silvafit::study

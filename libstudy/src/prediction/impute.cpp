@@ -40,7 +40,7 @@ void check(const data::Table& table, const ImputeOptions& options) {
   require_possible(options.response, table);
 }
 
-/// The trees that one model is for: their rows, and those it is fitted to.
+/// The trees of one model: their rows, and those it is fitted to.
 struct Part {
   std::string label{};
   std::vector<std::size_t> rows{};
@@ -87,7 +87,7 @@ std::vector<Part> parts_of(const data::Table& table, const ImputeOptions& option
   return parts;
 }
 
-/// (N) why the model has no value for a row, or what is doubtful of it.
+/// (N) why the model has no value for a row, or why the value is doubtful.
 std::vector<std::string> flags_of(const fit::FittedModel& fit, const data::Table& table) {
   std::vector<std::string> flags(table.rows());
   const auto say = [&flags](std::size_t row, const std::string& text) {
@@ -166,7 +166,7 @@ class Groups {
     }
   }
 
-  /// Whether the effects of a row's group come from trees; they are NaN if they were not found.
+  /// Whether the effects of a row's group come from trees; NaN if the modes were not found.
   bool is_known(std::size_t term, std::size_t row) const {
     const Index group = found_.random[term].group_of_row[row];
     return group >= 0 && is_measured_[term][static_cast<std::size_t>(group)] &&
@@ -223,8 +223,8 @@ class Filling {
 
 namespace {
 
-/// The model of a part; none if the part has a label and no model of it converged: its trees then
-/// share the model of all.
+/// The model of a part; none if the part has a label and no model of it converged: its trees are
+/// then predicted by the model of all.
 std::optional<fit::FittedModel> model_of(const Part& part,
                                          const data::Table& table,
                                          const Catalogue& catalogue,

@@ -15,8 +15,8 @@
 namespace silvafit::study {
 namespace {
 
-/// The curve that is taken for heights unless another is asked for: two parameters, a finite limit,
-/// rising everywhere, and hardly correlated with the plots' differences in shape.
+/// The default curve of heights: two parameters, a finite limit,
+/// increasing everywhere, and hardly correlated with the plots' differences in shape.
 constexpr const char* kHeightModel = "M1";
 constexpr const char* kAll = "all:";
 constexpr const char* kPlot = "plot";
@@ -64,7 +64,7 @@ std::vector<Mean> means_of(const data::Table& table,
   return means;
 }
 
-/// Groups of a table that may have been selected from one with more.
+/// Groups of a table, which may be part of a larger table.
 std::size_t group_count(const data::Table& table, const std::string& column) {
   const data::TextColumn labels = table.labels(column);
   std::set<std::string_view> groups;
@@ -86,7 +86,7 @@ void note_few_plots(const data::Table& measured,
       options.response));
 }
 
-/// Random effects to try in turn: what was asked for, or two, one and none.
+/// Random effects to try in turn: the requested ones, or two, one and none.
 std::vector<std::string> random_texts(const fit::ModelSpecification& specification,
                                       const data::Table& table,
                                       const ImputeOptions& options) {
@@ -103,7 +103,7 @@ std::vector<std::string> random_texts(const fit::ModelSpecification& specificati
   return texts;
 }
 
-/// The variance function, by the column dbh unless another is asked for.
+/// The variance function; by the column dbh unless another is requested.
 std::string variance_text(const data::Table& table, const ImputeOptions& options) {
   if (!options.variance.empty()) return options.variance;
   return table.has("dbh") ? "power(dbh)" : "power";
@@ -122,7 +122,7 @@ Attempt fitted(const Mean& mean, const data::Table& table, const ImputeOptions& 
     specification.variance = fit::parse_variance_function(variance_text(table, options));
     fit::FitModelOptions how = mean.options;
     if (!options.method.empty()) how.method = fit::parse_method(options.method);
-    // A method for random effects has no effect if none are left.
+    // A method for random effects is ignored if there are none.
     if (random == "none" && options.random.empty()) how.method.reset();
     fit::FittedModel fit = fit::fit_model(specification, table, how).fit;
     fit.model = mean.model;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The models that imputation tries, and which of them it takes.
+// The models that imputation tries, and its choice among them.
 #pragma once
 
 #include "silvafit/study/impute.hpp"
 
 namespace silvafit::study {
 
-/// The column of the plots: the one asked for, or `plot`; empty if the table has none.
+/// The column of the plots: the requested one, or `plot`; empty if the table has none.
 std::string plot_column(const data::Table& table, const ImputeOptions& options);
 
-/// Makes sure that the columns which the models to try read as numbers hold numbers.
+/// Checks that the columns which the models read as numbers contain numbers.
 /// \throws InputError at the first value that is no number, or if there is no such column
 void require_model_numbers(const data::Table& table,
                            const Catalogue& catalogue,

@@ -57,7 +57,7 @@ constexpr int kMeasuredStands = 50;
 constexpr int kFewTrees = 8;
 
 /// 50 stands S1... with heights of half of their trees, but none on the last of several plots, and
-/// some stands S5... without heights, which are a line with effects of stand and plot.
+/// some stands S5... without heights; heights are a line with effects of stand and plot.
 /// With several plots a stand these are numbered from 1 in each, else they have the stand's name.
 data::Table linear_inventory(int unmeasured_stands, int plots_a_stand) {
   Random random(23);
@@ -151,7 +151,7 @@ TEST_CASE("heights are imputed with the effects of their plot, measured ones are
     const std::string plot(plots[row]);
     CHECK(result.source[row] == ImputeSource::kImputed);
     CHECK((result.level[row] == ImputeLevel::kPopulation) == (plot == "P12"));
-    // Only rounding is between the two.
+    // The two differ by rounding only.
     CHECK(result.value[row] == Approx(curve(fit, plot, table.numbers("dbh")[row])).epsilon(1e-12));
   }
   CHECK(result.source[1] == ImputeSource::kMissing);
@@ -274,7 +274,7 @@ TEST_CASE("nested groupings take the plot's effects, the stand's, or the populat
     CHECK(level_text(plain.level[row]) == (has_plot ? "plot" : has_stand ? "stand" : "population"));
     if (has_plot) continue;
     const double mean = fit.estimate[0] + fit.estimate[1] * table.numbers("dbh")[row];
-    // Only rounding is between the two.
+    // They differ by rounding only.
     CHECK(plain.value[row] ==
           Approx(mean + (has_stand ? stand_effect[stand] : 0.0)).epsilon(1e-12));
   }
@@ -289,7 +289,7 @@ TEST_CASE("nested groupings take the plot's effects, the stand's, or the populat
   CHECK(found == Approx(expected).epsilon(4.0 * std::sqrt(2.0 / kUnmeasured)));
 }
 
-TEST_CASE("a model without random effects for want of plots is noted") {
+TEST_CASE("too few plots for random effects give a note") {
   data::Table table = inventory();
   const Imputation with_plots = impute(table, catalogue());
   CHECK(with_plots.notes.empty());
@@ -316,7 +316,7 @@ TEST_CASE("a model without random effects for want of plots is noted") {
   CHECK_THROWS_AS(impute(table, catalogue(), {.group = "plt"}), UsageError);
 }
 
-TEST_CASE("several models are tried, and the one with the lowest AIC is taken") {
+TEST_CASE("of several models the one with the lowest AIC is used") {
   const data::Table table = inventory();
   const Imputation m1 = impute(table, catalogue(), {.models = {"M1"}});
   const Imputation m2 = impute(table, catalogue(), {.models = {"M2"}});
@@ -325,7 +325,7 @@ TEST_CASE("several models are tried, and the one with the lowest AIC is taken") 
   CHECK(both.models[0].fit.aic() == best);
 }
 
-TEST_CASE("imputation says what it lacks") {
+TEST_CASE("errors of imputation name the missing input") {
   data::Table table = inventory();
   CHECK_THROWS_WITH(impute(table, catalogue(), {.response = "volume"}),
                     Contains("unknown column 'volume'"));

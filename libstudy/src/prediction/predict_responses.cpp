@@ -24,7 +24,7 @@ bool contains(const Names& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// Predicts response by response, and fills gaps of what later ones need.
+/// Predicts the responses in turn, and replaces missing values that later ones need.
 class Predictor {
  public:
   Predictor(const data::Table& table, const PredictResponsesOptions& options)
@@ -124,7 +124,7 @@ class Predictor {
     return result;
   }
 
-  /// Predictors of some rows that are predictions themselves, with their errors.
+  /// Predictors of some rows that are predicted themselves, with their errors.
   std::vector<fit::UncertainColumn> uncertain_columns(const fit::FittedModel& fit,
                                                       const std::vector<std::size_t>& rows) {
     std::vector<fit::UncertainColumn> result;
@@ -149,7 +149,7 @@ class Predictor {
     return result;
   }
 
-  /// Trees whose predictors are predictions do not calibrate.
+  /// Trees with predicted predictors are not used for calibration.
   void hide_responses(const fit::FittedModel& fit,
                       const std::vector<std::size_t>& rows,
                       data::Table& part) const {
@@ -295,12 +295,12 @@ class Predictor {
     }
   }
 
-  /// The labels of the finer grouping without those of the coarser one before them.
+  /// The labels of the finer grouping without the labels of the coarser one.
   static Names inner_labels(const fit::FittedModel& fit) {
     Names labels = fit.random.back().labels;
     if (fit.random.size() < 2) return labels;
     for (std::string& label : labels) {
-      // The coarser label has no slash of its own there.
+      // The coarser label does not contain a slash there.
       label.erase(0, label.find('/') + 1);
     }
     return labels;
@@ -339,7 +339,7 @@ class Predictor {
     }
   }
 
-  /// A label that the fit has not seen counts as one that differs from all that the model names.
+  /// A label that is not in the fit is treated as one that differs from all labels in the model.
   void flag_levels(const fit::FittedModel& fit,
                    const data::Table& part,
                    const std::vector<std::size_t>& rows) {

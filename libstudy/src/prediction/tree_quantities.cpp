@@ -119,8 +119,8 @@ void QuantityMaker::plan() {
   }
 }
 
-/// Of the equations for all species, one that lists the species comes before one without a list;
-/// a single equation is used for all species, whatever it lists.
+/// Of the equations for all species, one that lists the species has priority over one without a
+/// list; a single equation is used for all species, even if it lists others.
 std::optional<const TreeEquation*> QuantityMaker::equation_for(const QuantityPlan& plan,
                                                                const std::string& species) const {
   const std::string key = lower_case(species);
@@ -184,7 +184,7 @@ void QuantityMaker::note_domain(const TreeEquation& equation,
         rows, [&](std::size_t row) { return values[row] < range.low || values[row] > range.high; });
     if (outside == 0) continue;
     result_.notes.push_back(
-        fmt::format("{} outside of the domain of {}, {} {} to {}, and {} extrapolated",
+        fmt::format("{} outside the domain of {}, {} {} to {}, and {} extrapolated",
                     counted(static_cast<std::size_t>(outside), "tree is", "trees are"),
                     equation.id,
                     range.column,
@@ -230,7 +230,7 @@ void QuantityMaker::compute(const QuantityPlan& plan) {
     result_.notes.push_back(
         fmt::format("{} no {}: {}", counted(count, "tree has", "trees have"), plan.name, why));
   };
-  note(missing, "a measure is missing that the equation needs; silvafit impute fills heights");
+  note(missing, "a value that the equation needs is missing; silvafit impute fills heights");
   note(without_equation, "no equation lists the species; give SPECIES=ID in --equations");
   note(not_positive, "the equation gives 0 or less");
   if (!table_.has(plan.name)) table_.set(plan.name, values);

@@ -48,7 +48,7 @@ bool mentions(const std::vector<std::string>& notes, const std::string& text) {
 }  // namespace
 
 TEST_CASE(
-    "Every equation of the catalogue has its reference points, a source and sensible values") {
+    "Every equation of the catalogue has its reference points, a source and plausible values") {
   const TreeEquations equations = TreeEquations::load(models_folder());
   CHECK(equations.all().size() >= 14);
   for (const TreeEquation& equation : equations.all()) {
@@ -79,7 +79,7 @@ TEST_CASE("Equations have the values of their publications") {
   CHECK(std::isnan(found.quantities[0].values[2]));
   CHECK(found.quantities[1].values[0] == Approx(116.595).epsilon(1e-5));
   CHECK(found.quantities[2].values[0] == Approx(0.47 * 116.595).epsilon(1e-5));
-  CHECK(mentions(found.notes, "1 tree has no volume: a measure is missing"));
+  CHECK(mentions(found.notes, "1 tree has no volume: a value that the equation needs is missing"));
 }
 
 TEST_CASE("Feet and inches are converted") {
@@ -99,10 +99,10 @@ TEST_CASE("Feet and inches are converted") {
   CHECK(found.notes.empty());
   table.set("dbh", std::vector<double>{60.0});
   CHECK(mentions(tree_quantities(table, settings).notes,
-                 "outside of the domain of maple, dbh 2.54 to 50.8"));
+                 "outside the domain of maple, dbh 2.54 to 50.8"));
 }
 
-TEST_CASE("Species have equations of their own, or the one that lists them") {
+TEST_CASE("A species uses its own equation, or the one that lists it") {
   const TreeQuantities own =
       tree_quantities(three_trees(), using_equations({"jenkins-oak", "b=jenkins-pine"}));
   CHECK(own.quantities[0].values[0] == Approx(std::exp(-2.0127 + 2.4342 * std::log(20))));
@@ -119,17 +119,17 @@ TEST_CASE("Species have equations of their own, or the one that lists them") {
       Contains("two equations of biomass for all species"));
 }
 
-TEST_CASE("The volume by the taper of drawn trees is that of slices of their stems") {
+TEST_CASE("The volume by the taper equation equals the sum of slices of the stem") {
   const TreeQuantities found = tree_quantities(three_trees(), using_equations({"taper"}));
   CHECK(found.quantities[0].name == "volume");
-  // A form factor of trees: between a cone (1/3) and a cylinder.
+  // A plausible form factor: between a cone (1/3) and a cylinder.
   const double cylinder = M_PI / 4 * 0.2 * 0.2 * 16;
   CHECK(found.quantities[0].values[0] > cylinder / 3);
   CHECK(found.quantities[0].values[0] < 0.7 * cylinder);
   CHECK(std::isnan(found.quantities[0].values[2]));
 }
 
-TEST_CASE("Mistakes in equations are named") {
+TEST_CASE("Errors in equations give their place") {
   CHECK_THROWS_WITH(tree_quantities(three_trees(), using_equations({"jenkins-pin"})),
                     Contains("unknown equation 'jenkins-pin'") && Contains("jenkins-pine"));
   CHECK_THROWS_WITH(tree_quantities(three_trees(), using_equations({"chave-2014"})),

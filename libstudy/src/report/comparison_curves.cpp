@@ -21,8 +21,8 @@ std::optional<Range> range_of(const fit::FittedModel& fit, const std::string& co
   return std::nullopt;
 }
 
-/// Without a range of DBH, as in published libraries, nobody knows where the curve should end; a
-/// comparison with text, such as species == "SM", has no value in the middle.
+/// Without a range of DBH, as in published libraries, the ends of the curve are unknown. A
+/// covariate that is compared with text, such as species == "SM", has no middle value.
 bool has_curve(const fit::FittedModel& fit) {
   const auto dbh = range_of(fit, "dbh");
   if (!dbh || !(dbh->first < dbh->second)) return false;
@@ -45,7 +45,7 @@ std::vector<double> predicted(const fit::FittedModel& fit, const data::Table& gr
   return {values.begin(), values.end()};
 }
 
-/// The height model of a species to go with a model: of its own role before any other.
+/// The height model of a species for a model that reads h: of the same role if there is one.
 const LibraryModel* height_model(const ModelLibrary& library, const LibraryModel& model) {
   const LibraryModel* found = nullptr;
   for (const LibraryModel& candidate : library.models) {
@@ -56,7 +56,7 @@ const LibraryModel* height_model(const ModelLibrary& library, const LibraryModel
   return found;
 }
 
-/// What the curves are drawn over; a range grows narrower with each model that uses the column.
+/// The ranges over which curves are drawn; each model that uses a column narrows its range.
 class Setting {
  public:
   void widen_dbh(const Range& range) {
@@ -70,7 +70,7 @@ class Setting {
       if (is_new) continue;
       Range& common = place->second;
       const Range narrower{std::max(common.first, range.low), std::min(common.second, range.high)};
-      // Ranges that do not meet have no middle in common; that of the first model is kept.
+      // Ranges that do not overlap have no common middle; that of the first model is used.
       if (narrower.first <= narrower.second) common = narrower;
     }
   }

@@ -18,10 +18,10 @@ struct ComparedCurves {
                                               ///< the DBH that the model was fitted to
 };
 
-/// Population curves of the models of one species, response and role; no DBH where none of them
+/// Population curves of the models of one species, response and role; empty if no model
 /// has a curve.
-/// \param models     by library, null where it has no such model
-/// \param libraries  as many
+/// \param models     by library, null if it has no such model
+/// \param libraries  in the same order
 ComparedCurves compared_curves(const std::vector<const LibraryModel*>& models,
                                const std::vector<ModelLibrary>& libraries);
 

@@ -31,7 +31,7 @@ Subject subject_of(const LibraryModel& model) {
   return {.species = model.species, .response = model.response, .role = model.role};
 }
 
-/// In the order of the first library, then what only later ones have.
+/// In the order of the first library, then those that only later ones have.
 std::vector<Subject> subjects_of(const std::vector<ModelLibrary>& libraries) {
   std::vector<Subject> subjects;
   for (const ModelLibrary& library : libraries) {
@@ -43,7 +43,7 @@ std::vector<Subject> subjects_of(const std::vector<ModelLibrary>& libraries) {
   return subjects;
 }
 
-/// The library's model; of several the one of lowest AIC, as predictions take it.
+/// The library's model; of several the one of lowest AIC, as in predictions.
 const LibraryModel* model_of(const ModelLibrary& library, const Subject& subject) {
   const LibraryModel* found = nullptr;
   for (const LibraryModel& model : library.models) {
@@ -53,7 +53,7 @@ const LibraryModel* model_of(const ModelLibrary& library, const Subject& subject
   return found;
 }
 
-/// Why two fits are not of the same trees, as far as one can know; empty if they are.
+/// The reason why two fits are not of the same trees; empty if they may be.
 std::string different_data(const fit::FittedModel& first,
                            const LibraryInventory& first_data,
                            const fit::FittedModel& other,
@@ -65,14 +65,14 @@ std::string different_data(const fit::FittedModel& first,
     return first.response_fingerprint == other.response_fingerprint ? ""
                                                                     : "fitted to different values";
   }
-  // Published and older fits do not say which values they were fitted to; their files may.
+  // Published and older fits have no fingerprint of their values; their files may have one.
   if (first_data.fingerprint.empty() || other_data.fingerprint.empty()) {
     return "a fit does not store which data it used";
   }
   return first_data.fingerprint == other_data.fingerprint ? "" : "fitted to different files";
 }
 
-/// Why AIC and BIC of two fits cannot be compared; empty if they can.
+/// The reason why AIC and BIC of two fits cannot be compared; empty if they can.
 std::string not_comparable(const LibraryModel& first,
                            const LibraryInventory& first_data,
                            const LibraryModel& other,
@@ -90,7 +90,7 @@ std::string not_comparable(const LibraryModel& first,
   return different_data(first.fit, first_data, other.fit, other_data);
 }
 
-/// As good as the fit's own data show: conditional with random effects, else population.
+/// The most accurate statistics of the fit: conditional with random effects, else population.
 const fit::FitStatistics& best_statistics(const fit::FittedModel& fit) {
   return fit.has_random_effects() ? fit.conditional : fit.population;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data of the comparison page against the libraries that they show.
+// The data of the comparison page against the compared libraries.
 #include "silvafit/study/comparison_page.hpp"
 
 #include <unistd.h>
@@ -46,7 +46,7 @@ ModelLibrary simplified() {
 
 }  // namespace
 
-TEST_CASE("a library differs from itself in nothing") {
+TEST_CASE("a library does not differ from itself") {
   const json data = compared(library(), library());
   CHECK(data["schema"] == "silvafit-comparison/1");
   REQUIRE(data["pairs"].size() == library().models.size());
@@ -61,7 +61,7 @@ TEST_CASE("a library differs from itself in nothing") {
   }
 }
 
-TEST_CASE("differences are those of the fits, the second less the first") {
+TEST_CASE("differences are values of the second fit minus those of the first") {
   const json data = compared(library(), simplified());
   const json& difference = pair_of(data, "nlme")["differences"][0];
   const fit::FittedModel& mixed = library().models.back().fit;
@@ -72,7 +72,7 @@ TEST_CASE("differences are those of the fits, the second less the first") {
   CHECK(difference["rmse"].get<double>() == ordinary.population.rmse - mixed.conditional.rmse);
 }
 
-TEST_CASE("likelihoods of other data, of fewer trees or by REML are not compared") {
+TEST_CASE("likelihoods are not compared if data, trees or methods differ") {
   const auto reason_of = [](const ModelLibrary& other) {
     const json difference = pair_of(compared(library(), other), "nlme")["differences"][0];
     CHECK(difference["aic"].is_null());
@@ -135,7 +135,7 @@ TEST_CASE("curves are population predictions within each fit's own range of DBH"
 TEST_CASE("crown bases are compared at the heights of each library's own height model") {
   const ModelLibrary published = find_library("shanxia-2023", test::source_file("models"));
   const json data = compared(published, published);
-  // Published coefficients come without the range of DBH that they hold for, so without curves.
+  // Published coefficients have no range of DBH, so there are no curves.
   for (const json& pair : data["pairs"]) CHECK(pair["curves"].is_null());
 
   ModelLibrary ranged = published;
@@ -169,7 +169,7 @@ TEST_CASE("one library, or a missing name, cannot be compared") {
   CHECK_THROWS_AS(comparison_data({library(), library()}, {"a"}), UsageError);
 }
 
-TEST_CASE("the comparison page holds its data whatever the libraries are called") {
+TEST_CASE("names of libraries are escaped in the comparison page") {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() /
                                        ("silvafit-comparison-" + std::to_string(::getpid()));
   const std::filesystem::path page_template = folder / "template.html";

@@ -8,7 +8,7 @@
 
 namespace silvafit::study {
 
-/// null where there is none.
+/// null if there are none.
 nlohmann::ordered_json left_out_object(const ResponseStudy& result);
 
 }  // namespace silvafit::study

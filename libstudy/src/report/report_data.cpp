@@ -28,7 +28,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// More points than this only blacken the page; every k-th tree is shown then.
+// More points cannot be distinguished on the page; every k-th tree is shown then.
 constexpr std::size_t kMostPoints = 4000;
 
 void add_criteria(ordered_json& row, const Candidate& candidate) {
@@ -143,7 +143,7 @@ std::vector<double> by_tree(const ResponseStudy& result,
   return values;
 }
 
-/// Columns of the trees that are shown.
+/// Columns of the trees on the page.
 class Observations {
  public:
   Observations(const ResponseStudy& result, const data::Table& table)
@@ -237,7 +237,7 @@ ordered_json curves_object(const Curves& curves) {
   return object;
 }
 
-/// The notes, and the best candidates that were rejected.
+/// The notes, and the best of the rejected candidates.
 std::vector<std::string> joined_notes(const ResponseStudy& result) {
   std::vector<std::string> notes = result.notes;
   for (std::string& sentence : result.rejected()) notes.push_back(std::move(sentence));
@@ -344,7 +344,7 @@ ordered_json cell_value(const TableCell& cell, ColumnKind kind) {
   return value != nullptr ? number_or_null(*value) : ordered_json(nullptr);
 }
 
-/// The tables that sum up the whole study, as its folder has them.
+/// The tables on the whole study, as in its folder.
 ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogue) {
   static const std::set<std::string> summaries{"species",
                                                "gains",

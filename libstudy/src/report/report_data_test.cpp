@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data of the report page against the study that they show.
+// The data of the report page against its study.
 #include "silvafit/study/report_data.hpp"
 
 #include <catch2/catch.hpp>
@@ -40,7 +40,7 @@ TEST_CASE("the report shows each level with one chosen row, and the verdict of t
   }
 }
 
-TEST_CASE("observations are columns of equal length, residuals over their own spread") {
+TEST_CASE("observations are columns of equal length, standardized residuals") {
   const test::RecordedStudy recorded({});
   const ResponseStudy& study = recorded.record.study.results.front();
   const json observations = data_of(recorded.record)["results"][0]["observations"];
@@ -105,7 +105,7 @@ TEST_CASE("gain is the difference of R2 in percentage points, and null without a
   CHECK(single["random"].empty());
 }
 
-TEST_CASE("the report of a study is the same text each time, whatever the clock says") {
+TEST_CASE("the report of a study does not depend on the time") {
   const test::RecordedStudy recorded({});
   const std::string first = report_data(recorded.record, test::catalogue());
   CHECK(report_data(recorded.record, test::catalogue()) == first);
@@ -118,7 +118,7 @@ TEST_CASE("classes of a covariate are the chosen models at its values, the rest 
   record.table = test::stand({});
   record.study = run_study(record.table, test::catalogue(), {.responses = {"h"}});
   const ResponseStudy& study = record.study.results.front();
-  // The stand's height depends on C, strongly enough to be found.
+  // C has a strong effect on the height of the stand, so level 2 selects it.
   REQUIRE(study.nlme->fit.specification.predictors() == std::vector<std::string>{"dbh", "C"});
   const json result = data_of(record)["results"][0];
   REQUIRE(result["curves"]["by_class"].size() == 1);
@@ -145,7 +145,7 @@ TEST_CASE("classes of a covariate are the chosen models at its values, the rest 
       CHECK(classes["covariates"][k][i].get<double>() == least_squares[at]);
     }
   }
-  // Crowding lowers the rate of growth in this stand: the curves come in the order of the classes.
+  // Crowding lowers the rate of growth in this stand: the curves are in the order of the classes.
   CHECK(classes["population"][0][30].get<double>() > classes["population"][4][30].get<double>());
 }
 
@@ -181,7 +181,7 @@ TEST_CASE("the report names the file's fingerprint and what computed it") {
         std::vector<std::string>{"silvafit", "compiler", "Ceres Solver", "Eigen", "Boost"});
 }
 
-TEST_CASE("names from the inventory stay texts, whatever is in them") {
+TEST_CASE("names from the inventory are escaped") {
   const std::string species = R"(</script><script>alert("x")//',)";
   const test::RecordedStudy recorded({.species = species});
   const json data = data_of(recorded.record);
@@ -204,7 +204,7 @@ TEST_CASE("random effects have conditional standard errors, smaller than their s
       const double se = random["eblup_se"][fit.random.back().labels[group]][effect].get<double>();
       // Given the plot's trees, V; text and back leave the double as it is.
       CHECK(se == std::sqrt(fit.random.back().uncertainty.covariance(g, q)(k, k)));
-      // Thirty trees of a plot say more of it than the spread of plots does.
+      // Thirty trees of a plot give more information about it than the distribution of plots does.
       CHECK(se < fit.random.back().sd()[k]);
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A fit in the form that all pages read.
+// A fit as JSON for all pages.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,8 +8,8 @@
 
 namespace silvafit::study {
 
-/// What `silvafit fit --json` prints of a fit, without the time that it took, which would make two
-/// pages of the same study differ. Where the uncertainty of the random effects is known, it has
+/// The JSON of `silvafit fit --json`, without the computing time, because pages of the
+/// same study must not differ. If the uncertainty of the random effects is known, it has
 /// `random.eblup_se` instead of matrices for each group: the standard errors of their prediction,
 /// sqrt(diag(V + S Var(beta) S')) with the symbols of EffectUncertainty.
 nlohmann::ordered_json fit_object(const fit::FittedModel& fit);

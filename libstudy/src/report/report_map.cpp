@@ -15,7 +15,7 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kMostTrees = 20000;
 
-/// Positions to the millimeter, which is finer than they are measured.
+/// Rounds positions to the millimeter, which is finer than they are measured.
 ordered_json millimeters(double value) {
   if (!std::isfinite(value)) return nullptr;
   return std::round(value * 1e3) / 1e3;
@@ -38,7 +38,7 @@ ordered_json rings_of(const stand::Window& window) {
   return rings;
 }
 
-/// Maps are drawn of each window, or of each plot where there is no window.
+/// There is a map of each window, or of each plot without windows.
 ordered_json areas_of(const stand::Inventory& inventory, const stand::PlotWindows& windows) {
   ordered_json areas = ordered_json::array();
   const auto add = [&areas](const std::string& name, ordered_json rings) {
@@ -58,7 +58,7 @@ ordered_json names_of_layers() {
   return names;
 }
 
-/// What the page knows of each tree, column by column.
+/// The data of the trees on the page, column by column.
 class TreeColumns {
  public:
   TreeColumns(const stand::Inventory& inventory, const stand::StructuralUnits& units)

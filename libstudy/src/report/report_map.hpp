@@ -9,8 +9,8 @@
 
 namespace silvafit::study {
 
-/// Windows, stems, crowns and structural units, as docs/report-data.md describes them. Nothing
-/// without positions, or where there are so many trees that the page would be slow.
+/// Windows, stems, crowns and structural units, as docs/report-data.md describes them. Empty
+/// without positions, or if there are so many trees that the page would be slow.
 std::optional<nlohmann::ordered_json> report_map(const StudyRecord& record);
 
 }  // namespace silvafit::study

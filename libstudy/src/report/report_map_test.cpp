@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The map of the report page against the stand that it shows.
+// The map of the report page against its stand.
 #include "report/report_map.hpp"
 
 #include <catch2/catch.hpp>

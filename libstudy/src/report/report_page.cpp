@@ -25,8 +25,8 @@ kainjow::mustache::mustache read_template(const std::filesystem::path& path) {
   return page;
 }
 
-/// The text as JSON would have it, where bytes that are not UTF-8 are replaced: a browser may not
-/// believe a page that has others.
+/// The text as JSON would have it, where bytes that are not UTF-8 are replaced: a browser may
+/// decode a page with other bytes in another encoding.
 std::string as_utf8(const std::string& text) {
   return nlohmann::json::parse(json_text(nlohmann::json(text))).get<std::string>();
 }

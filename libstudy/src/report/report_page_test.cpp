@@ -29,7 +29,7 @@ struct Folder {
   }
 };
 
-/// As small as a template can be; the script has what a bundle is full of.
+/// A minimal template; its script has characters that a template engine might change.
 constexpr std::string_view kTemplate =
     "{{=<% %>=}}<!doctype html>\n<title><% title %></title>\n"
     "<script type=\"application/json\" id=\"report-data\"><%& data %></script>\n"
@@ -40,14 +40,14 @@ std::string between(const std::string& text, const std::string& start, const std
   return text.substr(from, text.find(end, from) - from);
 }
 
-/// What a browser reads from the page's data element: everything up to the first `</script`.
+/// The page's data element as a browser reads it: everything up to the first `</script`.
 nlohmann::json data_of(const std::string& page) {
   return nlohmann::json::parse(between(page, "id=\"report-data\">", "</script"));
 }
 
 }  // namespace
 
-TEST_CASE("a filled page keeps every byte of the template but for its tags") {
+TEST_CASE("filling changes only the tags of a template") {
   const Folder folder;
   write_report_page(folder.file("t.html", kTemplate),
                     R"({"n": 1})",
@@ -67,7 +67,7 @@ TEST_CASE("a title that is not UTF-8 makes a page that is") {
   CHECK(between(page, "<title>", "</title>") == "S\u00e9ne\uFFFD");
 }
 
-TEST_CASE("no text in the data can leave its element or be taken for a tag") {
+TEST_CASE("text in the data cannot end its element or be read as a tag") {
   const Folder folder;
   const nlohmann::json data = {
       {"name", "</script><!-- <script> & \u2028\u2029 \u20AC <% title %> {{data}} \\u003c \"q\""}};
@@ -80,14 +80,14 @@ TEST_CASE("no text in the data can leave its element or be taken for a tag") {
   CHECK(between(page, "<title>", "</title>") == "&lt;/title&gt;&lt;script&gt;");
 }
 
-TEST_CASE("escaping touches nothing else and does not read past the end") {
+TEST_CASE("escaping changes nothing else and does not read past the end") {
   CHECK(escape_for_script("").empty());
   CHECK(escape_for_script("{\"a\": [1e-9, null, \"\u00e4 \u2014 \u20AC\"]}") ==
         "{\"a\": [1e-9, null, \"\u00e4 \u2014 \u20AC\"]}");
   CHECK(escape_for_script("<\xE2\x80") == "\\u003c\xE2\x80");
 }
 
-TEST_CASE("data that are not JSON, and files that are not the template, are refused") {
+TEST_CASE("data that are not JSON, and files that are not the template, are errors") {
   const Folder folder;
   const fs::path page = folder.file("t.html", kTemplate);
   const fs::path out = folder.path / "r.html";
@@ -115,6 +115,6 @@ TEST_CASE("the bundled page takes the example's data") {
   CHECK(data_of(page) == nlohmann::json::parse(example));
   CHECK_THAT(page, Catch::Matchers::StartsWith("<!doctype html>"));
   CHECK(page.find("<%") == std::string::npos);
-  // Nothing of the bundle may get lost: the page is the template plus the data.
+  // The page must be the template plus the data.
   CHECK(page.size() >= fs::file_size(bundled) + example.size() - 200);
 }

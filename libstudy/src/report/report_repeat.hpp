@@ -9,8 +9,8 @@
 namespace silvafit::study {
 
 /// `repeat` of docs/report-data.md: the fingerprint of the inventory's file (empty for a table in
-/// memory), and the versions of what computed the numbers.
-/// \throws InputError if the inventory is no longer there
+/// memory), and the versions of the program and its libraries.
+/// \throws InputError if the inventory no longer exists
 nlohmann::ordered_json report_repeat(const StudyRecord& record);
 
 /// Name and version of the program, the compiler and the numerical libraries that made it.

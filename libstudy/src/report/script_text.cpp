@@ -6,10 +6,10 @@
 namespace silvafit::study {
 namespace {
 
-/// U+2028 and U+2029 share their first two bytes of UTF-8 and were line ends in scripts.
+/// U+2028 and U+2029, which scripts read as line ends, share their first two bytes of UTF-8.
 constexpr std::string_view kSeparatorLead = "\xE2\x80";
 
-/// The escape of what stands at the position, and how many bytes it replaces; empty if none is
+/// The escape of the character at the position, and how many bytes it replaces; empty if none is
 /// needed.
 struct Escape {
   std::string_view text{};

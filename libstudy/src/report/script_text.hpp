@@ -7,9 +7,9 @@
 
 namespace silvafit::study {
 
-/// The JSON text in a form that may stand inside an HTML script element: `<`, `>`, `&`, U+2028 and
-/// U+2029, which JSON has inside texts only, become their escapes (`\u003c`). The value stays the
-/// same.
+/// The JSON text in a form that is valid inside an HTML script element: `<`, `>`, `&`, U+2028 and
+/// U+2029, which occur only inside texts, become their escapes (`\u003c`). The value does not
+/// change.
 ///
 /// \param json  UTF-8
 std::string escape_for_script(std::string_view json);

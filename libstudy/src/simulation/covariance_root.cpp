@@ -22,7 +22,7 @@ std::optional<Eigen::MatrixXd> covariance_root(const Eigen::MatrixXd& covariance
         root(i, j) = rest / root(j, j);
         continue;
       }
-      // Nothing is left of effect j, so nothing of it may be left in another one either. The bound
+      // Effect j has no variance left, so its covariances must be 0, too. The bound
       // is that of a pivot at the tolerance: |rest| <= sqrt(pivot_i pivot_j).
       const double largest = std::sqrt(kTolerance * covariance(i, i) * covariance(j, j));
       if (std::abs(rest) > largest) return std::nullopt;

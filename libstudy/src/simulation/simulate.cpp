@@ -22,7 +22,7 @@ constexpr double kLowestCrownBase = 0.15;
 constexpr double kHighestCrownBase = 0.95;  ///< of height
 constexpr double kSmallestCrown = 0.4;
 
-/// Responses as numbers of random streams.
+/// Numbers of the random streams of the responses.
 enum Response : std::size_t { kHeight = 0, kCrownBase = 1, kCrownWidth = 2 };
 
 /// The trees of one species: their rows in the inventory and their data columns.
@@ -34,7 +34,7 @@ struct Group {
   Columns columns{};
 };
 
-/// Gathers a measure of all trees into a column of each species.
+/// Collects a variable of all trees into a column of each species.
 void spread_over_groups(std::vector<Group>& groups,
                         const std::string& name,
                         const std::vector<double>& values) {
@@ -96,7 +96,7 @@ stand::StructuralUnits units_of(const SimulationDesign& design,
                                   .threads = threads});
 }
 
-/// What is drawn once for each crown and then stays, however often C changes.
+/// Random numbers of a crown, which are drawn once and do not depend on C.
 struct CrownDraw {
   double residual = 0.0;                                   ///< standard normal
   std::array<double, 4> radius_share{1.0, 1.0, 1.0, 1.0};  ///< of the mean radius: e, w, s, n
@@ -155,7 +155,7 @@ class Crowns {
     return {group.design->cw, design.plots.size(), group.plot_of_tree, effects};
   }
 
-  /// Radii in whole centimeters, and the crown width that they make, exact to the last digit.
+  /// Rounds radii to whole centimeters and computes the crown width from them.
   static void measure_tree(std::size_t row,
                            double width,
                            const CrownDraw& draw,
@@ -178,10 +178,10 @@ class Crowns {
   std::size_t clamped_ = 0;
 };
 
-/// Lets trees take the new C; the number of trees where it is another one.
+/// Updates C of the trees and returns the number of changed values.
 ///
-/// All take it at once at first. Two trees that wait for each other would then change for ever, so
-/// that later each takes it with probability 1/2.
+/// All trees change together at first. Two trees that depend on each other might then alternate
+/// without end, so later each changes with probability 1/2.
 std::size_t adopt(std::vector<double>& crowding,
                   const std::vector<double>& updated,
                   bool hesitantly,
@@ -195,7 +195,7 @@ std::size_t adopt(std::vector<double>& crowding,
   return changed;
 }
 
-/// Crown widths and C that agree: recomputed in turn, with the residuals kept.
+/// Iterates crown widths and C, which depend on each other, until they agree. Residuals are fixed.
 void settle_crowns(const SimulationDesign& design,
                    std::uint64_t seed,
                    unsigned threads,
@@ -220,7 +220,7 @@ void settle_crowns(const SimulationDesign& design,
     const stand::StructuralUnits units = units_of(design, inventory, threads);
     const bool hesitantly = ++result.crowding_passes > kPassesTogether;
     if (result.crowding_passes == kMostPasses) {
-      // The C of the file is the one of its crowns, also for trees that never came to rest.
+      // C in the file is computed from its crowns, also for trees that did not converge.
       result.crowding_unsettled = adopt(crowding, units.C, false, random);
       spread_over_groups(groups, "C", crowding);
       break;
@@ -231,7 +231,7 @@ void settle_crowns(const SimulationDesign& design,
   for (std::size_t s = 0; s < crowns.size(); ++s) result.species[s].cw = crowns[s].drawn();
 }
 
-/// A response with residuals between limits: drawn again while outside, at last set to the limit.
+/// A response with residuals between limits: redrawn while outside, finally set to the limit.
 template <typename Limits>
 std::vector<double> draw_between(const Group& group,
                                  const ResponseDesign& response_design,

@@ -15,7 +15,7 @@ using namespace silvafit;
 
 namespace {
 
-/// The species' trees with the indices that the file gives.
+/// The species' trees with the indices of the file.
 data::Table trees_of(const std::string& species) {
   const stand::Inventory inventory =
       stand::read_inventory(test::source_file("examples/fir-mixed/inventory.csv")).inventory;
@@ -46,7 +46,7 @@ void check_recovery(const study::ResponseDesign& design, const data::Table& tabl
   for (Eigen::Index i = 0; i < design.fixed.size(); ++i) {
     INFO(fit.coefficient_names[static_cast<std::size_t>(i)]
          << ": " << fit.estimate[i] << " +- " << errors[i] << ", truth " << design.fixed[i]);
-    // Ten plots give the standard errors some ten degrees of freedom, where 4 is one in 400.
+    // Ten plots give the standard errors about ten degrees of freedom, where |t| > 4 has p = 1/400.
     CHECK(std::abs(fit.estimate[i] - design.fixed[i]) < 4.0 * errors[i]);
   }
 }
@@ -78,9 +78,9 @@ TEST_CASE("mixed models recover the heights and crown bases of the example's des
   }
 }
 
-TEST_CASE("a regression of crown width on C overrates C, which the crown itself has made") {
+TEST_CASE("a regression of crown width on C is biased, because C depends on the crown") {
   // A crown that is wide by chance overlaps more neighbors: its residual and C are correlated, and
-  // least squares or likelihood of one tree at a time book that to C.
+  // least squares or likelihood of one tree at a time attribute that to C.
   const study::SimulationDesign design = example();
   for (const study::SpeciesDesign& species : design.species) {
     if (!is_main(species)) continue;

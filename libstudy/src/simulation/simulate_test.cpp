@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Simulated stands against the theory behind their design. Bounds of 4 standard errors: with the
-// fixed seed they hold or not for good; one in 16,000 would fail for another seed.
+// Simulated stands against the theory of their design. Bounds of 4 standard errors: with the
+// fixed seed the result is always the same; one of 16,000 other seeds would fail.
 #include "silvafit/study/simulate.hpp"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ bool is_multiple(double value, double per_unit) {
 
 }  // namespace
 
-TEST_CASE("the same design and seed give the same bytes, another seed others") {
+TEST_CASE("the bytes depend on the design and the seed only") {
   const study::SimulationDesign design = study::parse_design(plain_design().dump(), "");
   const study::SimulatedStand one_thread = study::simulate(design, 7, 1);
   const study::SimulatedStand two_threads = study::simulate(design, 7, 2);
@@ -45,7 +45,7 @@ TEST_CASE("the same design and seed give the same bytes, another seed others") {
   CHECK(csv_of(one_thread) != csv_of(study::simulate(design, 8)));
 }
 
-TEST_CASE("stems keep their distance, inside their plots, in the number of the density") {
+TEST_CASE("stems have the minimum distance and the density of the design, inside their plots") {
   const stand::Inventory trees = stand_of(plain_design()).inventory;
   CHECK(trees.size() == 3000);
   double nearest = 1e9;
@@ -63,7 +63,7 @@ TEST_CASE("stems keep their distance, inside their plots, in the number of the d
   CHECK(nearest >= 0.7);
 }
 
-TEST_CASE("patchiness makes counts of quadrats vary more than chance would") {
+TEST_CASE("patchiness increases the variance of counts in quadrats") {
   const auto dispersion = [](double patchiness) {
     json design = plain_design();
     design["stems"]["minimum_distance"] = 0;
@@ -88,8 +88,8 @@ TEST_CASE("DBH has the mean and standard deviation of the design") {
   design["species"][0]["density"] = 4000;
   design["stems"]["minimum_distance"] = 0;
   double plot_log_sd = 0.0;
-  SECTION("without plots' share") {}
-  SECTION("with plots' share") { plot_log_sd = 0.2; }
+  SECTION("without variance between plots") {}
+  SECTION("with variance between plots") { plot_log_sd = 0.2; }
   design["species"][0]["dbh"]["plot_log_sd"] = plot_log_sd;
   const study::SimulatedStand stand = stand_of(design);
   const std::vector<double>& dbh = stand.inventory.dbh_cm;
@@ -98,7 +98,7 @@ TEST_CASE("DBH has the mean and standard deviation of the design") {
   const double plot_sd = 19.86 * std::sqrt(std::expm1(plot_log_sd * plot_log_sd));
   const double se = std::sqrt(8.91 * 8.91 / n + plot_sd * plot_sd / plots);
   CHECK(std::abs(mean(dbh) - 24.86) < 4.0 * se);
-  // A gamma variate of shape k has kurtosis 3 + 6/k; plots add little to that of the sd.
+  // A gamma variate of shape k has kurtosis 3 + 6/k; the factor of plots changes that little.
   const double kurtosis = 3.0 + 6.0 / std::pow(19.86 / 8.91, 2);
   const double se_sd = 8.91 * 0.5 * std::sqrt((kurtosis - 1.0) / n + plot_log_sd * 0.02);
   CHECK(std::abs(std::sqrt(variance(dbh)) - 8.91) < 4.0 * se_sd);
@@ -140,7 +140,7 @@ TEST_CASE("random effects of many plots have the covariance of the design") {
   }
 }
 
-TEST_CASE("residuals spread as the variance function says") {
+TEST_CASE("residuals have the standard deviation of the variance function") {
   json variance_function;
   double (*spread)(double) = nullptr;
   SECTION("none") {
@@ -176,7 +176,7 @@ TEST_CASE("residuals spread as the variance function says") {
   check_standard_normal(high);
 }
 
-TEST_CASE("the residual root mean square that is asked for comes out") {
+TEST_CASE("the residuals have the requested root mean square") {
   json design = plain_design();
   json& height = design["species"][0]["h"];
   height.erase("sigma");
@@ -192,7 +192,7 @@ TEST_CASE("the residual root mean square that is asked for comes out") {
   CHECK(rms == Approx(2.2).epsilon(4.0 * 1.3 / std::sqrt(2.0 * 3000.0)));
 }
 
-TEST_CASE("crowns follow the C that the file itself gives") {
+TEST_CASE("crown widths are those for the C of the file") {
   json design = plain_design();
   design["species"][0]["cw"] = {
       {"formula", "cw ~ a + b*dbh"},
@@ -220,13 +220,13 @@ TEST_CASE("crowns follow the C that the file itself gives") {
               .epsilon(1e-14));
   }
   check_standard_normal(residuals);
-  // With another C than that of the file, fitted values would be 0.2 and more off somewhere.
+  // With another C than that of the file, some fitted values would be off by 0.2 and more.
   CHECK(*std::max_element(residuals.begin(), residuals.end()) < 5.0);
   CHECK(*std::min_element(residuals.begin(), residuals.end()) > -5.0);
   CHECK(crowded.size() > 100);
 }
 
-TEST_CASE("where crowding narrows crowns, trees without rest are counted") {
+TEST_CASE("trees whose crown and C do not converge are counted") {
   json design = plain_design();
   design["species"][0]["cw"]["parameters"] = {"a ~ 1 + C"};
   design["species"][0]["cw"]["fixed"] = {{"a", 2.5}, {"a:C", -0.3}, {"b", 0.02}};
@@ -236,7 +236,7 @@ TEST_CASE("where crowding narrows crowns, trees without rest are counted") {
   CHECK(stand.crowding_unsettled < stand.inventory.size() / 2);
 }
 
-TEST_CASE("values are rounded as measured and within limits, also for absurd designs") {
+TEST_CASE("values are rounded as measured and within limits, also for implausible designs") {
   json design = plain_design();
   design["species"][0]["h"]["fixed"] = {{"a", -3}, {"b", 0.2}};
   design["species"][0]["hcb"]["fixed"] = {{"a", 1.0}};
@@ -257,7 +257,7 @@ TEST_CASE("values are rounded as measured and within limits, also for absurd des
   CHECK(stand.species[0].cw.clamped > 0);
 }
 
-TEST_CASE("the inventory reader takes every simulated tree") {
+TEST_CASE("the inventory reader accepts every simulated tree") {
   const auto path = std::filesystem::temp_directory_path() / "silvafit-simulate-test.csv";
   const study::SimulatedStand stand = stand_of(plain_design());
   write_file(path, csv_of(stand));
@@ -270,7 +270,7 @@ TEST_CASE("the inventory reader takes every simulated tree") {
 
 namespace {
 
-/// Equal but for the last digits of numbers, which depend on the processor's instructions.
+/// Equal except for the last digits of numbers, which depend on the processor's instructions.
 void check_same(const nlohmann::json& a, const nlohmann::json& b) {
   if (a.is_number_float() && b.is_number_float()) {
     CHECK(a.get<double>() == Approx(b.get<double>()).epsilon(1e-12));
@@ -289,7 +289,7 @@ void check_same(const nlohmann::json& a, const nlohmann::json& b) {
 
 }  // namespace
 
-TEST_CASE("the example is what its design gives") {
+TEST_CASE("the example is drawn from its design") {
   const std::filesystem::path folder = test::source_file("examples/fir-mixed");
   const study::SimulationDesign design = study::read_design(folder / "design.json");
   const study::SimulatedStand stand = study::simulate(design, 1);
@@ -301,7 +301,7 @@ TEST_CASE("the example is what its design gives") {
              nlohmann::json::parse(read_file(folder / "truth.json")));
 }
 
-TEST_CASE("limits that make a large share of the data are said") {
+TEST_CASE("limits that determine many values give a note") {
   json design = plain_design();
   const auto notes_in = [&design] {
     const study::SimulationDesign read = study::parse_design(design.dump(), "");

@@ -19,8 +19,8 @@ using data::Expression;
 Expression with_term(const Expression& sum,
                      const std::string& coefficient,
                      const Expression& covariate) {
-  // Names with a blank cannot come from a formula, so that no substitution meets a name of a
-  // user's.
+  // Names with a blank cannot occur in a formula, so that a substitution cannot change a name of
+  // the user.
   static const Expression form = Expression::parse("sum + coefficient*covariate")
                                      .substitute("sum", Expression::variable("the sum"))
                                      .substitute("coefficient", Expression::variable("the factor"))
@@ -32,8 +32,8 @@ Expression with_term(const Expression& sum,
 
 /// The mean with each parameter replaced by its sub-model.
 Expression mean_of_coefficients(const fit::ModelSpecification& model) {
-  // First to names that no formula can hold, so that a parameter `a` inside the sub-model of `b`
-  // is not replaced as well.
+  // First replaced by names that are invalid in formulas, so that a parameter `a` in the
+  // sub-model of `b` is not replaced as well.
   Expression mean = model.formula.right;
   for (const fit::ParameterModel& parameter : model.parameters) {
     mean = mean.substitute(parameter.name, Expression::variable("the " + parameter.name));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The responses of one species' trees: means given the plots' random effects, and residual spread.
+// The responses of one species' trees: conditional means and residual standard deviations.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,7 +34,7 @@ class SimulatedResponse {
   std::vector<double> relative_spread(const std::vector<double>& means,
                                       const Columns& columns) const;
 
-  /// Sigma as the design has it, or such that the root mean square of sigma g(v) is what it asks.
+  /// Sigma of the design, or the value that gives the requested root mean square of sigma g(v).
   double sigma(const std::vector<double>& relative_spread) const;
 
   const Eigen::MatrixXd& random_effects() const { return random_effects_; }

@@ -15,7 +15,7 @@
 namespace silvafit::study {
 namespace {
 
-/// Points in square cells of the minimum distance, so that only nine cells need a look.
+/// Points in square cells of the minimum distance, so that only nine cells are searched.
 class Inhibition {
  public:
   explicit Inhibition(double distance)
@@ -67,7 +67,7 @@ class Habitat {
       : patchiness_(patchiness), field_(patch_length_m, random) {}
 
   double acceptance(double x, double y) const {
-    // The few places above this many standard deviations count as if they were at it.
+    // Larger values, which are rare, are treated as this number of standard deviations.
     constexpr double kHighest = 2.5;
     if (patchiness_ == 0.0) return 1.0;
     return std::exp(patchiness_ * (std::min(field_(x, y), kHighest) - kHighest));
@@ -111,7 +111,7 @@ std::vector<std::size_t> shuffled_species(const SimulationDesign& design,
   return result;
 }
 
-/// A place in the plot to the centimeter, inside also after rounding.
+/// A position in the plot, rounded to the centimeter without leaving the plot.
 double place_between(double low, double high, Random& random) {
   return std::clamp(rounded(random.uniform(low, high), 100.0), low, high);
 }
@@ -121,7 +121,7 @@ double place_between(double low, double high, Random& random) {
 double rounded(double value, double per_unit) { return std::round(value * per_unit) / per_unit; }
 
 std::vector<Stem> place_stems(const SimulationDesign& design, std::uint64_t seed) {
-  // For one stem, and for all: a while for each, and some seconds where few find room.
+  // Limits of attempts, for one stem and for all; a few seconds at most.
   constexpr int kAttempts = 20000;
   constexpr std::size_t kAttemptsOfAll = 10'000'000;
   constexpr std::size_t kAttemptsOfEach = 100;

@@ -10,8 +10,8 @@
 
 namespace silvafit::study {
 
-/// What the random numbers of a stream are for. Each purpose and species has a stream of its own,
-/// so that a change in one part of a design leaves the draws of the others alone.
+/// The purposes of random numbers. Each purpose and species has its own stream,
+/// so that a change in one part of a design does not change the draws of the others.
 enum class Draw : std::uint64_t {
   kPatches = 1,
   kStems,

@@ -74,7 +74,7 @@ std::vector<PlotDesign> grid_of_plots(const JsonReader& json) {
 }
 
 /// Two plots that overlap, if there are such plots. Sweeps from west to east: of plots that do not
-/// overlap, those at one x follow each other from south to north, so that each meets two others at
+/// overlap, those at one x are sorted from south to north, so that each is compared with two others
 /// most.
 std::optional<std::pair<std::size_t, std::size_t>> overlapping(
     const std::vector<PlotDesign>& plots) {
@@ -167,8 +167,8 @@ DbhDesign read_dbh(const JsonReader& json) {
   return dbh;
 }
 
-/// A table without rows whose columns are what the formula of a mean may use. Covariates enter by
-/// sub-models only, so that a parameter may be called c beside C.
+/// A table without rows with the columns that the formula of a mean may use. Covariates are used in
+/// sub-models only, so that a parameter may be called c although there is a column C.
 data::Table columns_for(const std::string& response) {
   data::Table table(0);
   table.set("dbh", std::vector<double>{});
@@ -356,7 +356,7 @@ SpeciesDesign read_species(const JsonReader& json) {
   return species;
 }
 
-/// Checked before memory is requested that no machine has.
+/// Checked before memory for an unreasonable number of trees is requested.
 void check_number_of_trees(const SimulationDesign& design, const JsonReader& json) {
   constexpr double kMostTrees = 5e7;
   double hectares = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is wrong with a design is said, with its place.
+// Errors in a design are reported with their place.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -12,7 +12,7 @@ using nlohmann::json;
 using test::plain_design;
 using test::stand_of;
 
-TEST_CASE("designs that cannot be drawn are refused with the reason") {
+TEST_CASE("designs that cannot be drawn are errors with the reason") {
   json design = plain_design();
   SECTION("no room") {
     design["stems"]["minimum_distance"] = 3;
@@ -33,7 +33,7 @@ TEST_CASE("designs that cannot be drawn are refused with the reason") {
   }
 }
 
-TEST_CASE("a wrong key or value of a design is named") {
+TEST_CASE("errors name the wrong key or value of a design") {
   struct Mistake {
     const char* pointer;
     const char* value;

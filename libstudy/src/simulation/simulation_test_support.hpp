@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A design for the tests of simulated stands, and what samples are held to. Bounds of 4 standard
-// errors: with a fixed seed they hold or not for good; one in 16,000 would fail for another seed.
+// A design for the tests of simulated stands, and checks of samples. Bounds of 4 standard
+// errors: with the fixed seed the result is always the same; one of 16,000 other seeds would fail.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@
 
 namespace silvafit::test {
 
-/// One species whose responses stay far from all limits, on 100 m x 100 m.
+/// One species with responses far from all limits, on 100 m x 100 m.
 inline nlohmann::json plain_design() {
   return nlohmann::json::parse(R"({
     "schema": "silvafit-design/1",
@@ -46,7 +46,7 @@ inline double variance(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size() - 1);
 }
 
-/// Mean 0 and variance 1, as standard normal variates have them.
+/// Checks for mean 0 and variance 1, as of standard normal variates.
 inline void check_standard_normal(const std::vector<double>& values) {
   const auto n = static_cast<double>(values.size());
   CHECK(std::abs(mean(values)) < 4.0 / std::sqrt(n));

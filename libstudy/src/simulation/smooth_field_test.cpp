@@ -12,7 +12,7 @@ using namespace silvafit;
 using test::check_standard_normal;
 using test::mean;
 
-TEST_CASE("smooth fields have unit variance and fall off over their length") {
+TEST_CASE("smooth fields have unit variance and the correlation of their length") {
   constexpr int kFields = 4000;
   Random random(3);
   std::vector<double> here;

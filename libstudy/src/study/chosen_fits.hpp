@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The chosen models of a result side by side: which there are, and which of them differ.
+// The chosen models of a result: the models of the levels, and which of them differ.
 #pragma once
 
 #include <optional>
@@ -10,13 +10,13 @@
 
 namespace silvafit::study {
 
-/// A chosen model under the name of its level: ols, covariates or nlme.
+/// A chosen model and the name of its level: ols, covariates or nlme.
 struct ChosenFit {
   std::string level{};
   const fit::FittedModel* fit = nullptr;
 };
 
-/// The chosen models of a result in the order of the levels, as far as there are any.
+/// The chosen models of a result in the order of the levels; missing ones are skipped.
 std::vector<ChosenFit> chosen_fits(const ResponseStudy& result);
 
 /// The same without a model of level 2 that has no covariates: it is that of level 1.

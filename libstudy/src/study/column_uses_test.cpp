@@ -9,7 +9,7 @@ using silvafit::study::column_uses;
 using silvafit::study::ColumnUses;
 using silvafit::study::name_columns;
 
-TEST_CASE("texts of a model name the columns that it may read") {
+TEST_CASE("the columns of a model are found in its texts") {
   const ColumnUses uses = column_uses({.formulas = {"h ~ 1.3 + a*(1 - exp(-b*dbh))"},
                                        .parameters = {"b ~ 1 + C + factor(site)"},
                                        .where = "species == \"SM\" && core == 1",

@@ -35,7 +35,7 @@ std::string rounded(double value, ColumnKind kind) {
   return "";
 }
 
-/// The cell as it is rounded, with the minus sign of ASCII.
+/// The rounded cell with an ASCII minus sign.
 std::string shown(const TableCell& cell, ColumnKind kind) {
   if (const auto* text = std::get_if<std::string>(&cell)) return *text;
   if (const auto* marked = std::get_if<MarkedNumber>(&cell)) {
@@ -46,7 +46,7 @@ std::string shown(const TableCell& cell, ColumnKind kind) {
   return number != nullptr && std::isfinite(*number) ? rounded(*number, kind) : "";
 }
 
-/// The sign of ASCII in numbers, "-0.5" and "1e-05", as that of print.
+/// Replaces an ASCII minus sign in numbers, "-0.5" and "1e-05", by the typographic one.
 std::string with_minus_signs(const std::string& text) {
   std::string result;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -79,14 +79,14 @@ std::string markdown_text(const std::string& text) {
       result += ' ';
       continue;
     }
-    // Characters that would end the cell or begin emphasis, code, links or HTML.
+    // Characters that would end the cell or start emphasis, code, links or HTML.
     if (std::string_view("\\`*_[]<|~").find(c) != std::string_view::npos) result += '\\';
     result += c;
   }
   return result;
 }
 
-/// What LaTeX writes otherwise: signs of its own, and signs that its fonts lack.
+/// Characters that have a meaning in LaTeX or are missing in its fonts.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kLatexSigns{{
     {"\\", "\\textbackslash{}"},
     {"^", "\\textasciicircum{}"},
@@ -100,7 +100,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 20> kLatexSi
     {"_", "\\_"},
     {"{", "\\{"},
     {"}", "\\}"},
-    {"*", "{*}"},  // after the end of a row, * and [ would belong to it
+    {"*", "{*}"},  // after the end of a row, * and [ would be read as its arguments
     {"[", "{[}"},
     {"\n", " "},
     {"\r", " "},
@@ -122,7 +122,7 @@ std::string latex_text(const std::string& text) {
   return result;
 }
 
-/// Stars stand high, as in print.
+/// Stars are superscripts, as in print.
 std::string latex_mark(const std::string& text) {
   const bool is_stars =
       !text.empty() && std::ranges::all_of(text, [](char each) { return each == '*'; });
@@ -188,7 +188,7 @@ std::string markdown_cell(const TableCell& cell, ColumnKind kind) {
   return markdown_text(shown_text(cell, kind));
 }
 
-/// Numbers to the right, texts to the left, sentences in lines.
+/// Numbers are aligned to the right, texts to the left; sentences are wrapped.
 std::string latex_alignment(const FormattedTable& table, std::size_t column) {
   constexpr std::size_t kSentence = 40;
   if (is_number(table.columns[column])) return "r";
@@ -215,8 +215,8 @@ std::string latex_tabular(const FormattedTable& table, std::size_t begin, std::s
   return text + "\\hline\n\\end{tabular}\n";
 }
 
-/// Many columns are set in small letters, and fitted to the width of the text if the document has
-/// the package graphicx.
+/// Tables with many columns have a smaller font, and are fitted to the width of the text if the
+/// document has the package graphicx.
 std::string latex_fitted(const std::string& tabular) {
   return "\\scriptsize\n\\setlength{\\tabcolsep}{3pt}\n\\setbox0=\\hbox{" + tabular +
          "}%\n\\ifdim\\wd0>\\textwidth\n"
@@ -224,7 +224,7 @@ std::string latex_fitted(const std::string& tabular) {
          "\\else\\box0\\fi\n";
 }
 
-/// Rows of a table that stand on one page.
+/// Rows of a table that fit on one page.
 std::string latex_part(const FormattedTable& table, std::size_t begin, std::size_t end) {
   constexpr std::size_t kManyColumns = 8;
   const std::string tabular = latex_tabular(table, begin, end);

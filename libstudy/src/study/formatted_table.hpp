@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A table for people and programs: CSV with all digits, Markdown and LaTeX with rounded numbers.
+// A table as CSV with all digits, and as Markdown and LaTeX with rounded numbers.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace silvafit::study {
 
-/// How the values of a column are shown to people.
+/// Rounding of the values of a column in Markdown and LaTeX.
 enum class ColumnKind {
   kText,       ///< as it is
   kCount,      ///< without decimals
@@ -21,7 +21,7 @@ enum class ColumnKind {
 
 struct TableColumn {
   std::string name{};   ///< in CSV: likelihood_ratio
-  std::string title{};  ///< for people: Likelihood ratio
+  std::string title{};  ///< in Markdown and LaTeX: Likelihood ratio
   ColumnKind kind = ColumnKind::kText;
 };
 
@@ -33,13 +33,13 @@ struct MarkedNumber {
   std::string after{};
 };
 
-/// Nothing, a text or a number; numbers that are not finite are shown as nothing.
+/// Nothing, a text or a number; a number that is not finite gives an empty cell.
 using TableCell = std::variant<std::monostate, std::string, double, MarkedNumber>;
 using TableRow = std::vector<TableCell>;
 
 struct FormattedTable {
   std::string name{};     ///< of its files: candidates
-  std::string caption{};  ///< what it shows, a sentence
+  std::string caption{};  ///< a sentence on the content
   std::vector<TableColumn> columns{};
   std::vector<TableRow> rows{};
 };
@@ -52,7 +52,7 @@ std::string to_markdown(const FormattedTable& table);
 /// columns are as wide as the text at most.
 std::string to_latex(const FormattedTable& table);
 
-/// A cell as people read it: rounded by the kind of its column, with the minus sign U+2212.
+/// A cell as text: rounded by the kind of its column, with the minus sign U+2212.
 std::string shown_text(const TableCell& cell, ColumnKind kind);
 
 }  // namespace silvafit::study

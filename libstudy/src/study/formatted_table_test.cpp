@@ -30,7 +30,7 @@ TEST_CASE("CSV has all digits, and quotes where they are needed") {
         "M_1|2,,0.0456,\n");
 }
 
-TEST_CASE("Markdown has rounded numbers to the right, and no cell breaks the table") {
+TEST_CASE("Markdown has rounded numbers aligned to the right, and cells are escaped") {
   CHECK(to_markdown(example()) ==
         "## Fits & more\n\n"
         "| Model | AIC | p | Gain (%) |\n"
@@ -50,7 +50,7 @@ TEST_CASE("LaTeX has its special characters escaped") {
         "\\hline\n\\end{tabular}\n\\end{table}\n");
 }
 
-TEST_CASE("negative numbers have one minus sign, and marks stand beside their number") {
+TEST_CASE("negative numbers have one minus sign, and marks are beside their number") {
   const FormattedTable table{
       .name = "marks",
       .caption = "Marks",
@@ -83,7 +83,7 @@ TEST_CASE("in LaTeX a long table continues on further pages, and long titles hav
   CHECK_THAT(latex, Catch::Matchers::Contains("\\caption{Long (continued)}"));
 }
 
-TEST_CASE("in LaTeX sentences have lines") {
+TEST_CASE("in LaTeX sentences are wrapped") {
   const FormattedTable table{.name = "notes",
                              .caption = "Notes",
                              .columns = {{"k", "k", ColumnKind::kCount}, {"note", "Note"}},

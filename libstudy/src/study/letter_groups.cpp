@@ -16,7 +16,7 @@ bool is_within(const Set& inner, const Set& outer) {
   return true;
 }
 
-/// Sets that hold both members are split into one without each.
+/// Sets that contain both members are split into one without each.
 std::vector<Set> split_between(const std::vector<Set>& sets,
                                std::size_t first,
                                std::size_t second) {
@@ -31,7 +31,7 @@ std::vector<Set> split_between(const std::vector<Set>& sets,
   return result;
 }
 
-/// Subsets of other sets are redundant; of equal sets the first is kept.
+/// Subsets of other sets are removed; of equal sets the first remains.
 std::vector<Set> without_subsets(const std::vector<Set>& sets) {
   std::vector<Set> result;
   for (std::size_t a = 0; a < sets.size(); ++a) {

@@ -82,7 +82,7 @@ std::vector<std::string> random_effects_of(const Trial& trial) {
   return result;
 }
 
-/// The one place where a study fits: candidates by run() with one start each, chosen models by
+/// All fits of a study are done here: candidates by run() with one start each, chosen models by
 /// result() from all starts.
 /// \param from  a fit to other trees to start from, if given
 fit::FitResult fit_trial(const Trial& trial,
@@ -101,8 +101,8 @@ fit::FitResult fit_trial(const Trial& trial,
   }
 }
 
-/// Trees of a plot left out from which level 3 predicts its others: as many as inventories often
-/// measure.
+/// Number of trees of a left-out plot that calibrate the prediction of its other trees: as many as
+/// inventories often measure.
 constexpr std::size_t kCalibratingTrees = 5;
 
 /// Standard error of a root mean square error, from the mean square errors of the folds.
@@ -132,7 +132,7 @@ double error_between_folds(const fit::CrossValidation& result) {
 std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
                                               const data::Table& table,
                                               const std::string& group) {
-  // Boundary (singular) fits are rejected; if all are, the simplest is used.
+  // Boundary (singular) fits are rejected; if all are, the simplest one is used.
   if (!fit.convergence.converged() || fit.convergence.has_boundary()) return std::nullopt;
   const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
   try {
@@ -146,7 +146,7 @@ std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
         .failed = result.failed.size(),
         .measured = measured};
   } catch (const Error&) {
-    // One plot alone cannot be left out.
+    // A single plot cannot be left out.
     return std::nullopt;
   }
 }
@@ -265,7 +265,7 @@ void LevelFits::take_bytes(const Task& task, std::string_view bytes) {
   if (!task.known) take(task, result_from(bytes));
 }
 
-/// Values of each observation are many, and wanted of the chosen fit only.
+/// Values of each observation need much memory and are needed for the chosen fit only.
 void LevelFits::take(const Task& task, fit::FitResult result) {
   constexpr std::size_t kWhole = 3;
   const std::lock_guard lock(taking_);

@@ -13,8 +13,8 @@
 
 namespace silvafit::study {
 
-/// Runs the fits of one level for all species and responses at once, so that no thread waits for a
-/// single one.
+/// Runs the fits of one level for all species and responses together, so that all threads are
+/// busy.
 class LevelFits {
  public:
   /// \param criterion  of the level: candidates are cross-validated where it asks for that
@@ -32,12 +32,12 @@ class LevelFits {
   void run(unsigned threads, const ProgressCallback& progress, std::vector<StageTime>& stages);
   /// The fits of one work as candidates, in the order in which they were added.
   std::vector<Candidate> candidates(std::size_t work) const;
-  /// One fit of a work to all of its trees, in that order. Fits that are far from the best are done
-  /// again, and so are those to a sample; mixed ones are searched from all starts.
+  /// One fit of a work to all of its trees, in that order. Fits that are far from the best one are
+  /// repeated, as are those to a sample; mixed ones are searched from all starts.
   fit::FitResult result(std::size_t work, std::size_t position) const;
 
  private:
-  /// One fit to be done, and where its result goes.
+  /// One fit to be done, and the place of its result.
   struct Task {
     Trial trial;
     std::size_t work = 0;
@@ -45,12 +45,12 @@ class LevelFits {
     std::optional<fit::FitResult> known{};  ///< the final fit, from an earlier level
   };
 
-  /// Tasks in the order in which they have to run: those of a number wait for those before, whose
+  /// Tasks in their order: those of a number wait for those of smaller numbers, whose
   /// random effects they may contain.
   std::vector<std::vector<std::size_t>> waves() const;
   void run_task(const Task& task);
   /// Whether a fit with fewer of its random effects has failed or is a boundary (singular) one, so
-  /// that more of them are hardly supported.
+  /// that more of them are unlikely to be supported.
   bool contains_failure(const Task& task);
   void take(const Task& task, fit::FitResult result);
   std::string bytes_of_task(const Task& task);
@@ -64,7 +64,7 @@ class LevelFits {
   std::string group_;
   std::vector<Task> tasks_;
   std::vector<std::vector<fit::FitResult>> results_;
-  /// Positions of each work's fits that still have the values of their observations.
+  /// Positions of each work's fits that still store the values of their observations.
   std::vector<std::vector<std::size_t>> whole_;
   std::mutex taking_;
   std::vector<std::vector<std::optional<CrossValidated>>> cross_validated_;

@@ -17,21 +17,21 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-/// A number that is not there: an empty cell.
+/// A missing number: an empty cell.
 constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 void add_once(const std::string& name, Names& names) {
   if (std::ranges::find(names, name) == names.end()) names.push_back(name);
 }
 
-/// b and C of the coefficient b:C; b and nothing of b.
+/// The coefficient b:C as b and C; the coefficient b as b and an empty text.
 std::pair<std::string, std::string> parts_of(const std::string& coefficient) {
   const std::size_t colon = coefficient.find(':');
   if (colon == std::string::npos) return {coefficient, ""};
   return {coefficient.substr(0, colon), coefficient.substr(colon + 1)};
 }
 
-/// Parameters and covariates of all chosen models, each a column, in the order of their appearance.
+/// Parameters and covariates of all chosen models in order of first occurrence, each a column.
 struct CoefficientColumns {
   Names parameters{};
   Names covariates{};
@@ -94,7 +94,7 @@ TableCell estimate_cell(const fit::FittedModel& fit, const std::string& column) 
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
-/// Variances and correlations by place: those of the first random effect, of the second, ...
+/// Variances and correlations by position: those of the first random effect, of the second, ...
 void add_component_columns(std::size_t effects, FormattedTable& table) {
   for (std::size_t i = 1; i <= effects; ++i) {
     table.columns.push_back(
@@ -108,12 +108,12 @@ void add_component_columns(std::size_t effects, FormattedTable& table) {
   }
 }
 
-/// The random effects of the plots; empty ones of a fit without random effects.
+/// The random effects of the plots; empty for a fit without random effects.
 fit::EstimatedEffects plot_effects(const fit::FittedModel& fit) {
   return fit.has_random_effects() ? fit.random.back() : fit::EstimatedEffects{};
 }
 
-/// The variance of a random effect: zero where the fit has ended there, but for rounding.
+/// The variance of a random effect; zero if it differs from zero by rounding only.
 double variance_of(const fit::FittedModel& fit,
                    const fit::EstimatedEffects& term,
                    Eigen::Index effect) {

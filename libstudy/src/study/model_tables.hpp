@@ -11,7 +11,7 @@ namespace silvafit::study {
 /// Table 4 of Wang and others 2023: a row for each chosen model with its estimates, the stars of
 /// their t tests, AIC, log-likelihood, and letters of the models that differ with the stars of the
 /// likelihood-ratio test against the row above. A parameter without intercept has no estimate of
-/// its own; effects of covariates stand in the column of the covariate.
+/// its own; effects of covariates are in the column of the covariate.
 FormattedTable coefficients_table(const Study& study);
 
 /// Table 5 of Wang and others 2023: a row for each chosen model with residual variance, variances

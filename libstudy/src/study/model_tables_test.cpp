@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tables as a paper has them hold the numbers of the fits.
+// The tables for papers contain the numbers of the fits.
 #include "study/model_tables.hpp"
 
 #include <catch2/catch.hpp>
@@ -27,7 +27,7 @@ TEST_CASE("the table of coefficients has a row for each model, with stars and le
   const test::RecordedStudy recorded({});
   const ResponseStudy& result = recorded.record.study.results.front();
   const FormattedTable table = coefficients_table(recorded.record.study);
-  REQUIRE(table.rows.size() == 2);  // without indices the models of levels 1 and 2 are one
+  REQUIRE(table.rows.size() == 2);  // without indices the models of levels 1 and 2 are the same
   const fit::FittedModel& ols = result.ols->fit;
   for (std::size_t k = 0; k < ols.coefficient_names.size(); ++k) {
     const auto& cell =
@@ -42,11 +42,11 @@ TEST_CASE("the table of coefficients has a row for each model, with stars and le
   CHECK(letters.ends_with(" ***"));
 }
 
-TEST_CASE("effects of a covariate stand in its column under the name of their parameter") {
+TEST_CASE("effects of a covariate are in its column with the name of their parameter") {
   const Study study = run_study(test::stand({}), test::catalogue(), {.responses = {"h"}});
   const fit::FittedModel& fit = study.results.front().with_covariates->fit;
   const FormattedTable table = coefficients_table(study);
-  // The rate of the stand falls with C.
+  // The rate of growth decreases with C in this stand.
   REQUIRE(column_of(table, "C") > 0);
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const std::string& name = fit.coefficient_names[k];
@@ -59,11 +59,11 @@ TEST_CASE("effects of a covariate stand in its column under the name of their pa
   }
 }
 
-TEST_CASE("variances stand beside accuracy, and that of plots left out") {
+TEST_CASE("the table has variances, accuracy, and accuracy for plots left out") {
   const test::RecordedStudy recorded({});
   const ResponseStudy& result = recorded.record.study.results.front();
   const FormattedTable table = variance_and_fit_table(recorded.record.study);
-  REQUIRE(table.rows.size() == 2);  // without indices the models of levels 1 and 2 are one
+  REQUIRE(table.rows.size() == 2);  // without indices the models of levels 1 and 2 are the same
   const fit::FittedModel& nlme = result.nlme->fit;
   const auto number = [&](std::size_t row, const std::string& name) {
     return std::get<double>(table.rows[row][column_of(table, name)]);

@@ -25,7 +25,7 @@ void add_random_effect_tests(std::vector<Candidate>& candidates, const fit::Fitt
 
 std::string objection_to_likelihood(const fit::FittedModel& larger,
                                     const std::vector<SmallerModel>& smaller) {
-  // Where the larger model is the smaller one, their fits end at the same point but for this.
+  // Fits of a larger model that equals the smaller one end at the same point within this tolerance.
   constexpr double kSlack = 1e-3;
   for (const SmallerModel& each : smaller) {
     if (each.fit == &larger || larger.log_likelihood >= each.fit->log_likelihood - kSlack) continue;

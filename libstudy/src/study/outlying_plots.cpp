@@ -12,10 +12,10 @@ namespace silvafit::study {
 namespace {
 
 constexpr double kOutlierSignificance = 0.05;
-/// Eigenvalues of a correlation matrix, or of a share of it, that count as zero.
+/// Eigenvalues of a correlation matrix, or of a fraction of it, below this are treated as zero.
 constexpr double kZero = 1e-6;
 
-/// (r x q) takes random effects to r uncorrelated ones of unit variance; r < q where Psi is
+/// (r x q) maps random effects to r uncorrelated ones of unit variance; r < q if Psi is
 /// singular.
 Eigen::MatrixXd whitening(const Eigen::MatrixXd& psi) {
   const Eigen::VectorXd sd = psi.diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -31,7 +31,7 @@ Eigen::MatrixXd whitening(const Eigen::MatrixXd& psi) {
   return roots.cwiseInverse().asDiagonal() * vectors.transpose() * scale.asDiagonal();
 }
 
-/// The symmetric inverse root; directions of which the data say nothing are zero.
+/// The symmetric inverse root; directions without information from the data are zero.
 Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
   const Eigen::VectorXd& values = solver.eigenvalues();
@@ -70,7 +70,7 @@ std::vector<PlotDistance> plot_distances(const fit::FittedModel& fit) {
   const Eigen::LDLT<Eigen::MatrixXd> scatter(centered * centered.transpose());
   for (Eigen::Index k = 0; k < effects.cols(); ++k) {
     const double share = centered.col(k).dot(scatter.solve(centered.col(k)));
-    // The determinant of the scatter without the plot, as a share of that of all.
+    // The determinant of the scatter matrix without the plot, divided by that of all plots.
     const double ratio = std::clamp(1.0 - plots / (plots - 1.0) * share, 0.0, 1.0);
     PlotDistance& plot = result[static_cast<std::size_t>(k)];
     plot.distance = std::sqrt(freedom * (1.0 - ratio) / ratio);

@@ -10,22 +10,22 @@
 
 namespace silvafit::study {
 
-/// How far the random effects of a plot lie from those of all other plots.
+/// The distance of a plot's random effects from those of all other plots.
 struct PlotDistance {
   std::string plot{};
-  /// Standardised effects against the mean and covariance of those of the other plots; with one
-  /// effect its studentised deviation. NaN where there are too few plots to tell.
+  /// Standardized effects against the mean and covariance of those of the other plots; with one
+  /// effect its studentized deviation. NaN if there are too few plots.
   double distance = std::numeric_limits<double>::quiet_NaN();
-  /// Of a distance so large in any of the plots (Bonferroni).
+  /// The p-value of so large a distance in any of the plots (Bonferroni).
   double p = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The distances of all plots, in the order of the fit's groups.
 ///
-/// The EBLUPs of a plot are standardised by their covariance Psi - V, V the conditional covariance
-/// given the plot's trees. Directions that Psi does not have are left out. Each plot is left out in
-/// turn and compared with the others, so that it cannot hide in a variance that it has inflated.
-/// Sources: Waternaux, Laird and Ware 1989, J. Am. Stat. Assoc. 84, 33-41 (standardised EBLUPs);
+/// The EBLUPs of a plot are standardized by their covariance Psi - V, V the conditional covariance
+/// given the plot's trees. Directions without variance in Psi are left out. Each plot is left out
+/// in turn and compared with the others, so that a variance which it inflates does not mask it.
+/// Sources: Waternaux, Laird and Ware 1989, J. Am. Stat. Assoc. 84, 33-41 (standardized EBLUPs);
 /// Wilks 1963, Sankhya A 25, 407-426 (a multivariate outlier left out).
 /// \param fit  with random effects
 std::vector<PlotDistance> plot_distances(const fit::FittedModel& fit);

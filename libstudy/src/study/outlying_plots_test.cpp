@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Distances of plots: against the formulas of a plot left out, written out another way.
+// Distances of plots against formulas for a left-out plot in another form.
 #include "study/outlying_plots.hpp"
 
 #include <Eigen/LU>
@@ -13,7 +13,7 @@ using namespace silvafit::study;
 
 namespace {
 
-/// A mixed model with given effects, of which the plots' trees leave nothing open.
+/// A mixed model with given effects that the plots' trees determine exactly.
 fit::FittedModel mixed_model(const Eigen::MatrixXd& psi, const Eigen::MatrixXd& effects) {
   fit::FittedModel model({.formula = data::parse_formula("h ~ 1.3 + a*dbh^b")});
   model.random.resize(1);
@@ -42,7 +42,7 @@ double hotelling(const Eigen::MatrixXd& effects, Eigen::Index plot) {
 
 }  // namespace
 
-TEST_CASE("with one random effect the distance is the studentised deviation of the plot") {
+TEST_CASE("with one random effect the distance is the studentized deviation of the plot") {
   Eigen::MatrixXd effects(1, 6);
   effects << 0.3, 5.0, -0.4, 0.1, -0.2, 0.5;
   const auto plots = plot_distances(mixed_model(Eigen::MatrixXd::Constant(1, 1, 4.0), effects));
@@ -51,7 +51,7 @@ TEST_CASE("with one random effect the distance is the studentised deviation of t
   for (Eigen::Index plot = 0; plot < 6; ++plot) {
     const double expected = hotelling(effects, plot);
     const PlotDistance& found = plots[static_cast<std::size_t>(plot)];
-    // The same numbers by another way: rounding only.
+    // The same numbers computed in another way: rounding only.
     CHECK(found.distance == Approx(std::sqrt(expected)).epsilon(1e-10));
     CHECK(found.p ==
           Approx(std::min(1.0, 6.0 * boost::math::cdf(boost::math::complement(f, expected))))
@@ -62,7 +62,7 @@ TEST_CASE("with one random effect the distance is the studentised deviation of t
   CHECK(outlying.front().plot == "2");
 }
 
-TEST_CASE("with two effects it is Hotelling's statistic, whatever the units of the effects") {
+TEST_CASE("with two effects it is Hotelling's statistic, in any units of the effects") {
   Eigen::MatrixXd effects(2, 9);
   effects << 1.0, -0.5, 0.3, -1.2, 0.8, 0.1, -0.6, 0.4, -0.3,  //
       0.4, -0.1, 0.5, -0.9, 0.2, -0.3, 2.5, 0.3, -0.4;
@@ -99,12 +99,12 @@ TEST_CASE("effects with a correlation of one count as one effect") {
   }
 }
 
-TEST_CASE("a plot with few trees is shrunk towards zero, which its standardised effect undoes") {
+TEST_CASE("standardization removes the shrinkage of a plot with few trees") {
   Eigen::MatrixXd effects(1, 6);
   effects << 1.0, -1.0, 0.8, -0.9, 0.7, 0.6;
   fit::FittedModel model = mixed_model(Eigen::MatrixXd::Constant(1, 1, 1.0), effects);
   const double before = plot_distances(model).back().distance;
-  // Of the last plot 0.91 of the variance is left open: its standardised effect is 0.6 / 0.3.
+  // The last plot has 0.91 of the variance left: its standardized effect is 0.6 / 0.3.
   model.random.back().uncertainty.covariances = Eigen::MatrixXd::Zero(1, 6);
   model.random.back().uncertainty.covariances(0, 5) = 0.91;
   const double after = plot_distances(model).back().distance;
@@ -113,7 +113,7 @@ TEST_CASE("a plot with few trees is shrunk towards zero, which its standardised 
   CHECK(after > before);
 }
 
-TEST_CASE("few plots tell nothing, and the sentence names plots with distance and p") {
+TEST_CASE("few plots give no distance; the sentence has the plots with distance and p") {
   Eigen::MatrixXd effects(1, 2);
   effects << 1.0, -1.0;
   const fit::FittedModel model = mixed_model(Eigen::MatrixXd::Constant(1, 1, 1.0), effects);

@@ -21,13 +21,13 @@ namespace {
 constexpr std::size_t kPoints = 120;
 /// Curves are judged up to this multiple of the largest DBH.
 constexpr double kBeyond = 1.2;
-/// A measured maximum is not exceeded by more than this factor.
+/// Fitted values must not exceed the measured maximum by more than this factor.
 constexpr double kExplodes = 2.0;
-/// An upper limit so many times the largest value measured is not known from the data.
+/// Upper limits above this multiple of the largest measured value are not determined by the data.
 constexpr double kFarLimit = 10.0;
-/// Heights are measured to the decimeter: a curve that falls by less is flat.
+/// Heights are measured to the decimeter: a smaller decrease of the curve is ignored.
 constexpr double kFlat = 1e-3;
-/// Plots whose curves are evaluated at once, which bounds the memory.
+/// Number of plots whose curves are evaluated together, which limits the memory.
 constexpr std::size_t kTogether = 256;
 
 /// Numeric columns that the mean of a fit reads.
@@ -58,7 +58,7 @@ double median_of(std::span<const double> column, const std::vector<std::size_t>&
   return median(std::move(values));
 }
 
-/// The tree in the middle by DBH, or the first where there is none.
+/// The tree with the median DBH, or the first tree if no DBH is known.
 std::size_t typical_row(const data::Table& trees, std::vector<std::size_t> rows) {
   if (!trees.has("dbh")) return rows.front();
   const std::span<const double> dbh = trees.numbers("dbh");
@@ -69,7 +69,7 @@ std::size_t typical_row(const data::Table& trees, std::vector<std::size_t> rows)
   return *middle;
 }
 
-/// Heights by Naslund's curve through the trees; by their mean where they do not follow one.
+/// Heights by Naslund's curve fitted to the trees; their mean if the curve cannot be fitted.
 std::vector<double> heights_at(const std::vector<double>& dbh_cm, const data::Table& trees) {
   constexpr double kBreast = 1.3;
   const std::span<const double> dbh = trees.numbers("dbh");
@@ -126,7 +126,7 @@ std::map<std::string, double> parameters_of(const fit::FittedModel& fit,
   return values;
 }
 
-/// Fixed effects with the random effects of a group, if the fit has seen it.
+/// Fixed effects with the random effects of a group, if the group is in the fit.
 Eigen::VectorXd coefficients_of(const fit::FittedModel& fit, std::string_view group) {
   Eigen::VectorXd coefficients = fit.estimate;
   if (!fit.has_random_effects()) return coefficients;
@@ -174,7 +174,7 @@ Plausibility::Plausibility(std::string response, const data::Table& trees, std::
   const auto [least, most] = std::ranges::minmax(trees.numbers("dbh"));
   least_dbh_cm_ = least;
   top_dbh_cm_ = kBeyond * most;
-  // The first point stands for the limit at DBH 0, where many formulas divide by DBH.
+  // The first point represents the limit at DBH 0, where many formulas divide by DBH.
   dbh_cm_.push_back(1e-3 * top_dbh_cm_);
   for (std::size_t i = 1; i < kPoints; ++i) {
     dbh_cm_.push_back(top_dbh_cm_ * static_cast<double>(i) / static_cast<double>(kPoints - 1));
@@ -236,7 +236,7 @@ std::string Plausibility::flaw_of_limit(const BaseModel& entry,
                                         const std::map<std::string, double>& parameters) const {
   if (!entry.at_infinity) return "";
   std::vector<std::string> names = entry.at_infinity->variables();
-  // Limits that depend on the height, as those of crown bases, lie below it.
+  // Limits that depend on the height, as those of crown bases, are below it.
   if (contains(names, "h")) return "";
   std::vector<double> values;
   for (const std::string& name : names) values.push_back(parameters.at(name));
@@ -289,7 +289,7 @@ std::string Plausibility::flaw_of_curve(const double* values) const {
     if (std::string flaw = flaw_of_point(i, values[i]); !flaw.empty()) return flaw;
     if (values[i] > values[peak]) peak = i;
     if (response_ != "h" || values[i] >= values[peak] - kFlat) continue;
-    // The message is about the last point, where the fall is largest.
+    // The message is about the last point, where the decrease is largest.
     const std::size_t last = dbh_cm_.size() - 1;
     const std::size_t low = values[last] < values[i] ? last : i;
     return fmt::format("falls from {} at a DBH of {:.1f} cm to {} at {:.1f} cm",
@@ -305,7 +305,7 @@ std::string Plausibility::flaw_of_point(std::size_t i, double value) const {
   const std::string place = fmt::format("at a DBH of {:.1f} cm", dbh_cm_[i]);
   if (!std::isfinite(value)) return "is not finite " + place;
   if (!is_tree_measure()) return "";
-  // Curves may begin at zero, but trees that were measured are not that small.
+  // Curves may start at zero, but measured trees are larger.
   if (value < 0.0 || (value == 0.0 && dbh_cm_[i] >= least_dbh_cm_)) {
     return fmt::format("is {} {}", text_of(value), place);
   }

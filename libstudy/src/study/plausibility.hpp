@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether the curves of a fitted model can be those of trees.
+// Checks whether the curves of a fitted model are plausible for trees.
 #pragma once
 
 #include <map>
@@ -12,7 +12,7 @@
 
 namespace silvafit::study {
 
-/// What a model of one response has to satisfy for the trees that it was fitted to.
+/// Checks models of one response against the trees that they were fitted to.
 ///
 /// Curves go over DBH from 0 to 1.2 times the largest DBH, one for the population (b = 0) with the
 /// other columns at their medians, and one for each plot with its random effects and the medians of
@@ -31,12 +31,12 @@ class Plausibility {
   /// \param group  column of the random effects
   Plausibility(std::string response, const data::Table& trees, std::string group);
 
-  /// What is wrong with a fit, where, as a sentence; empty if nothing is.
-  /// \param entry  of the catalogue; nullptr for a formula of one's own
+  /// The first fault of a fit and its place, as a sentence; empty if there is none.
+  /// \param entry  of the catalogue; nullptr for a formula of the user
   std::string objection(const fit::FittedModel& fit, const BaseModel* entry) const;
 
  private:
-  /// Trees that one curve is for.
+  /// The trees of one curve.
   struct Stratum {
     std::string name{};               ///< "the population", or "plot 7"
     std::size_t row = 0;              ///< a typical tree: that of the median DBH
@@ -47,20 +47,20 @@ class Plausibility {
   std::string objection_to_parameters(const fit::FittedModel& fit,
                                       const BaseModel& entry,
                                       const data::Table& typical) const;
-  /// What is wrong with the limit of a curve for large DBH; empty if nothing is.
+  /// The fault of a curve's limit for large DBH; empty if there is none.
   std::string flaw_of_limit(const BaseModel& entry,
                             const std::map<std::string, double>& parameters) const;
   std::string objection_to_curves(const fit::FittedModel& fit, const data::Table& typical) const;
-  /// What is wrong with one curve; empty if nothing is.
+  /// The fault of one curve; empty if there is none.
   std::string flaw_of_curve(const double* values) const;
   /// One row for each stratum: medians of the numeric columns that a fit reads.
   data::Table typical_trees(const fit::FittedModel& fit) const;
   data::Table grid(const data::Table& typical, std::size_t begin, std::size_t end) const;
-  /// What is wrong with a value at a point of a curve; empty if nothing is.
+  /// The fault of a value at a point of a curve; empty if there is none.
   std::string flaw_of_point(std::size_t point, double value) const;
-  /// Whether a tree can have a fitted value.
+  /// Whether a fitted value is possible for its tree.
   bool is_possible(std::size_t row, double value) const;
-  /// Whether the response is h, hcb or cw, of which more is known than of others.
+  /// Whether the response is h, hcb or cw, for which there are more conditions.
   bool is_tree_measure() const;
   std::string text_of(double value) const;
 
@@ -72,7 +72,7 @@ class Plausibility {
   std::vector<double> h_m_;      ///< Naslund's height there; empty where there are no heights
   double least_dbh_cm_ = 0.0;
   double top_dbh_cm_ = 0.0;
-  double largest_ = 0.0;  ///< response that was measured
+  double largest_ = 0.0;  ///< measured response
 };
 
 }  // namespace silvafit::study

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Curves that trees cannot have are named with their place; those they can have are not.
+// Implausible curves are reported with their place; plausible ones are not.
 #include "study/plausibility.hpp"
 
 #include <catch2/catch.hpp>
@@ -43,7 +43,7 @@ data::Table plausible_trees() {
   return table;
 }
 
-/// A fit with coefficients that nobody estimated.
+/// A fit with given coefficients.
 fit::FittedModel model(const std::string& formula,
                        const std::vector<double>& coefficients,
                        const std::vector<std::string>& sub_models = {}) {
@@ -82,24 +82,24 @@ std::string objection(const fit::FittedModel& fit, const char* entry = nullptr) 
 
 }  // namespace
 
-TEST_CASE("curves of trees have no objection") {
+TEST_CASE("plausible curves have no objection") {
   CHECK(objection(model("h ~ 1.3 + dbh^2/(a*dbh + b)^2", {0.2, 2.0}), "M1").empty());
-  // One that is flat where trees are large.
+  // A curve that is flat for large trees.
   CHECK(objection(model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {18.0, 0.5}), "M4").empty());
-  // Undefined at DBH 0 itself, where its limit is 1.3 m.
+  // Undefined at DBH 0, where its limit is 1.3 m.
   CHECK(objection(model("h ~ 1.3 + a*exp(-b/dbh)", {22.0, 12.0}), "M3").empty());
-  // One's own, whose value is zero to all digits at a DBH of a millimeter.
+  // A formula of the user, whose value at a DBH of a millimeter rounds to zero.
   CHECK(objection(model("h ~ a*exp(-b/dbh)", {22.0, 100.0})).empty());
   CHECK(objection(model("hcb ~ h/(1 + exp(a + b*dbh))", {0.3, 0.01}), "M17").empty());
   CHECK(objection(model("cw ~ a + b*dbh", {1.0, 0.1}), "M22").empty());
 }
 
-TEST_CASE("a height that falls is named with its highest and last point") {
+TEST_CASE("a decreasing height is reported with its highest and last point") {
   // 1.3 + dbh - dbh^2/80 has its maximum at 40 cm: 21.3 m; at 60 cm it is 16.3 m.
   const std::string text = objection(model("h ~ 1.3 + a*dbh + b*dbh^2", {1.0, -1.0 / 80.0}));
   CHECK_THAT(text, Contains("The curve of the population falls from 21.30 m at a DBH of"));
   CHECK_THAT(text, Contains("to 16.30 m at 60.0 cm"));
-  // Crown widths may fall, and other responses may do what they like.
+  // Crown widths may decrease, and other responses are not checked.
   CHECK(objection(model("cw ~ a*dbh^b*exp(-c*dbh)", {1.0, 0.6, 0.02})).empty());
 }
 
@@ -111,20 +111,20 @@ TEST_CASE("poles and negative values between the trees are found") {
   CHECK_THAT(objection(model("h ~ a*log(dbh - b)", {5.0, 5.0})), Contains("is not finite"));
 }
 
-TEST_CASE("a curve that explodes beyond the trees is compared with what was measured") {
+TEST_CASE("extrapolated values are compared with the largest measured value") {
   // The tallest tree has 1.3 + (50/12)^2 = 18.66 m; twice that is passed where exp(0.1 dbh) does.
   CHECK_THAT(objection(model("h ~ a*exp(b*dbh)", {0.2, 0.1})),
              Contains("the largest value measured is 18.66 m"));
 }
 
-TEST_CASE("crown bases lie below the tops") {
+TEST_CASE("crown bases must be below the tops") {
   CHECK_THAT(objection(model("hcb ~ h*a*dbh", {0.02})),
              Contains("lies above the height at a DBH of"));
   CHECK_THAT(objection(model("hcb ~ h/(a + exp(-b*dbh))", {0.9, 0.1}), "M20"),
              Contains("the crown base of large trees lies above their tops"));
 }
 
-TEST_CASE("parameters without sense are named by the catalogue, although the curve is fine") {
+TEST_CASE("implausible parameters of the catalogue are reported although the curve is plausible") {
   // With a = -40 and b = -0.001 the curve rises to 4.7 m at 60 cm and has its pole at 1000^(1/1).
   const std::string text =
       objection(model("h ~ 1.3 + a/(1 + 1/(b*dbh^c))", {-40.0, -0.001, 1.0}), "M16");
@@ -134,7 +134,7 @@ TEST_CASE("parameters without sense are named by the catalogue, although the cur
   CHECK(objection(model("h ~ 1.3 + a/(1 + 1/(b*dbh^c))", {-40.0, -0.001, 1.0})).empty());
 }
 
-TEST_CASE("a limit far beyond the trees is not known from them") {
+TEST_CASE("a limit far above the measured values is an objection") {
   // Nearly a line: 0.3 m a centimeter, towards 30,000 m.
   CHECK_THAT(objection(model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {30000.0, 1e-5}), "M4"),
              Contains("the asymptote, 3e+04 m, is far above"));
@@ -165,7 +165,7 @@ TEST_CASE("several curves with a flaw are counted") {
              Contains("plot 1") && Contains("2 of 3 curves have such a fault."));
 }
 
-TEST_CASE("responses of one's own must be finite, no more") {
+TEST_CASE("other responses must only be finite") {
   data::Table table = plausible_trees();
   table.set("growth", std::vector<double>(2 * kTrees, -1.0));
   fit::FittedModel fit(fit::specify_model("growth ~ a + b*dbh", {}, table));

@@ -19,18 +19,18 @@ namespace {
 
 /// The usual number; each costs a refit of every level, which starts from the fit of all plots.
 constexpr std::size_t kFolds = 10;
-/// One-sided significance of being worse.
+/// One-sided level of significance.
 constexpr double kSignificance = 0.05;
 /// A difference of this share of the error is reported even if it is not significant.
 constexpr double kMuchWorse = 0.05;
-/// Many plots make any difference significant; one below this share changes no decision.
+/// With many plots any difference is significant; one below this share is negligible.
 constexpr double kWorse = 0.01;
 
 bool can_be_left_out(const std::optional<fit::FitResult>& fit) {
   return fit && fit->fit.convergence.converged();
 }
 
-/// Errors of the trees of the table, NaN where a fold has no fit; empty without any.
+/// Errors of the trees of the table, NaN for folds without a fit; empty without any fit.
 Eigen::VectorXd errors_of(const std::optional<fit::FitResult>& fit,
                           const data::Table& table,
                           const std::string& group,
@@ -51,7 +51,7 @@ Eigen::VectorXd errors_of(const std::optional<fit::FitResult>& fit,
     }
     return errors;
   } catch (const Error&) {
-    // One plot alone cannot be left out.
+    // A single plot cannot be left out.
     return {};
   }
 }
@@ -73,7 +73,7 @@ double rmse_of(const Eigen::VectorXd& errors, const std::vector<Eigen::Index>& r
   return std::sqrt(errors(rows).squaredNorm() / static_cast<double>(rows.size()));
 }
 
-/// R2 of the predictions behind the errors.
+/// R2 of the predictions with these errors.
 double r2_of(const Eigen::VectorXd& errors,
              const std::vector<Eigen::Index>& rows,
              std::span<const double> observed) {
@@ -116,7 +116,7 @@ double paired_t(const Eigen::VectorXd& first,
   for (Eigen::Index k = 0; k < count; ++k) {
     if (has_trees[static_cast<std::size_t>(k)]) squares += std::pow(sums[k] - mean, 2);
   }
-  // Differences that are all the same, mostly zero, have no noise.
+  // Differences that are all equal, mostly zero, have no variance.
   if (n < 2.0 || squares == 0.0) return 0.0;
   return mean / std::sqrt(squares / (n - 1.0) / n);
 }

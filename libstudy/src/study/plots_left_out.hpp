@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether the mixed model predicts plots that it has not seen worse than least squares.
+// Compares predictions for plots left out by the mixed model and by least squares.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,12 +13,12 @@
 
 namespace silvafit::study {
 
-/// How many fits cross_validate_levels() will do for a result: none without a mixed model.
+/// The number of fits of cross_validate_levels() for a result: 0 without a mixed model.
 std::size_t left_out_fits(const ResponseStudy& result);
 
 /// Cross-validates the chosen models of a result on the same folds of its plots.
 /// \param on_fit  called after each fit
-/// \return nothing without a mixed model, or where no fold of it can be fitted
+/// \return nothing without a mixed model, or if it could not be fitted to any fold
 std::optional<LeftOutPlots> cross_validate_levels(const ResponseStudy& result,
                                                   const data::Table& table,
                                                   const std::function<void()>& on_fit = {});

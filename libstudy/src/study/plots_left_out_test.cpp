@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Predictions for plots left out: the paired t, and what is said of a mixed model that is worse.
+// Predictions for plots left out: the paired t, and the sentence on a mixed model that is worse.
 #include "study/plots_left_out.hpp"
 
 #include <catch2/catch.hpp>
@@ -17,7 +17,7 @@ TEST_CASE("the paired t has plots as replicates") {
   // Mean 8/3, variance ((1/3)^2 + (16/3)^2 + (17/3)^2) / 2 = 91/3, t = (8/3) / sqrt(91/9).
   CHECK(paired_t(first, second, {0, 0, 1, 2}) == Approx(8.0 / std::sqrt(91.0)).epsilon(1e-12));
   CHECK(paired_t(second, first, {0, 0, 1, 2}) == Approx(-8.0 / std::sqrt(91.0)).epsilon(1e-12));
-  // A plot without trees is no replicate.
+  // A plot without trees is not a replicate.
   CHECK(paired_t(first, second, {0, 0, 4, 2}) == Approx(8.0 / std::sqrt(91.0)).epsilon(1e-12));
 }
 
@@ -27,7 +27,7 @@ TEST_CASE("equal errors and a single plot have no t") {
   CHECK(paired_t(errors, 2.0 * errors, {0, 0, 0}) == 0.0);
 }
 
-TEST_CASE("only a mixed model that is worse is doubted, beside the better one of least squares") {
+TEST_CASE("only a mixed model that is worse than the better least-squares model is doubtful") {
   LeftOutPlots left_out{.folds = 5,
                         .trees = 100,
                         .rmse_ols = 2.0,
@@ -62,7 +62,7 @@ TEST_CASE("the levels of a study predict all trees of plots left out") {
   CHECK(left_out.r2_ols < result.ols->fit.population.r2);
 }
 
-TEST_CASE("one plot cannot be left out") {
+TEST_CASE("a single plot cannot be left out") {
   const data::Table table = test::stand({.plots = 1, .trees = 150, .has_indices = false});
   const Study study = run_study(table, test::catalogue(), {.responses = {"h"}});
   CHECK_FALSE(study.results.front().left_out);

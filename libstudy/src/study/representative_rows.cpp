@@ -8,7 +8,7 @@
 namespace silvafit::study {
 namespace {
 
-/// Trees of a plot that tell its random effects about as well as all.
+/// Number of trees that determine the random effects of a plot about as well as all of its trees.
 constexpr std::size_t kEnough = 40;
 
 std::vector<std::vector<std::size_t>> rows_by_group(const data::Table& table,
@@ -21,7 +21,7 @@ std::vector<std::vector<std::size_t>> rows_by_group(const data::Table& table,
   return groups;
 }
 
-/// Some rows of a group, spread evenly from its thinnest to its thickest tree.
+/// Some rows of a group, evenly spaced from its thinnest to its thickest tree.
 std::vector<std::size_t> spread(const data::Table& table,
                                 std::vector<std::size_t> rows,
                                 std::size_t count) {

@@ -10,11 +10,11 @@
 
 namespace silvafit::study {
 
-/// About so many rows of a table that represent all, ascending.
+/// About this many rows of a table that represent all, ascending.
 ///
-/// Every group has the same share at most, but not fewer than 40 rows where it has them; what is
-/// taken of it is spread evenly over its rows by dbh, or by their order without that column. If
-/// the groups together still have too many, every second, third ... group is taken. No random
+/// Every group has the same maximum share, but at least 40 rows if it has them; the
+/// selected rows are evenly spaced over its rows by dbh, or by their order without that column. If
+/// there are still too many, every second, third ... group is used. No random
 /// numbers.
 std::vector<std::size_t> representative_rows(const data::Table& table,
                                              const std::string& group,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Some trees that stand for very many: shares of the plots, and the range of DBH within them.
+// Samples of large tables: shares of the plots, and the range of DBH within them.
 #include "study/representative_rows.hpp"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::map<std::string, std::vector<double>> by_plot(const data::Table& table,
 
 }  // namespace
 
-TEST_CASE("large plots give the same share, spread over their range") {
+TEST_CASE("large plots have the same share, spread over their range of DBH") {
   const data::Table table = plots_of({1000, 500});
   const auto rows = representative_rows(table, "plot", 200);
   REQUIRE(rows.size() == 200);
@@ -52,14 +52,14 @@ TEST_CASE("large plots give the same share, spread over their range") {
   CHECK(taken.at("1").size() == 100);
 }
 
-TEST_CASE("of many small plots some are taken whole") {
+TEST_CASE("of many small plots some are selected completely") {
   const data::Table table = plots_of(std::vector<std::size_t>(100, 10));
   const auto taken = by_plot(table, representative_rows(table, "plot", 200));
   CHECK(taken.size() == 20);
   for (const auto& [plot, dbh] : taken) CHECK(dbh.size() == 10);
 }
 
-TEST_CASE("plots of some size give not fewer than 40 trees") {
+TEST_CASE("at least 40 trees are selected of larger plots") {
   const data::Table table = plots_of(std::vector<std::size_t>(50, 100));
   const auto taken = by_plot(table, representative_rows(table, "plot", 400));
   CHECK(taken.size() == 10);

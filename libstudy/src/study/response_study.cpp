@@ -12,7 +12,7 @@ namespace {
 
 using Level = std::vector<Candidate> ResponseStudy::*;
 
-/// The levels and what their candidates are called.
+/// The levels and the names of their candidates.
 const std::vector<std::pair<Level, std::string>> kLevels{
     {&ResponseStudy::base, "base model"},
     {&ResponseStudy::covariates, "covariates"},

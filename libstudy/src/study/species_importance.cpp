@@ -13,7 +13,7 @@
 namespace silvafit::study {
 namespace {
 
-/// A number that is not there: an empty cell.
+/// A missing number: an empty cell.
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Each layer has two columns, from the highest layer down: the importance value and its standard

@@ -9,7 +9,7 @@ namespace silvafit::study {
 
 /// Table 1 of Wang and others 2023: density, importance values of each layer and of all trees,
 /// sizes (means and standard deviations), basal area and dominant height, by falling importance.
-/// Areas, and what is by hectare, need windows; layers need heights.
+/// Areas, and values per hectare, need windows; layers need heights.
 FormattedTable species_importance_table(const StudyRecord& record);
 
 }  // namespace silvafit::study

@@ -134,7 +134,7 @@ void add_plot_columns(const std::vector<std::string>& names,
   }
 }
 
-/// The name that begins at a place in a text; the place goes behind it.
+/// The name at a position in a text; moves the position behind it.
 std::string name_at(const std::string& text, std::size_t& place) {
   const auto is_part = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '.'; };
   const std::size_t begin = place;
@@ -142,7 +142,7 @@ std::string name_at(const std::string& text, std::size_t& place) {
   return text.substr(begin, place - begin);
 }
 
-/// Names in a text, but for those in quotes and those of functions.
+/// Names in a text, except those in quotes and those of functions.
 std::vector<std::string> names_in(const std::string& text) {
   std::vector<std::string> names;
   for (std::size_t place = 0; place < text.size();) {

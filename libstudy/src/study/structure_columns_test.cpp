@@ -53,7 +53,7 @@ data::Table two_plots() {
 
 }  // namespace
 
-TEST_CASE("names of structure are found in formulas where the table lacks them") {
+TEST_CASE("structure names in formulas are found if the table lacks them") {
   const data::Table table = two_plots();
   CHECK(structure_names_in({"h ~ 1.3 + a*(1 - exp(-b*dbh))", "b ~ 1 + C + BAL:U"}, table) ==
         Names{"C", "BAL", "U"});
@@ -62,7 +62,7 @@ TEST_CASE("names of structure are found in formulas where the table lacks them")
   data::Table with_c = table;
   with_c.set("C", std::vector<double>(table.rows(), 0.5));
   CHECK(structure_names_in({"C + M"}, with_c) == Names{"M"});
-  // Without positions they are names like others.
+  // Without positions they are ordinary names.
   data::Table unplaced;
   unplaced.set("dbh", std::vector<double>{1.0});
   CHECK(structure_names_in({"M + C"}, unplaced).empty());
@@ -90,7 +90,7 @@ TEST_CASE("structure columns are computed by name from the table's trees") {
   }
 }
 
-TEST_CASE("columns that are there stay, and what cannot be computed is an error") {
+TEST_CASE("existing columns remain, and an index that cannot be computed is an error") {
   data::Table table = two_plots();
   table.set("M", std::vector<double>(table.rows(), 0.123));
   add_structure_columns({"M", "U"}, table);

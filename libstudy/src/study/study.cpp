@@ -58,7 +58,7 @@ std::vector<std::string> without_repeats(const std::vector<std::string>& names) 
   return result;
 }
 
-/// Covariates that were asked for and are no numbers; the structural indices go together.
+/// Notes on requested covariates that are not numeric, with one note for all structural indices.
 void note_covariates(const data::Table& table, Study& study) {
   const std::vector<std::string>& covariates = study.options.covariates;
   if (covariates.empty()) {

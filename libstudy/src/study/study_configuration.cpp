@@ -13,7 +13,7 @@ namespace {
 
 using data::JsonReader;
 
-/// The value of a reader that may find a text it does not know; the complaint names the key.
+/// Converts a text by a function that may throw; the error names the key.
 template <typename Read>
 auto checked(const JsonReader& json, Read read) {
   try {
@@ -40,7 +40,7 @@ void read_candidates(const JsonReader& json, const Catalogue* catalogue, StudyOp
   }
 }
 
-/// One criterion for all levels, or one a level.
+/// One criterion for all levels, or one for each level.
 void read_criteria(const JsonReader& json, LevelCriteria& criteria) {
   if (!json.is_object()) {
     const Criterion all = checked(json, parse_criterion);
@@ -116,7 +116,7 @@ ReadingSettings read_reading_settings(const JsonReader& json) {
   return settings;
 }
 
-/// The keys of structural units that model libraries do not have.
+/// The keys of structural units that are not in model libraries.
 void read_edge(const JsonReader& json, const std::filesystem::path& folder, UnitSettings& units) {
   if (const auto value = json.find("window"); value && !value->is_null()) {
     units.window = (folder / value->text()).string();

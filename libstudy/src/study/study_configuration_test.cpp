@@ -20,7 +20,7 @@ StudyConfiguration read(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("an empty configuration is that of a study without one") {
+TEST_CASE("an empty configuration has the default settings") {
   const StudyConfiguration configuration = read("{}");
   CHECK(configuration.study.responses == StudyOptions{}.responses);
   CHECK(configuration.study.criteria.covariates == Criterion::kBic);
@@ -28,7 +28,7 @@ TEST_CASE("an empty configuration is that of a study without one") {
   CHECK(configuration.units.edge == "buffer");
 }
 
-TEST_CASE("a candidate that the catalogue lacks is named with its key") {
+TEST_CASE("a candidate that is not in the catalogue is an error with its key") {
   const Catalogue catalogue = Catalogue::load(test::source_file("models"));
   const test::ScratchFile file(R"({"candidates": {"h": ["M4", "M999"]}})", ".json");
   CHECK_NOTHROW(read_study_configuration(file.path()));
@@ -39,9 +39,9 @@ TEST_CASE("a candidate that the catalogue lacks is named with its key") {
   CHECK_NOTHROW(read_study_configuration(known.path(), &catalogue));
 }
 
-TEST_CASE("a configuration may say everything, with comments") {
+TEST_CASE("a configuration may have all keys, and comments") {
   const StudyConfiguration configuration = read(R"json({
-    // Only one species.
+    // With one species only.
     "species": ["SM"], "minimum_trees": 30,
     "responses": ["h"], "candidates": {"h": ["M4", "h ~ a + b*dbh"]},
     "covariates": ["C", "slope"], "covariate_parameters": 2,
@@ -74,14 +74,14 @@ TEST_CASE("a configuration may say everything, with comments") {
   CHECK(configuration.units.neighbors == 6U);
 }
 
-TEST_CASE("one criterion may be for all levels, without tests") {
+TEST_CASE("one criterion may apply to all levels, without tests") {
   const StudyOptions study = read(R"({"criteria": "cv", "tests": "shown"})").study;
   CHECK(study.criteria.base == Criterion::kCrossValidation);
   CHECK(study.criteria.variance == Criterion::kCrossValidation);
   CHECK_FALSE(study.needs_tests);
 }
 
-TEST_CASE("what cannot be used is refused with its key") {
+TEST_CASE("errors in a configuration have their key") {
   CHECK_THROWS_WITH(read(R"({"speces": []})"), Contains("speces") && Contains("species"));
   CHECK_THROWS_WITH(read(R"({"criteria": {"base": "dic"}})"), Contains("criteria.base"));
   CHECK_THROWS_WITH(read(R"({"candidates": {"h": []}})"), Contains("candidates.h"));
@@ -93,7 +93,7 @@ TEST_CASE("what cannot be used is refused with its key") {
   CHECK_THROWS_WITH(read("{\n\"species\": [\n}"), Contains("not valid JSON"));
 }
 
-TEST_CASE("the configuration to start from reads back as a study's defaults") {
+TEST_CASE("the generated configuration has the default settings") {
   const data::Table table = test::stand({});
   const std::string text = study_configuration_for(table, test::catalogue());
   CHECK_THAT(text, Contains("SM (240)"));
@@ -102,14 +102,14 @@ TEST_CASE("the configuration to start from reads back as a study's defaults") {
   CHECK(data::JsonReader::parse(text, "study.json", true).members_by_name().size() == 33);
   const StudyOptions& study = configuration.study;
   CHECK(study.species.empty());
-  CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has nothing else
+  CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has no other response
   CHECK(study.candidates.at("h").size() == test::catalogue().candidates("h").size());
   CHECK(study.criteria.variance == StudyOptions{}.criteria.variance);
   CHECK(study.variance_functions == StudyOptions{}.variance_functions);
   CHECK_FALSE(study.parsimonious);
 }
 
-TEST_CASE("candidates may be formulas of one's own, for responses of one's own") {
+TEST_CASE("candidates may be formulas of the user, also for other responses") {
   data::Table table = test::stand({});
   std::vector<double> areas;
   for (const double dbh : table.numbers("dbh")) {
@@ -133,7 +133,7 @@ TEST_CASE("candidates may be formulas of one's own, for responses of one's own")
   CHECK(study.results[1].ols->fit.estimate[0] == Approx(0.007854).epsilon(1e-3));
 }
 
-TEST_CASE("candidates of another response are refused") {
+TEST_CASE("candidates of another response are errors") {
   const data::Table table = test::stand({});
   StudyOptions options{.responses = {"h"}};
   options.candidates["h"] = {"M22"};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A study.json to start from: every key with its value, and comments.
+// Writes a study.json with every key, its value, and comments.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -37,7 +37,7 @@ class CommentedJson {
     }
     text_ += "  },\n";
   }
-  /// The last entry, which no comma follows.
+  /// The last entry, without a comma.
   std::string finish(const std::string& key, const ordered_json& value, const std::string& note) {
     text_ += fmt::format("  \"{}\": {}  // {}\n", key, json_text(value), note);
     return "{\n" + text_ + "}\n";
@@ -59,7 +59,7 @@ std::string species_note(const data::Table& table) {
   return fmt::format("trees in the file: {}", fmt::join(texts, ", "));
 }
 
-/// The candidates of a response, each with what the catalogue says of it.
+/// The candidates of a response, each with its name and formula in the catalogue.
 std::vector<std::string> candidate_lines(const std::vector<std::string>& candidates,
                                          const Catalogue& catalogue) {
   std::vector<std::string> lines;
@@ -103,7 +103,7 @@ std::vector<std::string> candidate_lines(const std::vector<std::string>& respons
   return lines;
 }
 
-/// Columns of the file that others are made from.
+/// Columns of the file from which other columns are computed.
 std::set<std::string> mapped_sources(const std::vector<std::string>& columns) {
   std::set<std::string> sources;
   const std::string text = fmt::format("{}", fmt::join(columns, ","));
@@ -119,7 +119,7 @@ std::set<std::string> mapped_sources(const std::vector<std::string>& columns) {
   return sources;
 }
 
-/// Numeric columns that are not measures of the tree itself, nor what those are made from.
+/// Numeric columns that are neither measures of the tree itself nor sources of them.
 std::vector<std::string> possible_covariates(const data::Table& table,
                                              const std::vector<std::string>& columns) {
   const std::set<std::string> sources = mapped_sources(columns);
@@ -146,7 +146,7 @@ std::vector<std::string> possible_covariates(const data::Table& table,
   return names;
 }
 
-/// The responses to model; of the usual ones those that the inventory has.
+/// The responses to model; of the usual ones those in the inventory.
 std::vector<std::string> responses_for(const data::Table& table, const StudyOptions& options) {
   std::vector<std::string> responses = options.responses;
   if (responses == StudyOptions{}.responses) {

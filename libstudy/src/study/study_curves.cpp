@@ -15,9 +15,9 @@ namespace {
 
 constexpr std::size_t kGridPoints = 60;
 
-/// Classes of covariates that are shares, such as the structural indices of four neighbors.
+/// Classes of covariates that are proportions, such as the structural indices of four neighbors.
 const std::vector<double> kShareClasses{0.0, 0.25, 0.5, 0.75, 1.0};
-/// Other covariates have classes where these shares of the trees lie below.
+/// Classes of other covariates are at these quantiles of the trees.
 constexpr std::array<double, 5> kQuantiles{0.1, 0.3, 0.5, 0.7, 0.9};
 
 std::vector<double> values_of(const data::Table& table,
@@ -114,7 +114,7 @@ class CurveGrid {
 
   const data::Table& table() const { return table_; }
 
-  /// The grid with a covariate at another value than its mean, for all plots.
+  /// The grid with another value of a covariate than its mean, for all plots.
   data::Table with(const std::string& name, double value) {
     set_plot("");
     data::Table table = table_;

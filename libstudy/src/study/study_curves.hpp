@@ -12,7 +12,7 @@
 
 namespace silvafit::study {
 
-/// The same curves for five classes of one covariate, the other columns held at their means.
+/// The same curves for five classes of one covariate, with the other columns at their means.
 struct ClassCurves {
   std::string covariate{};
   std::vector<double> classes{};     ///< ascending values of the covariate
@@ -29,7 +29,7 @@ struct CurveBand {
   std::vector<double> high{};
 };
 
-/// A response against DBH with the other columns held at their means.
+/// A response against DBH with the other columns at their means.
 struct Curves {
   std::map<std::string, double> held_at{};
   std::vector<double> dbh_cm{};  ///< the common grid
@@ -45,8 +45,8 @@ struct Curves {
 /// Columns besides DBH and height that the chosen model of the last level uses.
 std::vector<std::string> covariates_of(const ResponseStudy& result);
 
-/// Nothing if the result has no least-squares fit. Height comes from the study's own height model
-/// of the species, or is held at its mean without one.
+/// Empty if the result has no least-squares fit. Height comes from the study's own height model
+/// of the species, or is its mean without one.
 std::optional<Curves> curves_of(const ResponseStudy& result, const StudyRecord& record);
 
 }  // namespace silvafit::study

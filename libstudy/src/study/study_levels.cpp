@@ -28,8 +28,8 @@ bool is_usable(const Candidate& candidate) {
 
 bool is_on_edge(const Candidate& candidate) { return candidate.fit.convergence.has_boundary(); }
 
-/// What ranks a candidate, smaller being better: folds that failed first, since an error that
-/// leaves them out is not comparable, then the criterion.
+/// The sort key of a candidate, smaller being better: first the number of failed folds, because an
+/// error without them is not comparable, then the criterion.
 using Score = std::pair<std::size_t, double>;
 
 Score cross_validated_score(const Candidate& candidate) {
@@ -54,7 +54,8 @@ Score score_of(Criterion criterion, const Candidate& candidate) {
   return cross_validated_score(candidate);
 }
 
-/// How far a score may be from the best one to be as good: of errors, one standard error.
+/// Distance from the best score within which models are equally good; of errors, one standard
+/// error.
 double tolerance_of(Criterion criterion, const Candidate& best, const StudyOptions& options) {
   if (criterion != Criterion::kCrossValidation) return options.equally_good;
   if (!best.cross_validated || std::isnan(best.cross_validated->standard_error)) return 0.0;
@@ -90,7 +91,7 @@ bool passes(Candidate& candidate, std::size_t index, const Examination& examine)
   return candidate.objection.empty();
 }
 
-/// The rest of a ranking from the first candidate that passes; empty if none does.
+/// The ranking from the first acceptable candidate on; empty if there is none.
 std::vector<std::size_t> from_first_passing(std::vector<Candidate>& candidates,
                                             const std::vector<std::size_t>& order,
                                             const Examination& examine) {
@@ -99,8 +100,8 @@ std::vector<std::size_t> from_first_passing(std::vector<Candidate>& candidates,
   return {first, order.end()};
 }
 
-/// The first in order whose test is significant, if that is asked for, and that passes. Candidates
-/// without a test stand on their rank: the reference of the tests, and what is not nested with it.
+/// The first in order that is acceptable and, if tests are required, significant. Candidates
+/// without a test are chosen by rank: the reference of the tests, and models not nested with it.
 std::optional<std::size_t> first_significant(std::vector<Candidate>& candidates,
                                              const std::vector<std::size_t>& order,
                                              const StudyOptions& options,
@@ -113,7 +114,7 @@ std::optional<std::size_t> first_significant(std::vector<Candidate>& candidates,
   return std::nullopt;
 }
 
-/// Those in order that are about as good as the first.
+/// The candidates in order that are equally good as the first.
 std::vector<std::size_t> equally_good(const std::vector<Candidate>& candidates,
                                       const std::vector<std::size_t>& order,
                                       Criterion criterion,
@@ -128,7 +129,7 @@ std::vector<std::size_t> equally_good(const std::vector<Candidate>& candidates,
   return result;
 }
 
-/// By their numbers of parameters; equal ones keep their order.
+/// Sorts by the number of parameters; equal ones keep their order.
 std::vector<std::size_t> simplest_first(const std::vector<Candidate>& candidates,
                                         std::vector<std::size_t> order) {
   std::ranges::stable_sort(
@@ -150,7 +151,7 @@ std::vector<fit::ParameterModel> extended(const fit::ParameterModel& parameter,
   return result;
 }
 
-/// Whether one start is enough: the likelihood of a constant plus a power has several maxima.
+/// Whether one start suffices; the likelihood of a constant plus a power has several maxima.
 bool has_one_start(const fit::VarianceFunction& function) {
   return std::ranges::none_of(function.factors, [](const fit::VarianceFactor& factor) {
     return factor.kind == fit::VarianceFactor::Kind::kConstantPlusPower;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The models that each level of a study tries, and which of them it chooses.
+// The models that each level of a study tries, and its choice among them.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace silvafit::study {
 
-/// A model to be fitted: which, and how.
+/// A model to be fitted, and how.
 struct Trial {
   std::vector<std::string> terms{};
   std::string model{};  ///< id in the catalogue
@@ -39,7 +39,7 @@ std::vector<Trial> covariate_trials(const fit::FittedModel& base,
                                     std::size_t parameters_at_once,
                                     const data::Table& table);
 
-/// The chosen model of level 2 with the intercept of its sub-model left out, if it has one to lose.
+/// The chosen model of level 2 without the intercept of its sub-model, if there is one.
 std::optional<Trial> without_intercept(const Candidate& chosen, const data::Table& table);
 
 /// Random effects on every subset of coefficients up to a size.
@@ -48,7 +48,7 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
                                         std::size_t largest);
 
 /// The chosen mixed model with each variance function, none first. They start from its fit, which
-/// has to live as long as they are fitted.
+/// must remain in memory during the fits.
 std::vector<Trial> variance_trials(const Candidate& mixed,
                                    const std::vector<std::string>& functions);
 
@@ -56,10 +56,10 @@ std::vector<Trial> variance_trials(const Candidate& mixed,
 /// once per candidate, and only for those that would be chosen.
 using Examination = std::function<std::string(std::size_t)>;
 
-/// The choices of the levels (run_study has the rules). Each ranks its candidates, passes over
-/// those with an objection, marks the chosen one and gives its index; nothing if none converged or,
-/// but at level 1, all have an objection. Level 1 then takes the best one with its objection, so
-/// that the data have a model at all.
+/// The choices of the levels (see run_study for the rules). Each ranks its candidates, rejects
+/// those with an objection, marks the chosen one and returns its index; nothing if none converged
+/// or, except at level 1, all have an objection. Level 1 then chooses the best one with its
+/// objection, so that there is a model for the data.
 std::optional<std::size_t> choose_base(std::vector<Candidate>& candidates,
                                        const StudyOptions& options,
                                        const Examination& examine = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which models the levels of a study try, and which of them they choose.
+// The models that the levels of a study try, and their choices.
 #include "study/study_levels.hpp"
 
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ data::Table trees_of_two_species() {
 
 constexpr int kObservations = 1000;
 
-/// A fit of which only what the choices look at is filled in.
+/// A fit with only the values that the choices read.
 Candidate candidate(double log_likelihood, int parameters) {
   Candidate result{
       .fit = fit::FittedModel(fit::specify_model("h ~ 1.3 + a*dbh^b", {}, trees_of_two_species()))};
@@ -80,7 +80,7 @@ fit::FittedModel fitted(const std::string& formula) {
 
 }  // namespace
 
-TEST_CASE("level 1 takes the fewest parameters within 2 AIC of the best") {
+TEST_CASE("level 1 chooses the fewest parameters within 2 AIC of the best") {
   // AIC: 208, 208.5 (fewer parameters), 211 (fewest, too far), none.
   std::vector<Candidate> candidates{
       candidate(-100.0, 4), candidate(-101.25, 3), candidate(-103.5, 2), failed()};
@@ -90,7 +90,7 @@ TEST_CASE("level 1 takes the fewest parameters within 2 AIC of the best") {
   CHECK(ranks_of(candidates) == std::vector<int>{1, 2, 3, 0});
 }
 
-TEST_CASE("level 1 keeps the likeliest of those with as few parameters") {
+TEST_CASE("level 1 chooses the likeliest of those with equally few parameters") {
   std::vector<Candidate> candidates{
       candidate(-101.0, 3), candidate(-100.5, 3), candidate(-100.0, 4)};
   CHECK(choose_base(candidates, {}) == 1U);
@@ -101,7 +101,7 @@ TEST_CASE("exactly 2 AIC is still within 2 AIC") {
   CHECK(choose_base(candidates, {}) == 1U);
 }
 
-TEST_CASE("nothing is chosen where nothing converged") {
+TEST_CASE("nothing is chosen if nothing converged") {
   std::vector<Candidate> candidates{failed(), failed()};
   candidates[1].fit.convergence.status = fit::ConvergenceStatus::kConverged;
   candidates[1].fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
@@ -112,9 +112,9 @@ TEST_CASE("nothing is chosen where nothing converged") {
   CHECK(ranks_of(candidates) == std::vector<int>{0, 0});
 }
 
-TEST_CASE("level 2 takes the lowest BIC among those that are significantly better") {
+TEST_CASE("level 2 chooses the lowest BIC among those that are significantly better") {
   const Candidate base = candidate(-100.0, 3);
-  // log n = 6.9: one parameter for 5 units of likelihood is worth it, a third for 1 is not.
+  // log n = 6.9: a parameter lowers BIC if it adds 5 to the log-likelihood, not if it adds 1.
   std::vector<Candidate> candidates{
       base, tested(-95.0, 4, base), tested(-94.0, 5, base), tested(-90.0, 4, base)};
   CHECK(choose_covariates(candidates, {}) == 3U);
@@ -122,8 +122,8 @@ TEST_CASE("level 2 takes the lowest BIC among those that are significantly bette
   CHECK(candidates[2].rank == 4);
 }
 
-TEST_CASE("level 2 stays with the base where no covariate is significant") {
-  // For so few trees BIC is laxer than the test: 2 * 1.8 = 3.6 < 3.84 although BIC falls.
+TEST_CASE("level 2 chooses the base if no covariate is significant") {
+  // With so few trees BIC is less strict than the test: 2 * 1.8 = 3.6 < 3.84 although BIC falls.
   Candidate base = candidate(-100.0, 3);
   Candidate better = tested(-98.2, 4, base);
   base.fit.observations = better.fit.observations = 20;
@@ -132,14 +132,14 @@ TEST_CASE("level 2 stays with the base where no covariate is significant") {
   CHECK(choose_covariates(candidates, {}) == 0U);
 }
 
-TEST_CASE("level 3 takes the lowest BIC away from the edge") {
+TEST_CASE("level 3 chooses the lowest BIC of fits that are not boundary fits") {
   std::vector<Candidate> candidates{
       candidate(-100.0, 4), on_edge(-60.0, 6), candidate(-80.0, 6), failed()};
   CHECK(choose_random_effects(candidates, {}) == 2U);
   CHECK(ranks_of(candidates) == std::vector<int>{3, 1, 2, 0});
 }
 
-TEST_CASE("level 3 takes a model on the edge only where there is no other") {
+TEST_CASE("level 3 chooses a boundary fit only if there is no other") {
   std::vector<Candidate> candidates{on_edge(-100.0, 4), on_edge(-60.0, 6)};
   CHECK(choose_random_effects(candidates, {}) == 1U);
 }
@@ -154,7 +154,7 @@ TEST_CASE("a variance function needs the lowest AIC and a significant test") {
   CHECK(choose_variance(strong, {}) == 1U);
 }
 
-TEST_CASE("a choice forgets the ranks and marks of an earlier one") {
+TEST_CASE("a choice replaces the ranks and marks of an earlier one") {
   std::vector<Candidate> candidates{candidate(-100.0, 3), candidate(-90.0, 3)};
   choose_base(candidates, {});
   candidates[1].fit.convergence.status = fit::ConvergenceStatus::kMaximumNotReached;
@@ -172,7 +172,7 @@ TEST_CASE("level 2 tries 16 subsets of four covariates on each parameter, the ba
   CHECK(trials.front().terms.empty());
   CHECK(trials[1].terms == std::vector<std::string>{"a ~ 1 + W"});
   CHECK(trials.back().terms == std::vector<std::string>{"b ~ 1 + W + M + C + U"});
-  // Each starts at the base, which it contains.
+  // Each starts from the base model, which it contains.
   CHECK(trials.back().options.start.at("a") == base.estimate[0]);
   CHECK(trials.back().options.start.at("b:C") == 0.0);
 }
@@ -187,7 +187,7 @@ TEST_CASE("on request, pairs of parameters have covariates") {
         std::vector<std::string>{"a", "a:W", "a:M", "b", "b:W", "b:M"});
 }
 
-TEST_CASE("a parsimonious choice takes fewer parameters within two of the best") {
+TEST_CASE("a parsimonious choice has the fewest parameters within two of the best") {
   std::vector<Candidate> candidates{candidate(-100.0, 4), candidate(-98.5, 5), candidate(-90.0, 9)};
   // AIC 208, 207, 198: the last is best by far.
   CHECK(choose_random_effects(candidates, {.criteria = {.random = Criterion::kAic}}) == 2U);
@@ -197,7 +197,7 @@ TEST_CASE("a parsimonious choice takes fewer parameters within two of the best")
             candidates, {.criteria = {.random = Criterion::kAic}, .parsimonious = true}) == 0U);
 }
 
-TEST_CASE("the intercept is left out of the sub-model with covariates only") {
+TEST_CASE("the intercept is removed only from the sub-model with covariates") {
   Candidate chosen{.terms = {"b ~ 1 + W"},
                    .fit = fit::FittedModel(fit::specify_model(
                        "h ~ 1.3 + a*dbh^b", {"b ~ 1 + W"}, trees_of_two_species()))};
@@ -234,13 +234,13 @@ TEST_CASE("the four variance functions are tried on the chosen random effects, n
   CHECK(trials[3].specification.variance.text() == "constant-plus-power");
 }
 
-TEST_CASE("cross-validation takes the lowest error of all folds, whatever the likelihood") {
+TEST_CASE("cross-validation chooses the lowest error of all folds regardless of the likelihood") {
   const auto with_error = [](double log_likelihood, double rmse, std::size_t failed) {
     Candidate result = candidate(log_likelihood, 3);
     result.cross_validated = CrossValidated{.rmse = rmse, .folds = 10, .failed = failed};
     return result;
   };
-  // The third leaves the trees of a fold out of its error; the fourth has no error at all.
+  // The error of the third excludes the trees of a failed fold; the fourth has no error.
   std::vector<Candidate> candidates{with_error(-90.0, 2.0, 0),
                                     with_error(-100.0, 1.5, 0),
                                     with_error(-95.0, 1.0, 1),
@@ -271,7 +271,7 @@ TEST_CASE("errors within one standard error of the best are equally good") {
   CHECK(choose_variance(candidates, options) == 1U);
 }
 
-TEST_CASE("a criterion that is asked for decides without tests") {
+TEST_CASE("a requested criterion decides without tests") {
   Candidate base = candidate(-100.0, 3);
   Candidate better = tested(-98.2, 4, base);
   base.fit.observations = better.fit.observations = 20;
@@ -299,13 +299,13 @@ TEST_CASE(
   CHECK(candidates[0].rank == 1);
   CHECK_FALSE(candidates[0].chosen);
   CHECK_FALSE(candidates[3].is_examined);
-  // What was found is kept.
+  // The objections are stored.
   asked.clear();
   CHECK(choose_base(candidates, {}, examine) == 2U);
   CHECK(asked.empty());
 }
 
-TEST_CASE("level 1 takes the best where all have an objection, the other levels none") {
+TEST_CASE("if all have an objection, level 1 chooses the best, the other levels none") {
   const Examination never = [](std::size_t) { return std::string("It falls."); };
   std::vector<Candidate> candidates{candidate(-100.0, 4), candidate(-90.0, 4)};
   CHECK(choose_base(candidates, {}, never) == 1U);
@@ -315,7 +315,7 @@ TEST_CASE("level 1 takes the best where all have an objection, the other levels 
   CHECK_FALSE(choose_variance(candidates, {}, never));
 }
 
-TEST_CASE("a mixed model on the edge stands where those inside have an objection") {
+TEST_CASE("a boundary fit is chosen if all other mixed models have an objection") {
   std::vector<Candidate> candidates{candidate(-60.0, 6), on_edge(-80.0, 6)};
   const Examination examine = [](std::size_t i) { return std::string(i == 0 ? "It falls." : ""); };
   CHECK(choose_random_effects(candidates, {}, examine) == 1U);
@@ -332,7 +332,7 @@ TEST_CASE("a model less likely than one that it contains has an objection") {
   with_covariate.log_likelihood = power.log_likelihood - 1.0;
   CHECK_THAT(objection_to_likelihood(with_covariate, smaller),
              Catch::Matchers::Contains("is lower than that of the model without W"));
-  // The other way round nothing is contained.
+  // The model with fewer coefficients contains nothing.
   CHECK(objection_to_likelihood(power, {{.name = "with W", .fit = &with_covariate}}).empty());
 }
 
@@ -346,7 +346,7 @@ TEST_CASE("a mixed model farther from the observations than least squares has an
   CHECK(objection_to_error(mixed, least_squares).empty());
   mixed.conditional.rmse = 2.01;
   CHECK_THAT(objection_to_error(mixed, least_squares), Catch::Matchers::Contains("RMSE 2.010"));
-  // Weights may move the unweighted error a little.
+  // Weights may change the unweighted error a little.
   mixed.specification.variance = fit::parse_variance_function("power");
   CHECK(objection_to_error(mixed, least_squares).empty());
   mixed.conditional.rmse = 2.2;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A study of the small stand with its record, as the program makes it.
+// A study of the small stand with its record, as the program would make it.
 #pragma once
 
 #include <sstream>
@@ -18,7 +18,7 @@ inline std::string csv_text(const data::Table& table) {
   return text.str();
 }
 
-/// The stand as a file without indices, read back and studied.
+/// Writes the stand to a file without indices, reads it, and runs a study.
 struct RecordedStudy {
   explicit RecordedStudy(const StandDesign& design)
       : file(csv_text(stand({.plots = design.plots,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The settings of a study as JSON: the keys of study.json, which run.json repeats.
+// The settings of a study as JSON: the keys of study.json, also written to run.json.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -42,7 +42,7 @@ Examination mixed_models_of(const Work& work,
   };
 }
 
-/// What random effects may contain: none, and fewer of them.
+/// Models that random effects may contain: without random effects, and with fewer of them.
 std::vector<SmallerModel> smaller_random_effects(const Work& work) {
   std::vector<SmallerModel> smaller;
   if (work.compared) smaller.push_back({.name = "without random effects", .fit = &*work.compared});
@@ -54,7 +54,7 @@ std::vector<SmallerModel> smaller_random_effects(const Work& work) {
   return smaller;
 }
 
-/// What a variance function may contain: a constant variance, and simpler functions.
+/// Models that a variance function may contain: a constant variance, and simpler functions.
 std::vector<SmallerModel> smaller_variances(const ResponseStudy& result) {
   std::vector<SmallerModel> smaller;
   for (const Candidate& candidate : result.variance) {
@@ -71,8 +71,8 @@ struct Settled {
   fit::FitResult result;
 };
 
-/// The objection to the fit of a chosen candidate: to all trees, of which some were compared, or
-/// from all starts, where one was.
+/// The objection to the final fit of a chosen candidate: to all trees if a sample was compared, or
+/// from all starts if one start was used.
 std::string objection_to_final_fit(const Work& work, const fit::FittedModel& fit) {
   if (!fit.convergence.converged()) {
     return (work.is_sampled() ? "With all trees: " : "From all starts: ") + fit.convergence.verdict;
@@ -92,7 +92,7 @@ std::string take_if_sound(const Work& work,
   return "";
 }
 
-/// Chooses until a choice stands with its final fit, too; nothing if none does.
+/// Chooses until the final fit of a choice has no objection; nothing if all have.
 std::optional<Settled> settle(const Work& work,
                               const LevelFits& level,
                               std::size_t index,
@@ -137,8 +137,8 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
   });
 }
 
-/// Tests against the first candidate; a fit that failed has no likelihood to test. A gain that
-/// cannot be tested, since the first one failed, counts as none.
+/// Tests against the first candidate; a fit that failed has no likelihood to test. If the first
+/// one failed, no gain is significant.
 void add_tests(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {
     if (!candidates[i].fit.convergence.converged()) continue;
@@ -147,7 +147,7 @@ void add_tests(std::vector<Candidate>& candidates) {
   }
 }
 
-/// Tries the chosen sub-model without its intercept, which some published models lack.
+/// Tries the chosen sub-model without its intercept, as in some published models.
 void run_without_intercept(std::vector<Work>& works,
                            Study& study,
                            const ProgressCallback& progress) {
@@ -220,7 +220,7 @@ void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
                   fmt::join(fit.convergence.boundary(), "; ")));
 }
 
-/// Reports why no mixed model is used, by the best of the rejected ones.
+/// Reports why no mixed model is used, with the best of the rejected ones.
 void doubt_mixed_models(ResponseStudy& result) {
   const auto best = std::ranges::min_element(result.random, {}, [](const Candidate& candidate) {
     return candidate.objection.empty() ? std::numeric_limits<int>::max() : candidate.rank;
@@ -317,7 +317,7 @@ double aic_of_mean(const fit::FittedModel& ols) {
   return 2.0 * kParameters - 2.0 * ols.log_likelihood - n * std::log1p(-ols.population.r2);
 }
 
-/// A curve can be plausible and nevertheless say nothing about the response.
+/// A curve can be plausible and still not explain the response.
 void doubt_useless_curves(std::vector<Work>& works) {
   for (Work& work : works) {
     ResponseStudy& result = work.result;
@@ -339,7 +339,7 @@ void doubt_useless_curves(std::vector<Work>& works) {
   }
 }
 
-/// Plots that a reader has to look at before trusting the variances.
+/// Outlying plots, which the user should check before using the variances.
 void note_outlying_plots(std::vector<Work>& works) {
   for (Work& work : works) {
     ResponseStudy& result = work.result;
@@ -366,7 +366,7 @@ bool lacks_mixed_model(const ResponseStudy& result) {
   });
 }
 
-/// Bars the chosen base model; false if no other is left.
+/// Excludes the chosen base model; false if no other is left.
 bool bar_base(Work& work) {
   bool has_other = false;
   for (std::size_t k = 0; k < work.result.base.size(); ++k) {
@@ -381,7 +381,7 @@ bool bar_base(Work& work) {
   return has_other;
 }
 
-/// What a result is before its first level.
+/// The state of a result before its first level.
 ResponseStudy without_levels(const ResponseStudy& result, std::vector<std::string> notes) {
   return {.species = result.species,
           .response = result.response,
@@ -391,7 +391,7 @@ ResponseStudy without_levels(const ResponseStudy& result, std::vector<std::strin
           .notes = std::move(notes)};
 }
 
-/// Adds the times and fits of stages to those of the same names.
+/// Adds times and numbers of fits to those of stages with the same names.
 void merge_stages(std::vector<StageTime>& stages, std::size_t begin) {
   for (std::size_t k = begin; k < stages.size(); ++k) {
     const auto known = std::ranges::find(stages, stages[k].name, &StageTime::name);
@@ -402,7 +402,7 @@ void merge_stages(std::vector<StageTime>& stages, std::size_t begin) {
 }
 
 /// If no mixed model of the chosen base model can be used, the next base models are tried.
-/// If none of them has one either, the first choice stands.
+/// If none of them has one either, the first choice remains.
 void run_other_bases(std::vector<Work>& works,
                      const std::vector<std::vector<std::string>>& notes,
                      Study& study,

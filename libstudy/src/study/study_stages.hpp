@@ -9,9 +9,9 @@
 
 namespace silvafit::study {
 
-/// Runs the three levels and the cross-validation of what they chose; fills in the results of the
+/// Runs the three levels and the cross-validation of the chosen models; fills in the results of the
 /// works, and the study's stages.
-/// \param works  stay where they are in memory
+/// \param works  must not move in memory
 void run_stages(std::vector<Work>& works, Study& study, const ProgressCallback& progress);
 
 }  // namespace silvafit::study

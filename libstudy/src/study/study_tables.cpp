@@ -284,7 +284,7 @@ FormattedTable statistics_table(const Study& study) {
 FormattedTable gains_table(const Study& study) {
   FormattedTable table{
       .name = "gains",
-      .caption = "What the mixed model gains over ordinary least squares",
+      .caption = "Gain of the mixed model over ordinary least squares",
       .columns = joined(kSubject,
                         {{"r2_ols", "R\u00B2 OLS", ColumnKind::kShare},
                          {"r2_nlme", "R\u00B2 NLME", ColumnKind::kShare},

@@ -35,7 +35,7 @@ bool any_contains(const std::vector<std::string>& texts, const std::string& part
 
 }  // namespace
 
-TEST_CASE("a study tries every model of each level and finds the covariate that counts") {
+TEST_CASE("a study tries every model of each level and finds the covariate with an effect") {
   const Study study = study_of(test::stand({}));
   REQUIRE(study.results.size() == 1);
   const ResponseStudy& result = study.results.front();
@@ -58,7 +58,7 @@ TEST_CASE("a study tries every model of each level and finds the covariate that 
   CHECK(study.fit_count() == rows - 1 + 3 * 8);
 }
 
-TEST_CASE("mixed models are never less likely than the least squares they contain") {
+TEST_CASE("mixed models are never less likely than the least-squares models they contain") {
   const Study study = study_of(test::stand({}));
   const ResponseStudy& result = study.results.front();
   const double below = result.with_covariates->fit.log_likelihood;
@@ -94,7 +94,7 @@ TEST_CASE("a study gives the same doubles with any number of threads") {
   }
 }
 
-TEST_CASE("level 2 is left out with a sentence where there are no indices") {
+TEST_CASE("level 2 is skipped with a note if there are no indices") {
   const Study study = study_of(test::stand({.has_indices = false}));
   CHECK(any_contains(study.notes, "no tree positions"));
   const ResponseStudy& result = study.results.front();
@@ -103,7 +103,7 @@ TEST_CASE("level 2 is left out with a sentence where there are no indices") {
   CHECK(result.nlme);
 }
 
-TEST_CASE("an index that is the same for all trees is no covariate") {
+TEST_CASE("a constant index is not used as a covariate") {
   data::Table table = test::stand({});
   table.set("M", std::vector<double>(table.rows(), 0.0));
   const ResponseStudy result = study_of(table).results.front();
@@ -113,7 +113,7 @@ TEST_CASE("an index that is the same for all trees is no covariate") {
   }
 }
 
-TEST_CASE("one plot has no level 3, and the verdict says so") {
+TEST_CASE("one plot has no level 3, with a sentence in the verdict") {
   const ResponseStudy result = study_of(test::stand({.plots = 1, .trees = 150})).results.front();
   CHECK(result.plots == 1);
   CHECK(result.random.empty());
@@ -133,7 +133,7 @@ TEST_CASE("species with too few trees are noted, with their number") {
   CHECK(study_of(test::stand({}), options).results.size() == 1);
 }
 
-TEST_CASE("trees outside the core and trees without a measure are left out") {
+TEST_CASE("only core trees with all measures are used") {
   data::Table table = test::stand({});
   std::vector<double> core(table.rows(), 1.0);
   core[7] = 0.0;
@@ -153,7 +153,7 @@ TEST_CASE("trees outside the core and trees without a measure are left out") {
 }
 
 TEST_CASE("fits that fail are listed with a reason, without rank and test") {
-  // Heights that do not depend on DBH leave the shape of every curve undetermined.
+  // Heights that do not depend on DBH do not determine the shape of the curve.
   data::Table table = test::stand({.has_indices = false});
   table.set("h", std::vector<double>(table.rows(), 12.0));
   const Study study = study_of(table);
@@ -170,7 +170,7 @@ TEST_CASE("fits that fail are listed with a reason, without rank and test") {
   CHECK(failures > 0);
 }
 
-TEST_CASE("species and responses that are not there are usage errors that say what is") {
+TEST_CASE("unknown species and responses are usage errors that list the available ones") {
   StudyOptions options;
   options.species = {"XX"};
   CHECK_THROWS_AS(run_study(test::stand({}), test::catalogue(), options), UsageError);
@@ -179,7 +179,7 @@ TEST_CASE("species and responses that are not there are usage errors that say wh
   options.responses = {"volume"};
   CHECK_THROWS_AS(run_study(test::stand({}), test::catalogue(), options), UsageError);
   CHECK_THROWS_WITH(run_study(test::stand({}), test::catalogue(), options), Contains("cw, h, hcb"));
-  // One that the catalogue knows and this inventory does not have is only a note.
+  // A response of the catalogue that the inventory lacks gives only a note.
   options.responses = {"h", "cw"};
   const Study study = run_study(test::stand({}), test::catalogue(), options);
   CHECK(study.results.size() == 1);
@@ -200,7 +200,7 @@ TEST_CASE("progress counts every fit of every stage once") {
   CHECK(calls == study.fit_count());
 }
 
-TEST_CASE("species with too few core trees are told with how many were measured") {
+TEST_CASE("the note on too few core trees has the number of measured trees") {
   data::Table table = test::stand({.plots = 2, .trees = 40});
   std::vector<double> core(table.rows(), 0.0);
   for (std::size_t row = 0; row < 10; ++row) core[row] = 1.0;
@@ -213,7 +213,7 @@ TEST_CASE("species with too few core trees are told with how many were measured"
                  "Too few trees for models (fewer than 20): SM h (10 core trees of 80 measured). "
                  "Trees near the plot edge are not core trees and are not counted; a smaller "
                  "buffer or another edge correction gives more core trees.")));
-  // Where all are core, their number says it.
+  // If all trees are core trees, there is one number.
   options.minimum_trees = 100;
   table.set("core", std::vector<double>(table.rows(), 1.0));
   CHECK_THAT(run_study(table, test::catalogue(), options).notes,
@@ -221,7 +221,8 @@ TEST_CASE("species with too few core trees are told with how many were measured"
                  std::string("Too few trees for models (fewer than 100): SM h (80).")));
 }
 
-TEST_CASE("of very many trees candidates are compared on some, and chosen models fitted to all") {
+TEST_CASE(
+    "candidates are compared on a sample of many trees, and chosen models are fitted to all") {
   const data::Table table = test::stand({.plots = 12, .trees = 60, .has_indices = false});
   StudyOptions options;
   options.compared_trees = 480;
@@ -234,19 +235,19 @@ TEST_CASE("of very many trees candidates are compared on some, and chosen models
   CHECK(result.ols->fit.observations == 720);
   CHECK(result.nlme->fit.observations == 720);
   CHECK(result.nlme->fit.convergence.converged());
-  // What is reported is the fit to all: the same as by itself.
+  // The reported fit is the fit to all trees: the same as alone.
   fit::FitModelOptions alone;
   alone.method = fit::Method::kLindstromBates;
   const auto again = fit::fit_model(result.nlme->fit.specification, table, alone);
   CHECK(result.nlme->fit.log_likelihood == Approx(again.fit.log_likelihood).epsilon(1e-8));
-  // All are compared on all if that is asked for.
+  // All trees are used for comparisons on request.
   options.compared_trees = 0;
   CHECK(study_of(table, options).results.front().base.front().fit.observations == 720);
 }
 
-TEST_CASE("base models without plausible curves are taken with a doubt") {
+TEST_CASE("without plausible curves the best base model is chosen with a doubt") {
   StudyOptions options;
-  // Heights level off; a parabola through them falls from its vertex on.
+  // Heights have a limit; a parabola through them decreases beyond its vertex.
   options.candidates["h"] = {"h ~ a + b*dbh + c*dbh^2"};
   const ResponseStudy result =
       study_of(test::stand({.has_indices = false}), options).results.front();
@@ -258,11 +259,11 @@ TEST_CASE("base models without plausible curves are taken with a doubt") {
   CHECK_THAT(result.doubts.front(), Contains("No base model has plausible curves"));
 }
 
-TEST_CASE("a model that says less than the mean of the trees is doubted") {
+TEST_CASE("a model that is worse than the mean of the trees is doubtful") {
   data::Table table = test::stand({.has_indices = false});
   Random random(17);
   std::vector<double> heights(table.rows());
-  // Independent of everything.
+  // Independent of all columns.
   for (double& height : heights) height = random.uniform(8.0, 30.0);
   table.set("h", heights);
   const ResponseStudy noise = study_of(table).results.front();

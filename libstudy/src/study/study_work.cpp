@@ -22,7 +22,7 @@ bool has_numbers(const data::Table& table, const std::string& name) {
 
 namespace {
 
-/// Columns among those wanted that the table has with values that differ.
+/// The wanted columns that are in the table and are not constant.
 std::vector<std::string> varying_columns(const data::Table& table,
                                          const std::vector<std::string>& wanted,
                                          const std::vector<std::size_t>& rows,
@@ -60,7 +60,7 @@ std::vector<std::size_t> rows_of_species(const data::Table& table, const std::st
   return rows;
 }
 
-/// Those of the rows that count, which are all where there are no structural units.
+/// The rows of core trees; all rows without structural units.
 std::vector<std::size_t> core_rows(const data::Table& table, std::vector<std::size_t> rows) {
   if (!has_numbers(table, "core")) return rows;
   const std::span<const double> core = table.numbers("core");
@@ -205,7 +205,7 @@ Work prepared(const data::Table& table,
   }
   columns.push_back(options.group);
   for (const std::string& name : variance_columns(options)) columns.push_back(name);
-  // Not all of them: a study of a million trees would have each column nine times.
+  // With all columns, a study of a million trees would store each column nine times.
   work.table = with_columns(table, columns).select(work.result.rows);
   if (options.compared_trees > 0 && work.table.rows() > options.compared_trees) {
     work.sample =

@@ -19,7 +19,7 @@
 namespace silvafit::study {
 namespace {
 
-/// What measured values of a response can be.
+/// The possible measured values of a response.
 struct Limit {
   std::string_view response{};
   double lowest_m = 0.0;
@@ -36,7 +36,7 @@ std::string others(std::size_t count) {
   return count > 1 ? fmt::format(" (and {} more)", count - 1) : "";
 }
 
-/// The rows where a condition is false, missing values apart: a comparison with one is false, too.
+/// The rows where a condition is false, except rows with missing values, where it is always false.
 std::vector<std::size_t> rows_against(const data::Expression& condition, const data::Table& table) {
   const std::vector<std::string> names = condition.variables();
   const std::vector<double> holds = data::evaluate(condition, table);
@@ -65,7 +65,7 @@ void require_condition(const BaseModel& model,
                     place);
 }
 
-/// Where a column comes from that inventories lack.
+/// A hint on columns that are not in an inventory.
 /// \param needed  columns, of which others may be missing as well
 std::string origin_of(const std::string& name,
                       const std::vector<std::string>& needed,

@@ -29,7 +29,7 @@ data::Table trees_to_check() {
 
 }  // namespace
 
-TEST_CASE("columns may come from others") {
+TEST_CASE("columns may be computed from others") {
   data::Table table = trees_to_check();
   add_columns("d=dbh/100,group=plot,height=h", table);
   CHECK(table.numbers("d")[1] == 0.2);
@@ -39,7 +39,7 @@ TEST_CASE("columns may come from others") {
   CHECK_THROWS_AS(add_columns("d", table), UsageError);
 }
 
-TEST_CASE("a value outside a model's domain is named with its place") {
+TEST_CASE("a value outside a model's domain is an error with its place") {
   const Catalogue catalogue = Catalogue::load(test::source_file("models"));
   CHECK_THROWS_AS(require_domain(catalogue.find("M4"), trees_to_check()), DomainError);
   CHECK_THROWS_WITH(require_domain(catalogue.find("M4"), trees_to_check()),
@@ -53,7 +53,7 @@ TEST_CASE("a value outside a model's domain is named with its place") {
                     Contains("unknown column 'hcb'"));
 }
 
-TEST_CASE("a measured value that cannot be one is named with its place") {
+TEST_CASE("an impossible measured value is an error with its place") {
   data::Table table;
   table.set("h", std::vector<double>{1.4, data::kMissing, 1.3});
   table.set("hcb", std::vector<double>{0.0, 0.1, data::kMissing});
@@ -71,6 +71,6 @@ TEST_CASE("a measured value that cannot be one is named with its place") {
   CHECK_THROWS_AS(require_possible("hcb", table), DomainError);
 }
 
-TEST_CASE("a missing structural index comes with the way to get it") {
+TEST_CASE("the error about a missing structural index says how to compute it") {
   CHECK_THROWS_WITH(require_numbers(trees_to_check(), {"C"}), Contains("silvafit indices"));
 }

@@ -51,7 +51,7 @@ void set_limit_angles(const std::vector<std::string>& alpha,
   }
 }
 
-/// A circle that every plot has, in its own coordinates.
+/// The same circle for every plot, in the plot's own coordinates.
 stand::NamedWindow circle_of_every_plot(const std::string& text) {
   constexpr std::string_view kWhat = "X,Y,RADIUS in m, such as 0,0,12.62";
   std::vector<double> numbers;

@@ -9,7 +9,7 @@
 
 namespace silvafit::study {
 
-/// Reads the keys of the search and the indices that are there; others are ignored.
+/// Reads the keys of the search and of the indices, if present; other keys are ignored.
 /// \throws InputError that names file and key where a value cannot be used
 UnitSettings read_unit_settings(const data::JsonReader& json);
 

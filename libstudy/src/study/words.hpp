@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Settings whose value is one of a few words.
+// Settings with a few possible words as values.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,13 +15,13 @@
 
 namespace silvafit::study {
 
-/// A word and what it stands for.
+/// A word and its value.
 template <class Value>
 using Word = std::pair<std::string_view, Value>;
 
-/// What a word stands for.
+/// The value of a word.
 /// \param field  of the settings
-/// \throws UsageError that lists the words if it is none of them
+/// \throws UsageError that lists the words if it is unknown
 template <class Words>
 auto meaning_of(const std::string& word, const Words& words, const char* field) {
   for (const auto& [known, value] : words) {

@@ -16,7 +16,7 @@ std::string base64(std::string_view bytes) {
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::uint32_t three = byte(i) << 16U | byte(i + 1) << 8U | byte(i + 2);
     for (std::size_t k = 0; k < 4; ++k) {
-      // Of a last piece of one or two bytes, only two or three digits are used.
+      // A last group of one or two bytes has only two or three digits.
       const bool has_content = i + k <= bytes.size();
       text += has_content ? kDigits[three >> (18 - 6 * k) & 63U] : '=';
     }

@@ -111,7 +111,8 @@ TEST_CASE("base64 is that of RFC 4648", "[study][view]") {
   CHECK(study::base64("\xfb\xff\xfe") == "+//+");
 }
 
-TEST_CASE("of a repeated tree all comes from the first row that can be drawn", "[study][view]") {
+TEST_CASE("all values of a repeated tree come from its first row that can be drawn",
+          "[study][view]") {
   const double none = data::kMissing;
   data::Table table(5);
   table.set("plot", texts({"1", "1", "1", "1", "1"}));
@@ -133,13 +134,13 @@ TEST_CASE("of a repeated tree all comes from the first row that can be drawn", "
   CHECK(trees["dbh"] == json({40.0, 20.0}));
   CHECK(trees["W"] == json({0.75, 0.5}));
   CHECK(trees["core"] == json({1, 1}));
-  // Every other row is told of: without a height, repeated, without a height.
+  // Every other row is reported: without a height, repeated, without a height.
   std::vector<std::size_t> lines;
   for (const tree::LeftOut& one : view.left_out) lines.push_back(one.place.line.value_or(0));
   CHECK(lines == std::vector<std::size_t>{2, 5, 6});
 }
 
-TEST_CASE("a view has each tree once, with what was measured and predicted", "[study][view]") {
+TEST_CASE("a view has each tree once, with its measured and predicted sizes", "[study][view]") {
   const View view = view_of_trees(four_trees(), catalogue(), coarse());
   const json data = json::parse(view.data);
   CHECK(data["schema"] == "silvafit-view/1");
@@ -177,7 +178,7 @@ TEST_CASE("a tree without possible sizes is listed, but has no model there", "[s
   CHECK_THAT(view.notes[1], Contains("OLS: 1 of 4 trees"));
 }
 
-TEST_CASE("text in the place of one number does not hide the others", "[study][view]") {
+TEST_CASE("text instead of one number does not affect other values", "[study][view]") {
   data::Table table = four_trees();
   table.set("h", texts({"20", "9.9", "25?", "8"}));
   const json data = json::parse(view_of_trees(table, catalogue(), coarse()).data);
@@ -186,7 +187,7 @@ TEST_CASE("text in the place of one number does not hide the others", "[study][v
   CHECK(data["variants"][0]["model"][0].is_number());
 }
 
-TEST_CASE("radii make a crown width where none was measured", "[study][view]") {
+TEST_CASE("a missing crown width is computed from radii", "[study][view]") {
   data::Table table = four_trees();
   for (const char* name : {"cr_e", "cr_w", "cr_s", "cr_n"}) {
     table.set(name, std::vector<double>{2.0, 2.5, 1.5, 1.0});
@@ -199,7 +200,7 @@ TEST_CASE("radii make a crown width where none was measured", "[study][view]") {
   CHECK(uneven["variants"][0]["radii"]["north"] == json({1.0, 2.5, 1.5, 1.0}));
 }
 
-TEST_CASE("models are of the tree's preset, at every level, and the ground lies below the stems",
+TEST_CASE("models are of the tree's preset, at every level, and the ground is below the stems",
           "[study][view]") {
   const View view = view_of_trees(four_trees(), catalogue(), coarse());
   const json data = json::parse(view.data);
@@ -242,7 +243,7 @@ TEST_CASE("the number of threads does not change a view", "[study][view]") {
         view_of_trees(four_trees(), catalogue(), four).data);
 }
 
-TEST_CASE("plots are chosen, and columns may have other names", "[study][view]") {
+TEST_CASE("plots can be selected, and columns may have other names", "[study][view]") {
   ViewOptions options = coarse();
   options.plots = {"2"};
   CHECK(view_of_trees(four_trees(), catalogue(), options).trees == 2);
@@ -263,11 +264,11 @@ TEST_CASE("columns are spelled as in the table, and name the observed sizes", "[
   const json data = json::parse(view_of_trees(table, catalogue(), options).data);
   CHECK(data["trees"]["h"] == json({19.0, 9.5, nullptr, 7.5}));
   CHECK(data["trees"]["dbh"] == json({21.0, 13.0, 31.0, 9.0}));
-  // Predictions are what they were.
+  // Predictions do not change.
   CHECK(data["variants"][1]["h"] == json({18.0, 10.5, 24.0, 6.0}));
 }
 
-TEST_CASE("what cannot be shown is said", "[study][view]") {
+TEST_CASE("errors explain what cannot be shown", "[study][view]") {
   data::Table without(1);
   without.set("plot", texts({"1"}));
   without.set("tree", texts({"1"}));
@@ -287,7 +288,7 @@ TEST_CASE("what cannot be shown is said", "[study][view]") {
   CHECK_THROWS_AS(view_of_trees(four_trees(), catalogue(), options), UsageError);
 }
 
-TEST_CASE("a scene of ours tells its trees", "[study][view]") {
+TEST_CASE("trees are read from a scene of this program", "[study][view]") {
   const std::string glb = two_trees_glb();
   const View view = view_of_scene(glb, nullptr, catalogue(), coarse());
   const json data = json::parse(view.data);
@@ -302,7 +303,7 @@ TEST_CASE("a scene of ours tells its trees", "[study][view]") {
   CHECK(data["trees"]["node"] == json({0, 1}));
 }
 
-TEST_CASE("a table gives the trees of a scene their measurements", "[study][view]") {
+TEST_CASE("the trees of a scene get measurements from a table", "[study][view]") {
   data::Table table = four_trees();
   table.set("x", std::vector<double>{0.0, 3.0, 6.0, 9.0});
   table.set("y", std::vector<double>{4.0, 4.0, 4.0, 4.0});
@@ -325,7 +326,7 @@ TEST_CASE("measurements of trees at other places are never shown", "[study][view
                     Contains("no tree of the table has the position"));
 }
 
-TEST_CASE("what is no GLB file, or needs others, is refused", "[study][view]") {
+TEST_CASE("files that are not GLB, or need other files, are errors", "[study][view]") {
   const auto view = [](const std::string& bytes) {
     return view_of_scene(bytes, nullptr, catalogue(), coarse());
   };
@@ -353,7 +354,7 @@ TEST_CASE("what is no GLB file, or needs others, is refused", "[study][view]") {
   CHECK(view(scene_of(R"(,"nodes":[{"extras":{"tree":1,"h":"high"}}])")).trees == 0);
   CHECK(view(scene_of(R"(,"nodes":[{"extras":{"tree":1,"h":12}}])")).trees == 0);
   CHECK(view(scene_of(R"(,"nodes":[{"extras":5}])")).trees == 0);
-  // What a page could not draw.
+  // A file that the page could not draw.
   CHECK_THROWS_WITH(
       view(scene_of(R"(,"nodes":[{}],"extensionsRequired":["KHR_draco_mesh_compression"])")),
       Contains("KHR_draco_mesh_compression"));

@@ -133,7 +133,7 @@ class Matcher {
 
   void match_instances() {
     const Places places(stand_);
-    std::vector<std::size_t> grown;  // rows without a grown tree have no number
+    std::vector<std::size_t> grown;  // a tree's number counts grown trees only
     for (std::size_t i = 0; i < stand_.trees.size(); ++i) {
       if (is_drawn(stand_, i)) grown.push_back(i);
     }

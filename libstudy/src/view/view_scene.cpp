@@ -43,7 +43,7 @@ json description_of(std::string_view glb) {
   return description;
 }
 
-/// A page loads nothing, so that everything must be in the file.
+/// A page cannot load other files, so everything must be in the file.
 void check_self_contained(const json& description) {
   for (const char* kind : {"buffers", "images"}) {
     if (!description.contains(kind)) continue;
@@ -238,7 +238,7 @@ std::string note_without_measurements(std::size_t trees) {
       trees == 1 ? "its" : "their");
 }
 
-/// Checks that nodes form trees, so that traversal ends.
+/// Checks that nodes form trees, so that traversal terminates.
 void check_hierarchy(const json& description) {
   const json& nodes = description.value("nodes", json::array());
   std::vector<int> parents(nodes.size(), 0);

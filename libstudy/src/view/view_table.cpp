@@ -98,7 +98,7 @@ std::map<std::string, std::string> columns_of(const Kind& kind, const ViewOption
   return columns;
 }
 
-/// Of rows with a tree's key the first that was not skipped.
+/// The first row with a tree's key that was not skipped.
 void find_rows(const data::Table& table,
                const std::vector<std::string>& keys,
                ReadVariant& variant) {
@@ -191,7 +191,7 @@ class StandReader {
       const auto found = variant.trees.find(key);
       if (found != variant.trees.end()) return found->second;
     }
-    throw UsageError("a tree without any sizes");
+    throw UsageError("the tree has no sizes");
   }
 
   void add_trees() {
@@ -244,7 +244,7 @@ class StandReader {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       ViewVersion version{.sizes = {h[rows_[i]], hcb[rows_[i]], cw[rows_[i]]}};
       const auto found = read.trees.find(keys_[i]);
-      // The other row of a repeated tree is not this tree.
+      // The other row of a repeated tree is not the row shown.
       if (found != read.trees.end() && read.rows.at(keys_[i]) == rows_[i]) {
         const tree::Preset& preset = *stand_.trees[i].preset;
         version.shape = tree::complete(found->second, preset.relative_hc, preset.name);

@@ -34,7 +34,7 @@ std::string file_name(const std::string& name) {
   return safe;
 }
 
-/// Whether a name has the ending of a coarser level.
+/// Whether a name has the suffix of a coarser level.
 bool looks_like_level(const std::string& name) {
   const std::size_t end = name.find_last_not_of("0123456789");
   return end != std::string::npos && end + 1 < name.size() &&

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Settings of growing that fit together.
+// Checks and completes the settings of growing.
 #include "workflow/grow_job.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Common parts of growing: settings that fit together, names of files, builders, the ground.
+// Common parts of growing: checks of settings, names of files, builders, the ground.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace silvafit::study {
 
-/// Settings with what follows from them.
+/// Settings with values that follow from them.
 struct GrowJob : GrowSettings {
   tree::SceneFormat scene_format = tree::SceneFormat::kGlb;
   std::string file{};  ///< of the table
@@ -33,7 +33,7 @@ std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphol
 /// \param name  of tree_names()
 std::filesystem::path tree_path(const GrowJob& job, const std::string& name, int level);
 
-/// The description of the trees' files of a level: the folder, and the file name ending if there
+/// The description of a level's files: the folder, and the file name ending if there
 /// are several levels.
 std::string folder_text(const GrowJob& job, int level);
 

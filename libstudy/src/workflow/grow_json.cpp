@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What was grown as JSON.
+// The results of growing as JSON.
 #include <algorithm>
 #include <nlohmann/json.hpp>
 

@@ -176,7 +176,7 @@ class Grower {
     for (std::size_t m = 0; m < result_.shared.models.size(); ++m) {
       const tree::SharedModel& model = result_.shared.models[m];
       tree::GrowOptions of_model = options(level);
-      // Scaling moves other sections to breast height than the one that every level keeps.
+      // Scaling moves other cross-sections to breast height than the one that all levels keep.
       of_model.mesh.stem_tolerance_m = tree::level_of_detail(0).stem_tolerance_m;
       const tree::SceneTree grown = tree::grow_tree(model.morphology, *model.builder, of_model);
       tree::measure_stems(m, grown.mesh, morphologies_, result_.shared);

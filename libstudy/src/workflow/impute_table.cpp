@@ -26,7 +26,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Columns that keep their spelling: the groups, and those that get models of their own.
+/// Columns that keep their spelling: the groups, and the column of separate models.
 std::vector<std::string> label_columns(const ImputeOptions& options) {
   std::vector<std::string> labels{options.group.empty() ? "plot" : options.group, options.by};
   if (options.random.empty() || options.random == "none") return labels;
@@ -145,7 +145,7 @@ ImputeModels models_of_parts(const data::TableSource& trees,
     add_labels(read.table, options, labels);
     measured.push_back(measured_rows(read.observations(), options.response));
   }
-  // In the order of the file, which sums depend on.
+  // In the order of the file, on which rounding errors of sums depend.
   const data::Table all = joined(measured);
   std::vector<std::size_t> order(all.rows());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -168,7 +168,7 @@ std::string label_of(const ImputeModel& model, const ImputeOptions& options) {
   return (model.label.empty() ? "all others" : model.label) + ": ";
 }
 
-/// A copy of a row has its values.
+/// Gives copies of rows the values of their originals.
 void give_to_copies(const std::vector<std::size_t>& place, Imputation& imputation) {
   if (place.empty()) return;
   imputation.value = of_all_rows(imputation.value, place);

@@ -24,7 +24,7 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// Computes the units of an inventory or of its batches, and what is said of all.
+/// Computes the units of an inventory or of its batches, and collects notes and counts.
 class IndicesRun {
  public:
   IndicesRun(const data::TableSource& source,
@@ -61,7 +61,7 @@ class IndicesRun {
     give_notes(notes, callbacks_.note);
   }
 
-  /// The units of one inventory or batch, handed over and summed up.
+  /// Passes the units of one inventory or batch to the callback, and sums them up.
   void take(stand::CheckedInventory& checked) {
     result_.excluded_trees += checked.excluded_tree_count;
     stand::StructuralUnits units;
@@ -102,7 +102,8 @@ class IndicesRun {
       throw UsageError("only CSV files can be read plot by plot", {.column = "--stream"});
     }
     if (design_.is_given()) {
-      throw UsageError("--stream knows no sampling design; omit it", {.column = "--stream"});
+      throw UsageError("--stream cannot be combined with a sampling design; omit one of them",
+                       {.column = "--stream"});
     }
     if (options_.scope == stand::SearchScope::kStand) {
       throw UsageError("--stream cannot search neighbors across plots; use --per plot",
@@ -145,7 +146,7 @@ class IndicesRun {
   stand::SamplingDesign design_;
   const UnitSink& sink_;
   const Callbacks& callbacks_;
-  /// Of all parts of the inventory, whose notes are made at the end.
+  /// Of all parts of the inventory; its notes are made at the end.
   stand::UnitFindings findings_{};
   IndicesSummary result_{};
 };
@@ -189,7 +190,8 @@ TreeIndices tree_indices(const data::TableSource& inventory,
                          const IndicesOptions& options,
                          const Callbacks& callbacks) {
   if (options.stream) {
-    throw UsageError("all trees are wanted in memory; use compute_indices", {.column = "--stream"});
+    throw UsageError("this function needs all trees in memory; use compute_indices",
+                     {.column = "--stream"});
   }
   TreeIndices result;
   const UnitSink sink = [&result](stand::CheckedInventory& trees, stand::StructuralUnits& units) {

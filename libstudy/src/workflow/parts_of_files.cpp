@@ -21,7 +21,7 @@ data::TableParts table_parts(
   std::error_code ignored;
   if (std::filesystem::exists(*path, ignored) &&
       !std::filesystem::is_regular_file(*path, ignored)) {
-    throw InputError("a stream cannot be read twice, so give a file", {.file = path->string()});
+    throw InputError("a pipe cannot be read twice; give a file", {.file = path->string()});
   }
   const data::CsvReader reader(source, settings.missing);
   data::TablePartsOptions options{.missing = settings.missing, .rows = rows};

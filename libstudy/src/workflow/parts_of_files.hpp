@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Parts of the file that a command reads.
+// Opens the files of a command to be read in parts.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 namespace silvafit::study {
 
 /// Opens a CSV file to read it in parts.
-/// \param group  gets the header and returns the name of the column whose groups are whole, where
+/// \param group  gets the header and returns the name of the column whose groups stay whole, if
 ///               the file has such a column; empty: rows are independent
 /// \param rows   of a part, at least
 /// \throws UsageError if the source is no CSV file; else as data::TableParts

@@ -65,7 +65,7 @@ PredictResponsesOptions options_of(const PredictionSettings& settings, const Cat
           .catalogue = &catalogue};
 }
 
-/// Trees of species that the library has no model of.
+/// Counts the trees of species without a model in the library.
 class UnknownSpecies {
  public:
   explicit UnknownSpecies(const ModelLibrary& library) {
@@ -73,7 +73,7 @@ class UnknownSpecies {
   }
 
   void add(const data::Table& table) {
-    // A model without species is one of all trees.
+    // A model without a species is for all trees.
     if (known_.contains("") || !table.has("species")) return;
     const data::TextColumn species = table.labels("species");
     for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -98,7 +98,7 @@ class UnknownSpecies {
   std::size_t trees_ = 0;
 };
 
-/// A copy of a row has its predictions.
+/// Gives copies of rows the predictions of their originals.
 void give_to_copies(const std::vector<std::size_t>& place, PredictedResponses& predictions) {
   if (place.empty()) return;
   for (PredictedResponse& one : predictions.responses) {
@@ -134,7 +134,7 @@ void add_quantities(TablePrediction& prediction) {
   std::ranges::move(found.notes, std::back_inserter(prediction.predictions.notes));
 }
 
-/// Predicts a table or its parts, and keeps what is said of all.
+/// Predicts a table or its parts, and collects notes on all rows.
 class PredictionRun {
  public:
   PredictionRun(const ModelLibrary& library,
@@ -149,7 +149,7 @@ class PredictionRun {
   const PredictResponsesOptions& options() const { return options_; }
   const UnitSettings& units() const { return units_; }
 
-  /// \param state  of earlier parts; null for a whole table, whose notes are given at once
+  /// \param state  of earlier parts; null for a whole table, whose notes are reported at once
   TablePrediction predict(const data::TableSource& rows,
                           ReadingState* state,
                           const NoteCallback& note) {
@@ -199,7 +199,7 @@ std::string column_of_groups(const ModelLibrary& library,
     if (run.options().level != fit::Level::kCalibrated || !model.fit.has_random_effects()) continue;
     coarsest.insert(model.fit.specification.random.front().group);
   }
-  // Indices that --columns asks for are computed from the trees of a plot.
+  // Indices requested by --columns are computed from the trees of a plot.
   data::Table columns(0);
   for (const char* const name : {"x", "y", "dbh"}) columns.set(name, std::vector<double>());
   for (const std::string& name : header) {

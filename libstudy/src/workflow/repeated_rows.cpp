@@ -139,14 +139,14 @@ Place place_in(const data::Table& table,
   return place;
 }
 
-/// Where the first copy is, and of which row.
+/// The place of the first copy and of its original.
 std::string describe_first(const Copy& copy, const data::Table& table, const Place& place) {
   const std::size_t line = table.line(copy.original);
   return describe(place,
                   line > 0 ? fmt::format("copy of line {}", line) : "copy of an earlier row");
 }
 
-/// The measures that tell trees of one number apart.
+/// The measures by which trees with the same number are distinguished.
 struct Member {
   const char* name;
   std::vector<double> stand::Inventory::*values;
@@ -163,7 +163,7 @@ constexpr std::array<Member, 11> kMembers{{{"x", &stand::Inventory::x},
                                            {"cr_s", &stand::Inventory::cr_s_m},
                                            {"cr_n", &stand::Inventory::cr_n_m}}};
 
-/// The rows with a plot and a tree, as far as needed to compare them.
+/// The rows with a plot and a tree, and the values needed to compare them.
 stand::Inventory inventory_of(const data::Table& table,
                               const Rows& rows,
                               const data::TextColumn& plot,

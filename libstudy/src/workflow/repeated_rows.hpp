@@ -12,10 +12,10 @@
 
 namespace silvafit::study {
 
-/// Rows as observations of models.
+/// Rows of a table as observations of models.
 struct ObservedRows {
   std::vector<std::size_t> distinct{};  ///< if there are copies, all other rows, ascending
-  /// For each row its place in `distinct`, for a copy that of the row it copies; empty
+  /// For each row its place in `distinct`; a copy has that of the row it copies. Empty
   /// if there are no copies.
   std::vector<std::size_t> place{};
   RepeatCounts repeated{};
@@ -41,9 +41,9 @@ std::vector<Value> of_all_rows(const std::vector<Value>& values,
 /// The numbers of a measure (x, dbh ...), NaN where unknown; empty if the table has no such column.
 using MeasureOf = std::function<std::vector<double>(const char* name)>;
 
-/// Leaves one row for each tree at one time, by the rule for inventories
+/// Keeps one row for each tree at one time, by the rule for inventories
 /// (stand::repeated_trees()): copies and later measurements are removed, other trees of the same
-/// number get one of their own.
+/// number get a new one.
 /// \return notes on what was changed
 std::vector<std::string> keep_one_row_per_tree(data::Table& table,
                                                const std::string& plot_column,

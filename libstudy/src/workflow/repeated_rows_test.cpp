@@ -29,13 +29,13 @@ data::Table table_of(const std::vector<std::string>& plot,
 
 }  // namespace
 
-TEST_CASE("copies are rows with all values of an earlier row of the same plot and tree") {
+TEST_CASE("rows with all values of an earlier row of the same plot and tree are copies") {
   const double missing = data::kMissing;
   const data::Table table = table_of({"1", "1", "2", "1", "1", "1", "", ""},
                                      {"a", "a", "a", "a", "b", "b", "a", "a"},
                                      {5.0, 6.0, 5.0, 5.0, missing, missing, 5.0, 5.0});
   const ObservedRows rows = observed_rows(table, "plot", "tree");
-  // Rows without a plot are not known to be of one tree.
+  // Rows without a plot cannot be assigned to a tree.
   CHECK(rows.distinct == std::vector<std::size_t>{0, 1, 2, 4, 6, 7});
   CHECK(rows.place == std::vector<std::size_t>{0, 1, 2, 0, 3, 3, 4, 5});
   CHECK(of_all_rows(std::vector<int>{10, 11, 12, 13, 14, 15}, rows.place) ==
@@ -48,7 +48,7 @@ TEST_CASE("copies are rows with all values of an earlier row of the same plot an
         "1 row has the plot and tree of another row with other values; each is an observation");
 }
 
-TEST_CASE("copies equal those of a comparison of all pairs") {
+TEST_CASE("the copies are those found by comparing all pairs") {
   std::mt19937 bits(5);
   std::vector<std::string> plot;
   std::vector<std::string> tree;

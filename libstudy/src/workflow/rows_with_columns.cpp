@@ -36,7 +36,7 @@ std::vector<char> columns_of_numbers(const data::TableSource& source) {
   for (const auto& usual : stand::usual_columns(header, is_label, reader.file()))
     keep(usual.source);
   if (is_part) {
-    // The part may be all numbers where the file has text.
+    // The column may be numeric in this part although it is text in the file.
     for (std::size_t i = 0; i < header.size(); ++i) {
       if (reader.is_text(i)) is_number[i] = 0;
     }
@@ -67,7 +67,7 @@ std::string field_of(const data::Table& table,
 }  // namespace
 
 std::string with_digits(double value, int digits) {
-  constexpr int kAllDigits = 17;  // tell any two doubles apart
+  constexpr int kAllDigits = 17;  // distinguishes all doubles
   if (digits >= kAllDigits) return data::shortest(value);
   const std::string text = fmt::format("{:.{}e}", value, digits - 1);
   double rounded = value;

@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::size_t kNeighbors = 4;
 constexpr double kMiddle = 0.5;
-// Above the DBH of any tree known: a single mistyped one may not decide what is common.
+// Above the DBH of any known tree, so that a mistyped value does not affect the result.
 constexpr double kThickestCentimeters = 2000.0;
-/// In the order in which a scene's name has them.
+/// In the order in which they occur in a scene's name.
 constexpr std::array<const char*, 4> kIndices{"C", "M", "U", "W"};
 
 /// The structural indices of a reference tree.
@@ -30,7 +30,7 @@ double& value_of(Indices& indices, const std::string& name) {
   return indices[static_cast<std::size_t>(std::ranges::find(kIndices, name) - kIndices.begin())];
 }
 
-/// The number of neighbors with the property that an index counts.
+/// The number of neighbors with the property of an index.
 std::size_t count_of(double index) {
   return static_cast<std::size_t>(std::lround(index * static_cast<double>(kNeighbors)));
 }
@@ -42,7 +42,7 @@ struct Size {
   double cw_m = 0.0;
 };
 
-/// Sizes that a library predicts for trees of some species, diameters and indices.
+/// Sizes that a library predicts for given species, diameters and indices.
 class Sizes {
  public:
   Sizes(const ModelLibrary& library, const SceneOptions& options)
@@ -79,7 +79,7 @@ class Sizes {
             .role = options_.role};
   }
 
-  /// All trees in the group of the options, whatever its column is called.
+  /// The values of all group columns are the group of the options.
   data::Table table_with_group(data::Table table) const {
     if (options_.group.empty()) return table;
     for (const std::string& column : text_columns(library_)) {
@@ -129,7 +129,7 @@ class Sizes {
   std::array<std::vector<double>, 4> indices_;
 };
 
-/// Azimuths of four neighbors of which as many angles as W says are smaller than 72 degrees.
+/// Azimuths of four neighbors for a value of W: the number of angles smaller than 72 degrees.
 std::array<double, kNeighbors> azimuths_deg(double uniform_angle_index) {
   constexpr std::array<std::array<double, kNeighbors>, kNeighbors + 1> kAzimuths{
       {{45, 135, 225, 315},
@@ -140,8 +140,8 @@ std::array<double, kNeighbors> azimuths_deg(double uniform_angle_index) {
   return kAzimuths[count_of(uniform_angle_index)];
 }
 
-/// A neighbor as an index of its scene needs it. The three properties fall on neighbors that start
-/// at different corners, so that they are not always the same ones.
+/// The properties of a neighbor for the indices of its scene. The three properties start at
+/// different neighbors, so that they do not always occur together.
 struct Neighbor {
   bool overlaps = false;
   bool is_other_species = false;
@@ -295,14 +295,14 @@ class SceneMaker {
     return name;
   }
 
-  /// The species of neighbors that are of another one: that which comes next in the library.
+  /// The species of neighbors of another species: the next one in the library.
   std::string other_than(const std::string& species) const {
     if (all_species_.size() < 2) return "other";
     const auto own = std::ranges::find(all_species_, species);
     return own + 1 == all_species_.end() ? all_species_.front() : *(own + 1);
   }
 
-  /// Sizes of neighbors by whether they are of another species and larger.
+  /// Sizes of neighbors, by whether they are of another species and whether they are larger.
   std::array<std::array<Size, 2>, 2> neighbor_sizes(const std::string& species, double dbh_cm) {
     constexpr std::array<double, 2> kRelativeDbh{0.8, 1.25};
     const bool has_other = all_species_.size() > 1;
@@ -328,7 +328,7 @@ class SceneMaker {
     for (const Indices& indices : combined) sizes.add(species, result.dbh_cm, indices);
     const std::vector<Size> reference = sizes.predict();
     const auto neighbors = neighbor_sizes(species, result.dbh_cm);
-    // Up to 25 scenes make a square of five a side, more of them rows of 25.
+    // Up to 25 scenes form a square of five in a row, more of them rows of 25.
     const std::size_t columns = combined.size() <= 25 ? 5 : 25;
     for (std::size_t i = 0; i < combined.size(); ++i) {
       const std::size_t row = i / columns;
@@ -355,7 +355,7 @@ class SceneMaker {
                     const std::array<std::array<Size, 2>, 2>& sizes) {
     const Neighbor is = neighbor(indices, number);
     const Size& size = sizes[is.is_other_species ? 1 : 0][is.is_larger ? 1 : 0];
-    // Crowns touch at the sum of their radii; this far from it, no rounding matters.
+    // Crowns touch at the sum of their radii; this margin is larger than rounding errors.
     constexpr double kOverlapping = 0.75;
     constexpr double kApart = 1.2;
     const double distance =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes of the structural classes, and the published library that they are made of here.
+// Scenes of the structural classes from the published library.
 #include "silvafit/study/scenes.hpp"
 
 #include <catch2/catch.hpp>
@@ -37,7 +37,7 @@ const fit::FittedModel& fit_of(const ModelLibrary& library,
 
 }  // namespace
 
-TEST_CASE("published coefficients are a library that predicts without any fit") {
+TEST_CASE("published coefficients form a library that predicts without any fit") {
   const ModelLibrary library = shanxia();
   CHECK(library.models.size() == 27);
   data::Table trees;
@@ -52,7 +52,7 @@ TEST_CASE("published coefficients are a library that predicts without any fit") 
   const PredictedResponses predicted = predict_responses(library, trees);
   REQUIRE(predicted.responses.size() == 3);
   REQUIRE(predicted.responses[0].response == "h");
-  // Table 4 with the signs that equations 15 and 18 print; exp and products round.
+  // Table 4 with the signs of equations 15 and 18; only rounding differs.
   const double sm = 1.3 + 36.7543 * (1.0 - std::exp((-0.0236 + -0.0045 * 0.5) * 25.9));
   CHECK(predicted.responses[0].value[0] == Approx(sm).epsilon(1e-12));
   const double bhn =
@@ -60,7 +60,7 @@ TEST_CASE("published coefficients are a library that predicts without any fit") 
   CHECK(predicted.responses[0].value[1] == Approx(bhn).epsilon(1e-12));
 }
 
-TEST_CASE("what a publication does not say is missing from its library") {
+TEST_CASE("values that a publication lacks are missing from its library") {
   const ModelLibrary library = shanxia();
   const fit::FittedModel& mixed = fit_of(library, "SM", "h", "nlme");
   CHECK(mixed.convergence.converged());
@@ -81,7 +81,7 @@ TEST_CASE("what a publication does not say is missing from its library") {
   CHECK(base.sigma == Approx(2.7644 * std::sqrt(961.0 / 959.0)).epsilon(1e-12));
 }
 
-TEST_CASE("a published library survives a library file") {
+TEST_CASE("a published library is read back from a library file") {
   const test::ScratchFile file("", ".json");
   const ModelLibrary library = shanxia();
   write_library(library, file.path());
@@ -90,7 +90,7 @@ TEST_CASE("a published library survives a library file") {
   CHECK(read.inventory.commonest_dbh_cm.at("BHN") == 14.4);
 }
 
-TEST_CASE("what is neither a file nor a published library is refused with those there are") {
+TEST_CASE("an unknown library is an error that lists the published ones") {
   CHECK(published_libraries(test::source_file("models")) ==
         std::vector<std::string>{"shanxia-2023"});
   CHECK_THROWS_WITH(find_library("shanxia-2023", "/nowhere/models"),
@@ -115,7 +115,7 @@ TEST_CASE("the published library has 25, 25 and 125 scenes") {
   CHECK(names.size() == 175);
 }
 
-TEST_CASE("the neighbors of each scene give its reference tree the indices it is for") {
+TEST_CASE("the reference tree of each scene has the indices of its class") {
   for (const double uniform_angle : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     const Scenes scenes = scenes_of(shanxia(), {.uniform_angle_index = uniform_angle});
     const test::ScratchFile file("", ".csv");
@@ -139,7 +139,7 @@ TEST_CASE("scenes need models of all responses, a DBH and possible trees") {
   ModelLibrary library = shanxia();
   CHECK_THROWS_WITH(scenes_of(library, {.species = {"OAK"}}), Contains("SM, BHN, MH"));
   CHECK_THROWS_WITH(scenes_of(library, {.uniform_angle_index = 0.3}), Contains("W must be"));
-  // At the limit of no diameter, the height is breast height.
+  // For a DBH of 0, the height is breast height.
   CHECK_THROWS_WITH(scenes_of(library, {.species = {"SM"}, .dbh_cm = {{"SM", 1e-300}}}),
                     Contains("not a possible tree"));
   CHECK_THROWS_WITH(scenes_of(library, {.dbh_cm = {{"XX", 20.0}}}), Contains("no models for XX"));
@@ -151,16 +151,16 @@ TEST_CASE("scenes need models of all responses, a DBH and possible trees") {
                     Contains("no model for cw"));
 }
 
-TEST_CASE("the commonest DBH is where diameters are densest") {
+TEST_CASE("the most frequent DBH is the maximum of the density") {
   // Symmetric and with one peak: its middle.
   CHECK(commonest_dbh_cm({18.0, 19.5, 20.0, 20.5, 22.0}) == 20.0);
   CHECK(commonest_dbh_cm({12.3, 12.3}) == 12.3);
-  // A crowd at 10 and some at 40; the peak of a normal density is its middle.
+  // Many trees near 10 and some at 40; the maximum of a normal density is its mean.
   std::vector<double> diameters{40.0, 41.0, data::kMissing};
   for (int i = -20; i <= 20; ++i) diameters.push_back(10.0 + 0.1 * i);
   CHECK(commonest_dbh_cm(diameters) == Approx(10.0).margin(0.05));
   const double before = commonest_dbh_cm(diameters);
-  diameters.push_back(2.5e8);  // mistyped: it may neither count nor take its time
+  diameters.push_back(2.5e8);  // mistyped: it must affect neither the result nor the time
   CHECK(commonest_dbh_cm(diameters) == before);
   CHECK(commonest_dbh_cm({3e9, 4e9}) == 3e9);
 }

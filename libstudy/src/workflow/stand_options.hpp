@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The settings of stand tables and of growth as options of libstand.
+// The settings of stand tables and of growth converted to options of libstand.
 #pragma once
 
 #include <string>
@@ -20,8 +20,8 @@ std::vector<std::string> columns_of(const StandOptions& options);
 /// \return notes
 std::vector<std::string> add_quantities(const StandOptions& options, stand::Inventory& inventory);
 
-/// Completes the notes of a report by those on its equations and on the table of plots, and gives
-/// them to the caller.
+/// Adds the notes on equations and on the table of plots to those of a report, and passes all
+/// to the caller.
 /// \return those of the inventory and of the report
 std::vector<std::string> complete_notes(const stand::StandReportOptions& options,
                                         const std::vector<std::string>& on_equations,

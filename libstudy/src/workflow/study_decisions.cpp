@@ -9,7 +9,7 @@
 namespace silvafit::study {
 namespace {
 
-/// A criterion in a sentence.
+/// The name of a criterion in a sentence.
 std::string named(Criterion criterion) {
   switch (criterion) {
     case Criterion::kAic:
@@ -51,7 +51,7 @@ void add_level_decisions(const StudyRecord& record, Decisions& decisions) {
                          got_to(&ResponseStudy::base)
                              ? fmt::format("fewest parameters within {} of the best base model",
                                            distance(criteria.base, options.equally_good))
-                             : "skipped: there was nothing to fit");
+                             : "skipped: no models were fitted");
   decisions.emplace_back(
       "Level 2",
       got_to(&ResponseStudy::covariates)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The decisions of a study in words, for its report.
+// The decisions of a study as sentences, for its report.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace silvafit::study {
 
 using Decisions = std::vector<std::pair<std::string, std::string>>;
 
-/// What was decided before fitting, and how each level chose.
+/// The decisions before fitting, and the rule by which each level chose.
 Decisions decisions_of(const StudyRecord& record);
 
 }  // namespace silvafit::study

@@ -36,11 +36,11 @@ void add_model(const ResponseStudy& result,
                             .unit = unit_of(result.response),
                             .role = role,
                             .fit = fit->fit});
-  // Wall time would make two libraries of the same study differ.
+  // Libraries of the same study would differ in wall times.
   library.models.back().fit.seconds = 0.0;
 }
 
-/// A table in memory, and the layer of a database, have none.
+/// Empty for a table in memory or a layer of a database.
 std::string fingerprint_of(const std::string& file) {
   return file.empty() || !is_there(file) ? std::string() : fingerprint(read_file(file, kAnySize));
 }
@@ -110,7 +110,7 @@ std::string run_json(const StudyRecord& record,
   return json_text(run, 2) + "\n";
 }
 
-/// Files of an earlier study would be mistaken for those of this one.
+/// Files of an earlier study could be mistaken for those of this one.
 void remove_earlier_indices(const std::filesystem::path& path) {
   std::error_code error;
   std::filesystem::remove(path, error);
@@ -127,7 +127,7 @@ data::Table inventory_table(const stand::Inventory& inventory,
                             const std::optional<stand::StructuralUnits>& units) {
   data::Table table = stand::to_table(inventory);
   if (!units) {
-    // Dead trees that are neighbors have no part in models.
+    // Dead trees are used as neighbors only, not in models.
     if (inventory.neighbor_only.empty()) return table;
     std::vector<double> core(inventory.size(), 1.0);
     for (std::size_t i = 0; i < core.size(); ++i) core[i] = inventory.is_neighbor_only(i) ? 0 : 1;

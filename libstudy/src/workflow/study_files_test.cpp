@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Library, predictions and tables that a study leaves.
+// The library, predictions and tables that a study writes.
 #include "silvafit/study/study_files.hpp"
 
 #include <unistd.h>
@@ -14,7 +14,7 @@ using namespace silvafit::study;
 
 namespace {
 
-/// A folder that is gone at the end of its scope.
+/// A folder that is removed at the end of its scope.
 class ScratchFolder {
  public:
   ScratchFolder() { std::filesystem::create_directories(path_); }
@@ -66,14 +66,14 @@ TEST_CASE("a study of a table in memory has its files, without a fingerprint") {
              Catch::Matchers::Contains("\"fingerprint\":\"\""));
 }
 
-TEST_CASE("predictions are the fitted values where trees were fitted") {
+TEST_CASE("predictions for fitted trees are the fitted values") {
   const test::RecordedStudy recorded({});
   const data::Table table = predictions_of(recorded.record, library_of(recorded.record));
   const ResponseStudy& result = recorded.record.study.results.front();
   for (std::size_t i = 0; i < result.rows.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     const std::size_t row = result.rows[i];
-    // The same model by two ways of evaluation: rounding only.
+    // The same model evaluated in two ways: rounding only.
     CHECK(table.numbers("h_ols")[row] == Approx(result.ols->fitted_population[k]).epsilon(1e-12));
     CHECK(table.numbers("h_population")[row] ==
           Approx(result.nlme->fitted_population[k]).epsilon(1e-12));
@@ -131,7 +131,7 @@ TEST_CASE("numbers of the tables read back as the same doubles") {
   }
 }
 
-TEST_CASE("indices of an earlier study go, or the study is refused") {
+TEST_CASE("indices of an earlier study are removed, or an error is given") {
   const test::RecordedStudy recorded({});
   const ScratchFolder folder;
   const std::filesystem::path page = folder.path() / "template.html";
@@ -141,7 +141,7 @@ TEST_CASE("indices of an earlier study go, or the study is refused") {
   write_file(indices, "plot,tree,W\n1,1,0.5\n");
   write_study(recorded.record, test::catalogue(), page, out);
   CHECK_FALSE(std::filesystem::exists(indices));
-  // A folder with something in it cannot be removed like a file, whoever runs the test.
+  // A folder that is not empty cannot be removed like a file, not even by root.
   write_file(indices / "other", "");
   CHECK_THROWS_WITH(
       write_study(recorded.record, test::catalogue(), page, out),

@@ -70,7 +70,7 @@ TileRows read_tile(const fs::path& folder, const TilePlan& plan, std::size_t til
   whole->separator = plan.separator;
   whole->text = bytes.substr(header.size());
   whole->head = head;
-  // The reader asks for the line of each record; there are not more records than line ends.
+  // The reader needs the line of each record; there are not more records than line ends.
   whole->lines.resize(static_cast<std::size_t>(std::ranges::count(whole->text, '\n')) + 1);
   bytes = {};
   TileRows rows;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The files of tiles: their rows, and results with a line that says what they are.
+// The files of tiles: their rows, and results with a first line that identifies them.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ std::filesystem::path result_file(const std::filesystem::path& folder,
                                   const std::string& command,
                                   const Tile& tile);
 
-/// The header of the inventory behind the two columns of a tile's file.
+/// The header of a tile's file: two columns, then those of the inventory.
 std::string tile_header(const data::TableHead& head, char separator);
 
 /// The rows of a tile, with their lines in the inventory.
@@ -39,7 +39,7 @@ TileRows read_tile(const std::filesystem::path& folder,
                    std::size_t tile,
                    bool only_own);
 
-/// What the first line of a result says.
+/// The content of a result's first line.
 struct ResultHead {
   std::string key{};  ///< fingerprint of plan, command and settings
   std::size_t trees = 0;
@@ -57,7 +57,7 @@ class ResultRows {
  public:
   void set_header(std::string_view header) { header_ = header; }
   void add(std::size_t line, std::string_view record);
-  /// A row whose values are not known.
+  /// A row whose values are unknown.
   void add_marked(std::size_t line, std::string_view record);
   void need_halo(double width_m);
   /// The number of trees, where it is not that of the rows.
@@ -73,7 +73,7 @@ class ResultRows {
   ResultHead head_{};
 };
 
-/// Gives the rows of a result: header (line 0), then all in their order.
+/// Yields the rows of a result: header (line 0), then all in their order.
 void read_result(
     const std::filesystem::path& file,
     const std::function<void(std::size_t line, bool is_marked, std::string_view record)>& sink);

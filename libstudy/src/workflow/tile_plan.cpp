@@ -26,7 +26,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Tiles have numbers within 32 bits, the middle of which is column and row 0.
+/// Numbers of tiles are unsigned 32-bit values with column and row 0 in the middle.
 constexpr std::int64_t kMiddle = std::int64_t{1} << 31;
 
 std::uint64_t number_of(std::int64_t column, std::int64_t row) {
@@ -40,7 +40,7 @@ std::uint64_t hash_of(std::string_view text) {
   return hash.value();
 }
 
-/// The convex hull of points that come in parts; few are kept.
+/// The convex hull of points that are added in parts; few are stored.
 class GrowingHull {
  public:
   void add(stand::Point point) {
@@ -67,7 +67,7 @@ class GrowingHull {
   std::size_t most_ = 100000;
 };
 
-/// Finds ids of trees that come twice.
+/// Finds repeated ids of trees.
 class TreeIds {
  public:
   void add(std::string_view plot, std::string_view tree, std::size_t line) {
@@ -174,7 +174,7 @@ class Planner {
     return static_cast<std::int64_t>(number);
   }
 
-  /// A plan is there when all its tiles are, and there are no others.
+  /// The existence of a plan implies that of all its tiles, and of no others.
   void remove_earlier_plan() const {
     if (!std::filesystem::exists(plan_file(folder_))) return;
     for (const Tile& tile : read_tile_plan(folder_).tiles) {
@@ -279,7 +279,7 @@ void Planner::read() {
   plan_.hull = hull_.vertices();
 }
 
-/// Spellings are unified in the whole inventory, which no tile knows.
+/// Spellings are unified in the whole inventory, which is unknown to a tile.
 void Planner::unify(const stand::Inventory& part) {
   if (plan_.settings.reading.case_sensitive) return;
   data::TextColumn species = part.species;
@@ -301,7 +301,7 @@ void Planner::write_tiles() {
     if (!file) return;
     file->commit();
     file.reset();
-    // A tile that is all halo has nothing to compute.
+    // A tile with a halo only has nothing to compute.
     if (plan_.tiles.back().trees > 0) return;
     std::filesystem::remove(tile_file(folder_, plan_.tiles.back()));
     plan_.tiles.pop_back();
@@ -400,7 +400,7 @@ TilePlan read_tile_plan(const std::filesystem::path& folder) {
     plan.settings.halo_m = json.at("halo_m");
     const nlohmann::json& reading = json.at("reading");
     plan.settings.reading = {.columns = texts_of(reading.at("columns")),
-                             .trust_units = true,  // they were questioned in the whole inventory
+                             .trust_units = true,  // they were checked in the whole inventory
                              .missing = texts_of(reading.at("missing")),
                              .fill_down = texts_of(reading.at("fill_down")),
                              .dead = reading.at("dead"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Results of tiles, and the result of the whole inventory from them.
+// Results of tiles, and the merged result of the whole inventory.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Differences of distances that rounding makes, and that ties of neighbors ignore.
+/// Differences of distances that are due to rounding and are ignored in ties of neighbors.
 constexpr double kRoundingMeters = 1e-6;
 
 std::string key_of(const TilePlan& plan, const std::string& settings) {
@@ -48,8 +48,8 @@ std::optional<TileResult> earlier_result(const fs::path& file, const std::string
                     .halo_m = head->halo_m};
 }
 
-/// How far from a tree all trees are known: to the sides of the tile with its halo. Beyond a side
-/// with no tree of the inventory there is nothing to know.
+/// The distance from a tree within which all trees are known: to the nearest side of the tile with
+/// its halo. Sides beyond all trees of the inventory are ignored.
 class KnownRoom {
  public:
   KnownRoom(const TilePlan& plan, const Tile& tile) {
@@ -104,7 +104,7 @@ stand::StructuralUnitOptions options_of(const TilePlan& plan,
                     stand::name_of(index)),
         {.column = "--further"});
   }
-  // The inventory is a part; its window, if none is given, is that of all trees.
+  // The inventory is a part; the default window is that of all trees.
   options.is_part = true;
   if (options.windows.empty() && options.edge != stand::EdgeCorrection::kNone) {
     const auto hull = stand::Window::convex_hull(plan.hull);
@@ -129,7 +129,7 @@ double needed_m(const stand::StructuralUnits& units,
   return has_radius ? std::max(farthest_m, options.competition_radius_m) : farthest_m;
 }
 
-/// The labels of a row of units and nothing else.
+/// A row of units with labels only.
 std::string without_values(std::string_view header, const stand::Inventory& trees, std::size_t i) {
   constexpr std::ptrdiff_t kLabels = 3;
   std::string row = data::csv_field(trees.plot[i]);

@@ -40,17 +40,17 @@ const stand::ColumnMapping* mapping_to(const Mappings& mappings, const std::stri
   return found == mappings.end() ? nullptr : &*found;
 }
 
-/// What becomes of rows with the plot and tree of an earlier row.
+/// The treatment of rows with the plot and tree of an earlier row.
 enum class RepeatedRows {
-  kAll,            ///< they stay as they are
+  kAll,            ///< all rows are kept
   kObservations,   ///< copies are found
   kOneOfEachTree,  ///< copies and later times are removed; other trees get their own numbers
 };
 
-/// How a file was converted to a table.
+/// Settings for converting a file to a table.
 struct Wishes {
-  Names names{};      ///< columns that stay text, in our words
-  Mappings mapped{};  ///< where other columns of ours come from; they are not added
+  Names names{};      ///< columns that remain text, by our names
+  Mappings mapped{};  ///< sources of other columns of ours; these are not added
   std::function<bool(const std::string&)> is_wanted{};
   const ReadingSettings& settings;
   bool unifies_spellings = false;
@@ -59,7 +59,7 @@ struct Wishes {
   ReadingState* state = nullptr;  ///< of earlier parts of the file, if there are parts
 };
 
-/// Reads one source; a class, so that its parts need not be arguments.
+/// Reads one source; its functions share their data as members.
 class TableReader {
  public:
   TableReader(const data::TableSource& source, const Wishes& wishes)
@@ -116,7 +116,7 @@ void TableReader::find_columns() {
 }
 
 void TableReader::read_table() {
-  // Plot 07 is not plot 7, whatever its column is called.
+  // Plot 07 is not plot 7, whatever the name of the column.
   Names texts = wishes_.names;
   for (const Mappings* const mappings : {&result_.mapped, &usual_}) {
     for (const stand::ColumnMapping& mapping : *mappings) {
@@ -132,8 +132,8 @@ void TableReader::read_table() {
       &state_.codes);
 }
 
-/// Takes numbers such as -999, and 0 where it cannot be, for missing values in what one of our
-/// columns is made from.
+/// Treats numbers such as -999, and impossible values of 0, as missing values in the sources of our
+/// columns.
 /// \param is_own  the source is the column itself, not an expression of the user
 void TableReader::find_missing_values(const std::string& name,
                                       const std::string& source,
@@ -156,7 +156,7 @@ void TableReader::find_missing_values(const std::string& name,
   }
 }
 
-/// Adds a column under our name; the table keeps its own besides.
+/// Adds a column under our name; the source column remains.
 void TableReader::add_column(const stand::ColumnMapping& column) {
   data::Table& table = result_.table;
   if (!table.has(column.source)) {
@@ -184,7 +184,7 @@ void TableReader::unify_spellings() {
   note(state_.spellings.note());
 }
 
-/// Leaves out the trees that are dead or gone, or says that they are used.
+/// Excludes the trees that are dead or cut, or notes that they are used.
 void TableReader::read_status() {
   const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, "status");
   const auto column =
@@ -212,7 +212,7 @@ void TableReader::read_status() {
 void TableReader::describe_labels() {
   const data::Table& table = result_.table;
   if (!table.has("plot")) return;
-  // As numbers, 001 and 1 are one plot.
+  // As numbers, 001 and 1 are the same plot.
   const bool is_whole = wishes_.state == nullptr;
   if (is_whole && !table.is_numeric("plot")) {
     note(stand::describe_similar_plots(table.text("plot")));
@@ -355,7 +355,7 @@ ReadTable read_tree_table(const data::TableSource& source,
   for (const auto& [name, column] : columns) wishes.mapped.push_back({name, column});
   TableReader::Result result = TableReader(source, wishes).read();
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
-  // The status is no measure of a tree's shape.
+  // The status does not affect a tree's shape.
   columns.erase("status");
   give_notes(result.recognized, note);
   return {std::move(result.table), std::move(result.recognized)};

@@ -29,7 +29,7 @@ bool is_called_table(const fs::path& file) {
   return ending.empty() || ending == ".csv" || ending == ".CSV" || ending == ".txt";
 }
 
-/// Finds out what a source is, and reads it.
+/// Determines the kind of a source, and reads it.
 class ViewSource {
  public:
   ViewSource(const tree::PresetCatalogue& catalogue,

@@ -21,7 +21,7 @@ namespace {
 using nlohmann::ordered_json;
 
 /// Columns of the file that a study reads besides those of an inventory: covariates, the group, and
-/// what own formulas name. Names that are no column are parameters there.
+/// the variables of user-defined formulas. Names that are not columns are parameters there.
 std::vector<std::string> other_columns(const StudyOptions& options) {
   constexpr std::size_t kMostCovariates = 8;
   if (options.covariates.size() > kMostCovariates) {
@@ -45,7 +45,7 @@ std::vector<std::string> other_columns(const StudyOptions& options) {
   return names;
 }
 
-/// What own candidates and responses may read: with them, every column of the file is kept.
+/// Whether there are formulas of the user, which may read any column; then all columns are kept.
 bool has_own_candidates(const StudyOptions& options) {
   const auto is_own = [](const std::string& text) { return text.find('~') != std::string::npos; };
   return std::ranges::any_of(options.candidates, [&](const auto& entry) {
@@ -53,7 +53,7 @@ bool has_own_candidates(const StudyOptions& options) {
   });
 }
 
-/// The structural units and the table with them.
+/// The structural units and a table with them.
 void add_structure(const StudyConfiguration& settings,
                    const Callbacks& callbacks,
                    StudyRecord& record) {
@@ -67,7 +67,7 @@ void add_structure(const StudyConfiguration& settings,
   }
   record.table = inventory_table(inventory, record.units);
   if (!has_positions) return;
-  // Without crown widths there is no C, and computing the units again would find none either.
+  // Without crown widths there is no C, and computing the units again would not change that.
   const auto& covariates = settings.study.covariates;
   const bool wants_crowding = std::ranges::find(covariates, "C") != covariates.end();
   if (wants_crowding && !record.table.has("C")) {

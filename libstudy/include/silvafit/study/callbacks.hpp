@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a caller hears of an analysis while it runs.
+// Callbacks for the progress and the notes of an analysis.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ using ProgressCallback =
 /// is known; from the thread that runs the analysis.
 using NoteCallback = std::function<void(const std::string& note)>;
 
-/// Both, or none of them.
+/// Both are optional.
 struct Callbacks {
   NoteCallback note{};
   ProgressCallback progress{};

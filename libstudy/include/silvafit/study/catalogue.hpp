@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The catalogue of base models: what models/base holds, read and checked.
+// The catalogue of base models, read from models/base and checked.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 
 namespace silvafit::study {
 
-/// What is known of a parameter's sign before any fit.
+/// The sign of a parameter, if it is known before any fit.
 enum class Sign { kAny, kPositive, kNegative };
 
 /// How a response changes with DBH for all parameters of the stated signs.
@@ -30,22 +30,22 @@ struct BaseParameter {
   data::Expression start = data::Expression::constant(0.0);
 };
 
-/// A value of the model known from outside the program.
+/// A value of the model computed outside of the program.
 struct ReferencePoint {
   std::map<std::string, double> arguments{};
   std::map<std::string, double> parameters{};
   double value = 0.0;
 };
 
-/// Where a model is another one: `where` fixes parameters of this model, `with` gives each of the
-/// other model's parameters; both are expressions of this model's parameters.
+/// A case in which the model equals another one: `where` fixes parameters of this model, `with`
+/// gives other model's parameters; both are expressions of this model's parameters.
 struct Equivalence {
   std::string model{};
   std::map<std::string, data::Expression> where{};
   std::map<std::string, data::Expression> with{};
 };
 
-/// What must hold of the parameters for a curve that makes sense, and what is wrong otherwise.
+/// A condition on the parameters for a plausible curve, and the error if it does not hold.
 struct SensibleCondition {
   /// 1 or 0, over the parameters and `top_dbh`, 1.2 times the largest DBH [cm]: `a > 0`.
   data::Expression condition = data::Expression::constant(1.0);
@@ -65,10 +65,10 @@ struct BaseModel {
   std::vector<std::string> covariates{};
   Monotone monotone = Monotone::kUnknown;
   /// Limits of the response as DBH goes to 0 and to infinity, for sensible parameters: expressions
-  /// of the parameters and, for hcb, of h. The second only where there is one.
+  /// of the parameters and, for hcb, of h. The second is empty if there is none.
   data::Expression at_zero = data::Expression::constant(0.0);
   std::optional<data::Expression> at_infinity{};
-  std::vector<SensibleCondition> sensible{};  ///< all must hold, whatever the data
+  std::vector<SensibleCondition> sensible{};  ///< all must hold
   /// Conditions on the covariates, 1 or 0, all of which must hold.
   std::vector<data::Expression> domain{};
   std::vector<Equivalence> equals{};
@@ -84,8 +84,8 @@ struct BaseModel {
   /// \throws UsageError if a name is missing
   double value(const std::map<std::string, double>& arguments,
                const std::map<std::string, double>& parameters) const;
-  /// What is wrong with a curve of these parameters by the first sensible condition that does not
-  /// hold; empty if all hold.
+  /// The error of the first sensible condition that these parameters do not satisfy; empty if they
+  /// satisfy all.
   /// \param top_dbh_cm  1.2 times the largest DBH
   std::string nonsense(std::map<std::string, double> parameters, double top_dbh_cm) const;
 };
@@ -98,7 +98,7 @@ class Catalogue {
   static Catalogue load(const std::filesystem::path& models_directory);
 
   const std::vector<BaseModel>& models() const { return models_; }
-  /// \throws UsageError if there is no such model; the message lists what there is
+  /// \throws UsageError that lists the available models if there is no such model
   const BaseModel& find(std::string_view id) const;
   /// The candidates for a response, in the order of the catalogue.
   std::vector<const BaseModel*> candidates(std::string_view response) const;
@@ -108,7 +108,7 @@ class Catalogue {
 };
 
 /// Start values of a model's parameters for the rows of a table, in the order of `parameters`.
-/// Rows with missing values in dbh, h or the response are left out of the summaries.
+/// Rows with missing values in dbh, h or the response are excluded from the summaries.
 /// \throws UsageError if a column that a start rule needs is missing or holds no number
 std::vector<double> start_values(const BaseModel& model, const data::Table& table);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The HTML page that sets model libraries side by side.
+// The HTML page that compares model libraries.
 #pragma once
 
 #include <filesystem>
@@ -21,8 +21,8 @@ namespace silvafit::study {
 /// population predictions (b = 0) over the union of the fitted DBH ranges, each within its own
 /// range; other columns are held at the middle of the range that the fits have in common, height
 /// comes from the library's own height model.
-/// \param names  how the libraries are called on the page, one each: their files
-/// \throws UsageError if there are fewer than two libraries, or not a name for each
+/// \param names  names of the libraries on the page: their files
+/// \throws UsageError if there are fewer than two libraries, or another number of names
 std::string comparison_data(const std::vector<ModelLibrary>& libraries,
                             const std::vector<std::string>& names);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fills in what was measured on some trees of an inventory only: heights above all.
+// Imputes values that were measured on some trees of an inventory only, mainly heights.
 #pragma once
 
 #include <cstddef>
@@ -17,11 +17,11 @@ struct ImputeOptions {
   std::string response = "h";
   /// Column of the plots; empty: `plot` if there is one, else no random effects.
   std::string group{};
-  /// Column whose values get models of their own where enough trees are measured, such as species;
+  /// Column whose values get models of their own if enough trees are measured, such as species;
   /// empty: one model for all.
   std::string by{};
   std::size_t minimum_trees = 30;  ///< measured trees for a model of its own
-  /// Formula, or models of the catalogue of which the one with the lowest AIC is taken; with
+  /// Formula, or models of the catalogue of which the one with the lowest AIC is used; with
   /// neither, Naslund's curve for h, and the candidates of the catalogue for other responses.
   std::string formula{};
   std::vector<std::string> models{};
@@ -47,7 +47,7 @@ enum class ImputeLevel {
   kNone,        ///< of a measured tree, or one that could not be imputed
   kPlot,        ///< with the random effects of its plot
   kStand,       ///< nested groupings: with those of the coarser group, none measured on the plot
-  kPopulation,  ///< without random effects from measured trees: they are zero, drawn, or not there
+  kPopulation,  ///< with random effects of 0, or drawn ones; or the model has none
 };
 std::string source_text(ImputeSource source);
 std::string level_text(ImputeLevel level);
@@ -59,7 +59,7 @@ struct ImputeModel {
   std::uint64_t stream = 1;  ///< of random numbers, for residuals
 };
 
-/// The models of an imputation; the one of all others, if there is one, is the last.
+/// The models of an imputation; that of all other trees, if any, is the last.
 struct ImputeModels {
   std::vector<ImputeModel> models{};
   std::vector<std::string> notes{};
@@ -72,7 +72,7 @@ struct Imputation {
   std::vector<ImputeSource> source{};  ///< (N)
   std::vector<ImputeLevel> level{};    ///< (N)
   /// (N) why a tree was not imputed, or what is doubtful: "dbh is missing", "dbh is outside the
-  /// fitted range"; empty where there is nothing to say.
+  /// fitted range"; empty otherwise.
   std::vector<std::string> flag{};
   std::vector<std::string> notes{};
 
@@ -84,7 +84,7 @@ struct Imputation {
 /// random effects of their plot where it has measured trees. Measured values stay as they are.
 ///
 /// Deterministic whatever the number of threads.
-/// \throws UsageError for options that do not fit together or columns that are not there;
+/// \throws UsageError for options that cannot be combined or unknown columns;
 ///   InputError if no tree is measured; NumericalError if no model converges
 /// Source: Mehtatalo, de-Miguel and Gregoire 2015, Canadian Journal of Forest Research 45, 826-837.
 Imputation impute(const data::Table& table,
@@ -98,7 +98,7 @@ ImputeModels imputation_models(const data::Table& table,
                                const Catalogue& catalogue,
                                const ImputeOptions& options,
                                const std::vector<std::string>& labels);
-/// These labels, of some rows, behind those that are known already.
+/// Labels of further rows, after those that are known already.
 void add_labels(const data::Table& table,
                 const ImputeOptions& options,
                 std::vector<std::string>& labels);

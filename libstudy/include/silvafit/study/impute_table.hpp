@@ -34,7 +34,7 @@ TableImputation impute_table(const data::TableSource& trees,
                              const ReadingSettings& reading = {},
                              const Callbacks& callbacks = {});
 
-/// What is said of all trees together.
+/// Results and notes on all trees together.
 struct ImputationSummary {
   ImputeOptions options{};
   std::vector<ImputeModel> models{};
@@ -46,7 +46,7 @@ struct ImputationSummary {
   std::vector<std::string> notes{};
 };
 
-/// Gets the rows of a part of the table with what was imputed.
+/// Receives the rows of a part of the table with the imputed values.
 using ImputationSink =
     std::function<void(const data::TableSource& rows, const TableImputation& part)>;
 
@@ -62,17 +62,17 @@ ImputationSummary impute_in_parts(const data::TableSource& trees,
                                   const ImputationSink& sink,
                                   const Callbacks& callbacks = {});
 
-/// Names of the columns that come to a response: h_source, h_level, h_flag.
+/// Names of the columns that are added for a response: h_source, h_level, h_flag.
 std::vector<std::string> imputation_columns(const std::string& response);
 
 /// The response, measured or imputed, and the columns of imputation_columns().
 data::Table imputed_columns(const TableImputation& imputed);
 
-/// The models, and how many trees were imputed with which, as sentences.
+/// Sentences on the models and on the number of trees imputed with each.
 std::vector<std::string> summary_of(const ImputationSummary& summary);
 std::vector<std::string> summary_of(const TableImputation& imputed);
 
-/// In short as JSON, schema silvafit-impute/1 (docs/impute.md).
+/// A summary as JSON, schema silvafit-impute/1 (docs/impute.md).
 /// \param out  file that the table was written to; may be empty
 nlohmann::ordered_json json_of(const ImputationSummary& summary, const std::string& out = {});
 nlohmann::ordered_json json_of(const TableImputation& imputed, const std::string& out = {});

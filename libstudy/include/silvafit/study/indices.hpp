@@ -28,7 +28,7 @@ struct IndicesOptions {
   unsigned threads = 0;  ///< 0: as many as there are cores
 };
 
-/// What is said of all trees together.
+/// Results and notes on all trees together.
 struct IndicesSummary {
   std::string inventory{};  ///< file; empty for a table in memory
   UnitSettings settings{};
@@ -37,7 +37,7 @@ struct IndicesSummary {
   std::size_t excluded_trees = 0;
   double alpha0_deg = 0.0;
   std::vector<std::string> recognized{};  ///< how the inventory was read
-  std::vector<std::string> notes{};       ///< these, and what was assumed
+  std::vector<std::string> notes{};       ///< these, and notes on assumptions
   double seconds = 0.0;                   ///< with reading
   double seconds_units = 0.0;             ///< of the structural units alone
 };
@@ -45,11 +45,11 @@ struct IndicesSummary {
 /// As JSON, schema silvafit-indices/1 (docs/json.md).
 nlohmann::ordered_json json_of(const IndicesSummary& summary);
 
-/// Gets the trees of the inventory, or of one batch of it, with their units; of a batch without a
-/// usable row, no units.
+/// Receives the trees of the inventory, or of one batch of it, with their units; of a batch without
+/// a usable row, no units.
 using UnitSink = std::function<void(stand::CheckedInventory&, stand::StructuralUnits&)>;
 
-/// Computes the structural unit of every tree and hands them over.
+/// Computes the structural unit of every tree and passes them to a callback.
 /// \throws UsageError if settings cannot be used; else as stand::read_inventory and
 ///   stand::structural_units
 IndicesSummary compute_indices(const data::TableSource& inventory,
@@ -72,8 +72,8 @@ TreeIndices tree_indices(const data::TableSource& inventory,
                          const IndicesOptions& options = {},
                          const Callbacks& callbacks = {});
 
-/// Reads an inventory, gives its notes and what is to be said of skipped rows.
-/// \param options  what the caller needs; the settings are filled in
+/// Reads an inventory and reports its notes and skipped rows.
+/// \param options  requirements of the caller; the settings are filled in
 stand::CheckedInventory read_inventory(const data::TableSource& inventory,
                                        const ReadingSettings& settings,
                                        const stand::InventoryOptions& options,

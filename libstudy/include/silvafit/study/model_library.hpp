@@ -24,12 +24,12 @@ struct LibraryInventory {
   std::optional<UnitSettings> units{};  ///< what its structural indices, if any, were computed with
 };
 
-/// One fit and what it is for.
+/// One fit and its use.
 struct LibraryModel {
   std::string species{};   ///< empty: for trees of any species
   std::string response{};  ///< "h"
   std::string unit{};      ///< of the response, "m"; empty where it is not known
-  std::string role{};      ///< ols, covariates or nlme; empty: whatever is asked for
+  std::string role{};      ///< ols, covariates or nlme; empty: used for every requested role
   fit::FittedModel fit;
 };
 

@@ -25,7 +25,7 @@ struct PredictResponsesOptions {
   std::string role = "nlme";
   /// Whether a model of a plainer role predicts where the table lacks a column of the asked one.
   bool other_roles = false;
-  /// Models of the catalogue are not asked outside their domain; null: nothing is known of domains.
+  /// Models of the catalogue do not predict outside their domain; null: domains are unknown.
   const Catalogue* catalogue = nullptr;
 };
 
@@ -35,7 +35,7 @@ struct PredictedResponse {
   std::vector<double> value{};  ///< (N) NaN where there is no prediction
   std::vector<double> lower{};  ///< (N) ends of intervals; empty unless asked for
   std::vector<double> upper{};  ///< (N)
-  /// (N) standard error of what the intervals are for: of a new tree's value or of the mean; empty
+  /// (N) standard error of the quantity of the intervals: a new tree's value or the mean; empty
   /// unless intervals or errors are asked for.
   std::vector<double> standard_error{};
   /// (N) of calibrated predictions: measured trees of the group that were used, kFittedEffects
@@ -56,14 +56,14 @@ struct UnusedModel {
 
 struct PredictedResponses {
   std::vector<PredictedResponse> responses{};  ///< in the order of the library
-  /// (N) what is to be known of a tree's predictions: "unknown plot", "missing dbh",
-  /// "dbh outside fitted range", "h predicted" where a prediction stood in for a measurement,
-  /// "hcb interval includes the error of h" where that is so, "no measured h in plot" where a
-  /// calibrated prediction had nothing to go by,
+  /// (N) limitations of a tree's predictions: "unknown plot", "missing dbh",
+  /// "dbh outside fitted range", "h predicted" if a prediction replaces a measurement,
+  /// "hcb interval includes the error of h", "no measured h in plot" if a
+  /// calibrated prediction had no measured tree,
   /// "no model of hcb for species OF", "cw by the ols model: no column C"; several are separated by
   /// "; ".
   std::vector<std::string> flags{};
-  /// Choices among the models of the library, for people.
+  /// Notes on choices among the models of the library.
   std::vector<std::string> notes{};
   std::vector<UnusedModel> unused{};
   /// How far the last two rules of quadrature differ in marginal means, relative to them.
@@ -82,7 +82,7 @@ std::vector<std::string> columns_read(const ModelLibrary& library);
 
 /// Predicts each response of the library with the model for the tree's species. Only models that
 /// have converged are used; of several for the same species and response, the one of lowest AIC.
-/// A model whose columns are not in the table is left out, and another one that can do without them
+/// A model whose columns are not in the table is skipped, and another one that does not need them
 /// is used in its place if there is one (PredictedResponses::unused).
 /// Where a model needs a response that was not measured, its prediction is used if there is one,
 /// and intervals include its error. Calibration uses the trees whose response and predictors were

@@ -30,7 +30,7 @@ struct PredictionSettings {
   double interval = 0.0;                     ///< coverage; 0: no intervals
   std::string interval_kind = "prediction";  ///< prediction or confidence
   bool standard_errors = false;
-  /// ols, covariates or nlme; empty: nlme, or the next simpler model where a column is not there.
+  /// ols, covariates or nlme; empty: nlme, or the next simpler model if a column is missing.
   std::string role{};
   unsigned threads = 0;  ///< 0: as many as there are cores
 };
@@ -59,7 +59,7 @@ TablePrediction predict_table(const data::TableSource& trees,
 /// then flag.
 data::Table new_columns(const TablePrediction& prediction);
 
-/// What is said of all trees together.
+/// Results and notes on all trees together.
 struct PredictionSummary {
   PredictionSettings settings{};
   std::size_t trees = 0;
@@ -70,7 +70,7 @@ struct PredictionSummary {
   std::vector<std::string> notes{};
 };
 
-/// Gets the rows of a part of the table with their predictions.
+/// Receives the rows of a part of the table with their predictions.
 using PredictionSink =
     std::function<void(const data::TableSource& rows, const TablePrediction& part)>;
 
@@ -87,7 +87,7 @@ PredictionSummary predict_in_parts(const data::TableSource& trees,
                                    const PredictionSink& sink,
                                    const Callbacks& callbacks = {});
 
-/// In short as JSON, schema silvafit-predict/1 (docs/predict.md).
+/// A summary as JSON, schema silvafit-predict/1 (docs/predict.md).
 /// \param out  file that the predictions were written to; may be empty
 nlohmann::ordered_json json_of(const PredictionSummary& summary, const std::string& out = {});
 

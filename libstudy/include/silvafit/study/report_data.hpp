@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the report page of a study shows.
+// The data of a study's report page.
 #pragma once
 
 #include <string>

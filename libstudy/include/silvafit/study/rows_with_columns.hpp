@@ -17,18 +17,19 @@ namespace silvafit::study {
 struct AddedColumns {
   data::Table table{};
   int digits = 17;  ///< significant ones of numbers
-  /// A column of the table that goes into that of the file, if it has one of this name, in the rows
-  /// that are told; empty: none.
+  /// A column of the table that replaces that of the file of this name, if there is one, in the
+  /// given rows; empty: none.
   std::string replaced{};
   std::function<bool(std::size_t row)> is_replaced{};
 };
 
-/// Gets a record with its line end, and its line in the file; 0 for the header.
+/// Receives a record with its line end, and its line in the file; 0 for the header.
 using RecordSink = std::function<void(std::size_t line, std::string_view record)>;
 
-/// Gives the rows of a file, without titles and units, with the new columns at the end. Fields that
-/// are not replaced are copied byte for byte. In a file with decimal commas, numbers get decimal
-/// points, because commas separate the fields; labels of plots, trees and species are not changed.
+/// Yields the rows of a file, without titles and units, with the new columns at the end. Fields
+/// that are not replaced are copied byte for byte. In a file with decimal commas, numbers get
+/// decimal points, because commas separate the fields; labels of plots, trees and species are not
+/// changed.
 void write_rows_with_columns(const data::TableSource& in,
                              const AddedColumns& columns,
                              const ReadingSettings& reading,

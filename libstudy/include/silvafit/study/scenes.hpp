@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes: a reference tree of each structural class with the four neighbors that make it so.
+// Scenes: a reference tree of each structural class with four neighbors that give it this class.
 #pragma once
 
 #include <map>
@@ -14,14 +14,14 @@ namespace silvafit::study {
 struct SceneOptions {
   std::vector<std::string> species{};      ///< of the reference trees; empty: all of the library
   std::map<std::string, double> dbh_cm{};  ///< of the reference trees, by species; else that
-                                           ///< which is commonest in the library's inventory
+                                           ///< the most frequent one in the library's inventory
   std::string role = "nlme";               ///< which of the library's models predict
   std::string group{};                     ///< predict with the random effects of this group
   double uniform_angle_index = 0.5;        ///< W where no model of the species depends on it
   double spacing_m = 25.0;                 ///< between reference trees of neighboring scenes
 };
 
-/// What the scenes of a species are made of.
+/// The design of a species' scenes.
 struct SpeciesScenes {
   std::string species{};
   double dbh_cm = 0.0;
@@ -41,18 +41,18 @@ struct Scenes {
 /// species' models depend on.
 ///
 /// The reference tree has the species' commonest DBH and the library's predictions for its indices.
-/// Its neighbors stand where and have the species, DBH and crown width such that these are its
+/// The positions, species, DBH and crown widths of its neighbors are chosen such that it has these
 /// indices (docs/scenes.md); their own sizes are predicted for indices of 0.5. Indices that no
-/// model depends on: W as the options say, M, U, C 0.5. Scenes stand in rows, one species after
+/// model depends on: W as the options say, M, U, C 0.5. Scenes are in rows, one species after
 /// another.
 /// \throws UsageError if a species has no model of h, hcb or cw of the role, or its DBH is not
-///   known; NumericalError if a prediction is no possible tree, which is named; InputError as
+///   known; NumericalError that names a prediction which is no possible tree; InputError as
 ///   predict_responses
 Scenes scenes_of(const ModelLibrary& library, const SceneOptions& options = {});
 
-/// The commonest of some diameters [cm]: where the density of a Gaussian kernel with Silverman's
-/// bandwidth is highest, to 0.1 cm.
-/// \param diameters_cm  NaN does not count, nor what is above 2000 cm unless all are; at least one
+/// The most frequent of some diameters [cm]: the maximum of the density estimated by a Gaussian
+/// kernel with Silverman's bandwidth, to 0.1 cm.
+/// \param diameters_cm  NaN are ignored, and values above 2000 cm unless all are; at least one
 double commonest_dbh_cm(const std::vector<double>& diameters_cm);
 
 }  // namespace silvafit::study

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Inventories with known truth: a design, the stand that is drawn from it, and the record of what
-// was drawn.
+// Inventories with known parameters: a design, the stand that is drawn from it, and the record of
+// the draws.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,7 +28,7 @@ struct PlotDesign {
   double area_m2() const { return (x1 - x0) * (y1 - y0); }
 };
 
-/// How stems keep apart and gather.
+/// Minimum distance and clustering of stems.
 struct StemDesign {
   double minimum_distance_m = 0.5;
   double patch_length_m = 25.0;  ///< distance over which a species' density changes

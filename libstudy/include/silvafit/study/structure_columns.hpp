@@ -11,14 +11,14 @@
 
 namespace silvafit::study {
 
-/// Whether a name stands for what can be computed from a stand. Per tree: W, M, U, C, CO, T, Hegyi,
-/// BAL, CCF, core (0 or 1) and weight. Of its plot: stems_per_ha, basal_area_per_ha [m2],
+/// Whether a quantity of this name can be computed from a stand. Per tree: W, M, U, C, CO, T,
+/// Hegyi, BAL, CCF, core (0 or 1) and weight. Of its plot: stems_per_ha, basal_area_per_ha [m2],
 /// quadratic_mean_dbh [cm] and dominant_height [m].
 bool is_structure_name(std::string_view name);
 
-/// The structure names that texts mention (formulas, sub-models, conditions) and the table has no
-/// column of, in the order of first mention. Text in double quotes and names of functions do not
-/// count. Empty if the table has no columns x, y and dbh to compute them from.
+/// The structure names that texts mention (formulas, sub-models, conditions) and that are no column
+/// of the table, in the order of first mention. Text in double quotes and names of functions are
+/// ignored. Empty if the table has no columns x, y and dbh to compute them from.
 std::vector<std::string> structure_names_in(const std::vector<std::string>& texts,
                                             const data::Table& table);
 
@@ -27,9 +27,9 @@ std::vector<std::string> structure_names_in(const std::vector<std::string>& text
 /// The table's columns plot, tree, species, x, y, dbh, h, cw and the crown radii are read as those
 /// of an inventory; without plot, all rows are one. Rows without position or dbh have no indices,
 /// and are no neighbors.
-/// \param names    structure names; those that the table has are left as they are
+/// \param names    structure names; columns that the table has remain unchanged
 /// \param options  `further` is filled in here
-/// \return         notes: what was assumed, and what could not be computed
+/// \return         notes on assumptions and on values that could not be computed
 /// \throws UsageError if a name is no structure name; InputError if the table has no columns x, y
 ///         and dbh; else as stand::structural_units
 std::vector<std::string> add_structure_columns(const std::vector<std::string>& names,

@@ -16,7 +16,7 @@
 
 namespace silvafit::study {
 
-/// What models of a level are ranked by; low is good.
+/// The criterion by which the models of a level are ranked; lower is better.
 enum class Criterion {
   kAic,
   kAicc,
@@ -28,7 +28,7 @@ enum class Criterion {
 };
 
 /// The criterion of that name: aic, aicc, bic, cv.
-/// \throws UsageError if there is none; the message lists those there are
+/// \throws UsageError that lists the criteria if there is none of this name
 Criterion parse_criterion(std::string_view text);
 std::string criterion_text(Criterion criterion);
 
@@ -43,8 +43,8 @@ struct LevelCriteria {
 struct StudyOptions {
   std::vector<std::string> species{};  ///< empty: all with enough trees
   std::vector<std::string> responses{"h", "hcb", "cw"};
-  /// Candidates by response: ids of the catalogue, or formulas. A response that is not named here
-  /// has all of the catalogue.
+  /// Candidates by response: ids of the catalogue, or formulas. For a response that is not named
+  /// here, all models of the catalogue.
   std::map<std::string, std::vector<std::string>> candidates{};
   std::vector<std::string> covariates{"W", "M", "C", "U"};  ///< as far as the table has them
   std::size_t covariate_parameters = 1;  ///< parameters that may have covariates at once, 1 or 2
@@ -58,7 +58,7 @@ struct StudyOptions {
   /// Level 1: of models within this distance of the best criterion, the one with the fewest
   /// parameters. Cross-validated errors are equally good within a standard error of the best.
   double equally_good = 2.0;
-  /// Level 3 takes the fewest parameters among those equally good, too, instead of the best.
+  /// Level 3 also chooses the fewest parameters among those equally good, instead of the best.
   bool parsimonious = false;
   std::size_t minimum_trees = 100;         ///< of a species with the response measured
   std::size_t maximum_random_effects = 3;  ///< coefficients that vary by plot at once
@@ -76,7 +76,7 @@ struct LikelihoodRatioTest {
   double p = 1.0;
 };
 
-/// How a candidate predicts plots that were left out of its fit.
+/// Accuracy of a candidate's predictions for plots that were left out of its fit.
 struct CrossValidated {
   double rmse = 0.0;            ///< NaN where no fold converged
   double standard_error = 0.0;  ///< of the rmse, from its spread between folds; NaN for one fold
@@ -93,17 +93,17 @@ struct Candidate {
   std::optional<CrossValidated> cross_validated{};
   int rank = 0;  ///< from 1 by the level's criterion; 0 if it did not converge
   bool chosen = false;
-  /// Whether its curves and its likelihood were examined, as is done from the best rank down to the
-  /// chosen one, and the reason for rejecting it, as a sentence; empty: none.
+  /// Whether its curves and its likelihood were examined, which is done from the best rank down to
+  /// the chosen one, and the reason for rejecting it, as a sentence; empty: none.
   bool is_examined = false;
   std::string objection{};
 };
 
-/// How the chosen models predict plots that were left out of their fits, by cross-validation:
+/// Accuracy of the chosen models for plots that were left out of their fits, by cross-validation:
 /// random effects are zero, since no tree of such a plot is measured.
 struct LeftOutPlots {
   std::size_t folds = 0;
-  std::size_t trees = 0;  ///< that all models predict: a fold whose fit failed has none
+  std::size_t trees = 0;  ///< predicted by all models: a fold whose fit failed has none
   std::size_t trees_without = 0;
   /// Root mean square errors; NaN without such a model.
   double rmse_ols = 0.0;
@@ -121,7 +121,7 @@ struct LeftOutPlots {
   bool is_worse = false;
 };
 
-/// All that was found for one species and response.
+/// The results for one species and response.
 struct ResponseStudy {
   std::string species{};
   std::string response{};
@@ -142,14 +142,14 @@ struct ResponseStudy {
 
   /// Whether the final model converged and there are no doubts about the chosen models.
   bool is_sound() const { return converged() && doubts.empty(); }
-  /// Whether the last level that was tried ended in a model to rely on, and the sentence on it.
+  /// Whether the last level ended in a reliable model, and the sentence on it.
   bool converged() const;
   std::string verdict() const;
   /// Whether there are groups of several trees, so that random effects can be estimated.
   bool has_groups() const;
   /// The sub-models that level 2 chose, or the random coefficients of level 3; empty if none.
   std::string chosen_terms(std::vector<Candidate> ResponseStudy::*level) const;
-  /// A sentence for each level whose best candidates were rejected, on the first of them.
+  /// A sentence on the first rejected candidate of each level whose best candidates were rejected.
   std::vector<std::string> rejected() const;
 };
 
@@ -190,7 +190,7 @@ Study run_study(const data::Table& table,
                 const StudyOptions& options,
                 const ProgressCallback& progress = {});
 
-/// What to call a candidate at its level: the id of a base model, sub-models, random coefficients,
+/// The name of a candidate at its level: the id of a base model, sub-models, random coefficients,
 /// or the variance function.
 std::string name_of(const Candidate& candidate, std::vector<Candidate> ResponseStudy::*level);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A study's settings as a file that people write: study.json.
+// A study's settings as a file written by users: study.json.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ struct StudyConfiguration {
   UnitSettings units{};
 };
 
-/// Reads a study.json; docs/study.md lists its keys, and what it does not mention has its default.
+/// Reads a study.json; docs/study.md lists its keys. Missing keys have their defaults.
 /// A window is relative to the folder of the file. Comments (`//`) are allowed. The run.json of a
 /// study serves as well: its options are settings.
 /// \param catalogue  has the models that candidates may name; null: they are not looked up
@@ -27,14 +27,13 @@ struct StudyConfiguration {
 StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                                             const Catalogue* catalogue = nullptr);
 
-/// The same settings for a file in another folder: a window is relative to it; a path from the root
-/// stays.
-/// \param folder  empty: the current one
+/// The same settings for a file in another folder: a window becomes relative to it; an absolute
+/// path is unchanged. \param folder  empty: the current one
 StudyConfiguration seen_from(const std::filesystem::path& folder, StudyConfiguration settings);
 
 /// A study.json with every key, explained by comments, for the inventory at hand: its species, the
 /// candidates of the responses that it has, and the columns that can serve as covariates.
-/// \param table     an inventory with our column names
+/// \param settings  to be written
 /// \param settings  that the file is to hold
 std::string study_configuration_for(const data::Table& table,
                                     const Catalogue& catalogue,

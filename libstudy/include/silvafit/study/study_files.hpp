@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a study leaves in its folder: library, tables, predictions, report.
+// The files that a study writes into its folder: library, tables, predictions, report.
 #pragma once
 
 #include <filesystem>
@@ -35,9 +35,8 @@ void write_study_tables(const StudyRecord& record,
 
 /// Writes everything into a folder: library.json, indices.csv (if there are units),
 /// predictions.csv, excluded.csv, tables/, report.html and run.json. Each file is written whole or
-/// not at all. Without units, the indices.csv of an earlier study goes, since its trees are others.
-/// \param page_template  the bundled report page
-/// \throws IoError if a file cannot be written or removed
+/// not at all. Without units, the indices.csv of an earlier study is removed, because it is of
+/// other trees. \throws IoError if a file cannot be written or removed
 void write_study(const StudyRecord& record,
                  const Catalogue& catalogue,
                  const std::filesystem::path& page_template,

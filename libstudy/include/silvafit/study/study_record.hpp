@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A study and what it was made from.
+// A study and its inputs.
 #pragma once
 
 #include <optional>
@@ -15,14 +15,14 @@
 
 namespace silvafit::study {
 
-/// A study with all that it was made from, so that its files can speak for themselves.
+/// A study with all of its inputs, which its files document.
 struct StudyRecord {
   std::string version{};  ///< of silvafit
   std::string command{};  ///< the command line or call as it was given
-  /// Where columns and structural units come from; what of models is in `study.options`. A window
+  /// Sources of columns and structural units; settings of models are in `study.options`. A window
   /// is relative to the current folder.
   StudyConfiguration settings{};
-  /// Decisions before fitting, for reading: window, edge correction, ...
+  /// Decisions before fitting, for the report: window, edge correction, ...
   std::vector<std::pair<std::string, std::string>> decisions{};
   stand::CheckedInventory inventory{};
   std::optional<stand::StructuralUnits> units{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Data as they come through the door of a command: which rows, which columns, and whether a model
-// may have them.
+// Checks of the data of a command: rows, columns, and whether a model is defined for
+// them.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ namespace silvafit::study {
 /// table lacks are computed by add_structure_columns: `C=C`.
 /// \param text     `NAME=SOURCE,...`, a source being a column or an expression of columns
 /// \param options  of structural indices
-/// \return         notes for people: which indices were computed, and how
+/// \return         notes on which indices were computed, and how
 /// \throws UsageError if the text cannot be read; else as data::checked_values
 std::vector<std::string> add_columns(std::string_view text,
                                      data::Table& table,
@@ -28,22 +28,22 @@ std::vector<std::string> add_columns(std::string_view text,
 /// \throws InputError at the first value that is no number, or if there is no such column
 void require_numbers(const data::Table& table, const std::vector<std::string>& variables);
 
-/// Where columns come from that inventories lack, as the end of a message: ". The indices of a
+/// The end of a message on missing columns: where structural indices are found, ". The indices of a
 /// study are in ..."; empty if none of them is a structural index.
 std::string origin_of_missing(const std::vector<std::string>& columns, const data::Table& table);
 
-/// Makes sure that measured values can be some: h above breast height, 1.3 m, hcb not below the
-/// ground, cw above 0. Of other responses nothing is known.
+/// Checks that measured values are possible: h above breast height, 1.3 m, hcb not below the
+/// ground, cw above 0. Other responses are not checked.
 /// \throws InputError at a value that is no number; DomainError at the first that cannot be
 ///   measured, such as 0 or -9999 for a missing one
 void require_possible(const std::string& response, const data::Table& table);
 
-/// Makes sure that a model of the catalogue is defined for all rows, missing values apart.
+/// Checks that a model of the catalogue is defined for all rows, except missing values.
 /// \throws InputError if a column is not there or holds text; DomainError at the first value
 ///   outside the model's domain
 void require_domain(const BaseModel& model, const data::Table& table);
 
-/// The same for predictions: what the domain says of the covariates.
+/// The same for predictions: the conditions on the covariates only.
 void require_domain_of_covariates(const BaseModel& model, const data::Table& table);
 
 }  // namespace silvafit::study

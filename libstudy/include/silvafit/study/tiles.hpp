@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Inventories of whole regions in tiles: each is worked on alone, on any machine, and the results
-// are those of the whole inventory.
+// Inventories of whole regions in tiles: each is processed independently, on any machine. The
+// merged results are those of the whole inventory.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +39,7 @@ struct Tile {
   std::string name() const;
 };
 
-/// How an inventory was cut, and what only the whole inventory shows.
+/// The tiles of an inventory, and properties of the whole inventory.
 struct TilePlan {
   std::string inventory{};
   TileSettings settings{};
@@ -48,20 +48,20 @@ struct TilePlan {
   std::size_t rows = 0;     ///< of the inventory
   std::size_t trees = 0;    ///< usable rows
   bool has_plots = false;   ///< more than one plot
-  bool ids_repeat = false;  ///< between plots
+  bool ids_repeat = false;  ///< trees of different plots have the same id
   stand::Point low{};       ///< corners of the rectangle around all trees
   stand::Point high{};
   std::vector<stand::Point> hull{};  ///< convex hull of all trees; none if they are on one line
   std::vector<Tile> tiles{};
-  std::string fingerprint{};  ///< of all that is above, and of the rows
+  std::string fingerprint{};  ///< of all of the above, and of the rows
 };
 
 /// Cuts a CSV file into a file for each tile with trees, `FOLDER/tiles/NAME.csv`: line in the
 /// inventory, whether the row is the tile's own, then the columns of the inventory. Rows that
-/// cannot be used as trees are in the tile of the tree above them. Then writes `FOLDER/plan.json`.
+/// cannot be used as trees are in the tile of the previous tree. Then writes `FOLDER/plan.json`.
 /// The rows are sorted on disk; memory does not grow with the file. \throws UsageError if a setting
 /// is out of range; InputError if trees have no numbers, a number
-///   comes twice in a plot, or a species has several spellings that are to be one
+///   occurs twice in a plot, or spellings of a species would be unified
 TilePlan plan_tiles(const std::filesystem::path& inventory,
                     const TileSettings& settings,
                     const std::filesystem::path& folder,
@@ -77,7 +77,7 @@ nlohmann::ordered_json json_of(const TilePlan& plan);
 /// The result of one tile.
 struct TileResult {
   std::string file{};
-  bool was_there = false;  ///< from an earlier run with the same settings
+  bool was_there = false;  ///< kept from an earlier run with the same settings
   std::size_t trees = 0;   ///< rows of the result
   /// Trees whose neighbors may be outside of the halo. Their values are empty.
   std::size_t marked = 0;
@@ -123,7 +123,7 @@ TileResult tile_scene(const std::filesystem::path& folder,
                       const std::string& key,
                       const Callbacks& callbacks = {});
 
-/// What is missing to a whole result.
+/// Reasons why a result is incomplete.
 struct TileGaps {
   std::vector<std::size_t> missing{};  ///< tiles without a result
   /// Tiles whose results have other settings, or are of another plan, than the first one's.

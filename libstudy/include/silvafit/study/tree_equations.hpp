@@ -21,7 +21,7 @@ struct EquationRange {
   double high = 0.0;
 };
 
-/// A value of an equation known from outside of the program; arguments and value in our units.
+/// A value of an equation computed outside of the program; arguments and value in our units.
 struct EquationPoint {
   std::map<std::string, double> arguments{};
   double value = 0.0;
@@ -36,7 +36,7 @@ struct TreeEquation {
   std::string formula{};   ///< as in the file, in the file's units
   /// The value in `unit`, of columns in our units.
   data::Expression value = data::Expression::constant(0.0);
-  std::vector<std::string> species{};  ///< for which it was fitted; empty: not told
+  std::vector<std::string> species{};  ///< for which it was fitted; empty: unknown
   std::string region{};
   std::vector<EquationRange> domain{};
   std::vector<std::string> source{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tables of trees that models and builders read: columns under other names or in other units, and
-// what spreadsheets leave in them.
+// Tables of trees for models and builders: columns under other names or in other units, and
+// corrections of values from spreadsheets.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ namespace silvafit::study {
 /// \throws UsageError for one that is none, or a name that comes twice
 std::map<std::string, std::string> column_map(const std::vector<std::string>& entries);
 
-/// A table and how it was read: titles, columns, units, codes, spellings, dead trees.
+/// A table and notes on how it was read: titles, columns, units, codes, spellings, dead trees.
 struct ReadTable {
   data::Table table{};
   std::vector<std::string> recognized{};
@@ -34,7 +34,7 @@ struct ReadTable {
 /// is a copy of it and no observation.
 struct ObservedTable : ReadTable {
   std::vector<std::size_t> distinct{};  ///< if there are copies, all other rows, ascending
-  /// For each row its place in `distinct`, for a copy that of the row it copies; empty if there are
+  /// For each row its place in `distinct`; a copy has that of the row it copies. Empty if there are
   /// no copies.
   std::vector<std::size_t> place{};
 
@@ -43,11 +43,11 @@ struct ObservedTable : ReadTable {
 };
 
 /// A table for builders of trees, which read the columns of `columns` themselves: plot, tree and
-/// species stay text, whatever they are called. Columns of ours that the source has under a usual
+/// species remain text, whatever their names. Our columns that the source has under a usual
 /// name or in another unit only, such as dbh as `BHD (mm)`, are added under our names. Dead trees
-/// are left out unless they are to be included. Without `by`, each tree has one row at one time
+/// are excluded unless they are to be included. Without `by`, each tree has one row at one time
 /// (docs/inventory.md).
-/// \param by       the column of the moments that are wanted of each tree; empty: one moment
+/// \param by       the column of the times, of which each tree may have several; empty: one time
 /// \param columns  gets NAME -> COLUMN of the settings; columns in other units become expressions
 /// \throws as data::read_csv_table(); UsageError if two columns could be one of ours
 ReadTable read_tree_table(const data::TableSource& source,
@@ -66,9 +66,9 @@ struct RepeatCounts {
   std::vector<std::string> notes() const;
 };
 
-/// What is known of a file after some of its parts (data::TableParts): the notes on the last part
+/// The state of reading a file in parts (data::TableParts): the notes on the last part
 /// are those on the whole file. Units are compared in the first part only, and labels of plots that
-/// differ little are not looked for.
+/// differ little are not searched.
 struct ReadingState {
   data::MissingCodes codes{};
   stand::SpeciesSpellings spellings{};
@@ -78,7 +78,7 @@ struct ReadingState {
   bool is_begun = false;
 };
 
-/// What models read of a table.
+/// The requirements of models for a table.
 struct ModelColumns {
   std::vector<std::string> names{};      ///< columns that keep their spelling ("07"), as models say
   std::vector<std::string> wanted{};     ///< looked for under their usual names, too
@@ -87,15 +87,15 @@ struct ModelColumns {
   ReadingState* state = nullptr;         ///< of the parts before; null: this is the whole table
 };
 
-/// A table for models, with the columns that the settings name, and with wanted ones of ours that
-/// the source has under a usual name or in another unit only.
+/// A table for models, with the columns that the settings name, and those of our columns that
+/// the source has under a usual name or in another unit only, if they are needed.
 /// \throws as read_tree_table() and study::add_columns(); InputError if plots have other units
 ObservedTable read_model_table(const data::TableSource& source,
                                const ReadingSettings& settings,
                                const ModelColumns& columns,
                                const NoteCallback& note = {});
 
-/// The field that the name of a column of ours means, by position in a header: as the settings map
+/// The field of one of our columns, by position in a header: as the settings map
 /// it, or under a usual name; none if there is no such column.
 std::optional<std::size_t> field_of(const std::string& name,
                                     const std::vector<std::string>& header,

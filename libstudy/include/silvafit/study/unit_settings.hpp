@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How a table of trees is read and how its structural units are computed, in the words of
+// Settings for reading a table of trees and for computing its structural units, with the names of
 // study.json, model libraries, R, Python and the program. Errors name the field in Place::column.
 #pragma once
 
@@ -15,17 +15,17 @@
 
 namespace silvafit::study {
 
-/// How a table of trees is read.
+/// Settings for reading a table of trees.
 struct ReadingSettings {
-  std::vector<std::string> columns{};    ///< `dbh=DBH_cm`: where columns come from
-  bool trust_units = false;              ///< do not ask whether columns or plots have another unit
-  std::vector<std::string> missing{};    ///< further texts and numbers for missing values
+  std::vector<std::string> columns{};  ///< `dbh=DBH_cm`: where columns come from
+  bool trust_units = false;            ///< do not check whether columns or plots have another unit
+  std::vector<std::string> missing{};  ///< further texts and numbers for missing values
   std::vector<std::string> fill_down{};  ///< columns whose empty fields have the value above
   std::string dead = "leave-out";        ///< leave-out, neighbors or include
   bool case_sensitive = false;           ///< species that differ only in capitals are different
 };
 
-/// How structural units are computed; stand::StructuralUnitOptions explains the values.
+/// Settings of structural units; stand::StructuralUnitOptions explains the values.
 struct UnitSettings {
   std::string window{};  ///< file of stand::read_windows
   std::string circle{};  ///< `x,y,radius` of every plot [m], instead of a window
@@ -42,7 +42,7 @@ struct UnitSettings {
   std::string open_grown{};  ///< for CCF: crown width [m], an expression of dbh
 };
 
-/// How plots and their trees were chosen; stand::SamplingDesign explains the values.
+/// Sampling of plots and trees; stand::SamplingDesign explains the values.
 struct SamplingSettings {
   std::optional<data::TableSource> plots{};  ///< table of plots
   std::vector<std::string> plots_columns{};  ///< `area=SIZE_M2`: where its columns come from
@@ -63,13 +63,13 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings);
 /// Columns of the inventory that a design needs.
 std::vector<std::string> columns_of(const SamplingSettings& settings);
 
-/// What an inventory's reader needs of the settings, beside what a caller asks for.
+/// The options of an inventory's reader by these settings; a caller may add its own.
 /// \throws UsageError if a column or a word cannot be read
 stand::InventoryOptions inventory_options(const ReadingSettings& settings,
                                           stand::InventoryOptions options = {});
 
-/// The further indices that are asked for; "all" are those that nothing else is needed for, and CCF
-/// where `open_grown` gives its crown widths.
+/// The requested further indices; "all" are those that need no further settings, and CCF
+/// if `open_grown` gives its crown widths.
 /// \throws UsageError if a name is none of them
 std::vector<stand::FurtherIndex> further_indices(const UnitSettings& settings);
 

@@ -33,7 +33,7 @@ struct ViewPage {
 /// Whether a file is a GLB scene, by its ending or its first bytes.
 bool is_glb(const std::filesystem::path& file);
 
-/// Where the page of a source belongs: view.html in a folder, else beside the file.
+/// The default page of a source: view.html in a folder, else beside the file.
 std::filesystem::path view_page_path(const std::filesystem::path& source);
 
 /// Writes the page of a stand.
@@ -49,7 +49,7 @@ ViewPage write_view_page(const data::TableSource& source,
                          const ViewPageSettings& settings = {},
                          const Callbacks& callbacks = {});
 
-/// In short as JSON, schema silvafit-view-command/1.
+/// A summary as JSON, schema silvafit-view-command/1.
 nlohmann::ordered_json json_of(const ViewPage& page);
 
 }  // namespace silvafit::study

@@ -23,7 +23,7 @@ StudyRecord whole_study(const data::TableSource& inventory,
                         const StudyConfiguration& settings,
                         const Callbacks& callbacks = {});
 
-/// Reads an inventory and writes the configuration to start from, as study_configuration_for().
+/// Reads an inventory and writes a configuration for it, see study_configuration_for().
 std::string study_configuration_for(const data::TableSource& inventory,
                                     const Catalogue& catalogue,
                                     const StudyConfiguration& settings,
@@ -32,8 +32,8 @@ std::string study_configuration_for(const data::TableSource& inventory,
 /// The further indices that a study computes: those of its settings, and its covariates.
 std::vector<stand::FurtherIndex> further_indices(const StudyConfiguration& settings);
 
-/// The results in short as JSON, schema silvafit-study/1 (docs/study.md).
-/// \param folder  that they were written into
+/// A summary of the results as JSON, schema silvafit-study/1 (docs/study.md).
+/// \param folder  of the study's files
 nlohmann::ordered_json json_of(const StudyRecord& record, const std::filesystem::path& folder);
 
 }  // namespace silvafit::study
