@@ -150,7 +150,7 @@ tree::Mesh fine_mesh(const FineLeaves& subject, const tree::Crown& crown, const 
     for (std::size_t i = 0; i < limbs.all().size(); ++i) {
       const bool is_stem = limbs.all()[i].axis == 0;
       if (rings.of(i).size() < 2 || is_stem != (part.kind == tree::PartKind::kStem)) continue;
-      tree::add_tube(rings.of(i), corners, false, is_stem, build);
+      tree::add_tube(rings.of(i), corners, {.has_foot = is_stem}, build);
     }
     build.finish();
     part = std::move(wood);

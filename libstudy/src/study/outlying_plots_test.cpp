@@ -113,7 +113,7 @@ TEST_CASE("standardization removes the shrinkage of a plot with few trees") {
   CHECK(after > before);
 }
 
-TEST_CASE("few plots give no distance; the sentence has the plots with distance and p") {
+TEST_CASE("few plots give no distance, and the sentence has the plots with distance and p") {
   Eigen::MatrixXd effects(1, 2);
   effects << 1.0, -1.0;
   const fit::FittedModel model = mixed_model(Eigen::MatrixXd::Constant(1, 1, 1.0), effects);
