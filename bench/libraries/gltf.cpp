@@ -13,6 +13,8 @@
 #define TINYGLTF_NO_STB_IMAGE_WRITE
 #include <tiny_gltf.h>
 
+#include "measurement.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/tree/scene_reader.hpp"
 
 namespace {
@@ -33,34 +35,33 @@ double peak_megabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-int read_with_silvafit(const std::string& file) {
+void read_with_silvafit(const std::string& file) {
   const Timer timer;
   const silvafit::tree::ReadScene scene = silvafit::tree::read_scene(file);
   std::printf("silvafit: read %zu triangles in %.3f s, %.0f MB\n",
               scene.triangle_count(),
               timer.seconds(),
               peak_megabytes());
-  return 0;
 }
 
-int read_with_tinygltf(const std::string& file) {
+void read_with_tinygltf(const std::string& file) {
   tinygltf::Model model;
   tinygltf::TinyGLTF io;
   std::string error;
   std::string warning;
   const Timer reading;
   if (!io.LoadBinaryFromFile(&model, &error, &warning, file)) {
-    std::fprintf(stderr, "tinygltf: %s\n", error.c_str());
-    return 1;
+    throw silvafit::InputError("tinygltf cannot read it: " + error, {.file = file});
   }
   std::printf("tinygltf: read %zu meshes in %.3f s, %.0f MB\n",
               model.meshes.size(),
               reading.seconds(),
               peak_megabytes());
   const Timer writing;
-  if (!io.WriteGltfSceneToFile(&model, file + ".tinygltf.glb", false, true, false, true)) return 1;
+  if (!io.WriteGltfSceneToFile(&model, file + ".tinygltf.glb", false, true, false, true)) {
+    throw silvafit::InputError("tinygltf cannot write it", {.file = file});
+  }
   std::printf("tinygltf: written in %.3f s, %.0f MB\n", writing.seconds(), peak_megabytes());
-  return 0;
 }
 
 }  // namespace
@@ -70,6 +71,11 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: %s silvafit|tinygltf FILE.glb\n", argv[0]);
     return 2;
   }
-  return std::strcmp(argv[1], "silvafit") == 0 ? read_with_silvafit(argv[2])
-                                               : read_with_tinygltf(argv[2]);
+  return silvafit::bench::exit_status([&] {
+    if (std::strcmp(argv[1], "silvafit") == 0) {
+      read_with_silvafit(argv[2]);
+    } else {
+      read_with_tinygltf(argv[2]);
+    }
+  });
 }

@@ -8,6 +8,7 @@
 
 #include "conditional_modes/effect_posteriors.hpp"
 #include "fit_model/constrained_fit.hpp"
+#include "fit_model/integration_method.hpp"
 #include "least_squares/start_search.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
@@ -151,22 +152,6 @@ void compute_statistics(FitResult& result, const NonlinearModel& model) {
   const VarianceShares shares = variance_shares(fit, model, result.residual_sd);
   fit.r2_marginal = shares.marginal;
   fit.r2_conditional = shares.conditional;
-}
-
-/// The integration of the random effects; nothing for lb and gnls.
-std::optional<Integration> integration_of(Method method) {
-  switch (method) {
-    case Method::kFirstOrder:
-      return Integration::kFirstOrder;
-    case Method::kInteraction:
-      return Integration::kInteraction;
-    case Method::kLaplace:
-      return Integration::kLaplace;
-    case Method::kQuadrature:
-      return Integration::kQuadrature;
-    default:
-      return std::nullopt;
-  }
 }
 
 MarginalOptions marginal_options(const NonlinearModel& model, const FitModelOptions& options) {

@@ -5,13 +5,10 @@
 #include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
-namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-}  // namespace
 
 VectorXd variance_of_effects(const FittedModel& fit,
                              const NonlinearModel& model,

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "conditional_modes/effect_posteriors.hpp"
-#include "marginal_likelihood/marginal_fit.hpp"
+#include "fit_model/integration_method.hpp"
 #include "marginal_likelihood/marginal_search.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
@@ -27,22 +27,12 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-Integration integration_of(Method method) {
-  switch (method) {
-    case Method::kFirstOrder:
-      return Integration::kFirstOrder;
-    case Method::kInteraction:
-      return Integration::kInteraction;
-    case Method::kLaplace:
-      return Integration::kLaplace;
-    case Method::kQuadrature:
-      return Integration::kQuadrature;
-    default:
-      throw UsageError(
-          fmt::format("groups can be shared for the methods foce, focei, laplace and agq, not for "
-                      "{}; use --method laplace",
-                      method_text(method)));
-  }
+Integration shared_integration(Method method) {
+  if (const auto integration = integration_of(method)) return *integration;
+  throw UsageError(
+      fmt::format("groups can be shared for the methods foce, focei, laplace and agq, not for {}; "
+                  "use --method laplace",
+                  method_text(method)));
 }
 
 void check(const ModelSpecification& specification, const FitModelOptions& options) {
@@ -114,7 +104,7 @@ class SharedFit {
             const FitModelOptions& options)
       : options_(options),
         method_(options.method.value_or(default_method(specification))),
-        integration_(integration_of(method_)),
+        integration_(shared_integration(method_)),
         sample_fit_(fit_model(specification, data.sample, options).fit),
         sample_(specification, data.sample, options.threads, options.stop) {
     if (data.own && has_observations(specification, *data.own)) {

@@ -132,20 +132,17 @@ void add_shared_statistics(const SharedModel& shared,
       (conditional - sums[5] / n).square(), (mean.array() - sums[8] / n).square(),
       local.residual_sd.array().square();
   const VectorXd squares = sum_of_rows(shared, around);
-  fit.population = ErrorSums{.n = n,
-                             .total = squares[0],
-                             .error = sums[2],
-                             .absolute = sums[3],
-                             .squares = sums[4],
-                             .spread = squares[1]}
-                       .statistics();
-  fit.conditional = ErrorSums{.n = n,
-                              .total = squares[0],
-                              .error = sums[5],
-                              .absolute = sums[6],
-                              .squares = sums[7],
-                              .spread = squares[2]}
-                        .statistics();
+  const auto statistics = [&](Index error, double spread) {
+    return ErrorSums{.n = n,
+                     .total = squares[0],
+                     .error = sums[error],
+                     .absolute = sums[error + 1],
+                     .squares = sums[error + 2],
+                     .spread = spread}
+        .statistics();
+  };
+  fit.population = statistics(2, squares[1]);
+  fit.conditional = statistics(5, squares[2]);
   // As variance_shares().
   const double fixed = squares[3] / (n - 1.0);
   const double random = sums[9] / n;

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Which methods integrate the random effects, and how.
+#pragma once
+
+#include <optional>
+
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
+
+namespace silvafit::fit {
+
+/// The integration of the random effects; nothing for lb, gnls and ols.
+inline std::optional<Integration> integration_of(Method method) {
+  switch (method) {
+    case Method::kFirstOrder:
+      return Integration::kFirstOrder;
+    case Method::kInteraction:
+      return Integration::kInteraction;
+    case Method::kLaplace:
+      return Integration::kLaplace;
+    case Method::kQuadrature:
+      return Integration::kQuadrature;
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace silvafit::fit
