@@ -49,7 +49,8 @@ void write_trees(const std::string& out,
                  const CommonOptions& common);
 
 /// Writes the CSV files of a study's folder and of its folder of tables as the sheets of a
-/// workbook. \throws as source::write_layers
+/// workbook.
+/// \throws as source::write_layers
 void write_sheets_of_folder(const std::string& out, const std::filesystem::path& folder);
 
 }  // namespace silvafit::cli

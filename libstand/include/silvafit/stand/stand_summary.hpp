@@ -132,7 +132,8 @@ struct StratumFigures {
 /// standard error of the combined ratio (chapter 6.11), which is that of the total of y - R x
 /// divided by the total of x; for the quadratic mean diameter with the first term of a Taylor
 /// series. Plots without a stratum have an entry of their own after the strata, and are not in the
-/// values of all that are weighted by areas. \param stratum_of_area   one for each area, empty if
+/// values of all that are weighted by areas.
+/// \param stratum_of_area   one for each area, empty if
 /// it has none; no entries: no strata, and
 ///                          the result is one entry
 /// \param stratum_areas_ha  areas by name; may be empty

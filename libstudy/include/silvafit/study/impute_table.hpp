@@ -52,7 +52,8 @@ using ImputationSink =
 
 /// The same as impute_table for a CSV file that does not fit in memory: the models are fitted to
 /// the measured trees, which are all in memory, and the file is filled in parts of whole plots. If
-/// their rows are not contiguous, they are sorted on disk, with a note. \throws as impute_table;
+/// their rows are not contiguous, they are sorted on disk, with a note.
+/// \throws as impute_table;
 /// UsageError if the source is no CSV file, or with add_residual, whose
 ///   random numbers are drawn for all plots together
 ImputationSummary impute_in_parts(const data::TableSource& trees,

@@ -28,13 +28,14 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                                             const Catalogue* catalogue = nullptr);
 
 /// The same settings for a file in another folder: a window becomes relative to it; an absolute
-/// path is unchanged. \param folder  empty: the current one
+/// path is unchanged.
+/// \param folder  empty: the current one
 StudyConfiguration seen_from(const std::filesystem::path& folder, StudyConfiguration settings);
 
 /// A study.json with every key, explained by comments, for the inventory at hand: its species, the
 /// candidates of the responses that it has, and the columns that can serve as covariates.
+/// \param table     an inventory with our column names
 /// \param settings  to be written
-/// \param settings  that the file is to hold
 std::string study_configuration_for(const data::Table& table,
                                     const Catalogue& catalogue,
                                     const StudyConfiguration& settings = {});

@@ -36,7 +36,9 @@ void write_study_tables(const StudyRecord& record,
 /// Writes everything into a folder: library.json, indices.csv (if there are units),
 /// predictions.csv, excluded.csv, tables/, report.html and run.json. Each file is written whole or
 /// not at all. Without units, the indices.csv of an earlier study is removed, because it is of
-/// other trees. \throws IoError if a file cannot be written or removed
+/// other trees.
+/// \param page_template  the bundled report page
+/// \throws IoError if a file cannot be written or removed
 void write_study(const StudyRecord& record,
                  const Catalogue& catalogue,
                  const std::filesystem::path& page_template,

@@ -59,7 +59,8 @@ struct TilePlan {
 /// Cuts a CSV file into a file for each tile with trees, `FOLDER/tiles/NAME.csv`: line in the
 /// inventory, whether the row is the tile's own, then the columns of the inventory. Rows that
 /// cannot be used as trees are in the tile of the previous tree. Then writes `FOLDER/plan.json`.
-/// The rows are sorted on disk; memory does not grow with the file. \throws UsageError if a setting
+/// The rows are sorted on disk; memory does not grow with the file.
+/// \throws UsageError if a setting
 /// is out of range; InputError if trees have no numbers, a number
 ///   occurs twice in a plot, or spellings of a species would be unified
 TilePlan plan_tiles(const std::filesystem::path& inventory,

@@ -59,7 +59,8 @@ struct ReadScene {
 /// (EXT_mesh_gpu_instancing), base color textures and normal maps that are PNG in a buffer; a
 /// picture in a file of its own is refused. Nodes with scale 0 are skipped. Everything is checked
 /// before it is used: sizes, indices, references, and that a scene takes no more memory than 512 MB
-/// and 256 times its file. \throws InputError with the file and the reason
+/// and 256 times its file.
+/// \throws InputError with the file and the reason
 ReadScene read_scene(const std::filesystem::path& path);
 
 /// A GLB file in memory.
