@@ -32,7 +32,7 @@ std::filesystem::path temporary_place() {
 
 [[noreturn]] void fail(const char* verb) {
   throw IoError(std::string("cannot ") + verb + " a temporary file (" + std::strerror(errno) +
-                    "); free space, or name another folder by TMPDIR",
+                    "); delete files there, or set TMPDIR to a folder with more space",
                 {.file = temporary_place().string()});
 }
 

@@ -11,7 +11,7 @@
 
 using namespace silvafit::stand;
 
-TEST_CASE("Clark and Evans's index tells lattices from clusters") {
+TEST_CASE("Clark and Evans's index distinguishes lattices from clusters") {
   std::vector<Point> lattice;
   std::vector<Point> pairs;
   for (int i = 0; i < 20; ++i) {
@@ -32,7 +32,7 @@ TEST_CASE("Clark and Evans's index tells lattices from clusters") {
         Approx(std::sqrt(32.0) / 3.0).epsilon(1e-14));
 }
 
-TEST_CASE("Donnelly's correction takes the boundary's part from random stands") {
+TEST_CASE("Donnelly's correction removes the edge effect in random stands") {
   double plain = 0.0;
   double corrected = 0.0;
   constexpr int kRounds = 200;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The text of --columns taken apart.
+// Parser of the text of --columns.
 #include <fmt/format.h>
 
 #include <algorithm>

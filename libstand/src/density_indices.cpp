@@ -88,7 +88,7 @@ std::vector<double> crown_competition(const Inventory& inventory,
       crowns_m2.push_back(inventory.trees_represented(tree) * std::numbers::pi / 4.0 *
                           widths_m[tree] * widths_m[tree]);
     }
-    // Summed in order of size, so that the order of the rows does not change the last digits.
+    // Summed in order of size: the order of the rows then does not change the last digits.
     std::ranges::sort(crowns_m2);
     const double sum_m2 = std::accumulate(crowns_m2.begin(), crowns_m2.end(), 0.0);
     for (const std::size_t tree : area.trees) result[tree] = 100.0 * sum_m2 / area.area_m2;

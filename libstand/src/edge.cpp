@@ -73,8 +73,8 @@ void EdgeWorker::keep_beyond_buffer() {
   });
 }
 
-/// Hanisch 1984: a tree outside would be farther than the n-th neighbor, so the unit is known to be
-/// right.
+/// Hanisch 1984: a tree outside would be farther than the n-th neighbor, so the unit is certainly
+/// complete.
 void EdgeWorker::keep_certain_neighbors() {
   units_.core.assign(inside_.size(), 0);
   for_each_tree(inside_.size(), options_.threads, [this](std::size_t tree) {

@@ -28,7 +28,7 @@ double wrapped(double value, double length) { return value - length * std::floor
 
 }  // namespace
 
-TEST_CASE("Hanisch keeps trees whose last neighbor is nearer than the boundary, and weighs them") {
+TEST_CASE("Hanisch's core trees have all neighbors nearer than the boundary, and have weights") {
   // In a 10 x 20 m rectangle; distances to the boundary 5, 3, 1 and 5 m.
   const Inventory stand = stand_of({{.x = 5, .y = 10, .dbh_cm = 10},
                                     {.x = 7, .y = 10, .dbh_cm = 20},
@@ -68,11 +68,11 @@ TEST_CASE("Hanisch's weights make means of random stands unbiased by distance") 
   const double expected = 0.5 * std::sqrt(2400.0 / 3000.0);
   // Standard error 0.26 / sqrt(3000 * 1.25) = 0.0043.
   CHECK(sum / weights == Approx(expected).margin(0.013));
-  // The weights estimate how many trees stand in the window: the estimator's own check.
+  // The sum of the weights estimates the number of trees in the window.
   CHECK(weights == Approx(3000.0).epsilon(0.01));
 }
 
-TEST_CASE("Hanisch's weights are right where a strip of the window has just vanished") {
+TEST_CASE("Hanisch's weights are correct where a strip of the eroded window has just vanished") {
   // Two squares, of which one is just higher, at the ends of a strip of 20 m: a unit of 10.03 m in
   // the left one, among 400 small units in the strip.
   const Window window({{.outer = {{0, 0},
@@ -123,7 +123,7 @@ TEST_CASE("a rectangle around trees in a national grid is a torus") {
   }
 }
 
-TEST_CASE("a torus has no edge: moving a stand around it changes nothing") {
+TEST_CASE("shifting a stand on a torus changes no index") {
   const std::vector<Tree> trees = random_stand(300, 31);
   const StructuralUnits units = structural_units(stand_of(trees), torus_options());
   silvafit::Random random(32);
@@ -168,7 +168,7 @@ TEST_CASE("on a small torus each tree is a neighbor once, at its nearest image")
   CHECK(std::isnan(structural_units(stand, torus_options(3)).W[0]));
 }
 
-TEST_CASE("needs a rectangular window, one for all who are searched together") {
+TEST_CASE("a torus needs a rectangular window, one for all trees that are searched together") {
   const Inventory stand = stand_of({{.x = 1, .y = 1, .plot = "a"}, {.x = 2, .y = 1, .plot = "b"}});
   StructuralUnitOptions options{.neighbors = 1,
                                 .edge = EdgeCorrection::kTorus,
@@ -191,7 +191,7 @@ TEST_CASE("needs a rectangular window, one for all who are searched together") {
   CHECK_THAT(units.notes.at(0), Contains("no window is given; the rectangle around"));
 }
 
-TEST_CASE("trees outside have no place on a torus") {
+TEST_CASE("trees outside of the window are not on the torus") {
   const Inventory stand = stand_of({{.x = 1, .y = 1}, {.x = 5, .y = 1}, {.x = -0.5, .y = 1}});
   const StructuralUnits units = structural_units(stand, torus_options(1));
   CHECK(units.nearest == std::vector<std::uint32_t>{1, 0, kNoTree});
@@ -199,7 +199,7 @@ TEST_CASE("trees outside have no place on a torus") {
   CHECK_THAT(units.notes.at(0), Contains("1 tree is outside the window: ignored"));
 }
 
-TEST_CASE("a window of every plot holds in the coordinates of each") {
+TEST_CASE("a window for every plot is used in the coordinates of each plot") {
   const Inventory stand = stand_of({{.x = 1, .y = 0, .plot = "a"},
                                     {.x = 9, .y = 0, .plot = "a"},
                                     {.x = 0, .y = 2, .plot = "b"},
@@ -209,11 +209,11 @@ TEST_CASE("a window of every plot holds in the coordinates of each") {
   CHECK(units.core == std::vector<char>{1, 0, 1, 1});
 }
 
-TEST_CASE("stems at one place and missing positions do not hang the search", "[slow]") {
+TEST_CASE("stems at one position and missing positions do not slow the search", "[slow]") {
   constexpr std::size_t kTrees = 100000;
   std::vector<Tree> trees;
   for (std::size_t i = 0; i < kTrees; ++i) {
-    // A fifth at one place, a fifth within a hair of it, a fifth nowhere, the others at random.
+    // A fifth at one position, a fifth very near it, a fifth without position, the rest at random.
     Tree tree{.x = 10, .y = 10};
     if (i % 5 == 1) tree.x += 1e-9 * static_cast<double>(i % 7);
     if (i % 5 == 2) tree.x = NAN;

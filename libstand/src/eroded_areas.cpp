@@ -16,8 +16,8 @@ constexpr std::size_t kFewOfPanel = 5;
 /// A kink at position s of a panel from -1 to 1 gives an error of the parabola of at most 4 s (s +
 /// 1) <= 8 times the error at the quarter point on the other side: together 8e-5.
 constexpr double kAtQuarters = 1e-5;
-/// Two kinks could hide from the quarter points of the first panel, but hardly from those of this
-/// many panels.
+/// The quarter points of the first panel could miss two kinks; those of this many panels hardly
+/// can.
 constexpr std::size_t kFirstPanels = 8;
 /// A panel this narrow relative to all margins has nearly equal areas.
 constexpr double kNarrowest = 1e-9;

@@ -36,7 +36,7 @@ Polygon comb() {
   return polygon;
 }
 
-/// As drawn by hand: a corner every few meters.
+/// A digitized outline: a corner every few meters.
 Polygon drawn(std::uint64_t seed, int corners) {
   silvafit::Random random(seed);
   Polygon polygon;
@@ -75,7 +75,7 @@ double lobe_area_m2(double side_m, double margin_m) {
 
 }  // namespace
 
-TEST_CASE("areas of many margins are those of each margin, where they are small too") {
+TEST_CASE("areas of many margins equal those of single margins, also where they are small") {
   const std::vector<std::pair<const char*, Window>> windows{
       {"rectangle", Window::rectangle({0, 0}, {30, 20})},
       {"circle", Window::circle({0, 0}, 12.62)},
@@ -93,7 +93,7 @@ TEST_CASE("areas of many margins are those of each margin, where they are small 
     std::vector<double> margins;
     margins.reserve(600);
     for (int i = 0; i < 400; ++i) margins.push_back(random.uniform(0, most));
-    // Near the end, where little is left, and all the same.
+    // Near the largest margin, where the area is small, and equal margins.
     for (int i = 0; i < 100; ++i) margins.push_back(most * (1.0 - random.uniform(0, 1e-3)));
     for (int i = 0; i < 100; ++i) margins.push_back(most / 2.0);
     const std::vector<double> areas = eroded_areas_m2(window, margins);
@@ -102,12 +102,12 @@ TEST_CASE("areas of many margins are those of each margin, where they are small 
       const double own = window.eroded_area_m2(margins[i]);
       worst = std::max(worst, own > 0.0 ? std::abs(areas[i] / own - 1.0) : areas[i]);
     }
-    // The promise of docs/structural-units.md.
+    // The accuracy that docs/structural-units.md states.
     CHECK(worst < 1e-4);
   }
 }
 
-TEST_CASE("a strip that vanishes among many margins leaves the lobes what theory says") {
+TEST_CASE("after a strip has vanished the areas of the lobes are those of theory") {
   std::vector<double> margins{10.03, 10.1, 10.3};
   for (int i = 0; i < 2500; ++i) margins.push_back(0.5 + 2.0 * i / 2500.0);
   margins.push_back(9.99);
@@ -118,7 +118,7 @@ TEST_CASE("a strip that vanishes among many margins leaves the lobes what theory
   CHECK(areas[2] == Approx(lobe_area_m2(20.8, 10.3)).epsilon(2e-4));
 }
 
-TEST_CASE("a million margins take a few hundred areas", "[slow]") {
+TEST_CASE("a million margins need a few hundred areas", "[slow]") {
   // A hull as of a large stand: short edges, many of which vanish. One area takes some 0.1 ms.
   silvafit::Random random(7);
   std::vector<Point> points;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Texts as they are compared: without capitals and accents.
+// Texts without capitals and accents, for comparisons.
 #pragma once
 
 #include <string>

@@ -131,7 +131,7 @@ TEST_CASE("CCF is the crown area of open-grown trees in percent of the area") {
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("is -20 m for dbh 20 cm"));
 }
 
-TEST_CASE("circles share what geometry says") {
+TEST_CASE("the area that two circles share is that of the closed form") {
   CHECK(shared_area_m2(1, 2, 3) == 0.0);
   CHECK(shared_area_m2(1, 2, 4) == 0.0);
   CHECK(shared_area_m2(1, 2, 0.5) == Approx(M_PI).epsilon(1e-15));
@@ -158,7 +158,7 @@ TEST_CASE("CO is the mean share of the crown that neighbors cover") {
       structural_units(missing, with({FurtherIndex::kCrownOverlap})).further.at(0).values[0]));
 }
 
-TEST_CASE("C by facing radii takes the crown on the neighbor's side") {
+TEST_CASE("C by facing radii uses the crown on the neighbor's side") {
   // 5 m to the north-east at (3, 4): the radius is that of a quarter ellipse with half axes 2
   // (east) and 1 (north), at the direction (0.6, 0.8): 2 / sqrt((1 * 0.6)^2 + (2 * 0.8)^2) = 1.17.
   Inventory stand = stand_of({{}, {.x = 3, .y = 4}});
@@ -224,7 +224,7 @@ TEST_CASE("species may have limit angles of their own") {
   CHECK_THROWS_WITH(structural_units(stand_of(trees), options), Contains("190 degrees"));
 }
 
-TEST_CASE("further indices stand at the end of the file, and weights before them") {
+TEST_CASE("further indices are the last columns of the file, after the weights") {
   StructuralUnitOptions options = with({FurtherIndex::kHegyi, FurtherIndex::kDifferentiation}, 1);
   options.edge = EdgeCorrection::kHanisch;
   options.windows = {{std::nullopt, Window::rectangle({-8, -8}, {8, 8})}};
@@ -259,14 +259,14 @@ TEST_CASE("turning, moving and shuffling a stand changes no further index") {
   REQUIRE(same.further.size() == 5);
   for (std::size_t index = 0; index < 5; ++index) {
     for (std::size_t i = 0; i < trees.size(); ++i) {
-      // Coordinates of millions of meters hold 1e-9 m; Hegyi divides by distances of decimeters.
+      // Coordinates of millions of meters are rounded to 1e-9 m; Hegyi divides by decimeters.
       CHECK(same.further[index].values[trees.size() - 1 - i] ==
             Approx(units.further[index].values[i]).epsilon(1e-6).margin(1e-9));
     }
   }
 }
 
-TEST_CASE("asking for BAL or CCF changes no core tree, and says by which area they count") {
+TEST_CASE("BAL and CCF change no core tree, and a note states their area") {
   // Plot 1 has an area of 6 m2, plot 2 none.
   std::vector<Tree> trees = corner();
   trees.push_back({.x = 50, .species = "B", .plot = "2"});
@@ -292,13 +292,13 @@ TEST_CASE("asking for BAL or CCF changes no core tree, and says by which area th
              Contains("BAL and CCF are too large") && Contains("convex hull of the trees of each"));
   CHECK_THAT(units.notes[1], Contains("missing in: 2"));
 
-  // Where every plot's area is known there is nothing to assume.
+  // If the area of every plot is known, there is no assumption to report.
   options.plot_area_m2 = 500.0;
   const StructuralUnits known = structural_units(stand, options);
   CHECK(known.notes.empty());
   CHECK(known.further[0].values[2] == Approx(M_PI / 4.0 * 0.13 / 0.05).epsilon(1e-14));
   CHECK(known.further[1].values[3] == Approx(100.0 * M_PI / 4.0 * 8 / 500.0).epsilon(1e-14));
-  // A window that is given counts first.
+  // A given window has priority.
   options.windows = {{kEveryPlot, Window::rectangle({-10, -10}, {90, 10})}};
   CHECK(structural_units(stand, options).further[0].values[2] ==
         Approx(M_PI / 4.0 * 0.13 / 0.2).epsilon(1e-14));

@@ -334,7 +334,7 @@ GrowthParts GrowthMaker::parts_of_value(const Period& period,
       get(GrowthPart::kNetChange) -
       (get(GrowthPart::kSurvivorGrowth) + get(GrowthPart::kIngrowth) - get(GrowthPart::kMortality) -
        get(GrowthPart::kCut) - get(GrowthPart::kNotFound));
-  // What is left of a difference of equal sums is rounding.
+  // The difference of equal sums is rounding error.
   const double rounding = 1e-12 * (get(GrowthPart::kStart) + get(GrowthPart::kEnd)) / years;
   part_of(parts, GrowthPart::kFactorChange) =
       std::abs(factor_change) <= rounding ? 0.0 : factor_change;

@@ -52,7 +52,7 @@ data::Table trees_table(const GrowthReport& report) {
     number(name, [value](const TreeGrowth& tree) { return tree.*value; });
   };
   member("years", &TreeGrowth::years);
-  // The names of the start, so that models can be fitted to the file as it is.
+  // The columns at the start have the standard names, so that the file can be used for fits.
   member("dbh", &TreeGrowth::dbh_start_cm);
   member("dbh_end", &TreeGrowth::dbh_end_cm);
   member("h", &TreeGrowth::h_start_m);

@@ -147,7 +147,7 @@ TEST_CASE("A tree that grows over a limit of concentric circles changes its fact
   check_balance(plot);
 }
 
-TEST_CASE("Growth of strata has the standard errors of samples, and empty plots count") {
+TEST_CASE("Growth of strata has the standard errors of samples, with empty plots") {
   const CheckedInventory checked = measured(
       "plot,tree,year,dbh\n1,1,2010,20\n1,1,2020,20\n1,2,2020,20\n2,1,2010,20\n2,1,2020,20\n"
       "3,1,2012,20\n3,1,2022,20\n3,2,2022,20\n3,3,2022,20\n");

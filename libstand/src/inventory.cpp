@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What is done with a checked inventory: as a table, and what was left out of it.
+// A checked inventory as a table, and the list of its skipped rows.
 #include "silvafit/stand/inventory.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An inventory plot by plot, for files larger than memory.
+// Reads an inventory plot by plot, for files larger than memory.
 #include <memory>
 #include <utility>
 
@@ -15,10 +15,10 @@ bool InventoryReader::is_new_plot(const InventoryRow& row) const {
   return plan_.labels[kPlot].exists() && plots[plots.size() - 1] != row.labels[kPlot];
 }
 
-/// Takes rows until the batch is full, of trees or of rows that are left out, and its last plot
-/// whole; false at the end of the file.
+/// Reads rows until the batch is full (trees or skipped rows) and its last plot is complete; false
+/// at the end of the file.
 bool InventoryReader::fill_batch(std::size_t trees, bool of_whole_plots) {
-  // A problem with its texts takes as much memory as so many trees with their structural units.
+  // A problem with its texts needs as much memory as this many trees with their structural units.
   constexpr std::size_t kRowsForProblem = 10;
   for (;;) {
     for (; next_in_block_ < block_size_; ++next_in_block_) {
@@ -50,7 +50,7 @@ void InventoryReader::check_not_finished(const InventoryRow& row) const {
 void InventoryReader::make_plots_contiguous() {
   const auto* const path = std::get_if<std::filesystem::path>(&source_);
   std::error_code ignored;
-  // Without numbers of trees, the order of the rows makes them.
+  // Without a column of tree numbers, trees are numbered in the order of the rows.
   const bool can_sort = path != nullptr && plan_.labels[kPlot].field &&
                         plan_.labels[kTree].exists() &&
                         std::filesystem::is_regular_file(*path, ignored);

@@ -49,7 +49,7 @@ std::string csv_of(const Inventory& inventory, bool with_header) {
 
 }  // namespace
 
-TEST_CASE("read plot by plot an inventory has the same units as read at once") {
+TEST_CASE("an inventory read plot by plot has the same units as one read at once") {
   const ScratchFile file(plots_csv(60), ".csv");
   const CheckedInventory whole = read_inventory(file.path(), {.needs_coordinates = true});
   const std::string expected = csv_of(whole.inventory, true);
@@ -81,7 +81,7 @@ TEST_CASE("read plot by plot an inventory has the same units as read at once") {
   }
 }
 
-TEST_CASE("what is said of batches is what is said of the whole") {
+TEST_CASE("the notes on batches are those on the whole file") {
   // Plot 1 is outside of its window, 2 on one line, 3 has radii, odd and repeated trees; some rows
   // cannot be used.
   const ScratchFile file(
@@ -120,7 +120,7 @@ TEST_CASE("what is said of batches is what is said of the whole") {
   }
 }
 
-TEST_CASE("skipped rows make batches, too, so that few of them are in memory") {
+TEST_CASE("skipped rows count for the size of a batch, so that few of them are in memory") {
   std::string text = kHeader;
   for (int i = 0; i < 100; ++i) text += fmt::format("1,{},A,1,1,-1,1\n", i);
   for (int plot = 2; plot <= 4; ++plot) {
@@ -150,7 +150,7 @@ TEST_CASE("skipped rows make batches, too, so that few of them are in memory") {
   CHECK_THROWS_WITH(nothing.next(), Contains("2 of 2 rows skipped") && Contains(":2: dbh"));
 }
 
-TEST_CASE("that all trees are outside is an error of all batches, not of one") {
+TEST_CASE("it is an error if all trees of all batches are outside, not those of one") {
   const ScratchFile file(std::string(kHeader) + "1,1,A,90,1,10,1\n2,1,A,1,1,10,1\n", ".csv");
   const InventoryOptions reading{.needs_coordinates = true, .trust_units = true};
   const auto findings_in = [&](double side_m) {
@@ -182,7 +182,7 @@ TEST_CASE("one window for plots of several batches is refused as for those of on
   CHECK_THROWS_WITH(notes_of(findings, options, ""), Contains("one window is given for 2 plots"));
 }
 
-TEST_CASE("plots whose rows are not contiguous come whole, with the lines of the file") {
+TEST_CASE("plots whose rows are not contiguous are read whole, with the lines of the file") {
   const ScratchFile file(std::string(kHeader) + "1,1,A,1,1,10,1\n2,1,A,1,1,10,1\n1,2,A,1,2,10,1\n",
                          ".csv");
   const InventoryOptions options{.needs_coordinates = true, .trust_units = true};
@@ -194,14 +194,14 @@ TEST_CASE("plots whose rows are not contiguous come whole, with the lines of the
   const auto second = batches.next();
   CHECK(second->inventory.lines == std::vector<std::uint32_t>{3});
   CHECK_FALSE(batches.next());
-  // Contiguous ones are read as they come.
+  // Contiguous ones are read in the order of the file.
   const ScratchFile sorted(std::string(kHeader) + "1,1,A,1,1,10,1\n1,2,A,1,2,10,1\n", ".csv");
   InventoryBatches unsorted(sorted.path(), options, 1);
   CHECK_FALSE(unsorted.is_sorted());
   CHECK(unsorted.next()->is_in_file_order);
 }
 
-TEST_CASE("without numbers of trees, a plot that comes again is an error with its line") {
+TEST_CASE("without tree numbers, rows of a plot after another plot are an error with their line") {
   const ScratchFile file("plot,species,x,y,dbh\n1,A,1,1,10\n2,A,1,1,10\n1,A,1,2,10\n", ".csv");
   const InventoryOptions options{.needs_coordinates = true, .trust_units = true};
   InventoryBatches batches(file.path(), options, 1);
@@ -215,7 +215,7 @@ TEST_CASE("without numbers of trees, a plot that comes again is an error with it
   CHECK_FALSE(large.next());
 }
 
-TEST_CASE("batches know the times of their own rows") {
+TEST_CASE("batches have the times of their own rows") {
   const ScratchFile file(
       "plot,tree,x,y,dbh,year\n1,1,0,0,10,2000\n1,1,0,0,12,2010\n2,1,0,0,10,2000\n"
       "2,1,0,0,12,2000\n",
@@ -247,7 +247,7 @@ TEST_CASE("a species with a limit angle of its own may come in a later batch") {
                         Contains("unknown species 'B'; available: A, C"));
 }
 
-TEST_CASE("batches refuse what they cannot read") {
+TEST_CASE("options that batches do not support are errors") {
   const ScratchFile empty(kHeader, ".csv");
   InventoryBatches batches(empty.path(), {}, 10);
   CHECK_THROWS_WITH(batches.next(), Contains("a header but no tree"));
@@ -259,7 +259,7 @@ TEST_CASE("batches refuse what they cannot read") {
   CHECK(single.next()->inventory.size() == 2);
 }
 
-TEST_CASE("plots of one label in several stands are told of, whole or plot by plot") {
+TEST_CASE("a note names plots with one label in several stands, whole or plot by plot") {
   const auto csv = [](const std::string& column, const std::string& second) {
     std::string text = "plot," + column + ",tree,dbh\n";
     int tree = 0;
@@ -293,7 +293,7 @@ TEST_CASE("plots of one label in several stands are told of, whole or plot by pl
   CHECK(count(csv("stand", "S"), {.columns = {{"plot", "stand"}}}) == 1);
 }
 
-TEST_CASE("a plot that comes again may be one of another stand") {
+TEST_CASE("a repeated plot label may belong to another stand") {
   const ScratchFile file("plot,stand,dbh\n1,N,20\n2,N,20\n1,S,20\n");
   InventoryBatches batches(file.path(), {}, 1);
   const auto read_all = [&batches] {

@@ -9,7 +9,7 @@ namespace silvafit::stand {
 namespace {
 
 constexpr double kBreastHeightMeters = 1.3;
-// Further than any map's coordinates; cells of a search for neighbors are counted up to there.
+// Larger than the coordinates of any map; the cells of the neighbor search are numbered up to it.
 constexpr double kFarthestMeters = 1e9;
 
 bool is_known(double value) { return !std::isnan(value); }

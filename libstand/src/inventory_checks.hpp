@@ -12,7 +12,7 @@ namespace silvafit::stand {
 
 using Measures = std::array<double, kMeasureCount>;
 
-/// A rule that a row breaks.
+/// A rule that a row violates.
 struct Problem {
   std::size_t measure = 0;
   std::string reason{};
@@ -21,20 +21,20 @@ struct Problem {
 /// Crown width from four radii; NaN if one is missing.
 double crown_width_m(const Measures& row);
 
-/// The rules that a row's measures break, NaN standing for missing.
-/// \param is_cw_from_radii  cw was computed and its radii are to blame
+/// The rules that a row's measures violate; NaN: missing.
+/// \param is_cw_from_radii  cw was computed from the radii, which the message then names
 std::vector<Problem> problems_of(const Measures& row,
                                  bool needs_coordinates,
                                  bool is_cw_from_radii);
 
-/// Throws where a whole column looks like another unit.
+/// Throws if a whole column seems to have another unit.
 /// \param crown_base_above_top  how many rows were left out because hcb is not below h
 /// \throws InputError with the remedy
 void check_units(const Inventory& inventory,
                  const ColumnPlan& plan,
                  std::size_t crown_base_above_top);
 
-/// Single values beyond what trees reach, of an inventory or of its parts one after another.
+/// Single values that no tree reaches, of an inventory or of its parts one after another.
 class OddValues {
  public:
   void add(const Inventory& inventory);
@@ -42,7 +42,7 @@ class OddValues {
 
  private:
   struct Beyond {
-    std::string first{};  ///< where and what
+    std::string first{};  ///< place and value
     std::size_t count = 0;
   };
   std::array<Beyond, 3> beyond_{};  ///< dbh, h, cw

@@ -53,8 +53,8 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// The field that holds one of our columns under another usual spelling.
-/// \throws UsageError if two fields could as well; of columns of a status the first is taken
+/// The field of a standard column under another usual spelling.
+/// \throws UsageError if there are two such fields; of several status columns the first is used
 std::optional<std::size_t> usual_field(std::string_view name,
                                        const std::vector<std::string>& header,
                                        const std::string& file) {
@@ -89,7 +89,7 @@ std::optional<LengthUnit> unit_of(std::size_t field,
   return field < units.size() ? unit_of_length(units[field]) : std::nullopt;
 }
 
-/// A column as it is, or divided or multiplied so that it has our unit.
+/// A column, converted to the standard unit if it has another one.
 std::string in_our_unit(std::string_view name,
                         const std::string& column,
                         const std::optional<LengthUnit>& unit) {
@@ -104,7 +104,7 @@ std::string in_our_unit(std::string_view name,
   return fmt::format("{}*{:.6g}", text, unit->meters / ours_m);
 }
 
-/// Builds the plan; one object so that header and file need not be handed around.
+/// Builds the plan; an object, because most functions need the header and the file.
 class Planner {
  public:
   Planner(const std::vector<std::string>& header,
@@ -165,7 +165,7 @@ Source Planner::mapped(const ColumnMapping& mapping) const {
   return source;
 }
 
-/// A field of the file, converted if its header or the row of units names another unit than ours.
+/// A field of the file, converted if its header or the row of units names a nonstandard unit.
 Source Planner::source_in_our_unit(std::string_view name, std::size_t field) {
   const std::string text = in_our_unit(name, header_[field], unit_of(field, header_, units_));
   const bool is_ours = text == name;
@@ -190,7 +190,7 @@ Source Planner::source_of(const KnownColumn& column) {
   return is_converted ? source_in_our_unit(column.name, *field) : mapped(*mapping);
 }
 
-/// Of the column year, else date, or of what is mapped to such a name.
+/// Field of the column year, else date, or of the source mapped to such a name.
 std::optional<std::size_t> Planner::time_field() const {
   for (const std::string_view name : {"year", "date"}) {
     if (const ColumnMapping* const mapping = mapping_to(name)) return field_named(mapping->source);
@@ -199,7 +199,7 @@ std::optional<std::size_t> Planner::time_field() const {
   return std::nullopt;
 }
 
-/// Of the column stand, unless it is one of our labels.
+/// Field of the column stand, unless it is read as a standard label.
 std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
   for (std::size_t i = 0; i < header_.size(); ++i) {
     const auto holds = [i](const Source& source) { return source.field == i; };
@@ -208,7 +208,7 @@ std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
   return std::nullopt;
 }
 
-/// Of the column that says whether a tree is alive.
+/// Field of the status column (alive, dead, cut).
 std::optional<std::size_t> Planner::status_field() {
   if (const ColumnMapping* const mapping = mapping_to(kStatus)) {
     return field_named(mapping->source);
@@ -216,7 +216,7 @@ std::optional<std::size_t> Planner::status_field() {
   return usual_field(kStatus, header_, file_);
 }
 
-/// The fields of --fill-down, whose names are ours or the file's.
+/// The fields of --fill-down, by their standard names or the names in the file.
 std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
   std::vector<std::size_t> fields;
   for (const std::string& name : options_.fill_down) {
@@ -284,7 +284,7 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
   }
 }
 
-/// Whether a column of the file already is one of ours.
+/// Whether a column of the file is already used as a standard column.
 bool Planner::is_used(const ColumnPlan& plan, std::string_view name) const {
   const auto holds = [name](const Source& source) { return source.field && source.text == name; };
   return std::ranges::any_of(plan.labels, holds) || std::ranges::any_of(plan.measures, holds);

@@ -33,7 +33,7 @@ enum Measure : std::size_t {
 
 inline constexpr std::array<Measure, 4> kRadii{kCrE, kCrW, kCrS, kCrN};
 
-/// A name of ours and its meaning in messages.
+/// A standard column and its meaning in messages.
 struct KnownColumn {
   std::string_view name;
   std::string_view meaning;
@@ -42,13 +42,13 @@ struct KnownColumn {
 const KnownColumn& known_label(std::size_t label);
 const KnownColumn& known_measure(std::size_t measure);
 
-/// Where the inventory keeps a measure.
+/// The member of the inventory for a measure.
 std::vector<double>& values_of(Inventory& inventory, std::size_t measure);
 const std::vector<double>& values_of(const Inventory& inventory, std::size_t measure);
 
-/// Where a value comes from: a field of the record, or an expression of several.
+/// The source of a value: a field of the record, or an expression of several.
 struct Source {
-  std::string text{};                  ///< the header's spelling, or the expression's
+  std::string text{};                  ///< the spelling of the header or expression
   std::optional<std::size_t> field{};  ///< position in the record
   std::optional<data::Expression> expression{};
 
@@ -63,18 +63,18 @@ struct ExpressionField {
   bool is_position = false;  ///< it becomes x, y or z
 };
 
-/// Everything about columns that is decided before the first row.
+/// The meaning of all columns, determined before the first row is read.
 struct ColumnPlan {
   std::array<Source, kLabelCount> labels{};
   std::array<Source, kMeasureCount> measures{};
-  std::optional<std::size_t> time_field{};  ///< of the column that says when a row was measured
-  /// Of a column of stands, which plots may be numbered within.
+  std::optional<std::size_t> time_field{};  ///< of the time of measurement
+  /// Of a column of stands; plot numbers may repeat between stands.
   std::optional<std::size_t> stand_field{};
   std::optional<std::size_t> status_field{};         ///< alive, dead, cut
   std::vector<std::size_t> filled_down{};            ///< fields of --fill-down
   std::vector<ExpressionField> expression_fields{};  ///< of all measures' expressions
-  std::vector<ColumnMapping> others{};               ///< kept beside ours
-  /// Columns of ours under other names, and those in other units.
+  std::vector<ColumnMapping> others{};               ///< nonstandard columns to keep
+  /// Standard columns under other names, and those in other units.
   std::vector<ColumnMapping> usual{};
 };
 

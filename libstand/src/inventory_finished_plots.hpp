@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plots of a file that is read plot by plot, as far as it was read.
+// The plots that were read so far from a file that is read plot by plot.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace silvafit::stand {
 
-/// Remembers plots in 8 bytes each, by hashes of 64 bits: of ten million plots, two have the same
+/// Stores plots as hashes of 64 bits: of ten million plots, two have the same
 /// hash with a probability of 3e-6.
 class FinishedPlots {
  public:

@@ -18,7 +18,7 @@ namespace {
 
 constexpr char kOnlyPlot[] = "1";
 constexpr char kOnlySpecies[] = "unknown";
-/// Between a plot and a time, where files have none.
+/// Separates plot and time in a key; it does not occur in files.
 constexpr char kSeparator = '\x1f';
 
 bool is_missing(std::string_view field) {
@@ -59,7 +59,7 @@ double InventoryReader::number_in(std::string_view field,
   return data::kMissing;
 }
 
-/// 0 where it cannot be stands for a missing value.
+/// 0 in a measure that cannot be 0 is a missing-value code.
 void InventoryReader::find_missing_zeros(Measures& measures) {
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     if (measures[i] != 0.0 || !is_zero_missing(known_measure(i).name)) continue;
@@ -107,7 +107,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   }
 }
 
-/// The fields of the next row, of the file or of its parts.
+/// The fields of the next row of the file or of its parts.
 bool InventoryReader::next_fields(std::vector<std::string_view>& fields) {
   while (!csv_.next(fields)) {
     const auto part = parts_ ? parts_->next() : nullptr;
@@ -150,7 +150,7 @@ void InventoryReader::evaluate_expressions() {
   }
 }
 
-/// Fills in what the file leaves out.
+/// Sets the default labels of columns that the file lacks.
 void InventoryReader::complete(InventoryRow& row) const {
   if (!plan_.labels[kPlot].exists()) row.labels[kPlot] = kOnlyPlot;
   if (!plan_.labels[kTree].exists()) row.labels[kTree] = fmt::format("{}", row_count_);
@@ -182,7 +182,7 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
   return excluded;
 }
 
-/// Rows of trees that are dead or gone, unless they are to be used.
+/// Excludes rows of dead or cut trees, unless they are to be used.
 bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus status) {
   if (status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude) return false;
   if (options_.keeps_measurements) return false;
@@ -193,7 +193,7 @@ bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus stat
   return true;
 }
 
-/// Merged cells of a spreadsheet come as one value and empty fields below it.
+/// Merged cells of a spreadsheet are exported as one value with empty fields below it.
 void InventoryReader::count_empty_plots(const InventoryRow& row) {
   const bool is_empty = row.labels[kPlot].empty() && row_count_ > 1;
   empty_plots_run_ = is_empty ? empty_plots_run_ + 1 : 0;
@@ -221,9 +221,9 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
   for (Problem& problem : problems_of(row.measures, options_.needs_coordinates, is_cw_from_radii)) {
     const double value = row.measures[problem.measure];
     const std::string& column = plan_.measures[problem.measure].text;
-    // A field that is no number is reported as such, not also as missing.
+    // A field that is not a number is reported once, not also as missing.
     if (std::isnan(value) && !row.unreadable.empty()) continue;
-    // A dead or cut tree is known by its row; it is not measured.
+    // A dead or cut tree needs no measures.
     const bool is_at_end = options_.keeps_measurements && status != TreeStatus::kAlive;
     if (is_at_end && std::isnan(value) && problem.measure == kDbh) continue;
     if (problem.measure == kHcb && value >= row.measures[kH]) ++crown_base_above_top_;
@@ -272,7 +272,7 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   }
 }
 
-/// Columns that are not ours are read in a pass of their own, since their type is not known before.
+/// Other columns are read in a separate pass, because their type is not known before.
 void InventoryReader::read_other_columns() {
   Inventory& inventory = result_.inventory;
   inventory.other = data::Table(inventory.size());
@@ -312,7 +312,7 @@ void InventoryReader::read_other_columns() {
   }
 }
 
-/// What is counted of the trees that are kept, in the whole file or batch by batch.
+/// Counts of the kept trees, in the whole file or batch by batch.
 void InventoryReader::count_findings() {
   const Inventory& inventory = result_.inventory;
   for (std::size_t i = 0; i < inventory.size(); ++i) {
@@ -323,7 +323,7 @@ void InventoryReader::count_findings() {
   odd_values_.add(inventory);
 }
 
-/// The rules of trees with one number hold within each time of measurement.
+/// Trees with the same number are compared within each time of measurement.
 void InventoryReader::keep_measurements() {
   Inventory& inventory = result_.inventory;
   inventory.time = times_;

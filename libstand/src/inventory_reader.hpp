@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads an inventory in blocks of rows: fields to numbers, expressions to measures, measures
-// through the checks, and what passes them into columns.
+// Reads an inventory in blocks of rows: fields become numbers, expressions give measures, checks
+// exclude rows, and the others are appended to the columns.
 #pragma once
 
 #include <array>
@@ -32,13 +32,13 @@ struct InventoryRow {
   std::size_t line = 0;
   std::array<std::string, kLabelCount> labels{};
   std::string time{};    ///< as written; empty if there is no such column
-  std::string stand{};   ///< likewise
-  std::string status{};  ///< likewise
+  std::string stand{};   ///< as time
+  std::string status{};  ///< as time
   Measures measures{};
-  std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers and are none
+  std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
 };
 
-/// A file on its way to an inventory: all at once, or plot by plot.
+/// Reader of a file, either at once or plot by plot.
 class InventoryReader {
  public:
   InventoryReader(data::TableSource source, InventoryOptions options)
@@ -53,21 +53,21 @@ class InventoryReader {
 
   /// The whole file.
   CheckedInventory read();
-  /// The next plots, until there are so many trees; nothing at the end of the file.
+  /// The next plots, until this number of trees is reached; nothing at the end of the file.
   std::optional<CheckedInventory> read_batch(std::size_t trees);
-  /// The next rows, until there are so many trees, whatever their plots are, without comparison of
-  /// trees with each other; nothing at the end of the file.
+  /// The next rows, until this number of trees is reached, without regard to plots and without
+  /// comparison of trees; nothing at the end of the file.
   std::optional<CheckedInventory> read_rows(std::size_t trees);
   bool has_tree_numbers() const { return plan_.labels[kTree].exists(); }
   /// Sorts the rows of a file by plot, on disk, if those of a plot do not follow each other.
   void make_plots_contiguous();
-  /// Whether the rows come in another order than that of the file.
+  /// Whether the order of the rows differs from that of the file.
   bool is_sorted() const { return parts_.has_value(); }
-  /// Whether columns are asked for that read_batch leaves out.
+  /// Whether columns are requested that read_batch does not read.
   bool wants_other_columns() const { return !plan_.others.empty(); }
   /// Notes on all rows read so far.
   std::vector<std::string> notes() const;
-  /// Those of them on how the file was read.
+  /// Those notes that describe how the file was read.
   std::vector<std::string> recognized() const;
   /// Notes on the rows that read_batch skipped so far.
   std::string excluded() const { return excluded_.text(result_.inventory.file); }

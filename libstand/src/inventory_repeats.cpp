@@ -20,8 +20,8 @@
 namespace silvafit::stand {
 namespace {
 
-/// A tree whose position was surveyed again is not found farther away: tape and compass err by
-/// decimeters, and trees rarely stand nearer to each other.
+/// Largest distance between two surveyed positions of one tree: errors of tape and compass are
+/// decimeters, and trees are rarely nearer to each other.
 constexpr double kResurveyMeters = 1.0;
 
 using Cell = std::pair<double, double>;
@@ -30,8 +30,8 @@ Cell cell_of(Point point) {
   return {std::floor(point.x / kResurveyMeters), std::floor(point.y / kResurveyMeters)};
 }
 
-/// The stems of one id at one place: the first row, and the first row of each dbh or, where the
-/// place is not known, of each set of measures.
+/// The stems of one id at one position: the first row, and the first row of each dbh or, if the
+/// position is unknown, of each set of measures.
 struct Stems {
   std::size_t first_row = 0;
   std::map<std::vector<double>, std::size_t> row_of_measures{};
@@ -44,7 +44,7 @@ class SameId {
       : inventory_(inventory), times_(times) {}
 
   void begin();
-  /// What a row is to the earlier ones; the first of all is called another tree, too.
+  /// Relation of a row to the earlier ones; the first row is classified as another tree, too.
   RepeatedTree add(std::size_t row);
 
  private:
@@ -97,8 +97,8 @@ std::vector<double> SameId::measures_of(std::size_t row) const {
   return measures;
 }
 
-/// The nearest tree of another time that this one may be: not farther than a survey errs or, where
-/// one of the two has no position, the first.
+/// The nearest tree of another time that may be the same tree: within the error of a survey or, if
+/// one of the two has no position, the first one.
 std::optional<std::size_t> SameId::row_of_other_time(std::size_t row) const {
   const std::optional<Point> position = position_of(row);
   if (!position || !position_of(first_row_)) {
@@ -153,7 +153,7 @@ RepeatedTree SameId::add(std::size_t row) {
 
 using PlotAndTree = std::pair<std::uint32_t, std::string>;
 
-/// Hands out `64#2`, `64#3`, ... as far as the plot has not used them.
+/// Returns `64#2`, `64#3`, ... and skips ids that the plot already has.
 class IdSupply {
  public:
   explicit IdSupply(const Inventory& inventory) {
@@ -224,7 +224,7 @@ void keep_rows(const std::vector<std::size_t>& rows,
 
 std::vector<RepeatedTree> repeated_trees(const Inventory& inventory,
                                          const data::TextColumn& times) {
-  // As many ids as trees: none can repeat, and nothing needs sorting.
+  // As many ids as trees: no id repeats, and no sorting is needed.
   if (inventory.tree.levels().size() == inventory.size()) return {};
   std::vector<std::size_t> order(inventory.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

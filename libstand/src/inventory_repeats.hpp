@@ -11,18 +11,19 @@
 
 namespace silvafit::stand {
 
-/// Trees with the number of another one, of an inventory or of its parts one after another.
+/// Counts of trees with the number of another tree, of an inventory or of its parts one after
+/// another.
 struct RepeatedNumbers {
   std::size_t renamed = 0;      ///< got a new number
-  std::size_t stems = 0;        ///< of these, at the place of the other tree
+  std::size_t stems = 0;        ///< of these, at the position of the other tree
   std::size_t unplaced = 0;     ///< of these, without a position and a time
-  std::string first_renamed{};  ///< where it is, and its new number
+  std::string first_renamed{};  ///< its line and its new number
 
   std::vector<std::string> notes() const;
 };
 
-/// Excludes rows of the same tree, and gives other trees of one number ids of their own.
-/// \param tree_column  what the file calls the tree's id
+/// Excludes repeated rows of a tree, and gives new ids to other trees with the same number.
+/// \param tree_column  name of the column of tree ids in the file
 /// \param times        as of repeated_trees
 /// \param checked      gets the exclusions, in the order of lines
 /// \param positions    for each tree its row of the file; loses those of excluded rows

@@ -10,11 +10,11 @@
 
 namespace silvafit::stand {
 
-/// Notices labels of plots that come under several values of a column of stands.
+/// Finds labels of plots that occur in several stands.
 class SharedPlotLabels {
  public:
   void add(std::string_view plot, std::string_view stand);
-  /// The plots so far do not come again; they are counted and forgotten.
+  /// The plots so far do not occur again; they are counted and removed from memory.
   void finish_plots();
   /// A note on these plots; empty if there are none.
   /// \param column  that the stands are in
@@ -22,13 +22,13 @@ class SharedPlotLabels {
 
  private:
   struct Shared {
-    std::string first{};  ///< stand where the label came first
+    std::string first{};  ///< first stand with the label
     std::string other{};  ///< the next one
   };
 
-  std::unordered_map<std::string, std::string> stand_of_plot_{};  ///< where it came first
+  std::unordered_map<std::string, std::string> stand_of_plot_{};  ///< first stand of each label
   std::map<std::string, Shared> shared_{};  ///< labels of several stands: after finish_plots() one
-  std::size_t forgotten_ = 0;               ///< the others
+  std::size_t forgotten_ = 0;               ///< number of labels that were removed
   std::string last_plot_{};
   std::string last_stand_{};
 };

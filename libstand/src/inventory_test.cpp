@@ -15,7 +15,7 @@ using silvafit::InputError;
 
 namespace {
 
-/// Twelve trees that differ in nothing but a factor on one column.
+/// Twelve trees whose values of one column are multiplied by a factor.
 std::string stand_with(const std::string& column, double factor) {
   std::string text = "tree,species,x,y,dbh,h,hcb,cw\n";
   const std::vector<std::string> names{"x", "y", "dbh", "h", "hcb", "cw"};
@@ -33,7 +33,7 @@ std::string stand_with(const std::string& column, double factor) {
 
 }  // namespace
 
-TEST_CASE("an inventory is read with its places in the file") {
+TEST_CASE("an inventory is read with the lines of its trees in the file") {
   const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh,h,hcb,cw,note\n"
       "07,31,SM,1.5,2,20.4,18.5,9,4.2,leaning\n"
@@ -55,7 +55,7 @@ TEST_CASE("an inventory is read with its places in the file") {
   CHECK(checked.notes.empty());
 }
 
-TEST_CASE("every problem of every row is found, and none of the rows is used") {
+TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
   const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh,h,hcb,cw\n"
       "1,1,SM,0,0,20,15,7,4\n"
@@ -128,7 +128,7 @@ TEST_CASE("without a need for coordinates trees without them are used") {
   CHECK(checked.excluded.empty());
 }
 
-TEST_CASE("a row that repeats a tree goes, a tree that has another's number stays") {
+TEST_CASE("a repeated row of a tree is skipped, another tree with the same number is kept") {
   const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh\n"
       "1,5,SM,0,0,20\n"
@@ -158,7 +158,7 @@ TEST_CASE("a row that repeats a tree goes, a tree that has another's number stay
   CHECK(unplaced.inventory.size() == 2);
 }
 
-TEST_CASE("stems of one stool have one number and place, and are trees of their own") {
+TEST_CASE("stems of one stool with one number and position are separate trees") {
   const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh,h\n"
       "1,1,A,1,1,20,10\n"
@@ -180,7 +180,7 @@ TEST_CASE("stems of one stool have one number and place, and are trees of their 
   CHECK(has_note(checked, "2 of these stand at the place of the other tree and differ from it"));
 }
 
-TEST_CASE("a tree that was measured again in another year is no other tree") {
+TEST_CASE("a tree that was measured again in another year is the same tree") {
   // Two stems of one stool in 2000, both measured again in 2010; a tree of one year; a number that
   // was given to a tree elsewhere.
   const std::string rows =
@@ -201,7 +201,7 @@ TEST_CASE("a tree that was measured again in another year is no other tree") {
     CHECK(has_note(checked, "1 of these stands at the place of the other tree"));
   }
   CHECK(problems(read_inventory_text("Jahr" + rows, with_columns("year=Jahr"))) == expected);
-  // Without a time nothing tells them from stems of one stool, which the note says.
+  // Without a time they could be stems of one stool, as the note states.
   const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
   CHECK(unknown.inventory.size() == 6);
   CHECK(has_note(unknown, "--columns year=COLUMN"));
@@ -262,7 +262,7 @@ TEST_CASE("labels of a file with decimal commas keep their commas") {
   CHECK(inventory.dbh_cm == std::vector<double>{12.5, 13.5});
 }
 
-TEST_CASE("places that stand for missing ones are none") {
+TEST_CASE("missing-value codes in coordinates give no position") {
   const std::string text =
       "plot,tree,species,x,y,z,dbh\n1,1,A,-9999,1,5,10\n1,2,A,-999,-10000,5,10\n"
       "1,3,A,1,-99999,5,10\n1,4,A,1,1,-9999,10\n";
@@ -275,7 +275,7 @@ TEST_CASE("places that stand for missing ones are none") {
   CHECK(read_inventory_text(text).inventory.size() == 4);
 }
 
-TEST_CASE("places beyond all maps are refused") {
+TEST_CASE("impossibly large coordinates are refused") {
   const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,x,y,dbh\n1,1,A,1e9,-1e9,10\n1,2,A,1.1e9,1,10\n1,3,A,1,-1e300,10\n");
   CHECK(checked.inventory.x == std::vector<double>{1e9});
@@ -318,7 +318,7 @@ TEST_CASE("other columns are kept on request, for the rows that are used") {
   CHECK_THROWS_AS(read_inventory_text(text, {.keep = {"slope"}}), InputError);
 }
 
-TEST_CASE("what the file leaves out is assumed and said") {
+TEST_CASE("missing columns get defaults, with notes") {
   const CheckedInventory checked = read_inventory_text("DBH,H\n20,15\n30,20\n");
   CHECK(checked.inventory.plot[1] == "1");
   CHECK(checked.inventory.tree[1] == "2");
@@ -329,7 +329,7 @@ TEST_CASE("what the file leaves out is assumed and said") {
   CHECK(has_note(checked, "no column species"));
 }
 
-TEST_CASE("crown width comes from four radii where it is missing") {
+TEST_CASE("a missing crown width is computed from four radii") {
   const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,dbh,cw,cr_e,cr_w,cr_s,cr_n\n"
       "1,1,SM,20,NA,1,2,1.5,0\n"
@@ -372,19 +372,19 @@ TEST_CASE("a whole column in another unit is an error with its remedy") {
       Contains("use --columns h=`H [old]`/100"));
 }
 
-TEST_CASE("saplings, giants and sparse woods pass the question for units") {
+TEST_CASE("saplings, giants and sparse woods pass the check of units") {
   CHECK_NOTHROW(read_inventory_text("dbh,h\n0.5,1.6\n0.7,1.9\n0.4,1.5\n"));
   CHECK_NOTHROW(read_inventory_text("dbh,h\n400,85\n520,90\n350,78\n"));
   CHECK_NOTHROW(read_inventory_text("dbh\n30\n40\n"));
 }
 
-TEST_CASE("a single odd value is a note") {
+TEST_CASE("a single unusual value gives a note") {
   const CheckedInventory checked = read_inventory_text("dbh,h\n20,15\n21,160\n22,16\n");
   CHECK(checked.inventory.size() == 3);
   CHECK(has_note(checked, ":3: h: 160 m is odd (plot 1, tree 2)"));
 }
 
-TEST_CASE("a file without what is needed is refused with the remedy") {
+TEST_CASE("a file without needed columns is refused with the remedy") {
   CHECK_THROWS_WITH(
       read_inventory_text("plot,girth\n1,20\n"),
       Contains("no column dbh (diameter at breast height in cm) was found; name it with "
@@ -402,7 +402,7 @@ TEST_CASE("a file without what is needed is refused with the remedy") {
                     Contains("'DBH' and 'Dbh' could both be dbh"));
 }
 
-TEST_CASE("mappings are read, and refused where they make no sense") {
+TEST_CASE("mappings are read, and invalid ones are refused") {
   const auto mappings =
       parse_column_mappings(" dbh = D , h=min(a, b),s=ifelse(u == \"a,b\", 1, 2)");
   REQUIRE(mappings.size() == 3);
@@ -422,7 +422,7 @@ TEST_CASE("mappings are read, and refused where they make no sense") {
                     Contains("plot must be a column"));
 }
 
-TEST_CASE("the Finnish stands need their columns and units named, and lose one row of 9913",
+TEST_CASE("the Finnish stands need mapped columns and units, and lose one row of 9913",
           "[reference]") {
   const auto file = silvafit::test::reference_data("spati.csv");
   InventoryOptions options = with_columns("tree=puunro,species=pl,dbh=d,x=xk,y=yk");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Whether a whole column is in another unit. The limits lie well outside what stands of trees
-// reach, so that giants and saplings pass; a single odd value is a note and no error.
+// Whether a whole column is in another unit. The limits are far outside the range of real stands,
+// so that giants and saplings pass; a single unusual value gives a note, not an error.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ double median_slenderness(const Inventory& inventory) {
   return positive_median(ratios);
 }
 
-/// Expressions get parentheses before they are divided, columns the backquotes that they need.
+/// Expressions get parentheses before they are divided, columns get backquotes if necessary.
 std::string converted(const Source& source, int divisor, int factor) {
   const std::string text =
       source.expression ? "(" + source.text + ")" : data::Expression::variable(source.text).text();
@@ -73,7 +73,7 @@ void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
   const double slenderness = median_slenderness(inventory);
   const double h = positive_median(inventory.h_m);
   const bool h_is_plausible = h > 0.0 && h < kHeightOfStandMeters;
-  // Giants are tall, too: where heights are known they decide.
+  // Giants are tall, too: known heights decide.
   const bool is_too_thick =
       h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStandCentimeters;
   if (is_too_thick) {
@@ -116,7 +116,7 @@ void check_heights(const Inventory& inventory,
 
 void check_crowns(const Inventory& inventory, const ColumnPlan& plan) {
   for (const Measure measure : {kCw, kCrE, kCrW, kCrS, kCrN}) {
-    // Without a column of its own cw comes from the radii, which are asked themselves.
+    // Without a column cw, it is computed from the radii, which are checked separately.
     if (!plan.measures[measure].exists()) continue;
     const double limit = measure == kCw ? kCrownOfStandMeters : kCrownOfStandMeters / 2.0;
     const double median = positive_median(values_of(inventory, measure));
@@ -155,9 +155,9 @@ std::vector<PlotSummary> summarize_plots(const Inventory& inventory) {
   return plots;
 }
 
-/// Positions in another unit show in the basal area of the bounding rectangles. The densest forests
-/// known hold some 450 m2/ha; a stand below 1 m2/ha with fewer than 30 trees/ha has no neighbors to
-/// speak of.
+/// Positions in another unit are detected by the basal area in the bounding rectangles. The densest
+/// known forests have about 450 m2/ha; a stand below 1 m2/ha with fewer than 30 trees/ha has hardly
+/// any neighbors.
 void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
   if (!inventory.has_coordinates()) return;
   std::vector<double> stems;
@@ -209,7 +209,7 @@ constexpr std::array<Limit, 3> kLimits{{{kDbh, 1000.0, "cm"}, {kH, 120.0, "m"}, 
 void check_units(const Inventory& inventory,
                  const ColumnPlan& plan,
                  std::size_t crown_base_above_top) {
-  // First: what is said of whole columns would be wrong of a part of the plots.
+  // First, because messages about whole columns would be wrong for a part of the plots.
   const std::string mixed = describe_mixed_units(find_mixed_units({.plot = inventory.plot,
                                                                    .species = &inventory.species,
                                                                    .dbh_cm = inventory.dbh_cm,

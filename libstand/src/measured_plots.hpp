@@ -30,13 +30,13 @@ struct MeasuredPlot {
   std::vector<MeasuredTree> trees{};  ///< in the order of their first rows
 };
 
-/// Sorts an inventory. Times of the table of plots count, too, so that plots that have become
+/// Sorts an inventory. Times of the table of plots are included, so that plots that have become
 /// empty, or were empty, have their periods.
-/// \throws InputError if there is no time, or a time is no year or date
+/// \throws InputError if there is no time, or a time is not a year or date
 std::vector<MeasuredPlot> measured_plots(const Inventory& inventory, const PlotTable* plots);
 
-/// The occasion at which a time was; a year is the occasion of any date in it, and the other way
-/// round. None if there is no such occasion.
+/// The occasion of a time; a year matches any date in it, and the other way round. None if there
+/// is no such occasion.
 std::optional<std::size_t> occasion_at(const MeasuredPlot& plot, const std::string& time);
 
 }  // namespace silvafit::stand

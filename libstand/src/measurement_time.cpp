@@ -9,7 +9,7 @@
 namespace silvafit::stand {
 namespace {
 
-/// Three whole numbers between two signs of one kind.
+/// Three whole numbers separated by two equal signs.
 struct DateParts {
   int first = 0;
   int second = 0;

@@ -24,7 +24,7 @@ constexpr std::size_t kFewestJudged = 3;
 // Medians of plots of real stands; single trees have 15 to 300.
 constexpr double kLowestUsual = 25.0;
 constexpr double kHighestUsual = 140.0;
-// Beyond these no stand is known, pollards and thickets of saplings included.
+// No known stand is outside of these limits, pollards and thickets of saplings included.
 constexpr double kImpossiblyStout = 12.0;
 constexpr double kImpossiblySlender = 350.0;
 
@@ -34,12 +34,12 @@ struct Hypothesis {
   double dbh_factor = 1.0;  ///< to cm
   std::string_view h_unit{};
   double h_factor = 1.0;   ///< to m
-  double contrast = 1.0;   ///< how far heights must be missed without it
-  double tolerance = 1.0;  ///< how near they must be with it
-  /// Plots of at least this median h/dbh and h, as they are, are judged.
+  double contrast = 1.0;   ///< smallest ratio to the expected heights without it
+  double tolerance = 1.0;  ///< largest ratio to the expected heights with it
+  /// Plots of at least this median h/dbh and h, as written, are tested.
   double lowest_slenderness = 0.0;
   double lowest_h = 0.0;
-  double lowest_excess = 0.0;  ///< least h/dbh, in that of the usual plots
+  double lowest_excess = 0.0;  ///< smallest h/dbh relative to that of the usual plots
 };
 // Inches and feet are near to our units. Thickets of small trees have such ratios, too, so that
 // plots must be tall and fit well.
@@ -49,15 +49,15 @@ constexpr std::array<Hypothesis, 6> kHypotheses{{{"mm", 0.1, "", 1.0, 3.0, 1.6, 
                                                  {"in", 2.54, "ft", 0.3048, 2.5, 1.35, 150.0, 15.0},
                                                  {"", 1.0, "dm", 0.1, 3.0, 1.6, 0.0, 0.0},
                                                  {"", 1.0, "cm", 0.01, 3.0, 1.6, 0.0, 0.0}}};
-// Thickets stay below both; of other units, short trees exceed them.
+// Thickets are below both limits; short trees in other units exceed them.
 constexpr double kSlenderThickets = 200.0;
 constexpr double kTallThickets = 1.9;
-// Heights that are missed by far without a unit need not be met as well with it, because sites
-// differ: half as far in logarithms, and at most so far.
+// The larger the deviation from the expected heights without a unit, the larger it may be with it,
+// because sites differ: half of it in logarithms, but not more than this.
 constexpr double kNearer = 0.5;
 constexpr double kWidestTolerance = 1.6;
-// Heights that are missed by less, in standard deviations of the other plots, are those of another
-// site: the 1 % quantile of a normal distribution.
+// Smaller deviations, in standard deviations of the other plots, are explained by another site:
+// the 1 % quantile of a normal distribution.
 constexpr double kOtherSite = 2.33;
 
 struct SizedTree {
@@ -118,7 +118,7 @@ class Finder {
   bool is_usual(std::size_t plot) const {
     return slenderness_[plot] >= kLowestUsual && slenderness_[plot] <= kHighestUsual;
   }
-  /// How many times the heights of a plot, if it were in this unit, are those of the others.
+  /// Ratio of the heights of a plot, read in this unit, to those expected from the other plots.
   std::optional<double> height_ratio(std::size_t plot, const Hypothesis& unit) const;
   const Hypothesis* unit_of(std::size_t plot) const;
   double median_h(std::size_t plot) const;
@@ -158,8 +158,8 @@ std::optional<double> Finder::height_ratio(std::size_t plot, const Hypothesis& u
   return median(std::move(ratios));
 }
 
-/// How many times the heights of a plot are too high or too low as they are; where none of the
-/// others can be compared, infinite if no stand has its h/dbh, and otherwise 1.
+/// Ratio by which the heights of a plot as written are too high or too low; if no other plot can be
+/// compared, infinite if no real stand has this h/dbh, and otherwise 1.
 double Finder::miss(std::size_t plot) const {
   const std::optional<double> ratio = height_ratio(plot, {});
   if (ratio) return std::max(*ratio, 1.0 / *ratio);
@@ -168,7 +168,7 @@ double Finder::miss(std::size_t plot) const {
   return is_possible ? 1.0 : std::numeric_limits<double>::infinity();
 }
 
-/// How far the heights of a plot must be missed so that a unit explains them.
+/// The smallest ratio to the expected heights for which another unit is assumed.
 double Finder::least_contrast(std::size_t plot, const Hypothesis& unit) const {
   const bool is_tall = median_h(plot) >= unit.lowest_h;
   if (is_tall && slenderness_[plot] >= unit.lowest_slenderness) return unit.contrast;
@@ -182,8 +182,8 @@ double Finder::median_h(std::size_t plot) const {
   return median(std::move(heights));
 }
 
-/// The standard deviation, from the median deviation, of the logarithms by which the heights of
-/// usual plots are missed.
+/// The standard deviation, from the median deviation, of the logarithmic deviations of usual plots
+/// from the expected heights.
 double Finder::spread_of_sites() const {
   constexpr std::size_t kEnough = 200;  // plots
   constexpr double kOfMedian = 1.4826;

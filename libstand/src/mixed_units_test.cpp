@@ -12,7 +12,7 @@ using silvafit::data::TextColumn;
 
 namespace {
 
-/// Plots of one species of different ages and sites, of which h/dbh is what stands have.
+/// Plots of one species with different ages and sites and with h/dbh of real stands.
 struct Stands {
   TextColumn plot{};
   std::vector<double> dbh{};
@@ -85,7 +85,7 @@ TEST_CASE("plots in millimeters, inches, feet and decimeters are found by name")
   CHECK(describe_mixed_units({}).empty());
 }
 
-TEST_CASE("stands of any age, site and density are no mixture of units") {
+TEST_CASE("stands of any age, site and density do not seem to be a mixture of units") {
   Random random(9);
   for (int round = 0; round < 50; ++round) {
     Stands all;
@@ -98,7 +98,7 @@ TEST_CASE("stands of any age, site and density are no mixture of units") {
   }
 }
 
-TEST_CASE("thickets of saplings, twice as slender as other stands, are no mixture of units") {
+TEST_CASE("thickets of saplings, twice as slender as other stands, have no other unit") {
   Random random(12);
   for (int round = 0; round < 50; ++round) {
     Stands all = stands(random, 1.0, 1.0);
@@ -113,7 +113,7 @@ TEST_CASE("thickets of saplings, twice as slender as other stands, are no mixtur
   }
 }
 
-TEST_CASE("plots whose heights differ much from each other are hardly ever taken for inches") {
+TEST_CASE("plots whose heights differ much from each other are rarely mistaken for inches") {
   Random random(7);
   std::size_t found = 0;
   for (int round = 0; round < 20; ++round) {
@@ -150,11 +150,11 @@ TEST_CASE("inches are found in plots of poor and good sites") {
   CHECK(found >= 25);
 }
 
-TEST_CASE("other species, single trees and files of one unit are not judged") {
+TEST_CASE("other species, single trees and files of one unit are not tested") {
   Random random(2);
   Stands all;
   all.add("millimeters", 25.0, 27.0, random, 10.0);
-  CHECK(all.mixed().empty());  // nothing to compare with
+  CHECK(all.mixed().empty());  // no plots for a comparison
   all.add("trees", 25.0, 27.0, random);
   CHECK(all.mixed().size() == 1);
   TextColumn species;

@@ -25,8 +25,8 @@ class Moments {
 
   /// NaN without values.
   double mean() const { return count_ > 0 ? mean_ : data::kMissing; }
-  /// With n - 1; NaN for fewer than two values. With weights: their sum times (n - 1) / n is
-  /// divided by, which is n - 1 for equal ones.
+  /// With n - 1; NaN for fewer than two values. With weights the divisor is their sum times
+  /// (n - 1) / n, which is n - 1 for equal weights.
   double standard_deviation() const {
     if (count_ < 2) return data::kMissing;
     const auto n = static_cast<double>(count_);

@@ -127,7 +127,7 @@ struct NeighborSearch::Index {
   void keep_nearest_image(std::vector<Neighbor>& found) const;
 };
 
-/// Trees with equal keys: usually one, else those of one position or of few positions.
+/// Trees with equal keys: usually one, sometimes those of one or a few positions.
 void NeighborSearch::Index::add_run(std::span<const Keyed> run,
                                     std::span<const Point> all,
                                     Point low) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The nearest neighbors of trees, with ties decided by a rule and not by rounding.
+// The nearest neighbors of trees; ties are decided by a rule instead of rounding errors.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +35,7 @@ struct Torus {
 /// Trees that may be each other's neighbors.
 ///
 /// Trees at the same position (in one cell of 5e-8 m) are stored as one site, in order: a search
-/// takes no more of them than it needs, so that a million stems at one position cause no problem.
+/// reads only as many of them as it needs, so that a million stems at one position are possible.
 class NeighborSearch {
  public:
   /// Order of trees at the same distance.

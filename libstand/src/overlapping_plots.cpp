@@ -20,8 +20,8 @@ using Box = bg::model::box<bg::model::d2::point_xy<double>>;
 using BoxAndPlot = std::pair<Box, std::size_t>;
 using BoxTree = bg::index::rtree<BoxAndPlot, bg::index::quadratic<16>>;
 
-/// Adjacent plots share a border; digitized twice and rounded to a centimeter, it makes thin
-/// slivers.
+/// Adjacent plots share a border. If it was digitized twice or rounded to a centimeter, the plots
+/// overlap in thin slivers.
 constexpr double kShareOfSliver = 1e-3;
 
 /// The positions of the trees of each plot.

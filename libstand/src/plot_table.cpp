@@ -27,7 +27,7 @@ constexpr double kDegreesOfRadian = 180.0 / std::numbers::pi;
 struct NumberColumn {
   std::string_view name;
   std::string_view usual;  ///< with blanks between them; a unit is part of a name
-  double unit = 1.0;       ///< of the usual names: times this is our unit
+  double unit = 1.0;       ///< factor from the unit of the usual names to the standard unit
   double low = 0.0;
   double high = 0.0;  ///< 0: no upper limit
   bool may_be_low = false;
@@ -64,7 +64,7 @@ bool lists_word(std::string_view list, std::string_view word) {
          fmt::format(" {} ", list).find(fmt::format(" {} ", word)) != std::string::npos;
 }
 
-/// A slope in percent is named so by its header: `Slope (%)`.
+/// Whether the header says that the slope is in percent: `Slope (%)`.
 bool is_percent(std::string_view header) { return header.find('%') != std::string_view::npos; }
 
 class PlotTableReader {
@@ -115,8 +115,8 @@ void PlotTableReader::check_names() const {
   }
 }
 
-/// A column of the file under another name. Two that could be meant are a mistake of the reader's,
-/// not a choice for us.
+/// A column of the file under another name. Two columns that match are an error, because the
+/// choice is up to the user.
 std::optional<std::string> PlotTableReader::usual_column(std::string_view name) const {
   std::vector<std::string> found;
   for (const std::string& column : header_) {

@@ -14,14 +14,14 @@
 
 namespace silvafit::stand {
 
-/// A value of a tree; NaN for trees that do not take part.
+/// A value of a tree; NaN for trees that are not included.
 using TreeValue = std::function<double(std::size_t tree)>;
 /// A sum over the trees of each plot, or its area.
 using PlotTotals = std::vector<double>;
 /// Numbers of plots in such a list.
 using PlotNumbers = std::vector<std::size_t>;
 
-/// Sums over the trees of each plot, each tree as often as it represents others.
+/// Sums over the trees of each plot, weighted by the number of trees that each represents.
 PlotTotals totals_of(const Inventory& inventory,
                      const std::vector<SampledArea>& areas,
                      const TreeValue& value);

@@ -37,7 +37,7 @@ bool is_placed(const Inventory& inventory, std::size_t tree) {
          !std::isnan(inventory.y[tree]);
 }
 
-/// What positions are measured from.
+/// The origin of positions.
 enum class Origin {
   kNone,    ///< not known
   kCenter,  ///< the center of the plot or subplot is 0, 0
@@ -86,7 +86,7 @@ class SampleMaker {
   DesignedSample sample_{};
 };
 
-/// The labels of a list, and a remark on those of another one that are written almost alike.
+/// The labels of a list, and a remark on almost equal labels of another list.
 std::string with_similar(const std::vector<std::string>& names,
                          const std::vector<std::string>& others) {
   data::TextColumn both;
@@ -187,7 +187,7 @@ std::optional<std::size_t> SampleMaker::circle_of(double dbh_cm) const {
   return circle;
 }
 
-/// Up to which distance from the center a tree is counted; NaN if distances do not matter.
+/// The largest distance from the center at which a tree is counted; NaN if the design has none.
 double SampleMaker::reach_m(std::size_t tree) const {
   const double dbh_cm = inventory_.dbh_cm[tree];
   if (design_.basal_area_factor > 0.0) {
@@ -206,7 +206,7 @@ double SampleMaker::slope_cosine(const PlotRecord* record) const {
   return std::cos(record->slope_deg * kRadiansOfDegree);
 }
 
-/// The area of a whole plot as it was laid out; NaN if it is not known.
+/// The area of a whole plot before corrections; NaN if it is not known.
 double SampleMaker::plot_area_m2(const PlotRecord* record) const {
   const auto subplots = static_cast<double>(design_.subplots);
   if (!design_.circles.empty()) {
@@ -319,7 +319,7 @@ void SampleMaker::add_areas() {
       per_ha = kSquareMetersPerHectare /
                (static_cast<double>(design_.subplots) * circle_area_m2(reach_m(tree)));
     }
-    // With a column of factors, the correction for slope is that of its maker unless it is wanted.
+    // Factors of a column usually contain the correction for slope; it is applied only on request.
     sample_.represented[tree] = per_ha / slope_cosine(record) * whole_ha;
   }
   std::erase_if(sample_.areas, [](const SampledArea& area) { return !(area.area_m2 > 0.0); });

@@ -169,7 +169,7 @@ TEST_CASE("Distances along the slope make smaller areas") {
   CHECK(stems_per_ha(sample, 0) * basal_area_m2(20) == Approx(4.0).epsilon(1e-13));
 }
 
-TEST_CASE("A plot that lies partly in the population is a part of a plot") {
+TEST_CASE("A plot partly outside of the population has a smaller area") {
   // Half of plot 2 is outside: its 3 trees stand on half the area.
   const Inventory stand = without_positions({{.dbh_cm = 20},
                                              {.dbh_cm = 20},
@@ -270,14 +270,14 @@ TEST_CASE("Positions are from the center of a plot or from a map") {
   CHECK(says(map.notes, "centers of plots are x and y"));
   const Inventory relative = stand_of({{.x = 4, .y = 0}, {.x = 0, .y = -4, .plot = "2"}});
   CHECK(sample_of(relative, {.plots = plots}).complete_circles[1].window.low().x == -5.0);
-  // A map without centers: neither circles nor trees outside.
+  // A map without centers: neither circles nor trees outside of them are known.
   const DesignedSample unknown = sample_of(on_map, {.plots = plots_of("plot,radius\n1,5\n2,5\n")});
   CHECK(unknown.complete_circles.empty());
   CHECK(unknown.areas[0].trees.size() == 1);
   CHECK(says(unknown.notes, "give the centers of plots"));
 }
 
-TEST_CASE("An angle count on a map of all trees takes those within their limiting distance") {
+TEST_CASE("An angle count on a map of all trees counts those within their limiting distance") {
   // 400 trees of 20 cm on a grid of 1 m: 20 / (2 sqrt(4)) = 5 m around the center of the map.
   std::vector<Tree> trees;
   std::size_t within = 0;

@@ -16,12 +16,12 @@ namespace {
 
 bool is_decimal_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Whole numbers without zeros before them are alike only if they are the same.
+/// Whole numbers without leading zeros are similar only if they are equal.
 bool may_be_similar(std::string_view label) {
   return label.starts_with('0') || !std::ranges::all_of(label, is_decimal_digit);
 }
 
-/// The label in small letters, without zeros before numbers.
+/// The label in lower case, without leading zeros of numbers.
 std::string similarity_key(const std::string& label) {
   std::string key;
   const std::string text = folded(label);

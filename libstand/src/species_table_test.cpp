@@ -11,7 +11,7 @@ using namespace silvafit::stand;
 using namespace silvafit::stand::test;
 using Catch::Matchers::Contains;
 
-TEST_CASE("importance needs no areas, what is by hectare does") {
+TEST_CASE("importance values need no areas, values per hectare do") {
   const Inventory stand = stand_of({{.dbh_cm = 20.0, .h_m = 15.0}, {.dbh_cm = 30.0, .h_m = 18.0}});
   const std::vector<SpeciesRow> known = species_table(stand, sampled_areas(stand, 500.0));
   const std::vector<SpeciesRow> rows = species_table(stand, plots_of_unknown_area(stand));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Inventories as spreadsheets save them: names, units, codes and gaps.
+// Inventories exported from spreadsheets: names, units, codes and empty cells.
 #include <catch2/catch.hpp>
 
 #include "inventory_test_support.hpp"
@@ -8,7 +8,7 @@
 using namespace silvafit::stand;
 using Catch::Matchers::Contains;
 
-TEST_CASE("columns of usual spelling are found where a file has no column of our name") {
+TEST_CASE("columns with usual names are found if a file lacks the standard name") {
   const std::vector<std::string> header{"Plot_ID", "dbh", "DBH_cm", "Height", "x_m", "age"};
   const auto all_but = [](const std::string& known) {
     return [known](const std::string& name) { return name != known; };
@@ -19,12 +19,12 @@ TEST_CASE("columns of usual spelling are found where a file has no column of our
   CHECK_THROWS_WITH(usual_columns({"height", "hauteur"}, all_but("x"), "trees.csv"),
                     Contains("trees.csv: 'height' and 'hauteur' could both be h"));
   CHECK(usual_columns({"height", "hauteur"}, all_but("h"), "trees.csv").empty());
-  // Our own name goes before a usual one, and that before one that may mean something else.
+  // The standard name precedes a usual one, and that precedes an ambiguous one.
   CHECK(usual_columns({"height", "h_m"}, all_but("x"), "trees.csv").at(0).source == "h_m");
   CHECK(usual_columns({"d", "BHD"}, all_but("x"), "trees.csv").at(0).source == "BHD");
 }
 
-TEST_CASE("units in headers and in a row below them are converted to ours") {
+TEST_CASE("units in headers and in a row below them are converted to the standard units") {
   for (const char* text : {"plot,DBH_mm,h [dm],CW (ft)\n1,203,185,10\n",
                            "plot,dbh,h,cw\n,[mm],dm,ft\n1,203,185,10\n",
                            "plot,BHD in mm,Höhe/dm,\"Kronenbreite, ft\"\n1,203,185,10\n"}) {
@@ -38,10 +38,10 @@ TEST_CASE("units in headers and in a row below them are converted to ours") {
                                                       with_columns("dbh=b (mm)"));
   CHECK(mapped.inventory.dbh_cm[0] == 20.3);
   CHECK(has_note(mapped, "dbh is read from column `b (mm)`/10"));
-  // The breast height in a header is no unit.
+  // The breast height in a header is not a unit.
   CHECK(read_inventory_text("DBH (1.3 m)\n20\n").inventory.dbh_cm[0] == 20.0);
   CHECK(read_inventory_text("d1.3 (mm)\n203\n").inventory.dbh_cm[0] == 20.3);
-  // An expression is what it says.
+  // An expression is not converted.
   CHECK(read_inventory_text("DBH_mm\n20\n", with_columns("dbh=DBH_mm*1")).inventory.dbh_cm[0] ==
         20.0);
 }
@@ -70,7 +70,7 @@ TEST_CASE("columns are found under the usual names of several languages") {
   }
 }
 
-TEST_CASE("dead trees are left out, neighbors only, or like others") {
+TEST_CASE("dead trees are skipped, used only as neighbors, or used like others") {
   const std::string text =
       "plot,tree,species,x,y,dbh,Zustand\n1,1,SM,0,0,20,lebend\n1,2,SM,1,0,20,tot\n"
       "1,3,SM,0,1,,gefällt\n1,4,SM,1,1,20,?\n1,5,SM,1,2,20,krank\n";
@@ -93,7 +93,7 @@ TEST_CASE("dead trees are left out, neighbors only, or like others") {
   CHECK(all.inventory.neighbor_only == std::vector<char>{0, 0, 1, 0, 0});
 }
 
-TEST_CASE("spellings of a species that differ in capitals and blanks are one") {
+TEST_CASE("spellings that differ only in case and blanks are one species") {
   const std::string text =
       "plot,tree,species,dbh\n1,1,sm,20\n1,2,SM ,20\n1,3,SM,20\n1,4,Sm,20\n1,5,-,20\n";
   const CheckedInventory checked = read_inventory_text(text);
@@ -103,7 +103,7 @@ TEST_CASE("spellings of a species that differ in capitals and blanks are one") {
   CHECK(read_inventory_text(text, {.case_sensitive = true}).inventory.species.levels().size() == 3);
 }
 
-TEST_CASE("empty fields below a plot are filled down, or the option is named") {
+TEST_CASE("empty fields below a plot are filled down, or a message names the option") {
   const std::string text =
       "plot,tree,species,dbh\nA,1,SM,20\n,2,SM,20\n,3,,20\nB,1,SM,20\n,2,SM,20\n";
   const CheckedInventory empty = read_inventory_text(text);
@@ -120,7 +120,7 @@ TEST_CASE("empty fields below a plot are filled down, or the option is named") {
                     Contains("unknown column 'stand'"));
 }
 
-TEST_CASE("codes stand for missing values where a number belongs") {
+TEST_CASE("missing-value codes are recognized in columns of numbers") {
   const CheckedInventory checked = read_inventory_text(
       "plot,tree,species,dbh,h,hcb,cw\n1,1,SM,20,-,n/a,-999\n1,2,SM,20,#N/A,0,0\n"
       "1,3,SM,20,?,.,k.A.\n1,4,SM,20,-88,-9999,99\n",

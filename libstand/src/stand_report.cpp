@@ -242,7 +242,7 @@ void ReportMaker::add_structure() {
       report_.notes.push_back(note);
       continue;
     }
-    // The number of trees outside was already reported; this adds how they are used.
+    // The number of trees outside was already reported; this note adds how they are used.
     const bool are_neighbors = options_.units.edge != EdgeCorrection::kTorus;
     std::ranges::replace(report_.notes, outside_text(false), outside_text(are_neighbors));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The whole report of a stand: what it counts, and what it says it leaves out.
+// The whole report of a stand: the trees and plots that it counts, and its notes on the others.
 #include "silvafit/stand/stand_report.hpp"
 
 #include <catch2/catch.hpp>
@@ -58,7 +58,7 @@ TEST_CASE("crown cover is that of the trees with a crown width, and others are c
   CHECK(std::isnan(stand_figures(stand, {}, 100.0).crown_cover_percent));
 }
 
-TEST_CASE("a report counts plots without trees, and says what it leaves out") {
+TEST_CASE("a report counts plots without trees, and notes what it skips") {
   Inventory stand = stand_of({{.x = 1, .plot = "1"},
                               {.x = 3, .plot = "1"},
                               {.x = 99, .plot = "1"},
@@ -155,7 +155,7 @@ TEST_CASE("a stratum of one plot has no standard error, and a note says why") {
   CHECK(notes_on_plots().empty());
 }
 
-TEST_CASE("plots without a stratum are a row of their own, and are said") {
+TEST_CASE("plots without a stratum have a row of their own, with a note") {
   Inventory stand = stand_of({{.plot = "1"}, {.plot = "2"}, {.plot = "2"}, {.plot = "3"}});
   silvafit::data::TextColumn strata;
   for (const char* stratum : {"all", "B", "B"}) strata.append(stratum);
@@ -185,7 +185,7 @@ TEST_CASE("plots without a stratum are a row of their own, and are said") {
   CHECK_THAT(notes_in(weighted), Contains("which the row of all strata does not include"));
 }
 
-TEST_CASE("plots whose trees make no hull are named, and their trees are not outside") {
+TEST_CASE("a note names plots without a hull, and their trees are not outside") {
   const Inventory stand = stand_of({{},
                                     {.x = 10},
                                     {.y = 10},
@@ -201,7 +201,7 @@ TEST_CASE("plots whose trees make no hull are named, and their trees are not out
   CHECK_THAT(notes_in(report), !Contains("outside"));
 }
 
-TEST_CASE("a plot whose rows were all left out is not a plot without trees") {
+TEST_CASE("a plot all of whose rows were skipped is not a plot without trees") {
   const silvafit::test::ScratchFile file(
       "plot,tree,species,x,y,dbh\n1,1,A,1,1,10\n2,1,A,1,1,-1\n2,2,A,1,1,-1\n", ".csv");
   const Inventory stand = read_inventory(file.path(), {.trust_units = true}).inventory;
@@ -218,7 +218,7 @@ TEST_CASE("a plot whose rows were all left out is not a plot without trees") {
   }
 }
 
-TEST_CASE("a plot area stands in place of a window, and quadrats need one") {
+TEST_CASE("a plot area replaces a window, and quadrats need a window") {
   const Inventory stand = stand_of({{}, {.x = 10}, {.y = 10, .dbh_cm = 30}});
   StandReportOptions options{.units = {.neighbors = 1}, .plot_area_m2 = 500.0};
   options.units.further = {FurtherIndex::kBasalAreaLarger};
@@ -231,7 +231,7 @@ TEST_CASE("a plot area stands in place of a window, and quadrats need one") {
   CHECK_THROWS_WITH(stand_report(stand, options), Contains("use either --plot-area or windows"));
 }
 
-TEST_CASE("thickest trees without a height are said, by plot") {
+TEST_CASE("a note counts the thickest trees without height by plot") {
   // 100 a hectare are two on 200 m2.
   Inventory stand = stand_of({{.dbh_cm = 40, .h_m = NAN},
                               {.dbh_cm = 30, .h_m = 20},

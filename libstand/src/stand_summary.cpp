@@ -25,7 +25,7 @@ void set_dominant_height(const Inventory& inventory,
   figures.dominant_height_m = data::kMissing;
   if (inventory.h_m.empty() || trees.empty() || std::isnan(wanted)) return;
   std::vector<std::size_t> order(trees.begin(), trees.end());
-  // Missing heights last among equals.
+  // Among equally thick trees, those without height are last.
   const auto height = [&inventory](std::size_t tree) {
     return std::isnan(inventory.h_m[tree]) ? 0.0 : inventory.h_m[tree];
   };
@@ -46,7 +46,7 @@ void set_dominant_height(const Inventory& inventory,
   std::size_t used = 0;
   for (; used < count && (represented < wanted || used == 0); ++used) {
     const double own = inventory.trees_represented(order[used]);
-    // Of the last tree only as many as are missing.
+    // The last tree counts only for the number that is still needed.
     const double weight = is_weighted && used > 0 ? std::min(own, wanted - represented) : own;
     represented += is_weighted ? own : 0.0;
     if (std::isnan(inventory.h_m[order[used]])) {

@@ -33,7 +33,7 @@ TEST_CASE("stand figures are those computed by hand") {
   CHECK(stand_figures(stand, all_rows(stand), 100.0).dominant_height_m == 24.0);
   CHECK(figures.crown_cover_percent ==
         Approx(100.0 * M_PI / 4.0 * (4 + 16 + 36 + 25) / 200.0).epsilon(1e-14));
-  // A thick tree without height takes its place among the thickest, but has none in the mean.
+  // A thick tree without height is one of the thickest trees, but is not in the mean.
   stand.h_m[3] = NAN;
   CHECK(stand_figures(stand, all_rows(stand), 200.0).dominant_height_m == 21.0);
   const StandFigures nothing = stand_figures(stand, {}, 200.0);

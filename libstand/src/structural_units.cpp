@@ -33,8 +33,8 @@ bool is_integer(std::string_view label, long long& value) {
   return status == std::errc() && end == label.data() + label.size();
 }
 
-/// Integers by value and before other labels; those by their characters. Negative, zero or
-/// positive.
+/// Compares integers by value and other labels by their characters; integers are first. Returns a
+/// negative value, zero or a positive value.
 int compare_labels(std::string_view left, std::string_view right) {
   long long left_value = 0;
   long long right_value = 0;
@@ -309,7 +309,7 @@ void Calculator::refuse_wide_radius(
   }
 }
 
-/// Each search is destroyed with its group: a million of them would take gigabytes.
+/// Each search is destroyed with its group: a million of them would need gigabytes.
 void Calculator::compute_small_groups(std::vector<std::vector<std::uint32_t>> groups,
                                       const std::vector<Point>& positions) {
   // Runs of groups with about as many trees as one task of a large group.

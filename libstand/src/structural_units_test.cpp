@@ -65,7 +65,7 @@ TEST_CASE("in a square lattice the inner trees have W 0 and touching crowns do n
   std::vector<Tree> trees;
   for (int row = 0; row < 9; ++row) {
     for (int column = 0; column < 9; ++column) {
-      // A spacing that binary numbers do not hold: ties are then decided against rounding.
+      // A spacing without an exact binary value: ties must not depend on rounding.
       trees.push_back({.x = 0.3 + 1.7 * column, .y = 0.7 + 1.7 * row, .cw_m = 1.7});
     }
   }
@@ -109,7 +109,7 @@ TEST_CASE("a regular pentagon has angles of just 72 degrees, which are not small
   }
 }
 
-TEST_CASE("angles and crowns at the limit are so in a national grid too") {
+TEST_CASE("angles and crowns at the limit are at the limit in a national grid, too") {
   struct Case {
     double east, north;
   };
@@ -162,7 +162,7 @@ TEST_CASE("a crown due north is neither to the east nor to the west, also in a n
   CHECK(units.C[1] == 1.0);
 }
 
-TEST_CASE("stems that only rounding parts stand at one place") {
+TEST_CASE("stems whose positions differ only by rounding have one position") {
   const double x = std::nextafter(600000.3, 6e6);
   const Inventory stand = stand_of(
       {{.x = 600000.3, .y = 5500000}, {.x = x, .y = 5500000}, {.x = 600002, .y = 5500003}});
@@ -228,7 +228,7 @@ TEST_CASE("stems at one place are neighbors without a direction") {
   CHECK_THAT(units.notes[0], Contains("9 trees have a neighbor at the same position"));
 }
 
-TEST_CASE("too few neighbors, no species or no crown width leave what cannot be known missing") {
+TEST_CASE("too few neighbors, no species or no crown width give missing values") {
   const Inventory three = stand_of({{}, {.x = 1}, {.x = 2}});
   const StructuralUnits few = structural_units(three, without_edge());
   CHECK(neighbors_of(three, few, 0) == Ids{"2", "3", "none", "none"});
@@ -267,7 +267,7 @@ TEST_CASE("per plot neighbors are of the plot, per stand of all plots") {
         "a,2,A,1,,0,1,0,b-1,1\n");
 }
 
-TEST_CASE("turning, moving and shuffling a stand changes no index") {
+TEST_CASE("rotation, translation and another order of rows change no index") {
   const std::vector<Tree> trees = random_stand(400, 5);
   const StructuralUnits units = structural_units(stand_of(trees), without_edge());
   silvafit::Random random(6);
@@ -357,7 +357,7 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("all trees are outside the window"));
 }
 
-TEST_CASE("plots that lie on each other in a stand are noted, with what to do") {
+TEST_CASE("a note names overlapping plots in a stand, with the remedy") {
   // Three plots of 10 x 10 m, each in coordinates of its own.
   std::vector<Tree> trees;
   for (const char* plot : {"a", "b", "c"}) {
@@ -395,7 +395,7 @@ TEST_CASE("plots that lie on each other in a stand are noted, with what to do") 
   CHECK(overlap_note(trees, options).empty());
 }
 
-TEST_CASE("a plot whose trees are all outside of its window is named") {
+TEST_CASE("a note names a plot whose trees are all outside of its window") {
   const Inventory stand = stand_of({{.x = 1, .y = 1, .plot = "a"},
                                     {.x = 2, .y = 1, .plot = "a"},
                                     {.x = 101, .y = 1, .plot = "07"},
@@ -441,7 +441,7 @@ TEST_CASE("windows without an area are refused, and trees on one line have none"
   }
 }
 
-TEST_CASE("without a window the convex hull is taken, and that is said") {
+TEST_CASE("without a window the convex hull is used, with a note") {
   // A triangle of 20 by 20 m: (5, 5) is 5 m from two sides and (10, 10) on the third.
   std::vector<Tree> trees{
       {.x = 0, .y = 0}, {.x = 20}, {.y = 20}, {.x = 5, .y = 5}, {.x = 10, .y = 10}};

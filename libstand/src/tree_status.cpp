@@ -13,7 +13,7 @@
 namespace silvafit::stand {
 namespace {
 
-/// Words as folded_letters gives them, with blanks around each.
+/// Words in the form of folded_letters, with blanks around each.
 constexpr std::string_view kAliveWords =
     " a l v alive live living healthy sound lebend lebendig vital gesund vivant vif sain viv vivo "
     "viva sano elava elossa terve levande frisk zywe 活 活立木 活木 存活 正常 健康 健在 ";

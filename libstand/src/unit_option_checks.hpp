@@ -7,7 +7,7 @@
 
 namespace silvafit::stand {
 
-/// \throws UsageError if an option is out of range, or the inventory lacks a column it needs
+/// \throws UsageError if an option is out of range, or the inventory lacks a needed column
 void check_unit_options(const Inventory& inventory, const StructuralUnitOptions& options);
 
 }  // namespace silvafit::stand

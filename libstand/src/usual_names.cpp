@@ -14,11 +14,11 @@
 namespace silvafit::stand {
 namespace {
 
-/// Spellings of one of our names as folded_letters gives them, with blanks between them.
+/// Spellings of a standard name in the form of folded_letters, with blanks between them.
 struct UsualNames {
   std::string_view name{};
   std::string_view usual{};
-  std::string_view vague{};  ///< taken where no column has a usual name: they may mean others
+  std::string_view vague{};  ///< ambiguous names, used only if no column has a usual name
 };
 
 constexpr std::array<UsualNames, 15> kNames{{
@@ -124,7 +124,7 @@ constexpr std::array<UnitWord, 16> kUnitWords{{{"inch", "in"},
                                                {"millimeter", "mm"},
                                                {"centimeter", "cm"}}};
 
-/// A header, folded, taken apart into a name and what is said after it.
+/// A header in folded letters, split into a name and the words after it.
 struct HeaderParts {
   std::string name{};
   std::optional<LengthUnit> unit{};
@@ -143,7 +143,7 @@ std::size_t last_word(std::string_view text) {
   return begin;
 }
 
-/// Whether a text ends with a number that stands alone, as in `DBH (1.3 m)`: a height, no unit.
+/// Whether a text ends with a number, as in `DBH (1.3 m)`: a height instead of a unit.
 bool ends_with_height(std::string_view text) {
   const std::size_t blank = text.find_last_of(" _([");
   const std::string_view word = text.substr(blank == std::string_view::npos ? 0 : blank + 1);
@@ -151,7 +151,7 @@ bool ends_with_height(std::string_view text) {
   return data::parse_number(word, ignored);
 }
 
-/// Units that no measure of ours has.
+/// Units that no measure has.
 bool is_other_unit(std::string_view text) {
   constexpr std::array<std::string_view, 10> kOthers{
       "%", "°", "deg", "ha", "m2", "m²", "m3", "m³", "gon", "years"};
@@ -160,7 +160,7 @@ bool is_other_unit(std::string_view text) {
 
 HeaderParts parts_of(std::string_view header) {
   std::string text = folded(header);
-  // R writes a sign as a dot, so that "DBH (cm)" comes as "DBH..cm.".
+  // R replaces signs by dots, so that "DBH (cm)" becomes "DBH..cm.".
   while (!text.empty() && is_separator(text.back())) text.pop_back();
   const std::size_t begin = last_word(text);
   const std::string word = text.substr(begin);

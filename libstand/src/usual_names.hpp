@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What columns of inventories are usually called, in several languages, and their units.
+// Usual names of the columns of inventories, in several languages, and their units.
 #pragma once
 
 #include <optional>
@@ -8,17 +8,17 @@
 
 namespace silvafit::stand {
 
-/// How well the name of a column fits one of ours; smaller is better.
+/// How well the name of a column matches a standard name; smaller is better.
 enum class NameFit { kSpelling, kUsual, kVague };
 
-/// A name of ours that a column's header may mean.
+/// A standard name that the header of a column may mean.
 struct MeantName {
-  std::string_view name{};  ///< of ours: plot, dbh, status ...
+  std::string_view name{};  ///< plot, dbh, status ...
   NameFit fit = NameFit::kSpelling;
 };
 
-/// What the header of a column means, whatever its capitals, accents, blanks, underscores and unit;
-/// none if it is no usual name.
+/// The standard name that a header means, independent of case, accents, blanks, underscores and
+/// unit; none if it is not a usual name.
 std::optional<MeantName> meant_name(std::string_view header);
 
 /// A unit of length.
@@ -28,10 +28,10 @@ struct LengthUnit {
 };
 
 /// The unit of length in the header of a column, such as `DBH (cm)`, `h [m]`, `DBH_mm`, `BHD in cm`
-/// or `d/mm`; none if it names none.
+/// or `d/mm`; none if there is no unit.
 std::optional<LengthUnit> unit_in_header(std::string_view header);
 
-/// The unit of length that a text is, in words or as its sign.
+/// The unit of length that a text names, in words or as its symbol.
 std::optional<LengthUnit> unit_of_length(std::string_view text);
 
 }  // namespace silvafit::stand

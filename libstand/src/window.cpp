@@ -66,7 +66,7 @@ BoostPolygon::ring_type ring_of(const std::vector<Point>& corners, Point origin)
   return ring;
 }
 
-/// Boost's reason in words that say what to correct.
+/// The error of Boost in terms of the correction that is needed.
 std::string trouble(bg::validity_failure_type failure, const std::string& reason) {
   switch (failure) {
     case bg::failure_few_points:
@@ -309,7 +309,7 @@ bool Window::contains(Point point) const {
   if (!shape_->edges) {
     for (const Edge& edge : shape_->edge_list) count(edge);
   } else {
-    // Beyond the farthest vertex, and never before its own start.
+    // Beyond the farthest vertex, and always after its start.
     const double end = shape_->high.x - shape_->origin.x + 2.0 * rounding_m;
     const bg::model::box<BoostPoint> ray({local.x, local.y}, {end, local.y});
     for (auto edge = shape_->edges->qbegin(bg::index::intersects(ray));

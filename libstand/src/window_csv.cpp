@@ -64,7 +64,7 @@ class CsvWindowReader {
   WindowCollector collector_{};
 };
 
-/// The column of plots, under our name or a usual one.
+/// The column of plots, under its standard name or a usual one.
 std::optional<std::size_t> CsvWindowReader::plot_field() const {
   if (const auto own = field_named(header_, "plot")) return own;
   const auto is_plot = [](const std::string& name) { return name == "plot"; };

@@ -42,7 +42,7 @@ class WindowCollector {
 std::string text_of(const std::filesystem::path& path);
 
 /// Polygons of a POLYGON or MULTIPOLYGON in well-known text.
-/// \throws GeometryError if it is none, or not valid
+/// \throws GeometryError if the text is not such a polygon, or not valid
 std::vector<Polygon> polygons_of_wkt(std::string_view text);
 
 std::vector<NamedWindow> read_geojson_windows(const std::filesystem::path& path);

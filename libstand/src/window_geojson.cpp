@@ -107,7 +107,7 @@ std::vector<Polygon> GeoJsonReader::polygons_of(const json& geometry,
   return polygons;
 }
 
-/// The feature's property `plot`, written as an inventory would write it.
+/// The feature's property `plot` as the text of a label.
 std::optional<std::string> GeoJsonReader::plot_of(const json& feature) const {
   const auto properties = feature.find("properties");
   if (properties == feature.end() || !properties->is_object()) return std::nullopt;

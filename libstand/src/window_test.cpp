@@ -35,7 +35,7 @@ std::string feature(const std::string& geometry, const std::string& plot) {
 
 }  // namespace
 
-TEST_CASE("a concave window knows inside, boundary and distance") {
+TEST_CASE("a concave window has correct inside, boundary and distance") {
   const Window window({paper_window()});
   CHECK(window.area_m2() == 50000.0);
   CHECK(window.contains({150, 10}));
@@ -93,7 +93,7 @@ TEST_CASE("a polygon of many corners agrees with the circle that it stands for")
   }
 }
 
-TEST_CASE("polygons that are none are refused with what is wrong") {
+TEST_CASE("invalid polygons are refused with the reason") {
   using Ring = std::vector<Point>;
   const auto refuse =
       [](const Ring& outer, const std::vector<Ring>& holes, const std::string& why) {
@@ -126,7 +126,7 @@ TEST_CASE("a circular plot is a circle") {
   CHECK_THROWS_AS(Window::circle({0, NAN}, 1.0), silvafit::GeometryError);
 }
 
-TEST_CASE("a convex hull holds all its points, and a line has none") {
+TEST_CASE("a convex hull contains all its points, and a line has none") {
   silvafit::Random random(5);
   std::vector<Point> points;
   points.reserve(550);
@@ -146,7 +146,7 @@ TEST_CASE("a convex hull holds all its points, and a line has none") {
   CHECK_FALSE(Window::convex_hull({}));
 }
 
-TEST_CASE("a margin takes from a window what Steiner's formula says") {
+TEST_CASE("the area less a margin is that of Steiner's formula") {
   const Window rectangle = Window::rectangle({0, 0}, {30, 20});
   CHECK(rectangle.eroded_area_m2(0.0) == 600.0);
   CHECK(rectangle.eroded_area_m2(5.0) == 200.0);
@@ -170,7 +170,7 @@ TEST_CASE("a margin takes from a window what Steiner's formula says") {
   }
 }
 
-TEST_CASE("rectangles are known as such wherever they lie, and nothing else is") {
+TEST_CASE("rectangles are recognized at any position, other polygons are not") {
   silvafit::Random random(17);
   for (int i = 0; i < 500; ++i) {
     // Coordinates of a national grid in millimeters, and sides of plots.
@@ -183,7 +183,7 @@ TEST_CASE("rectangles are known as such wherever they lie, and nothing else is")
     CHECK(window.is_rectangle());
     // Corners are rounded to 2e-9 m, sides of 100 m and less to 4e-9 m.
     CHECK(window.area_m2() == Approx(width * height).margin(100.0 * 4e-9 * 2.0));
-    // A tenth of a millimeter off is no rectangle.
+    // With a deviation of a tenth of a millimeter it is not a rectangle.
     CHECK_FALSE(
         Window({{.outer = {low, {high.x, low.y + 1e-4}, high, {low.x, high.y}}}}).is_rectangle());
   }
@@ -232,7 +232,7 @@ TEST_CASE("a window far from the origin is the window near it") {
 }
 
 TEST_CASE("a point on the boundary is inside in spite of rounding, at the bounding box too") {
-  // Sides at tenths of meters, which binary numbers do not hold, and points counted in tenths.
+  // Sides at tenths of meters, which have no exact binary value, and points counted in tenths.
   Polygon many{.outer = {{0, 0}, {20.2, 0}, {20.2, 20.2}}};
   for (int i = 99; i > 0; --i) many.outer.push_back({0.202 * i, 20.2});
   many.outer.push_back({0, 20.2});
@@ -244,9 +244,9 @@ TEST_CASE("a point on the boundary is inside in spite of rounding, at the boundi
     CHECK_FALSE(window.contains({20.2 + 1e-8, 10.0}));
     CHECK_FALSE(window.contains({10.0, -1e-8}));
   }
-  // 202 tenths are more than 20.2 as doubles are, so that the test tests.
+  // As doubles, 202 tenths are larger than 20.2, so that the tolerance is tested.
   CHECK(202 * 0.1 > 20.2);
-  // The same in a national grid, where a digit more is lost.
+  // The same in a national grid, where rounding errors are larger.
   const Window far = Window::rectangle({512300.1, 8765400.3}, {512320.3, 8765420.7});
   for (int i = 0; i <= 202; ++i) {
     CHECK(far.contains({(5123001 + i) * 0.1, 87654207 * 0.1}));
@@ -283,7 +283,7 @@ TEST_CASE("windows are read from well-known text") {
       "MULTIPOLYGON(((10 0,20 0,20 10,10 10,10 0)),\n  ((30 0,31 0,31 1,30 1,30 0)))\n");
   REQUIRE(joined.size() == 1);
   CHECK(joined[0].window.area_m2() == 201.0);
-  // Without an ending that says so the first character tells.
+  // Without a known file ending the first character determines the format.
   CHECK(
       read_windows(ScratchFile("Polygon((0 0,1 0,1 1,0 0))", ".txt").path())[0].window.area_m2() ==
       0.5);
@@ -347,7 +347,7 @@ TEST_CASE("GeoJSON windows are read as feature, collection or bare geometry") {
   CHECK(several[1].window.area_m2() == 146.0);
 }
 
-TEST_CASE("what is no window is refused with the feature that is wrong") {
+TEST_CASE("an invalid window is refused with the number of its feature") {
   CHECK_THROWS_WITH(read_windows_text("{\n\"type\": \n"), Contains("not valid JSON from here"));
   CHECK_THROWS_WITH(read_windows_text("[]"), Contains("expected a Polygon or MultiPolygon"));
   CHECK_THROWS_WITH(read_windows_text(R"({"type": "Point", "coordinates": [1, 2]})"),
@@ -367,7 +367,7 @@ TEST_CASE("what is no window is refused with the feature that is wrong") {
   CHECK_THROWS_WITH(read_windows("/no/such/window.geojson"), Contains("/no/such/window.geojson"));
 }
 
-TEST_CASE("a byte order mark before a window is no part of it") {
+TEST_CASE("a byte order mark before a window is ignored") {
   for (const char* text :
        {"POLYGON((0 0, 2 0, 2 3, 0 3, 0 0))",
         R"({"type": "Polygon", "coordinates": [[[0, 0], [2, 0], [2, 3], [0, 3], [0, 0]]]})"}) {

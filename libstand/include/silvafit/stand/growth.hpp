@@ -16,13 +16,13 @@
 
 namespace silvafit::stand {
 
-/// What happened to a tree between two measurements of its plot.
+/// The fate of a tree between two measurements of its plot.
 enum class TreeFate {
   kSurvivor,
   kIngrowth,  ///< alive at the end, no row before
   kMortality,
   kCut,       ///< cut, fallen or a stump at the end
-  kNotFound,  ///< alive at the start, and no row at the end and later
+  kNotFound,  ///< alive at the start, without a row at the end and later
 };
 
 /// survivor, ingrowth, mortality, cut, not found.
@@ -59,7 +59,7 @@ enum class GrowthPart {
   kMortality,  ///< positive
   kCut,
   kNotFound,
-  kFactorChange,  ///< net change less all these: trees whose expansion factor changed
+  kFactorChange,  ///< the rest of the net change: trees whose expansion factor changed
   kCount
 };
 inline constexpr std::size_t kGrowthParts = static_cast<std::size_t>(GrowthPart::kCount);
@@ -113,7 +113,7 @@ struct GrowthReport {
 /// change); Kershaw and others 2017, chapter 14.
 /// \param options  areas, design and strata as for stand_report; without areas the values per
 ///                 hectare are NaN
-/// \throws InputError if there is no time, a time is no year or date, or no plot has two times
+/// \throws InputError if there is no time, a time is not a year or date, or no plot has two times
 GrowthReport growth_report(const Inventory& inventory, const StandReportOptions& options);
 
 /// growth_trees, growth_plots and growth_strata (a row for each value and part).

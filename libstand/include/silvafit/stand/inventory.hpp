@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Forest inventories: one CSV row a tree, checked once, here.
+// Forest inventories with one row per tree, and the checks of their values.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@
 
 namespace silvafit::stand {
 
-/// What an equation gives for each tree, such as its volume.
+/// The values of an equation for each tree, such as its volume.
 struct TreeQuantity {
   std::string name{};            ///< volume, biomass, carbon
   std::string unit{};            ///< m3, kg
@@ -34,8 +34,8 @@ struct Inventory {
   std::vector<std::uint32_t> lines{};  ///< line of each tree in the file, from 1
 
   data::TextColumn plot{};
-  data::TextColumn tree{};     ///< unique within a plot; a number given twice is told apart by #2
-  data::TextColumn species{};  ///< missing where the row names none
+  data::TextColumn tree{};     ///< unique within a plot; the second tree of a number gets #2
+  data::TextColumn species{};  ///< missing where the field is empty
 
   std::vector<double> x{};  ///< east [m]
   std::vector<double> y{};  ///< north [m]
@@ -65,10 +65,10 @@ struct Inventory {
   data::TextColumn time{};
   std::vector<TreeStatus> status{};
 
-  /// Plots of the file none of whose rows could be used, so that what stands there is not known.
+  /// Plots of the file all of whose rows were skipped: their trees are unknown.
   std::vector<std::string> plots_left_out{};
 
-  /// Other columns that were asked for.
+  /// Other columns that were requested.
   data::Table other{};
 
   std::size_t size() const { return dbh_cm.size(); }
@@ -80,11 +80,11 @@ struct Inventory {
     return represented.empty() ? 1.0 : represented[row];
   }
   bool has_coordinates() const { return !x.empty() && !y.empty(); }
-  /// Where a tree stands in the file, for messages.
+  /// The line of a tree in the file, for messages.
   Place place(std::size_t row) const;
 };
 
-/// `name=source`: where a column of ours comes from.
+/// `name=source`: the source of a standard column.
 struct ColumnMapping {
   std::string name{};    ///< plot, tree, species, x, y, z, dbh, h, hcb, cw, cr_e ..., or any other
   std::string source{};  ///< a column of the file, spelled as in its header, or an expression
@@ -95,13 +95,13 @@ struct ColumnMapping {
 /// \throws UsageError if a part is not `name=source` or a name comes twice
 std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
 
-/// Columns of ours that a file has under another usual name, such as dbh as BHD, or in another
+/// Standard columns that a file has under another usual name, such as dbh as BHD, or in another
 /// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
 /// \param header     of the file
-/// \param is_wanted  whether one of our names is to be looked for
+/// \param is_wanted  whether a standard name is searched for
 /// \param file       for messages
 /// \param units      of each column, from a row below the header; none if there is no such row
-/// \throws UsageError if two columns of the file could be one of ours
+/// \throws UsageError if two columns of the file could be the same standard column
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::function<bool(const std::string&)>& is_wanted,
                                          const std::string& file,
@@ -110,53 +110,53 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
 /// The column that says whether trees are alive, if the file has one.
 std::optional<std::string> usual_status_column(const std::vector<std::string>& header);
 
-/// The column of the time of measurement: year, else date, in capitals or not.
+/// The column of the time of measurement: year, else date, in upper or lower case.
 std::optional<std::string> usual_time_column(const std::vector<std::string>& header);
 
-/// A mapping of a whole column to one of our measures, converted if the column's header or the row
-/// of units names another unit; any other mapping as it is.
+/// A mapping of a whole column to a measure, converted if the column's header or the row of units
+/// names another unit; any other mapping is unchanged.
 ColumnMapping in_our_unit(ColumnMapping mapping,
                           const std::vector<std::string>& header,
                           const std::vector<std::string>& units);
 
-/// How such columns are told: "dbh is read from column DBH_cm, h from Height".
+/// The note on such columns: "dbh is read from column DBH_cm, h from Height".
 std::string describe_usual_columns(const std::vector<ColumnMapping>& columns);
 
-/// Whether a name is that of one of our measures: x, y, z, dbh, h, hcb, cw or a crown radius.
+/// Whether a name is that of a measure: x, y, z, dbh, h, hcb, cw or a crown radius.
 bool is_measure(std::string_view name);
 
-/// Whether a number in a column of ours stands for a missing value: -9, -99, -999, -9999 or -99999;
+/// Whether a number in a standard column is a missing-value code: -9, -99, -999, -9999 or -99999;
 /// in positions the last two only.
 bool is_missing_number_of(std::string_view name, double value);
 
-/// Whether a measure of ours cannot be 0, so that 0 stands for a missing value: dbh, h and cw.
+/// Whether a measure cannot be 0, so that 0 is a missing-value code: dbh, h and cw.
 bool is_zero_missing(std::string_view name);
 
-/// What becomes of trees that the column of a status calls dead and standing.
+/// The treatment of trees that are dead and standing by the status column.
 enum class DeadTrees {
-  kLeaveOut,   ///< they are not used at all
-  kNeighbors,  ///< they are neighbors of living trees, and nothing else
+  kLeaveOut,   ///< they are skipped
+  kNeighbors,  ///< they are used only as neighbors of living trees
   kInclude,    ///< they are used as living ones
 };
 
 struct InventoryOptions {
   std::vector<ColumnMapping> columns{};
-  /// Columns of the file to keep in Inventory::other, where they are not among ours. Mappings to
-  /// names that are not ours are kept there too.
+  /// Columns of the file to keep in Inventory::other if they are not standard columns. Mappings to
+  /// other names are kept there too.
   std::vector<std::string> keep{};
   bool keep_all = false;                  ///< keep every other column of the file
   bool needs_coordinates = false;         ///< rows without x or y cannot be used
-  bool trust_units = false;               ///< do not ask whether a column has another unit
+  bool trust_units = false;               ///< do not check whether a column has another unit
   std::vector<std::string> missing{};     ///< further texts and numbers for missing values
   std::vector<std::string> fill_down{};   ///< columns whose empty fields have the value above
-  DeadTrees dead = DeadTrees::kLeaveOut;  ///< cut, fallen and stumps are left out always but with
+  DeadTrees dead = DeadTrees::kLeaveOut;  ///< cut, fallen and stumps are always skipped except with
                                           ///< kInclude
   bool case_sensitive = false;            ///< species that differ only in capitals are different
   std::vector<std::string> needs{};       ///< measures the file must have, such as "h"
   /// Keep the rows of all dates and of dead and cut trees, with Inventory::time and status, for
-  /// growth. Else later measurements of a tree are left out.
+  /// growth. Otherwise later measurements of a tree are skipped.
   bool keeps_measurements = false;
-  bool is_part = false;  ///< of an inventory: all its trees may be without dbh
+  bool is_part = false;  ///< a part of an inventory: all its trees may lack dbh
 };
 
 /// Why a row cannot be used. A row with several problems has as many entries.
@@ -167,15 +167,15 @@ struct ExcludedRow {
   std::string column{};  ///< the file's name of the column
   std::string value{};   ///< as written, or the number that was tested
   std::string reason{};
-  bool is_problem = true;  ///< else the row is right, and of a tree that is dead or gone
+  bool is_problem = true;  ///< false: the row is valid, but its tree is dead or cut
 };
 
 struct CheckedInventory {
   Inventory inventory{};
   std::vector<ExcludedRow> excluded{};  ///< by line
-  std::size_t excluded_tree_count = 0;  ///< rows left out
-  bool is_in_file_order = true;         ///< else Inventory::lines has the order of the file
-  std::vector<std::string> notes{};     ///< what was recognized and assumed, and single odd values
+  std::size_t excluded_tree_count = 0;  ///< skipped rows
+  bool is_in_file_order = true;         ///< false: Inventory::lines has the order of the file
+  std::vector<std::string> notes{};     ///< recognized columns, assumptions, single unusual values
   /// Of these, how the file was read: titles, columns, units, codes, spellings, dead trees.
   std::vector<std::string> recognized{};
 };
@@ -183,12 +183,12 @@ struct CheckedInventory {
 /// Reads an inventory from a file or a table in memory, and checks every value; docs/inventory.md
 /// lists the columns and the rules.
 ///
-/// A value that was not taken is missing; a value that cannot be right excludes its row, and all
-/// problems of all rows are collected. Crown width is taken from four radii where it is missing:
+/// A value that was not measured is missing; an impossible value excludes its row, and all
+/// problems of all rows are collected. A missing crown width is computed from four radii:
 /// cw = ((cr_e + cr_w) + (cr_s + cr_n)) / 2.
 /// \throws InputError if a needed column is missing, a whole column looks like another unit (the
 ///         message names the remedy), or no row can be used (with the first problems)
-/// \throws FormulaError if a mapping cannot be read; InputError if it names what the file lacks
+/// \throws FormulaError if a mapping cannot be read; InputError if it names a missing column
 CheckedInventory read_inventory(const data::TableSource& source,
                                 const InventoryOptions& options = {});
 
@@ -198,8 +198,8 @@ CheckedInventory read_inventory(const data::TableSource& source,
 class InventoryBatches {
  public:
   /// \param options  without columns beyond the inventory's own (keep, keep_all, other mappings)
-  /// \param trees    a batch ends with the first plot that makes it so large
-  /// \throws as read_inventory; UsageError if other columns are wanted
+  /// \param trees    a batch ends with the plot that reaches this number of trees
+  /// \throws as read_inventory; UsageError if other columns are requested
   InventoryBatches(const std::filesystem::path& path,
                    const InventoryOptions& options,
                    std::size_t trees = 200000);
@@ -207,8 +207,8 @@ class InventoryBatches {
   InventoryBatches(InventoryBatches&&) noexcept;
   InventoryBatches& operator=(InventoryBatches&&) noexcept;
 
-  /// The next batch, checked as read_inventory does; nothing at the end. Units are questioned in
-  /// the first batch. A batch has no notes: see notes().
+  /// The next batch, checked as read_inventory does; nothing at the end. Units are checked in the
+  /// first batch. A batch has no notes: see notes().
   /// \throws InputError also if a plot comes again after its batch
   std::optional<CheckedInventory> next();
   /// The notes on all batches read so far: after the last, those of read_inventory.
@@ -217,7 +217,7 @@ class InventoryBatches {
   std::vector<std::string> recognized() const;
   /// Whether the rows were sorted.
   bool is_sorted() const;
-  /// What describe_excluded() says of all batches read so far.
+  /// describe_excluded() of all batches read so far.
   std::string excluded() const;
 
  private:
@@ -225,11 +225,11 @@ class InventoryBatches {
   std::unique_ptr<State> state_;
 };
 
-/// Says how many rows were left out and why the first of them; empty if none was. Dead trees are
-/// not among them.
+/// A text with the number of skipped rows and the reasons for the first ones; empty if none was
+/// skipped. Rows of dead trees are not counted.
 std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown = 5);
 
-/// The same of several batches of a file, of which only the rows that are shown are kept.
+/// The same for several batches of a file; only the rows that are shown are kept.
 class ExcludedSummary {
  public:
   explicit ExcludedSummary(std::size_t most_shown = 5) : most_shown_(most_shown) {}
@@ -254,7 +254,7 @@ void write_excluded(const std::vector<ExcludedRow>& excluded, const std::filesys
 /// A row of excluded.csv, with its line end.
 std::string csv_text(const ExcludedRow& row);
 
-/// The inventory as a table with our column names: plot, tree, species, the measures that the file
+/// The inventory as a table with standard names: plot, tree, species, the measures that the file
 /// has (x, y, z, dbh, h, hcb, cw, cr_e, cr_w, cr_s, cr_n), then the other columns.
 data::Table to_table(const Inventory& inventory);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Plots of one file that were written in other units than the others.
+// Plots of a file whose values have other units than those of the other plots.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace silvafit::stand {
 
-/// Trees as far as the question needs them.
+/// The values of trees that the search for other units needs.
 struct TreeSizes {
   const data::TextColumn& plot;
   const data::TextColumn* species = nullptr;  ///< none: all trees are compared with each other
@@ -24,17 +24,17 @@ struct MixedUnits {
   std::string h_unit{};    ///< dm, cm or ft; empty if h is right
   std::vector<std::string> plots{};
   double slenderness = 0.0;            ///< median h/dbh of these plots, both in the same unit
-  double slenderness_of_others = 0.0;  ///< of the plots that are right
+  double slenderness_of_others = 0.0;  ///< of the plots in the expected units
 };
 
-/// Finds plots of another unit by their median h/dbh, as far as other plots of the file have a
-/// usual one (25 to 140): h/dbh must be unusual as it is; the unit must bring their trees to the
-/// heights that trees of the same species and dbh have in the other plots; and without it these
-/// heights must be missed by far. Plots with fewer than three trees of known dbh and h are not
-/// judged.
+/// Finds plots in another unit by their median h/dbh, if other plots of the file have a usual one
+/// (25 to 140). Three conditions hold for such a plot: its h/dbh is unusual as written; with the
+/// other unit, its heights are near those of trees with the same species and dbh in the other
+/// plots; without it, they are far from them. Plots with fewer than three trees of known dbh and h
+/// are not tested.
 std::vector<MixedUnits> find_mixed_units(const TreeSizes& trees);
 
-/// The finding in words, with the plots and the remedy; empty if there is none.
+/// A message with the plots and the remedy; empty if there are no such plots.
 std::string describe_mixed_units(const std::vector<MixedUnits>& mixed);
 
 }  // namespace silvafit::stand

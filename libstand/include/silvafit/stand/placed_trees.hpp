@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The trees of a file in its order, in parts that need not be whole plots.
+// The trees of a file in their order, in parts that may split plots.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 namespace silvafit::stand {
 
 /// Reads the trees of an inventory in parts, checked row by row as read_inventory does, but not
-/// compared with each other: trees with the same number keep it, and spellings of species stay.
+/// compared with each other: repeated tree numbers and spellings of species are kept.
 class PlacedTrees {
  public:
   /// \throws as InventoryBatches
@@ -25,7 +25,7 @@ class PlacedTrees {
   PlacedTrees(PlacedTrees&&) noexcept;
   PlacedTrees& operator=(PlacedTrees&&) noexcept;
 
-  /// The next part, without notes; nothing at the end. Units are questioned in the first.
+  /// The next part, without notes; nothing at the end. Units are checked in the first part.
   /// \throws InputError if no row can be used
   std::optional<CheckedInventory> next();
   /// As those of InventoryBatches.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Tables of plots: one row a plot, or a plot and date, with what is known besides its trees.
+// Tables of plots: one row per plot, or per plot and date, with areas, positions and strata.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,7 @@ struct PlotTable {
   bool has_time = false;
   bool has_slope = false;
   bool has_center = false;
-  std::string recognized{};  ///< columns that are read under other names
+  std::string recognized{};  ///< note on columns with other usual names
 };
 
 /// Reads a table of plots: plot, and any of area, radius, expansion, slope (degrees) or

@@ -50,11 +50,10 @@ struct PlotWindows {
 /// Gives each plot the window with its name, else that of every plot, else that of the stand;
 /// without any given window, one around the trees of each plot (kPlot) or of the stand (kStand).
 /// \param given  as read by read_windows
-/// \throws InputError if windows are given and a plot has none; UsageError if neighbors are
-/// searched
-///         within plots and several plots share the stand's window
 /// \param may_lack  plots may have no window although windows are given; their trees are in no
-/// domain
+///                  domain
+/// \throws InputError if windows are given and a plot has none; UsageError if neighbors are
+///         searched within plots and several plots share the stand's window
 PlotWindows plot_windows(const Inventory& inventory,
                          const std::vector<NamedWindow>& given,
                          SearchScope scope,

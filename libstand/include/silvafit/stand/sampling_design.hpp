@@ -40,7 +40,7 @@ struct SamplingDesign {
   bool chooses_trees() const {
     return !circles.empty() || basal_area_factor > 0.0 || !expansion.empty();
   }
-  /// Whether it says more than nothing.
+  /// Whether the design has any information.
   bool is_given() const { return chooses_trees() || plots.has_value(); }
 };
 
@@ -86,9 +86,9 @@ StructuralUnits structural_units_of_sample(const Inventory& inventory,
 /// \throws UsageError if the design contradicts itself
 void check_design(const SamplingDesign& design);
 
-/// Strata as a table of plots has them.
+/// The strata of a table of plots.
 struct DesignStrata {
-  std::vector<std::string> stratum_of_area{};  ///< as stratum_figures needs them
+  std::vector<std::string> stratum_of_area{};  ///< for stratum_figures
   std::map<std::string, double> sizes{};       ///< areas [ha] or weights by stratum; may be empty
   bool are_weights = false;
   std::vector<std::string> notes{};

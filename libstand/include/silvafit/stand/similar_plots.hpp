@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Labels of plots that look like those of one plot.
+// Labels of different plots that are probably meant as one plot.
 #pragma once
 
 #include <string>
@@ -8,9 +8,8 @@
 
 namespace silvafit::stand {
 
-/// A note on labels that differ only in capitals, accents, blanks or zeros before a number, such as
-/// `001` and `1`: they are those of different plots, since labels are compared as text. Empty if
-/// there are none.
+/// A note on labels that differ only in case, accents, blanks or leading zeros, such as `001` and
+/// `1`: they name different plots, because labels are compared as text. Empty if there are none.
 std::string describe_similar_plots(const data::TextColumn& plot);
 
 }  // namespace silvafit::stand

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Species that are spelled in several ways: sm, SM.
+// Several spellings of one species: sm, SM.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +11,13 @@
 
 namespace silvafit::stand {
 
-/// Finds spellings that differ in capitals and blanks only, in an inventory or in its parts one
-/// after another.
+/// Finds spellings that differ only in case and blanks, in an inventory or in its parts one after
+/// another.
 class SpeciesSpellings {
  public:
-  /// Gives all trees of a species its commonest spelling; of a later part that of the first one.
+  /// Gives all trees of a species its most frequent spelling; later parts get that of the first.
   void unify(data::TextColumn& species);
-  /// Says which spellings were changed; empty if none was.
+  /// A note on the changed spellings; empty if none was changed.
   std::string note() const;
 
  private:

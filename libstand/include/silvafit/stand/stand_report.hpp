@@ -66,8 +66,8 @@ struct StandReport {
 };
 
 /// \throws UsageError if windows and a plot area are given, neither positions nor a plot area are
-/// known, a plot is in several strata,
-///         or an option is out of range; else as structural_units and plot_windows do
+///         known, a plot is in several strata, or an option is out of range; else as
+///         structural_units and plot_windows
 StandReport stand_report(const Inventory& inventory, const StandReportOptions& options);
 
 }  // namespace silvafit::stand

@@ -25,8 +25,8 @@ struct SampledArea {
   bool has_area = true;
 };
 
-/// The domains of the windows with their trees, in the order of the domains, then given windows of
-/// plots without rows: plots without trees are counted, too.
+/// The domains of the windows with their trees, in the order of the domains, then the given windows
+/// of plots without rows, because plots without trees are counted, too.
 std::vector<SampledArea> sampled_areas(const Inventory& inventory,
                                        const PlotWindows& windows,
                                        const std::vector<NamedWindow>& given);
@@ -69,7 +69,7 @@ StandFigures stand_figures(const Inventory& inventory,
                            double area_m2,
                            double dominant_trees_per_ha = 100.0);
 
-/// Gives the number of trees missing in the crown cover; empty if none, or if it is unknown.
+/// A note with the number of trees missing in the crown cover; empty if none, or if it is unknown.
 std::string note_on_crown_cover(const StandFigures& figures);
 
 /// A class of diameters, from low (included) to high.
@@ -133,9 +133,8 @@ struct StratumFigures {
 /// divided by the total of x; for the quadratic mean diameter with the first term of a Taylor
 /// series. Plots without a stratum have an entry of their own after the strata, and are not in the
 /// values of all that are weighted by areas.
-/// \param stratum_of_area   one for each area, empty if
-/// it has none; no entries: no strata, and
-///                          the result is one entry
+/// \param stratum_of_area   the stratum of each area, empty if it has none; no entries: no strata,
+///                          and the result is one entry
 /// \param stratum_areas_ha  areas by name; may be empty
 /// \param are_weights       they are relative areas, which give no totals
 /// \throws UsageError if an area is given for an unknown stratum, or not for all strata

@@ -61,7 +61,7 @@ struct StructuralUnitOptions {
   std::optional<double> alpha0_deg{};  ///< limit angle of W; default 360 / (n + 1), 72 for n = 4
   /// Limit angles for some species of the reference tree, instead of alpha0_deg.
   std::vector<std::pair<std::string, double>> alpha0_deg_of_species{};
-  /// The inventory is a part of one: such a species may occur in another part
+  /// The inventory is a part of a larger one: such a species may occur in another part
   /// (check_species_of_angles), and notes are written for all parts together (notes_of).
   bool is_part = false;
   EdgeCorrection edge = EdgeCorrection::kBuffer;
@@ -157,9 +157,8 @@ void write_structural_units(const Inventory& inventory,
                             bool with_header = true);
 
 /// The same rows one by one, for callers that choose or order them.
-/// \param ids_repeat  whether tree ids repeat between plots, where more plots are elsewhere; none:
-/// as
-///                    in this inventory
+/// \param ids_repeat  whether tree ids repeat between plots, if other parts have more plots;
+///                    none: as in this inventory
 using UnitRowSink = std::function<void(std::size_t tree, std::string_view text)>;
 void write_structural_units(const Inventory& inventory,
                             const StructuralUnits& units,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether a tree is alive, by what a column of the file says in one of several languages.
+// Whether a tree is alive, from a status column in one of several languages.
 #pragma once
 
 #include <cstddef>
@@ -20,13 +20,13 @@ enum class TreeStatus {
 class StatusColumn {
  public:
   StatusColumn() = default;
-  /// \param header  of the column: the values 1 and 0 mean other things under `alive` and `dead`
+  /// \param header  of the column: the meaning of 1 and 0 differs between `alive` and `dead`
   explicit StatusColumn(std::string header);
 
   /// An empty value and one that is not known mean alive; the latter are counted.
   TreeStatus read(std::string_view value);
 
-  /// Trees that are dead, and those that do not stand any more.
+  /// Numbers of dead standing trees, and of trees that no longer stand.
   std::size_t dead() const { return dead_; }
   std::size_t gone() const { return gone_; }
   const std::string& header() const { return header_; }
