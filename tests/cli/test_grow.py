@@ -272,6 +272,13 @@ class Grow(ProgramTest):
         done = self.run_program("grow", "in.csv", "--scene", "s.glb", "--out", "d", status=2)
         self.assertIn("use one of the two", done.stderr)
 
+    def test_a_folder_with_the_name_of_a_model(self):
+        self.write("in.csv", INVENTORY)
+        for name in ("stand.glb", "stand.ply"):
+            done = self.run_program("grow", "in.csv", "--out", name, status=2)
+            self.assertIn(f"--scene {name}", done.stderr)
+            self.assertFalse((self.folder / name).exists())
+
     def test_plots_whose_names_have_commas(self):
         text = "plot,tree,species,dbh,h,hcb,cw\n\"B, north\",1,SM,20,15,5,3\nC,2,SM,20,15,5,3\n\"D, \"\"old\"\"\",3,SM,20,15,5,3\n"
         self.write("commas.csv", text)

@@ -42,14 +42,29 @@ void check_sharing(const GrowJob& job) {
   }
 }
 
+/// Whether a path ends as a file of one of the formats.
+bool has_model_ending(const std::filesystem::path& path) {
+  constexpr std::array<std::string_view, 4> kEndings{".glb", ".gltf", ".obj", ".ply"};
+  return std::ranges::find(kEndings, path.extension().string()) != kEndings.end();
+}
+
+/// --out is a folder; a new one with the name of a model file was meant as a file.
+void check_folder(const GrowJob& job) {
+  if (has_model_ending(job.out) && !std::filesystem::is_directory(job.out)) {
+    throw UsageError(
+        fmt::format("--out is a folder for one file per tree; for one file with all trees, use "
+                    "--scene {}",
+                    job.out));
+  }
+}
+
 /// The requested format, or that of the scene's file name ending.
 tree::SceneFormat scene_format_of(const GrowJob& job) {
   std::string format = job.format;
   const std::string ending = std::filesystem::path(job.scene).extension().string();
   const std::string of_ending = ending.empty() ? "" : ending.substr(1);
   if (format.empty()) format = of_ending.empty() ? "glb" : of_ending;
-  constexpr std::array<std::string_view, 4> kEndings{"glb", "gltf", "obj", "ply"};
-  if (format != of_ending && std::ranges::find(kEndings, of_ending) != kEndings.end()) {
+  if (format != of_ending && has_model_ending(job.scene)) {
     throw UsageError(fmt::format(
         "--scene ends in .{} but --format is {}; remove one of the two", of_ending, format));
   }
@@ -73,6 +88,7 @@ GrowJob grow_job(const GrowSettings& settings,
     throw UsageError(
         "--scene writes all trees to one file, --out writes one file per tree; use one of the two");
   }
+  check_folder(job);
   check_sharing(job);
   std::sort(job.levels.begin(), job.levels.end());
   job.levels.erase(std::unique(job.levels.begin(), job.levels.end()), job.levels.end());
