@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What --version says: which silvafit this is, what it was built from and how.
+// The output of --version: the version, its dependencies and the build.
 #pragma once
 
 #include <CLI/CLI.hpp>
 
 namespace silvafit::cli {
 
-/// Adds --version, and --json, which goes with it alone.
+/// Adds --version, and --json, which is valid only with it.
 void add_version_options(CLI::App& program);
 
 /// Adds --version to all commands below; with their --json, it is JSON.

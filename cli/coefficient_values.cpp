@@ -13,8 +13,8 @@
 namespace silvafit::cli {
 namespace {
 
-/// Where the part that begins at a place ends: at a comma outside parentheses and quotes, which the
-/// names of coefficients may have: a:min(x, 20), a:(species == "oak, red").
+/// End of the part that begins at a position: a comma outside parentheses and quotes, because names
+/// of coefficients may contain both: a:min(x, 20), a:(species == "oak, red").
 std::size_t end_of_part(std::string_view text, std::size_t begin) {
   int depth = 0;
   char quote = '\0';
@@ -39,7 +39,7 @@ std::map<std::string, std::string_view> parse_assignments(std::string_view text,
   while (begin < text.size()) {
     const std::size_t end = end_of_part(text, begin);
     const std::string_view part = text.substr(begin, end - begin);
-    // A coefficient may be of a comparison: b:species == "SM".
+    // The name of a coefficient may contain a comparison: b:species == "SM".
     const std::size_t sign = part.rfind('=');
     if (sign == std::string_view::npos) {
       throw UsageError(fmt::format("'{}' is not NAME=VALUE, such as a=30", part),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Values and ranges of coefficients, as options give them.
+// Values and ranges of coefficients in options.
 #pragma once
 
 #include <map>
@@ -14,7 +14,7 @@ namespace silvafit::cli {
 /// \throws UsageError that names the option and the part that cannot be read
 std::map<std::string, double> parse_values(const std::string& text, const std::string& option);
 
-/// Reads `a=0:40,b=0:`, the value of --bound; without a number the side has no bound.
+/// Reads `a=0:40,b=0:`, the value of --bound; a side without a number has no bound.
 /// \throws UsageError as parse_values
 std::map<std::string, fit::Bounds> parse_bounds(const std::string& text);
 

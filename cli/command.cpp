@@ -92,8 +92,8 @@ std::filesystem::path program_file() {
   std::error_code unknown;
   std::filesystem::path file = std::filesystem::read_symlink("/proc/self/exe", unknown);
   if (!unknown) return file;
-  // Without /proc: the name that it was started by.
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel hands pointers over as numbers
+  // Without /proc: the name in the command line.
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel returns pointers as numbers
   const auto* const name = reinterpret_cast<const char*>(::getauxval(AT_EXECFN));
   return name == nullptr ? file : followed(name);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What all subcommands share: common options, exit statuses, progress, and the table of commands.
+// Common parts of all subcommands: options, exit statuses, progress, and the table of commands.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,14 +13,14 @@
 
 namespace silvafit::cli {
 
-/// Exit statuses that other programs rely on.
+/// Exit statuses, which other programs use.
 enum ExitStatus : int {
   kDone = 0,
-  kInternalError = 1,  ///< also where memory or threads do not suffice
+  kInternalError = 1,  ///< also if memory or threads are not sufficient
   kBadUsage = 2,
   kBadInput = 3,
   kNoConvergedFit = 4,
-  kIoError = 5,  ///< a result could not be written, or reading failed on the way
+  kIoError = 5,  ///< a result could not be written, or reading failed
 };
 
 /// Thrown after the results are written when no fit has converged.
@@ -29,7 +29,7 @@ class NoConvergedFit : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Options that every subcommand has.
+/// Options of all subcommands.
 struct CommonOptions {
   bool json = false;
   bool quiet = false;
@@ -40,7 +40,7 @@ struct CommonOptions {
 /// Adds --json, --quiet, --threads and --seed to a subcommand.
 void add_common_options(CLI::App& command, CommonOptions& options);
 
-/// Appends an example that works to the text of --help.
+/// Appends a working example to the text of --help.
 void add_example(CLI::App& command, const std::string& example);
 
 /// Refuses an option that was given but has no effect.
@@ -51,10 +51,10 @@ void refuse_idle(const CLI::App& command,
                  bool has_use,
                  const std::string& needed);
 
-/// A note for people: one line on stderr, nothing with --quiet.
+/// A note: one line on stderr, nothing with --quiet.
 void say(const CommonOptions& options, const std::string& message);
 
-/// A progress line on stderr that rewrites itself; silent with --quiet or when stderr is no
+/// A progress line on stderr that is overwritten; nothing with --quiet or if stderr is not a
 /// terminal.
 class Progress {
  public:
@@ -63,7 +63,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Shows a stage and how much of it is done. May be called from several threads.
+  /// Shows a stage and its progress. May be called from several threads.
   void show(const std::string& stage, std::size_t done, std::size_t total);
   /// Removes the line.
   void clear();
@@ -74,19 +74,19 @@ class Progress {
 };
 
 /// Notes on stderr, and the progress line, for the calls of libstudy.
-/// \param progress  must outlive what is returned
+/// \param progress  must outlive the result
 study::Callbacks callbacks(const CommonOptions& options, Progress& progress);
 
-/// Where models/ and the web pages are: SILVAFIT_DATA_DIR, or share/silvafit beside the program's
-/// folder.
+/// Folder of models/ and of the web pages: SILVAFIT_DATA_DIR, or share/silvafit beside the folder
+/// of the program.
 std::filesystem::path data_directory();
 
-/// A page that the viewer's build leaves in the data directory, such as report.html.
-/// \throws InputError if this silvafit was built without it; it says what to do
+/// A page of the viewer in the data directory, such as report.html.
+/// \throws InputError with the remedy if silvafit was built without the viewer
 std::filesystem::path bundled_page(const std::string& name);
 
-/// The command line as it was given, words with blanks quoted; the program's name alone where the
-/// system does not tell (no /proc).
+/// The command line as given, with words that contain blanks in quotes; only the program's name if
+/// the system has no /proc.
 std::string command_line();
 
 /// The version, `0.1.0`.

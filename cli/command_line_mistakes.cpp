@@ -34,7 +34,7 @@ std::string words_of(const CLI::App& app) {
   return above == nullptr ? app.get_name() : words_of(*above) + " " + app.get_name();
 }
 
-/// "; did you mean fit?", or the mark that ends the sentence without one.
+/// "; did you mean fit?", or the given end of the sentence if there is no similar name.
 std::string suggestion(const std::string& word,
                        const std::vector<std::string>& names,
                        const char* otherwise) {
@@ -42,7 +42,7 @@ std::string suggestion(const std::string& word,
   return nearest.empty() ? otherwise : fmt::format("; did you mean {}?", nearest);
 }
 
-/// The command that was read, the last of `library scenes`.
+/// The innermost command of the command line: of `library scenes`, scenes.
 const CLI::App& read_command(const CLI::App& program) {
   const std::vector<CLI::App*> read = program.get_subcommands();
   return read.empty() ? program : read_command(*read.front());
@@ -56,7 +56,7 @@ std::vector<std::string> option_names(const CLI::App& command) {
   return names;
 }
 
-/// What is wrong with the text of a count; empty if nothing is.
+/// The error in the text of a count; empty if it is valid.
 std::string wrong_count(const std::string& text) {
   if (text.empty() || text.find_first_not_of("0123456789") != std::string::npos) {
     return fmt::format("'{}' is not a whole number of 0 or more", text);
@@ -66,7 +66,7 @@ std::string wrong_count(const std::string& text) {
   return read.ec == std::errc() ? std::string() : fmt::format("{} is too large", text);
 }
 
-/// What is wrong with a value of an option that cannot be read; empty if nothing is.
+/// The error in a value of an option that cannot be read; empty if it is valid.
 std::string wrong_value(const CLI::Option& option, const std::string& value) {
   const std::vector<std::string> choices = choices_of(option);
   if (!choices.empty()) {
@@ -82,19 +82,19 @@ std::string wrong_value(const CLI::Option& option, const std::string& value) {
   return {};
 }
 
-/// The option that an error of reading is about.
+/// The option to which a parse error belongs.
 const CLI::Option* option_of(const CLI::App& command, const std::string& message) {
   const CLI::Option* found = nullptr;
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_name();
-    // The longest name, since one may be the beginning of another.
+    // The longest name, because a name may be a prefix of another.
     const bool is_longer = found == nullptr || name.size() > found->get_name().size();
     if (is_longer && !name.empty() && message.find(name) != std::string::npos) found = option;
   }
   return found;
 }
 
-/// `--threads`, or what stands for an argument in --help: `INVENTORY.csv`.
+/// `--threads`, or the placeholder of an argument in --help: `INVENTORY.csv`.
 std::string shown_name(const CLI::Option& option) {
   const bool is_argument = option.get_positional();
   return is_argument && option.get_type_name().find("TEXT") == std::string::npos

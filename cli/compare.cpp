@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit compare`: fits beside each other, by information criteria and likelihood-ratio tests.
+// `silvafit compare`: compares fits by information criteria and likelihood-ratio tests.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ struct NamedFits {
   std::vector<Subject> subjects{};
 };
 
-/// "heights.json", with the role or the number of the fit where the file has several.
+/// "heights.json", with the role or number of the fit if the file has several fits.
 std::string name_of(const std::string& file, const study::ModelLibrary& library, std::size_t i) {
   if (library.models.size() == 1) return file;
   const study::LibraryModel& model = library.models[i];
@@ -97,14 +97,14 @@ void print_table(const Subject& subject, const NamedFits& named) {
              fit::summary(fit::compare(subject.fits), named.names));
 }
 
-/// The libraries side by side as a page.
+/// A page that compares the libraries.
 void write_page(const CompareArguments& arguments,
                 const std::vector<study::ModelLibrary>& libraries) {
   std::vector<std::string> names;
   for (const std::string& file : arguments.files) {
     names.push_back(std::filesystem::path(file).filename().string());
   }
-  // Two files of one name are told apart by their folders.
+  // The folder distinguishes two files of the same name.
   if (std::set<std::string>(names.begin(), names.end()).size() < names.size()) {
     names = arguments.files;
   }

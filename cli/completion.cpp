@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// silvafit completion SHELL: what a shell needs to complete commands, options and their values.
+// silvafit completion SHELL: completion scripts for commands, options and their values.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -13,7 +13,7 @@
 namespace silvafit::cli {
 namespace {
 
-// The words of a command without the program's name: what has been typed when it is reached.
+// The words of a command without the program's name.
 std::string path_of(const CommandOutline& command) {
   return joined({command.words.begin() + 1, command.words.end()});
 }
@@ -105,7 +105,7 @@ std::string zsh_escaped(std::string text) {
   return text;
 }
 
-// What follows an option or stands for an argument: `:VALUE:(wald profile)` or `:VALUE:_files`.
+// The value of an option or argument: `:VALUE:(wald profile)` or `:VALUE:_files`.
 std::string zsh_value(const OptionOutline& option) {
   const std::string action =
       option.choices.empty() ? "_files" : fmt::format("({})", joined(option.choices));
@@ -198,7 +198,7 @@ std::string fish_option(const OptionOutline& option) {
   return text;
 }
 
-// In fish's single quotes only the quote and the backslash need a backslash.
+// Within single quotes, fish needs a backslash only before quotes and backslashes.
 std::string in_fish_quotes(std::string text) {
   replace_all(text, "\\", "\\\\");
   replace_all(text, "'", "\\'");

@@ -33,11 +33,11 @@ inline constexpr char kStreamHelp[] =
     "be "
     "together and are not, they are sorted on disk first";
 
-/// The same for a file that is read in parts.
+/// As above for a file that is read in parts.
 class PartsWithColumns {
  public:
   /// \param out  CSV file to write; empty: standard output, unless there is --json
-  /// \throws UsageError if it is a layer or workbook, which is written as a whole
+  /// \throws UsageError if it is a layer or workbook, because these are written as a whole
   PartsWithColumns(const std::string& out,
                    const study::ReadingSettings& reading,
                    const CommonOptions& common);

@@ -45,7 +45,8 @@ struct Task {
   fit::FitModelOptions options{};
 };
 
-/// What models of the catalogue read; nothing for a formula, whose names are those of the file.
+/// The columns that models of the catalogue need; none for a formula, whose names are columns of
+/// the file.
 std::vector<std::string> columns_read(const std::vector<const study::BaseModel*>& models,
                                       const std::vector<std::string>& names) {
   if (models.empty()) return {};
@@ -82,8 +83,8 @@ study::ReadTable read_data(const FitArguments& arguments,
   if (table.rows() == 0) {
     throw InputError("there are no rows below the header", {.file = table.file()});
   }
-  // Covariates must be columns, so that a structural index is meant where its name is not one yet;
-  // in the formula itself it may be a parameter.
+  // Covariates must be columns. If the file lacks one with the name of a structural index, the
+  // index is computed. In the formula itself the name may be a parameter.
   std::vector<std::string> texts = arguments.parameters;
   texts.push_back(arguments.where);
   const std::vector<std::string> indices = study::structure_names_in(texts, table);
@@ -94,7 +95,7 @@ study::ReadTable read_data(const FitArguments& arguments,
   return {.table = std::move(table), .recognized = std::move(read.recognized)};
 }
 
-/// The model of a formula with what all models of a command have in common.
+/// The model of a formula with the common options of all models of a command.
 fit::ModelSpecification specification_of(const std::string& formula,
                                          const FitArguments& arguments,
                                          const data::Table& table) {
@@ -168,8 +169,8 @@ std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catal
   return models;
 }
 
-/// Names that are no columns are coefficients. One that is nearly a column may have been meant as
-/// it.
+/// Names that are not columns are coefficients. A name similar to that of a column may be a typing
+/// error.
 void say_near_columns(const fit::ModelSpecification& specification,
                       const data::Table& table,
                       const CommonOptions& common) {
@@ -203,7 +204,7 @@ std::vector<Task> tasks_of(const FitArguments& arguments,
   return tasks;
 }
 
-/// Threads of each fit, so that all of them together have what was asked for.
+/// Threads of each fit, such that all fits together use the requested number.
 unsigned threads_of_one(const CommonOptions& common, std::size_t fits) {
   if (fits == 1) return common.threads;
   const unsigned all =
@@ -237,8 +238,8 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
   return result;
 }
 
-/// The fit of one model to groups that the processes of a job share.
-/// \param recognized  gets how the file was read
+/// The fit of one model to groups that are distributed over the processes of a job.
+/// \param recognized  gets the notes on how the file was read
 fit::FittedModel fit_of_shared(const FitArguments& arguments,
                                const std::vector<const study::BaseModel*>& models,
                                std::vector<std::string>& recognized) {
@@ -266,7 +267,7 @@ fit::FittedModel fit_of_shared(const FitArguments& arguments,
   return fit;
 }
 
-/// \param recognized  how the file was read
+/// \param recognized  the notes on how the file was read
 void print_json(const std::vector<fit::FittedModel>& fits,
                 const std::vector<Resampling>& resampling,
                 const std::vector<std::string>& recognized) {
@@ -318,7 +319,7 @@ void refuse_idle_options(const CLI::App& command, const FitArguments& arguments)
   }
 }
 
-/// More folds than groups are as many folds as groups.
+/// Limits the number of folds to the number of groups.
 void say_fewer_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
   double asked = 0.0;
   if (!data::parse_number(arguments.resampling.cross_validate, asked)) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `silvafit fit` is asked for.
+// The arguments of `silvafit fit`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -39,10 +39,10 @@ struct FitArguments {
   ResamplingArguments resampling{};
 };
 
-/// What the model is: its formula, sub-models, random effects and variance function.
+/// Options of the model: formula, sub-models, random effects and variance function.
 void add_model_options(CLI::App& command, FitArguments& arguments);
 
-/// How it is fitted: method, ranges and start values of the coefficients.
+/// Options of the fit: method, bounds and start values of the coefficients.
 void add_method_options(CLI::App& command, FitArguments& arguments);
 
 }  // namespace silvafit::cli

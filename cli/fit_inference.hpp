@@ -18,7 +18,7 @@ struct InferenceOptions {
 
 void add_inference_options(CLI::App& command, InferenceOptions& options);
 
-/// Gives a fit the intervals that were asked for; none if it has not converged.
+/// Computes the requested intervals of a fit; none if it has not converged.
 void add_inference(const InferenceOptions& options,
                    const data::Table& table,
                    fit::FittedModel& fit);

@@ -80,7 +80,7 @@ Resampling resample_one(const fit::FittedModel& fit,
   return result;
 }
 
-/// A row for each row of the table; one with missing values has no residual.
+/// A row for each row of the table; rows with missing values have no residual.
 data::Table residuals_table(const fit::Residuals& all, const data::Table& table) {
   std::vector<double> lines;
   data::TextColumn group;

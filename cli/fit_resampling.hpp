@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What `silvafit fit` does beside fitting: bootstrap, cross-validation, residuals.
+// Bootstrap, cross-validation and residuals of `silvafit fit`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -27,7 +27,7 @@ struct ResamplingArguments {
 
 void add_resampling_options(CLI::App& command, ResamplingArguments& arguments);
 
-/// What was asked for, of one fit; nothing of a fit that failed.
+/// The requested results for one fit; none for a fit that failed.
 struct Resampling {
   std::optional<fit::Bootstrap> bootstrap{};
   std::optional<fit::CrossValidation> cross_validation{};
@@ -40,19 +40,19 @@ std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
                                  const ResamplingArguments& arguments,
                                  const CommonOptions& common);
 
-/// Writes the residuals of the only fit, if asked for.
+/// Writes the residuals of the only fit, if requested.
 void write_residuals(const std::vector<fit::FittedModel>& fits,
                      const data::Table& table,
                      const ResamplingArguments& arguments);
 
-/// The JSON of a fit with the keys `bootstrap`, `cross_validation` and `recognized` for what there
-/// is.
-/// \param recognized  how the file was read
+/// The JSON of a fit, with the keys `bootstrap`, `cross_validation` and `recognized` if they have
+/// content.
+/// \param recognized  the notes on how the file was read
 std::string with_resampling(const std::string& fit_json,
                             const Resampling& resampling,
                             const std::vector<std::string>& recognized);
 
-/// Tables for people.
+/// Prints the results as text tables.
 void print_resampling(const std::vector<fit::FittedModel>& fits,
                       const std::vector<Resampling>& resampling);
 

@@ -24,7 +24,7 @@ constexpr std::array<GrowthPart, 8> kShownParts{GrowthPart::kStart,
                                                 GrowthPart::kCut,
                                                 GrowthPart::kNotFound};
 
-/// Names of columns: changes are per year.
+/// Column headings; changes are per year.
 std::vector<std::string> header_of(std::vector<std::string> first) {
   for (const char* name : {"start",
                            "end",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit impute`: an inventory with what was not measured filled in.
+// `silvafit impute`: an inventory with imputed values for those that were not measured.
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -27,7 +27,7 @@ struct ImputeArguments {
   bool stream = false;
 };
 
-/// With --columns, the response may have another name in the file, and gets a column of its own.
+/// With --columns, the response may have another name in the file, and is written as a new column.
 AddedColumns columns_of(const ImputeArguments& arguments, const study::TableImputation& imputed) {
   const auto& source = imputed.imputation.source;
   return {.table = study::imputed_columns(imputed),

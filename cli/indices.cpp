@@ -107,7 +107,7 @@ class ExcludedFile {
   std::optional<data::OrderedRows> rows_{};
 };
 
-/// Where the rows of an inventory go: those of its trees and those that are skipped.
+/// The outputs for the rows of an inventory: rows of trees, and skipped rows.
 struct Tables {
   explicit Tables(const IndicesArguments& arguments) : units(arguments), excluded(arguments) {}
 

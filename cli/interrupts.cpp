@@ -23,7 +23,7 @@ sigset_t interrupting_signals() {
   return signals;
 }
 
-/// A thread of its own may do what a signal handler may not: take locks and remove files.
+/// A separate thread may take locks and remove files, which a signal handler may not.
 void wait_for_interrupt(const sigset_t& signals) {
   int signal = 0;
   if (sigwait(&signals, &signal) != 0) return;

@@ -52,7 +52,7 @@ void add_missing_option(CLI::App& command, study::ReadingSettings& settings) {
       .add_option("--missing",
                   settings.missing,
                   "Further texts or numbers for missing values, such as -88,unknown (known are "
-                  "empty fields, NA, -, n/a and the like, -999, and 0 where it cannot be)")
+                  "empty fields, NA, -, n/a and similar, -999, and 0 in dbh, h and cw)")
       ->delimiter(',')
       ->type_name("CODE,...")
       ->allow_extra_args(false);
@@ -63,7 +63,7 @@ void add_fill_down_option(CLI::App& command, study::ReadingSettings& settings) {
       .add_option(
           "--fill-down",
           settings.fill_down,
-          "Columns whose empty fields have the value above, as merged cells are saved, such "
+          "Columns whose empty fields have the value above, as in exported merged cells, such "
           "as plot,species")
       ->delimiter(',')
       ->type_name("COLUMN,...")
@@ -92,7 +92,7 @@ void add_dead_option(CLI::App& command, study::ReadingSettings& settings) {
 void add_trust_units_option(CLI::App& command, study::ReadingSettings& settings) {
   command.add_flag("--trust-units",
                    settings.trust_units,
-                   "Do not ask whether a column, or some plots, have another unit");
+                   "Do not check whether a column, or some plots, have another unit");
 }
 
 void add_inventory_options(CLI::App& command,

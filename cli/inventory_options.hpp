@@ -64,8 +64,7 @@ void open_plots(const PlotsArgument& plots,
 /// --further, --competition-radius and --open-grown.
 void add_unit_options(CLI::App& command, study::UnitSettings& settings);
 
-/// Refuses --buffer, --competition-radius and --open-grown where nothing that is computed reads
-/// them.
+/// Refuses --buffer, --competition-radius and --open-grown if no computed index depends on them.
 /// \param further  the further indices that are computed
 void refuse_idle_unit_options(const CLI::App& command,
                               const study::UnitSettings& settings,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Model libraries as the command line names them.
+// Model libraries named on the command line.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace silvafit::cli {
 
 /// A published library, or the one in a file.
-/// \throws InputError if it cannot be read; of a study's folder, it names the file that is meant
+/// \throws InputError if it cannot be read; for the folder of a study, with the library's path
 study::ModelLibrary library_named(const std::string& name_or_file);
 
 }  // namespace silvafit::cli

@@ -28,18 +28,18 @@
 namespace silvafit::cli {
 namespace {
 
-/// Of this process in a job of several, with standard error elsewhere.
+/// The rank of this process in a job of several, with standard error redirected.
 int kept_standard_error = -1;
 bool has_joined_job = false;
 
-constexpr const char* kTroubleshooting = "docs/troubleshooting.md says what helps";
+constexpr const char* kTroubleshooting = "see docs/troubleshooting.md";
 
-/// The first process of a job writes and prints; all others do the same in silence.
+/// The first process of a job writes and prints; all others compute the same without output.
 void silence_other_ranks() {
   if (Ranks::of_process().is_first()) return;
   for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
     const int nowhere = ::open("/dev/null", O_WRONLY);
-    // Standard error is kept for the reason why a single process fails.
+    // Standard error is saved for the message of a single process that fails.
     if (stream == STDERR_FILENO) kept_standard_error = ::fcntl(stream, F_DUPFD_CLOEXEC, 3);
     ::dup2(nowhere, stream);
     ::close(nowhere);
@@ -50,8 +50,8 @@ int report(const std::string& message, ExitStatus status) {
   std::string text = fmt::format("silvafit: {}\n", with_visible_controls(message));
   if (has_joined_job) {
     Ranks& ranks = Ranks::of_process();
-    // An error that all processes have is reported once. One that the others do not have ends them,
-    // because they wait for this one.
+    // An error of all processes is reported once. An error of some processes ends the others,
+    // because they wait for these.
     if (ranks.size() > 1 && !ranks.all_come_here()) {
       text = fmt::format("silvafit: process {} of {} ends the job: {}\n",
                          ranks.rank(),
@@ -79,7 +79,7 @@ int report(const std::exception& error, ExitStatus status) { return report(error
 /// Keeps freed memory in the process.
 ///
 /// A fit allocates and frees arrays of some MB in each pass over the data. Returning them to the
-/// system costs a page fault a page, and interrupts the other threads.
+/// system costs one page fault per page and interrupts the other threads.
 void keep_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
@@ -113,7 +113,7 @@ int run(int argc, char** argv) {
   add_manual_command(program);
   add_version_to_commands(program);
   require_whole_numbers(program);
-  // Commands would inherit it if it were there before them.
+  // Added last, because commands inherit it otherwise.
   program.footer(
       "Where to begin:\n"
       "  silvafit study inventory.csv --out results   models, tables and a report, from an "
@@ -156,7 +156,7 @@ int run(int argc, char** argv) {
   } catch (const std::system_error& error) {
     return report_lack(error.code().message());
   } catch (const std::exception& error) {
-    // TBB has no class of its own for it.
+    // TBB has no separate class for this error.
     if (std::string_view(error.what()).starts_with("pthread_create")) {
       return report_lack(error.what());
     }

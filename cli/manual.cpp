@@ -16,8 +16,7 @@
 namespace silvafit::cli {
 namespace {
 
-// Text as man(7) takes it: no backslash, no hyphen that could be set as a dash, no line that is a
-// request.
+// Text for man(7): backslashes and hyphens are escaped, and no line is read as a request.
 std::string plain(const std::string& text) {
   std::string result;
   for (const char letter : text) {
@@ -81,7 +80,7 @@ std::string example_of(const CommandOutline& command) {
   return fmt::format(".SH EXAMPLE\n.nf\n{}.fi\n", plain(command.example));
 }
 
-// Commands below a command have a section in its page, those of the program a page each.
+// Each command of the program has a page; commands below a command have a section in its page.
 std::string section_of(const CommandOutline& command) {
   return fmt::format(
       ".SH {}\n{}.PP\n{}.\n{}{}{}",

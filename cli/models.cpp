@@ -54,7 +54,7 @@ void print_table(const std::vector<const BaseModel*>& models) {
   }
 }
 
-/// Its limits, and where a study takes the curve for one that makes sense.
+/// Its limits, and the conditions for a plausible curve in a study.
 void print_sense(const BaseModel& model) {
   print_text("at DBH 0\n  {}\n", model.at_zero.text());
   if (model.at_infinity) print_text("for large DBH\n  {}\n", model.at_infinity->text());
@@ -94,7 +94,7 @@ void print_entry(const BaseModel& model) {
   for (const std::string& source : model.source) print_text("  {}\n", source);
 }
 
-/// The entries as their files have them, which is more than the program reads.
+/// The complete entries of the files, with keys that the program does not read.
 void print_json(const std::vector<const BaseModel*>& models) {
   nlohmann::ordered_json result;
   result["schema"] = "silvafit-models/1";
@@ -118,7 +118,7 @@ std::vector<const BaseModel*> chosen(const study::Catalogue& catalogue,
 
 // ---- Presets of trees -------------------------------------------------------------------------
 
-/// The names that choose a preset; "*", which stands for all others, is said in words.
+/// The names that choose a preset; "*" is printed as a phrase for all other names.
 std::string species_text(const tree::PresetHead& preset) {
   std::vector<std::string> names = preset.species;
   std::replace(names.begin(), names.end(), std::string("*"), std::string("any other"));
@@ -162,8 +162,7 @@ void show_builders(const ModelsOptions& options) {
   }
 }
 
-// ---- Equations of volume, biomass and carbon
-// -----------------------------------------------------
+// ---- Equations of volume, biomass and carbon --------------------------------------------------
 
 std::string domain_text(const study::TreeEquation& equation) {
   std::vector<std::string> parts;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lists of names on the command line, such as plots.
+// Lists of names in the command line, such as plots.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace silvafit::cli {
 /// two quotes there are one.
 std::vector<std::string> split_names(std::string_view text);
 
-/// Adds an option that takes names, separated by commas, and may be repeated.
+/// Adds a repeatable option for names that are separated by commas.
 CLI::Option* add_names_option(CLI::App& command,
                               const std::string& name,
                               std::vector<std::string>& names,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the command line takes, as data: completions and manual pages are written from it, so that
-// they cannot say anything else than --help.
+// The options and arguments of all commands as data. Completions and manual pages are written from
+// it, so that they agree with --help.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -12,8 +12,8 @@ namespace silvafit::cli {
 /// An option, or an argument without a name of its own.
 struct OptionOutline {
   std::vector<std::string> names{};    ///< `-h`, `--help`; of an argument its name alone
-  std::string value{};                 ///< what follows it, as in `FILE.csv`; empty: a flag
-  std::vector<std::string> choices{};  ///< the only values, if they are so few that they are listed
+  std::string value{};                 ///< placeholder of its value, `FILE.csv`; empty: a flag
+  std::vector<std::string> choices{};  ///< the valid values, if they are listed
   std::string default_value{};
   std::string description{};
   bool required = false;
@@ -27,13 +27,13 @@ struct CommandOutline {
   std::vector<OptionOutline> arguments{};
   std::vector<OptionOutline> options{};
   std::vector<CommandOutline> commands{};
-  std::string example{};  ///< lines as they are typed
+  std::string example{};  ///< command lines
 };
 
-/// The only values that an option takes; empty if there is no list of them.
+/// The valid values of an option; empty if there is no list of them.
 std::vector<std::string> choices_of(const CLI::Option& option);
 
-/// The outline of the program; hidden commands are left out.
+/// The outline of the program, without hidden commands.
 CommandOutline outline(const CLI::App& program);
 
 /// The words of a command, separated by `between`: `silvafit library scenes`.

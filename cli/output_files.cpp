@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A device such as /dev/stdout may be any file: the shell redirects it.
+/// A device such as /dev/stdout may be any file, because the shell may redirect it.
 bool is_stream(const fs::path& path) {
   if (path.lexically_normal().string().starts_with("/dev/")) return true;
   std::error_code ignored;
@@ -21,7 +21,7 @@ bool is_stream(const fs::path& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-/// Whether both name one file, or would once it is there.
+/// Whether both are the same file, or would be after it is created.
 bool are_same(const fs::path& one, const fs::path& other) {
   if (one.empty() || other.empty() || is_stream(one) || is_stream(other)) return false;
   std::error_code error;

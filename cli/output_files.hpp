@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Files that a command writes must not be those that it reads, nor each other.
+// Checks that the output files of a command differ from its input files and from each other.
 #pragma once
 
 #include <filesystem>
@@ -9,19 +9,19 @@
 
 namespace silvafit::cli {
 
-/// A file as the command line names it.
+/// A file of the command line.
 struct NamedFile {
-  std::string option{};          ///< "--out", or as --help calls it: "INVENTORY.csv"
+  std::string option{};          ///< "--out", or the placeholder in --help: "INVENTORY.csv"
   std::filesystem::path path{};  ///< empty: not given
 };
 
 /// Called before anything is computed, because an overwritten file is lost.
 ///
-/// Files are the same whatever path, symbolic link or hard link names them. Devices and pipes, such
-/// as /dev/stdout and /dev/null, keep nothing and may be named as often as one likes.
-/// \param read     files that the command reads; those that are not there are left to their readers
+/// Different paths, symbolic links and hard links of one file are recognized. Devices and pipes,
+/// such as /dev/stdout and /dev/null, store nothing and may be named several times.
+/// \param read     files that the command reads; missing ones are reported by their readers
 /// \param written  files that it writes
-/// \throws UsageError that says which two options name the same file
+/// \throws UsageError with the two options that name the same file
 void refuse_same_files(const std::vector<NamedFile>& read, const std::vector<NamedFile>& written);
 
 /// The files of these names in the folder that an option names; none without a folder.

@@ -41,7 +41,7 @@ void refuse_known_columns(const data::Table& table, const std::vector<std::strin
   }
 }
 
-/// Finds out which of the two files is the library and which holds the trees.
+/// Determines which of the two files is the library and which is the table of trees.
 void sort_files(PredictArguments& arguments) {
   const std::size_t wanted = arguments.library.empty() ? 2 : 1;
   if (arguments.files.size() != wanted) {

@@ -4,7 +4,7 @@
 namespace silvafit::cli {
 namespace {
 
-constexpr int kAllDigits = 17;  // tell any two doubles apart
+constexpr int kAllDigits = 17;  // distinguish any two doubles
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How many digits of predictions are written.
+// The number of digits of predictions.
 #pragma once
 
 #include "command.hpp"

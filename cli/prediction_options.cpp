@@ -4,7 +4,7 @@
 namespace silvafit::cli {
 namespace {
 
-/// What is predicted for which groups.
+/// The level of the predictions and the treatment of groups.
 void add_level_options(CLI::App& command, study::PredictionSettings& settings) {
   command
       .add_option("--level",

@@ -11,7 +11,7 @@ namespace silvafit::cli {
 /// --role.
 void add_prediction_options(CLI::App& command, study::PredictionSettings& settings);
 
-/// Refuses those of them that have no effect.
+/// Refuses those options that have no effect.
 void refuse_idle_prediction_options(const CLI::App& command,
                                     const study::PredictionSettings& settings);
 

@@ -54,7 +54,7 @@ std::array<double, 2> pair_of(const std::string& text, char separator, const std
   return values;
 }
 
-/// A point of a text such as `3,-2.5,8` (east, north, up) as the ray tracer has it.
+/// A point of a text such as `3,-2.5,8` (east, north, up) in the axes of the ray tracer.
 render::Vector point_of(const std::string& text, const std::string& option) {
   std::array<double, 3> values{};
   std::istringstream words(text);
@@ -115,7 +115,7 @@ render::RenderOptions options_of(const RenderArguments& arguments) {
   return options;
 }
 
-/// Refuses pictures that take days, and announces those that take minutes.
+/// Refuses images that take days, and prints a note if an image takes minutes.
 void check_work(const RenderArguments& arguments, const render::RenderOptions& options) {
   constexpr double kMostRays = 1e11;
   constexpr double kManyRays = 1e9;

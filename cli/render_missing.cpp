@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit render` of a program that was built without Embree or libpng.
+// `silvafit render` in a program that was built without Embree or libpng.
 #include "command.hpp"
 #include "silvafit/base/error.hpp"
 

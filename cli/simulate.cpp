@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// `silvafit simulate`: an inventory with known truth.
+// `silvafit simulate`: an inventory with known true values.
 #include "silvafit/study/simulate.hpp"
 
 #include <fmt/format.h>

@@ -14,7 +14,7 @@
 
 namespace silvafit::cli {
 
-/// Prints a text with its control characters as escapes, as messages have them.
+/// Prints a text with control characters as escapes, as in messages.
 void print_visible(std::string_view text);
 
 /// Formats as fmt::print does and prints the text with its control characters as escapes: names of
@@ -24,8 +24,8 @@ void print_text(fmt::format_string<Values...> format, Values&&... values) {
   print_visible(fmt::format(format, std::forward<Values>(values)...));
 }
 
-/// While it lives, tables that go to std::cout and so to a terminal have their control characters
-/// as escapes. Files and pipes get them as they are.
+/// During its lifetime, control characters of tables on std::cout are printed as escapes if it is a
+/// terminal. Files and pipes get them unchanged.
 class VisibleTables : private std::stringbuf {
  public:
   VisibleTables();
@@ -39,13 +39,13 @@ class VisibleTables : private std::stringbuf {
   std::streambuf* replaced_ = nullptr;
 };
 
-/// Prints what the streams still hold. A result that did not arrive is no success, even where the
-/// disk filled up in its last lines.
+/// Flushes the streams. A result that could not be written completely is an error, also if the
+/// disk was full only at its last lines.
 /// \throws IoError if standard output could not be written
 void finish_standard_output();
 
 /// Prints a value and a line end.
-/// \param indent  blanks a level; -1: all in one line
+/// \param indent  blanks per level; -1: all in one line
 void print_json_value(const nlohmann::ordered_json& value, int indent = 2);
 
 }  // namespace silvafit::cli

@@ -11,7 +11,7 @@ namespace silvafit::cli {
 void occupy_closed_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(stream, F_GETFD) != -1) continue;
-    // The lowest free number is this one's. Opened the other way round, so that use fails.
+    // The descriptor is the lowest free number. The direction is reversed, so that use fails.
     ::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
   }
 }

@@ -35,7 +35,7 @@ std::string percent(double share) {
 
 std::string or_dash(const std::string& text) { return text.empty() ? "-" : text; }
 
-/// The base model by its id, or by its formula where it is one's own.
+/// The base model by its id, or by its formula if it is not in the catalogue.
 std::string base_model(const study::ResponseStudy& result) {
   if (!result.ols) return "-";
   const fit::FittedModel& fit = result.ols->fit;
@@ -68,7 +68,7 @@ void print_rejected(const study::Study& study) {
   }
 }
 
-/// The last column: whether a model can be relied on.
+/// The last column: whether a model is sound.
 const char* mark_of(const study::ResponseStudy& result) {
   if (!result.converged()) return result.ols && !result.nlme ? "no mixed model" : "not converged";
   return result.is_sound() ? "" : "doubtful";
@@ -109,7 +109,7 @@ void print_table(const study::Study& study) {
   }
 }
 
-/// `--init`: a configuration to start from.
+/// `--init`: writes a configuration with the default settings.
 void initialise(const StudyArguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   const std::filesystem::path file = arguments.initial;
@@ -137,7 +137,7 @@ void initialise(const StudyArguments& arguments) {
   }
 }
 
-/// \param coordinates  gets the system of the trees' positions
+/// \param coordinates  gets the reference system of the trees' positions
 study::StudyRecord make_record(const StudyArguments& arguments,
                                const study::Catalogue& catalogue,
                                std::optional<source::CoordinateSystem>& coordinates) {
@@ -169,7 +169,7 @@ void write_workbook(const StudyArguments& arguments,
   }
 }
 
-/// \param page  that becomes the report
+/// \param page  template of the report
 void run_whole_study(const StudyArguments& arguments, const std::filesystem::path& page) {
   const auto start = std::chrono::steady_clock::now();
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
@@ -220,7 +220,7 @@ void run(const CLI::App& command, StudyArguments& arguments) {
                               "excluded.csv",
                               "report.html",
                               "run.json"}));
-  // Before the time that the fits take.
+  // Checked before the fits, which take time.
   if (!arguments.workbook.empty() && !is_layer_output(arguments.workbook)) {
     throw UsageError("the ending must be .xlsx, .ods, .gpkg or .fgb", {.column = "--workbook"});
   }

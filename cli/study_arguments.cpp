@@ -34,7 +34,7 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
   keep("--fill-down", given.reading.fill_down, file.reading.fill_down);
   keep("--dead", given.reading.dead, file.reading.dead);
   keep("--case-sensitive", given.reading.case_sensitive, file.reading.case_sensitive);
-  // A window of the command line replaces a circle of the file, and the other way round.
+  // A window of the command line replaces a circle of the file, and vice versa.
   if (command.count("--window") > 0 || command.count("--circle") > 0) {
     file.units.window = given.units.window;
     file.units.circle = given.units.circle;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The settings of `silvafit study`: options of the command line, and those of a file.
+// The settings of `silvafit study` from the command line and from a file.
 #pragma once
 
 #include <string>
@@ -17,12 +17,12 @@ struct StudyArguments {
   std::string workbook{};  ///< file for all tables, or for the trees as a layer
   std::string criterion = "level";
   std::string configuration{};
-  std::string initial{};  ///< file that a configuration to start from is written to
+  std::string initial{};  ///< output file for a configuration with the default settings
   TableArguments table{};
   CommonOptions common{};
 };
 
-/// Takes what --config and --criterion say; options of the command line come before the file.
+/// Applies --config and --criterion; options of the command line have priority over the file.
 void apply_settings(const CLI::App& command, StudyArguments& arguments);
 
 }  // namespace silvafit::cli

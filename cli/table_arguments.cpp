@@ -68,7 +68,7 @@ TreeTable open_inventory(const std::string& name,
                          study::UnitSettings& units,
                          const CommonOptions& common) {
   TableArguments trees = arguments;
-  // GeoJSON has a reader of its own, which needs no GDAL; coordinates of a layer may need it.
+  // GeoJSON has a separate reader without GDAL; coordinates of a layer may need GDAL.
   const bool is_layer = source::is_layered(units.window);
   if (is_layer && !source::is_layered(name)) {
     if (trees.window_layer.empty()) trees.window_layer = trees.choice.layer;

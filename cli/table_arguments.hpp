@@ -11,13 +11,13 @@
 
 namespace silvafit::cli {
 
-/// Which table of a file is meant.
+/// The choice of a table of a file.
 struct TableArguments {
   source::TableChoice choice{};
   std::string window_layer{};
 };
 
-/// A table, and the system of its coordinates if that is known.
+/// A table, and its coordinate reference system if that is known.
 struct TreeTable {
   data::TableSource table{};
   std::optional<source::CoordinateSystem> coordinates{};
@@ -42,7 +42,7 @@ data::TableSource open_further_table(const std::string& name,
                                      const CommonOptions& common);
 
 /// Opens the trees, and reads the windows of --window if they are a layer, in the coordinates of
-/// the trees. If the trees are a CSV file, --layer means the layer of the windows.
+/// the trees. If the trees are a CSV file, --layer is the layer of the windows.
 /// \param units  gets the windows
 TreeTable open_inventory(const std::string& name,
                          const TableArguments& arguments,

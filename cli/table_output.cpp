@@ -21,7 +21,7 @@ namespace {
 
 bool is_position(const std::string& name) { return name == "x" || name == "y"; }
 
-/// Adds x and y where the table has them under other names, in other units, or as --columns says.
+/// Adds x and y if the table has them under other names, in other units, or through --columns.
 void add_positions(data::Table& table, const study::ReadingSettings& reading) {
   std::vector<stand::ColumnMapping> mappings =
       stand::parse_column_mappings(fmt::format("{}", fmt::join(reading.columns, ",")));

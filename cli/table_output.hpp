@@ -19,15 +19,15 @@ inline constexpr char kTableOutputHelp[] =
     "File to write: CSV, or by its ending a layer of points (.gpkg, .fgb) or a workbook (.xlsx, "
     ".ods) (default: CSV on standard output)";
 
-/// Whether a file gets layers or sheets, by its ending.
+/// Whether a file has layers or sheets, by its ending.
 bool is_layer_output(const std::string& out);
 
-/// Makes sure before the work that such a file could be written.
+/// Checks, before anything is computed, that such a file can be written.
 /// \throws UsageError if silvafit was built without GDAL
 void require_table_output(const std::string& out);
 
 /// The table of a CSV text. Positions are read as from an inventory: x and y by their usual names
-/// or as --columns says.
+/// or through --columns.
 data::Table table_of_csv(std::string text,
                          const std::string& file,
                          const study::ReadingSettings& reading);
@@ -36,7 +36,7 @@ data::Table table_of_csv(std::string text,
 /// \throws as source::write_layers
 void write_table(const std::string& out, const std::string& name, data::Table table);
 
-/// A layer of the windows of plots, with their trees and area; nothing without windows.
+/// A layer of the windows of plots, with numbers of trees and areas; none without windows.
 std::optional<source::Layer> plot_layer(const stand::Inventory& inventory,
                                         const stand::PlotWindows& windows);
 

@@ -8,10 +8,10 @@
 
 namespace silvafit::cli {
 
-/// A number with so many digits; a dash if it is not finite.
+/// A number with a given number of digits; a dash if it is not finite.
 std::string rounded(double value, int digits = 1);
 
-/// A number, and +- its error if that is known.
+/// A number, with +- its error if that is known.
 std::string with_error(double value, double error, int digits = 1);
 
 std::string name_or(const std::string& name, const char* otherwise);

@@ -57,7 +57,7 @@ ordered_json number_or_null(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
 }
 
-/// What to do about trees whose halo was too small.
+/// The remedy for trees whose halo was too small.
 std::string advice_on_halo(std::size_t marked, double halo_m, double now_m) {
   const std::string remedy = std::isfinite(halo_m)
                                  ? fmt::format("--halo {} is enough", std::ceil(halo_m) + 1.0)
@@ -174,7 +174,7 @@ study::TileResult run_grow(const RunArguments& arguments,
   std::string file;
   CLI::App command("", "grow");
   add_grow_options(command, file, settings);
-  // The plan has the rows and columns; the tile has one file.
+  // Rows and columns are those of the plan; the tile is a single file.
   for (const char* const name : {"morphology",
                                  "--scene",
                                  "--out",
@@ -212,7 +212,7 @@ study::TileResult run_command(const std::string& name,
   if (name == "predict") return run_predict(arguments, plan, std::move(words));
   if (name == "grow") return run_grow(arguments, plan, std::move(words));
   throw UsageError(
-      fmt::format("'{}' is no command for tiles; available: indices, predict, grow", name));
+      fmt::format("'{}' cannot run on tiles; available: indices, predict, grow", name));
 }
 
 void run_tile(const RunArguments& arguments, std::vector<std::string> words) {

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr float kPi = std::numbers::pi_v<float>;
-/// After this number of surfaces a way may end by chance, and after the second it does.
+/// After this number of surfaces a path may end at random; the second number is the maximum.
 constexpr int kCertainSurfaces = 2;
 constexpr int kMostSurfaces = 32;
 
@@ -200,7 +200,7 @@ Vector3f Light::from_sun(const Surroundings& here, Random& random) const {
   return light.cwiseProduct(sky_.sun);
 }
 
-/// The direction in which the way goes on, and the share of its light that goes back along the ray.
+/// The next direction of the path, and the share of its light that returns along the ray.
 Ray Light::next(const Surroundings& here, Random& random, Vector3f& share) const {
   if (here.reflected > 0.0F && uniform(random) < here.reflected) {
     const float alpha = alpha_of(*here.hit.material);
@@ -215,7 +215,7 @@ Ray Light::next(const Surroundings& here, Random& random, Vector3f& share) const
   const bool is_through = uniform(random) * (1.0F + here.through) > 1.0F;
   Vector3f direction = cosine_direction(is_through ? Vector3f(-here.normal) : here.normal, random);
   const float cosine = here.flat_normal.dot(direction);
-  // A smooth normal must not send light through a surface that lets none pass.
+  // A smooth normal must not send light through an opaque surface.
   if (cosine < 0.0F && here.through <= 0.0F) direction -= 2.0F * cosine * here.flat_normal;
   share = share.cwiseProduct((1.0F + here.through) * here.color);
   return leaving(here.hit, here.flat_normal, direction);

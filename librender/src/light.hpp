@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Light of sun and sky, and its way from surface to surface.
+// Light of sun and sky, and its paths from surface to surface.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +12,7 @@ namespace silvafit::render {
 
 struct Surroundings;
 
-/// What lights a scene, linear RGB. The sky has its horizon's color at the horizon and its zenith's
-/// above.
+/// The light of a scene, linear RGB. The color of the sky changes from horizon to zenith.
 struct Sky {
   Eigen::Vector3f to_sun{0, 1, 0};  ///< of length 1
   /// Radiance of a white surface that faces the sun: its irradiance by pi.
@@ -24,11 +23,11 @@ struct Sky {
   Eigen::Vector3f along(const Eigen::Vector3f& direction) const;
 };
 
-/// A clear sky. A low sun is red and weak, and the sky darkens with it.
+/// A clear sky. The lower the sun, the redder and weaker its light, and the darker the sky.
 Sky sky_with(const SunPosition& sun);
 
-/// Follows light backwards along rays: at each surface the sun, and one direction by chance in
-/// which the way goes on.
+/// Traces paths of light backwards: at each surface, the light of the sun is added and the path
+/// continues in one random direction.
 ///
 /// A surface reflects the share F of the light by its rough reflection (GGX, with Schlick's F for
 /// the triangle's own normal) and scatters the rest: by its color to the side of the light, and by

@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 
 constexpr float kNoGround = std::numeric_limits<float>::quiet_NaN();
 
-/// A level square about the origin, far larger than what the tests look at, seen from above.
+/// A level square about the origin, far larger than the tested region, seen from above.
 Surface floor(const Material& material) {
   constexpr float kHalf = 1000.0F;
   return {.material = material,
@@ -32,7 +32,7 @@ Sky uniform_sky(float radiance) {
   return {.zenith = Vector3f::Constant(radiance), .horizon = Vector3f::Constant(radiance)};
 }
 
-/// The mean of many ways from a point above or below the origin to it.
+/// The mean of many paths from a point above or below the origin to it.
 Vector3f mean_light(const Light& light, const Vector3f& from, int rays = 20000) {
   Random random(7);
   Vector3f sum = Vector3f::Zero();
@@ -44,17 +44,17 @@ Vector3f mean_light(const Light& light, const Vector3f& from, int rays = 20000) 
 }  // namespace
 
 TEST_CASE("under a uniform sky a white surface is as bright as the sky") {
-  // The white furnace: every direction brings 1, so all that scatters and reflects everything
-  // shows 1, at any angle.
+  // The white furnace test: the radiance from every direction is 1, so a surface that absorbs
+  // nothing has 1 at any angle.
   for (const float height : {0.2F, 1.0F, 5.0F}) {
     const TracedScene scene = traced(floor({.color = {1, 1, 1}}));
     const Light light(scene, uniform_sky(1.0F), kNoGround);
-    // Each way ends in the sky after one surface.
+    // Each path ends in the sky after one surface.
     CHECK(mean_light(light, {1.0F, height, 0.0F}, 100)[0] == Approx(1.0F).margin(1e-5));
   }
 }
 
-TEST_CASE("a rough reflection never makes light") {
+TEST_CASE("a rough reflection never adds light") {
   // Single reflections between microfacets lose what would be reflected twice, and gain nothing.
   for (const double roughness : {0.1, 0.3, 0.5, 0.9}) {
     for (const float height : {0.2F, 1.0F, 5.0F}) {
@@ -101,7 +101,7 @@ TEST_CASE("a level surface shows the sun by the sine of its elevation, and the s
   }
 }
 
-TEST_CASE("a leaf shows its color to the side of the light, and its part of it to the other side") {
+TEST_CASE("a leaf reflects its color to the lit side and transmits a part to the other side") {
   const Material leaf{.color = {0.2, 0.4, 0.1}, .translucency = 0.5, .double_sided = true};
   const TracedScene scene = traced(floor(leaf));
   Sky sky;
@@ -125,7 +125,7 @@ TEST_CASE("both sides of a leaf together scatter no more than arrives") {
   CHECK(mean_light(furnace, {0.1F, 1.0F, 0.0F}, 100)[0] == Approx(1.0F).margin(1e-5));
 }
 
-TEST_CASE("light goes on from surface to surface") {
+TEST_CASE("light is scattered from surface to surface") {
   // Between two parallel white planes with albedo a, one of which glows: here an endless ground of
   // the ray tracer under a floor that faces down. The ground gets light only from the floor's
   // underside, and the underside only from the ground: both are dark without a gap.

@@ -22,7 +22,7 @@ Picture filled(std::size_t width, std::size_t height, std::uint8_t value) {
 
 }  // namespace
 
-TEST_CASE("a PNG file holds the pixels, and the same ones the same bytes") {
+TEST_CASE("a PNG file has the pixels, and equal images have equal bytes") {
   Picture picture = filled(5, 3, 0);
   for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
     picture.rgb[i] = static_cast<std::uint8_t>(7 * i);

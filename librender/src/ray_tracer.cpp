@@ -110,7 +110,7 @@ class Lens {
     const float eye = std::min({z_wide, z_tall, nearest});
     const float middle = 0.5F * (nearest + farthest);
     distance_ = std::max(middle - eye, std::numeric_limits<float>::min());
-    // In the direction that has room to spare the outline is in the middle of the image.
+    // In the direction with extra space the outline is in the middle of the image.
     target_ = centered(outline, right_, eye, x) * right_ + centered(outline, up_, eye, y) * up_ +
               middle * forward_;
   }

@@ -58,7 +58,7 @@ TEST_CASE("pixels depend on neither the number of threads nor the run") {
   CHECK(tracer.picture(options).rgb != one.rgb);
 }
 
-TEST_CASE("a plate casts its shadow away from the sun, as far as the elevation says") {
+TEST_CASE("the shadow of a plate has the direction and length of the sun's position") {
   // The plate hangs 4 m over a large level floor; sun in the west at 45 degrees: the shadow lies
   // 4 m to the east. The floor's bounds are the picture's.
   Surface floor = plate(0, 0, 0, {.color = {0.5, 0.5, 0.5}});
@@ -73,13 +73,13 @@ TEST_CASE("a plate casts its shadow away from the sun, as far as the elevation s
   const auto column = [](double east_m) {
     return static_cast<std::size_t>(std::lround(32.0 + east_m * 64.0 / 17.4));
   };
-  // The sky alone lights the shadow; on the curve of film that is well below three quarters.
+  // Only the sky lights the shadow; after tone mapping that is well below three quarters.
   CHECK(brightness(picture, column(4.0), 32) < 0.75 * brightness(picture, column(-4.0), 32));
   CHECK(brightness(picture, column(6.5), 32) > 0.9 * brightness(picture, column(-6.5), 32));
   CHECK(brightness(picture, column(2.2), 32) > 0.9 * brightness(picture, column(-2.2), 32));
 }
 
-TEST_CASE("light comes through a leaf from behind, and not through a board") {
+TEST_CASE("light from behind passes a leaf, but not a board") {
   RenderOptions options = small();
   options.camera = {.azimuth_deg = 180.0, .elevation_deg = -60.0, .view_deg = 20.0};
   options.sun = {.azimuth_deg = 180.0, .elevation_deg = 80.0};
@@ -91,7 +91,7 @@ TEST_CASE("light comes through a leaf from behind, and not through a board") {
       brightness(RayTracer(scene_of({plate(0, 3, 0, board)})).picture(options), 32, 32);
   const double bright =
       brightness(RayTracer(scene_of({plate(0, 3, 0, leaf)})).picture(options), 32, 32);
-  // The curve of film compresses the ratio; both are lit by the horizon from below as well.
+  // Tone mapping compresses the ratio; both are also lit by the horizon from below.
   CHECK(bright > 1.3 * dark);
 }
 
@@ -138,7 +138,7 @@ TEST_CASE("colors between pixels are mixed in linear light and by opacity") {
   CHECK(sampled(pair, 0.0F, 0.5F)[0] == Approx(0.5F).margin(1e-6));
   CHECK(sampled(pair, 1.75F, -3.5F)[0] == Approx(1.0F).margin(1e-6));
   CHECK(sampled(pair, -0.75F, 0.5F)[0] == Approx(0.0F).margin(1e-6));
-  // What is transparent lends no color.
+  // Transparent pixels do not contribute color.
   const tree::Texture edge{.width = 2, .height = 1, .rgba = {0, 255, 0, 0, 255, 0, 0, 255}};
   const Eigen::Vector4f mixed = sampled(edge, 0.5F, 0.5F);
   CHECK(mixed[0] == Approx(1.0F).margin(1e-6));
@@ -195,7 +195,7 @@ TEST_CASE("a scene fills the image, and stays in it") {
                    << box[3]);
       CHECK(nearest >= 1);
       CHECK(nearest <= 3);
-      // What is left over is the same on both sides.
+      // The remaining space is equal on both sides.
       CHECK(std::abs(static_cast<int>(box[0] + box[1]) - 63) <= 2);
       CHECK(std::abs(static_cast<int>(box[2] + box[3]) - 63) <= 2);
     }
@@ -235,7 +235,7 @@ TEST_CASE("a normal map turns the light of a surface") {
   CHECK(shown(0.0) > 1.3 * shown(-half));
 }
 
-TEST_CASE("instances are models at their places") {
+TEST_CASE("instances are models at given positions") {
   const Scene two{
       .models = {{.surfaces = {plate(0, 1, 0, {})}}},
       .instances = {{},
@@ -247,7 +247,7 @@ TEST_CASE("instances are models at their places") {
   CHECK(bounds[1] == Vector{12, 6, 2});
 }
 
-TEST_CASE("scenes and options that make no picture are refused") {
+TEST_CASE("invalid scenes and options are refused") {
   CHECK_THROWS_AS(RayTracer(Scene{}), UsageError);
   Scene scene = scene_of({plate(0, 1, 0, {})});
   scene.instances[0].model = 3;

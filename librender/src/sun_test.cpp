@@ -8,7 +8,7 @@
 using namespace silvafit;
 using namespace silvafit::render;
 
-TEST_CASE("the sun stands where the solar position algorithm has it") {
+TEST_CASE("the position of the sun is that of the solar position algorithm") {
   // The example of Reda and Andreas 2004 (Solar Energy 76, 577-589), table A5.1: elevation without
   // refraction and azimuth. 0.02 degrees are what the low-precision formulas promise.
   const SunPosition sun =
@@ -19,7 +19,7 @@ TEST_CASE("the sun stands where the solar position algorithm has it") {
   CHECK(sun.azimuth_deg == Approx(194.340241).margin(0.02));
 }
 
-TEST_CASE("at solar noon the sun is as high as the season says") {
+TEST_CASE("the elevation of the sun at solar noon follows the season") {
   // Culmination: 90 - latitude + declination; 23.44 degrees at the solstices (they fall within
   // hours of these dates, when the declination hardly changes).
   const auto highest = [](int month, int day, double latitude) {

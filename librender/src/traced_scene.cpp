@@ -146,7 +146,7 @@ void check(const Scene& scene) {
   if (triangles == 0) throw UsageError("the scene has no triangles");
 }
 
-/// Directions all round (Fibonacci's spiral on a sphere).
+/// Directions on the whole sphere (Fibonacci's spiral).
 std::vector<Vector3f> directions_all_round() {
   constexpr int kNumber = 96;
   constexpr double kGoldenAngle = 2.399963229728653;
@@ -201,7 +201,7 @@ Vector3f to_float(const Vector& value) {
   return Eigen::Map<const Eigen::Vector3d>(value.data()).cast<float>();
 }
 
-/// But for memory and threads, failures of Embree are faults of the program.
+/// Except for memory and threads, failures of Embree are errors of the program.
 /// \param message  of Embree, or empty
 [[noreturn]] void fail(RTCError error, const std::string& message) {
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
@@ -274,7 +274,7 @@ TracedScene::Geometry TracedScene::build(const Model& model) const {
     copy(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, surface.positions);
     copy(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, surface.indices);
     if (has_picture(surface) && tree::has_transparency(*surface.texture)) {
-      // Embree hands the pointer back and does not write through it.
+      // Embree returns the pointer and does not write through it.
       rtcSetGeometryUserData(geometry, const_cast<Surface*>(&surface));
       rtcSetGeometryIntersectFilterFunction(geometry, pass_transparent);
       rtcSetGeometryOccludedFilterFunction(geometry, pass_transparent);

@@ -39,7 +39,7 @@ class TracedScene {
   bool is_blocked(const Ray& ray) const;
   const std::array<Eigen::Vector3f, 2>& bounds() const { return bounds_; }
   std::size_t triangle_count() const { return triangles_; }
-  /// Points of the scene that are farthest in many directions: nothing is farther in any of these.
+  /// The extreme points of the scene in many directions.
   std::vector<Eigen::Vector3f> outline() const;
 
  private:

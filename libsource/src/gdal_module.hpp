@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What the module silvafit_gdal.so gives to the library, which loads it when a layer is read or
-// written: GDAL brings about a hundred shared libraries, which would cost every start of the
-// program 40 ms and 100 MB of addresses.
+// The functions of the module silvafit_gdal.so. The library loads it when a layer is read or
+// written, because GDAL depends on about a hundred shared libraries, which would cost every start
+// of the program 40 ms and 100 MB of addresses.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct GdalModule {
                             const TableChoice& choice,
                             GeometryUse use,
                             const std::optional<CoordinateSystem>& target) = nullptr;
-  /// Writes layers into a new file, which messages call by another name.
+  /// Writes layers into a new file, for which messages use another name.
   void (*write_draft)(const std::filesystem::path& draft,
                       const std::filesystem::path& file,
                       const std::vector<Layer>& layers,

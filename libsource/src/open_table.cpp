@@ -17,13 +17,13 @@
 namespace silvafit::source {
 namespace {
 
-/// The module, or why there is none.
+/// The module, or the reason why it is missing.
 struct LoadedModule {
   const GdalModule* functions = nullptr;
   std::string problem{};
 };
 
-/// The module lies in lib/silvafit beside the folder of the program.
+/// The module is in lib/silvafit beside the folder of the program.
 LoadedModule load_module() {
   std::error_code unknown;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
@@ -34,7 +34,7 @@ LoadedModule load_module() {
                 "this silvafit was built without GDAL; install libgdal-dev and build it again, or "
                 "use CSV"};
   }
-  // It is never unloaded: tables that it made refer to its code.
+  // It is never unloaded, because tables that it created refer to its code.
   void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   using Function = const GdalModule* (*)();
   const auto function =
@@ -87,7 +87,7 @@ void write_layers(const std::filesystem::path& file,
     throw UsageError("the ending must be .gpkg, .fgb, .xlsx or .ods", {.file = file.string()});
   }
   require_layer_output(file);
-  // The target is opened first, so that a folder that cannot be written to costs no work.
+  // The target is opened first, so that a folder without write permission is reported at once.
   AtomicFile target(file);
   const TemporaryFolder folder("silvafit-layers");
   const std::filesystem::path draft = folder.path() / ("draft." + ending_of(file.string()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What needs no GDAL: names of sources.
+// Names of sources, without GDAL.
 #include "silvafit/source/open_table.hpp"
 
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@
 namespace silvafit::source {
 namespace {
 
-TEST_CASE("sources are known by their endings, in capitals or not") {
+TEST_CASE("sources are recognized by their endings, in upper or lower case") {
   for (const char* const name :
        {"a.xlsx", "b.GPKG", "dir.csv/c.shp", "d.sqlite", "e.Ods", "PG:dbname=forest"}) {
     CHECK(is_layered(name));
@@ -28,7 +28,7 @@ TEST_CASE("a CSV file is opened as it is, and has no layers") {
   CHECK_THROWS_AS(open_table("trees.csv", {.sql = "select 1"}), UsageError);
 }
 
-TEST_CASE("names of networks and archives are told from files and databases") {
+TEST_CASE("names of networks and archives are distinguished from files and databases") {
   CHECK(is_network_name("/vsicurl/https://example.org/a.gpkg"));
   CHECK(is_network_name("/vsizip/a.zip/a.shp"));
   CHECK(is_network_name("https://example.org/a.gpkg"));

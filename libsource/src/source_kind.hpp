@@ -9,17 +9,17 @@
 
 namespace silvafit::source {
 
-/// What is known of the sources with one ending.
+/// Properties of the sources with one ending.
 struct SourceKind {
   std::string_view ending{};   ///< without its dot, lower case; `PG:` for PostgreSQL
   std::string_view drivers{};  ///< of GDAL, separated by commas
   std::string_view format{};   ///< for messages
   bool is_workbook = false;
-  /// The source has an SQL of its own; for others GDAL imports the layers into SQLite.
+  /// The source has its own SQL; for others GDAL imports the layers into SQLite.
   bool has_own_sql = false;
 };
 
-/// All of them.
+/// All kinds.
 std::span<const SourceKind> source_kinds();
 
 /// The kind of a name; nothing if no kind has its ending.

@@ -37,7 +37,7 @@ def grow(
     trees : DataFrame, dict of arrays, or path of a CSV file
         Columns plot, tree, species, dbh [cm], h, hcb, cw [m], and x, y [m] for a scene.
     out : path
-        A file (.glb, .gltf, .obj, .ply) of all trees at their positions, or a folder of one file a tree.
+        A file (.glb, .gltf, .obj, .ply) of all trees at their positions, or a folder of one file per tree.
     plots : list, optional
         Plots to grow; default: all.
     builder : {"segment", "lsystem", "ifs", "bamboo"}

@@ -19,7 +19,7 @@
 namespace silvafit::source {
 namespace {
 
-// Arrow's structures free themselves.
+// Arrow's structures have their own release function.
 struct Stream : ArrowArrayStream {
   Stream() : ArrowArrayStream{} {}
   ~Stream() {
@@ -267,7 +267,7 @@ std::unique_ptr<Column> text_column(std::string_view format) {
   return nullptr;
 }
 
-/// Whether the metadata of a column, as Arrow packs them, name the extension of geometries.
+/// Whether the metadata of a column, in Arrow's format, name the extension of geometries.
 bool is_geometry(const ArrowSchema& column) {
   if (column.metadata == nullptr) return false;
   const char* at = column.metadata;
@@ -287,7 +287,7 @@ bool is_geometry(const ArrowSchema& column) {
   return false;
 }
 
-/// Reads one layer; an object so that its parts need not be handed around.
+/// Reads one layer; an object, because its functions share much state.
 class Reader {
  public:
   Reader(OGRLayer& layer,
@@ -318,7 +318,7 @@ class Reader {
 
   struct Field {
     std::string name{};
-    std::unique_ptr<Column> column{};  ///< null for what is not read
+    std::unique_ptr<Column> column{};  ///< null if the column is not read
     bool is_geometry = false;
     bool is_wide = false;  ///< offsets of 64 bits
   };

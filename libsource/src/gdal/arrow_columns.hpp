@@ -33,8 +33,8 @@ struct LayerColumns {
 using GeometrySink = std::function<void(std::span<const unsigned char> wkb)>;
 
 /// Reads all rows of a layer. Logical values become 1 and 0; dates and times become texts as ISO
-/// 8601 has them; whole numbers that no double can hold make their column text.
-/// \param row_id  name of the column of row ids, if that is to be a column
+/// 8601 has them; a column with whole numbers that no double represents becomes text.
+/// \param row_id  name of the column of row ids, if it is to be read
 /// \throws InputError with the place if reading fails
 LayerColumns read_columns(OGRLayer& layer,
                           const std::string& row_id,

@@ -34,7 +34,7 @@ std::string wkt_of(const OGRSpatialReference& system) {
   return wkt;
 }
 
-/// GeoPackages have systems of these names where none is known.
+/// GeoPackages use systems of these names if the system is unknown.
 bool is_known(const OGRSpatialReference& system) {
   const char* const name = system.GetName();
   return system.IsEmpty() == 0 && name != nullptr &&
@@ -140,7 +140,7 @@ void Conversion::keep_system() {
       fmt::format("coordinates are converted to m from the unit of {}: {}", result_->name, unit));
 }
 
-/// How much a length of 1 km at the center differs from that on the ellipsoid, as a share of it.
+/// Relative difference of a length of 1 km at the center from that on the ellipsoid.
 double Conversion::length_distortion() const {
   OGRSpatialReference geographic;
   geographic.CopyGeogCSFrom(&*source_);

@@ -30,8 +30,8 @@ class Conversion {
   /// \param target    system to convert to; none: the layer's own, or the UTM zone of the center if
   ///                  that is geographic or distorts lengths by more than 1 %
   /// \param file      for messages
-  /// \param may_be_assumed  the format has geographic coordinates unless it says otherwise, which
-  ///                        many files do not obey
+  /// \param may_be_assumed  the format prescribes geographic coordinates if no system is given, but
+  ///                        many files contain others
   /// \throws InputError if the coordinates cannot be converted
   Conversion(const OGRSpatialReference* source,
              const Extent& extent,

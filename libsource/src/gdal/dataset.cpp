@@ -23,7 +23,7 @@ std::string in_lower_case(std::string text) {
   return text;
 }
 
-/// The sentence of a database or of SQLite within a message of GDAL, in one line.
+/// The message of a database or of SQLite within a message of GDAL, in one line.
 std::string reason_in(const std::vector<std::string>& errors) {
   if (errors.empty()) return {};
   std::string text = errors.front();
@@ -113,7 +113,7 @@ const SourceKind& required_kind(const std::string& name) {
 
 bool is_postgres(const SourceKind& kind) { return kind.drivers == "PostgreSQL"; }
 
-/// What GDAL is given to open.
+/// The name that is passed to GDAL.
 std::string opened_name(const std::string& name, const SourceKind& kind) {
   if (!is_postgres(kind)) return name.find("://") == std::string::npos ? name : "/vsicurl/" + name;
   const bool is_address = name.find("://") != std::string::npos;
@@ -125,7 +125,7 @@ std::string opened_name(const std::string& name, const SourceKind& kind) {
   return text;
 }
 
-/// Checks of a file that need no GDAL.
+/// Checks of a file without GDAL.
 void require_file(const std::string& name, const std::string& shown) {
   switch (silvafit::kind_of(name)) {
     case PathKind::kNothing:
@@ -167,7 +167,7 @@ Dataset::Dataset(const std::string& name, const TableChoice& choice)
   start_gdal();
   if (kind_.is_workbook) {
     if (!is_remote) require_readable_workbook(name, kind_, place_);
-    // Headers and types are found as in CSV files; a query needs those that GDAL finds.
+    // Headers and types are detected as in CSV files; a query needs those that GDAL detects.
     for (const char* const format : {"XLSX", "ODS", "XLS"}) {
       const bool is_query = !choice.sql.empty();
       settings_.emplace_back(fmt::format("OGR_{}_HEADERS", format).c_str(),
@@ -253,7 +253,7 @@ OGRLayer& Dataset::choose(const TableChoice& choice, GeometryUse use) {
   } else {
     layer = dataset_->GetLayerByName(choice.layer.c_str());
     if (layer == nullptr) {
-      fail(fmt::format("there is no {} '{}'; available: {}",
+      fail(fmt::format("unknown {} '{}'; available: {}",
                        kind_.is_workbook ? "sheet" : "layer",
                        choice.layer,
                        list(visible_layers(), kind_.is_workbook)));

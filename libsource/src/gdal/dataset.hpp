@@ -24,7 +24,7 @@ class Dataset {
   Dataset(const Dataset&) = delete;
   Dataset& operator=(const Dataset&) = delete;
 
-  /// The layer that is asked for.
+  /// The requested layer.
   /// \throws InputError if there is none, or several and none is chosen; it lists them
   OGRLayer& choose(const TableChoice& choice, GeometryUse use);
 

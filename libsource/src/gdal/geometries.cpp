@@ -121,7 +121,7 @@ void PointCollector::add(std::span<const unsigned char> wkb) {
   const auto elevation = reader.value<double>();
   if (!elevation || std::isnan(*elevation)) return;
   z.back() = *elevation;
-  // Programs write 0 where the elevation is not known.
+  // Programs write 0 if the elevation is unknown.
   has_elevations_ = has_elevations_ || *elevation != 0.0;
 }
 
@@ -141,7 +141,7 @@ void AreaCollector::add(std::span<const unsigned char> wkb, const std::string& f
   OGRGeometry* made = nullptr;
   OGRGeometryFactory::createFromWkb(wkb.data(), nullptr, &made, wkb.size());
   std::unique_ptr<OGRGeometry> geometry(made);
-  // Arcs become lines, of which an angle of 1 degree is cut off by each.
+  // Arcs become lines, each over an angle of 1 degree.
   if (geometry && geometry->hasCurveGeometry() != FALSE) {
     geometry.reset(geometry->getLinearGeometry(1.0));
   }
@@ -154,7 +154,7 @@ void AreaCollector::add(std::span<const unsigned char> wkb, const std::string& f
     return;
   }
   if (type != wkbPolygon && type != wkbMultiPolygon) {
-    throw InputError("the geometry is no polygon; keep only polygons in the layer of windows",
+    throw InputError("the geometry is not a polygon; keep only polygons in the layer of windows",
                      {.file = file, .line = geometries_.size()});
   }
   geometry->flattenTo2D();

@@ -22,9 +22,9 @@ class PointCollector {
 
   bool has_points() const { return points_ > 0; }
   bool has_elevations() const { return has_elevations_; }
-  /// The first row whose geometry is no point, from 1.
+  /// The first row whose geometry is not a point, from 1.
   std::optional<std::size_t> first_other() const { return first_other_; }
-  /// What that geometry is: polygon, line, ...
+  /// The type of that geometry: polygon, line, ...
   const std::string& other_kind() const { return other_kind_; }
   Extent extent() const;
 

@@ -29,7 +29,7 @@ bool are_equal_names(std::string_view left, std::string_view right) {
   });
 }
 
-/// The name of the column of row ids, if users have made it, such as the primary key `tree`.
+/// The name of the column of row ids, if users created it, such as the primary key `tree`.
 std::string row_id_of(OGRLayer& layer) {
   const std::string name = layer.GetFIDColumn();
   static constexpr std::array<std::string_view, 3> kMadeByGdal{"fid", "ogc_fid", "rowid"};
@@ -84,7 +84,7 @@ bool has_values(const data::Table& table,
   return true;
 }
 
-/// Reads one layer; an object so that its parts need not be handed around.
+/// Reads one layer; an object, because its functions share much state.
 class LayerReader {
  public:
   LayerReader(const Dataset& dataset, OGRLayer& layer, std::optional<CoordinateSystem> target)

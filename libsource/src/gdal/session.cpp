@@ -20,7 +20,7 @@ namespace silvafit::source {
 namespace {
 
 std::set<std::string, std::less<>> wanted_drivers() {
-  // Layers in memory are what SQLite's queries of other formats are made from.
+  // Queries of other formats with SQLite use layers in memory.
   std::set<std::string, std::less<>> names{"Memory"};
   for (const SourceKind& kind : source_kinds()) {
     for (std::string_view rest = kind.drivers; !rest.empty();) {
@@ -41,7 +41,7 @@ void register_drivers() {
       GDALDeregisterDriver(driver);
     }
   }
-  // Grids for changes of datum would be fetched.
+  // Otherwise PROJ would download grids for changes of datum.
   OSRSetPROJEnableNetwork(0);
 }
 

@@ -11,7 +11,7 @@ namespace silvafit::source {
 /// cannot open anything but files and PostgreSQL databases.
 void start_gdal();
 
-/// While it lives, messages of GDAL in this thread are kept here instead of being printed.
+/// During its lifetime, messages of GDAL in this thread are stored here instead of being printed.
 class KeptMessages {
  public:
   KeptMessages();
@@ -29,7 +29,7 @@ class KeptMessages {
   std::vector<std::string> errors_{};
 };
 
-/// A setting of GDAL in this thread while it lives.
+/// A setting of GDAL in this thread during its lifetime.
 class Setting {
  public:
   Setting(const char* name, const char* value);

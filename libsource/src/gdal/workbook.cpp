@@ -20,7 +20,7 @@ constexpr char kSeparator = ';';
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// GDAL writes the dates of cells as 2023/04/05, with a time of day behind it if they have one.
+/// GDAL writes the dates of cells as 2023/04/05, followed by the time of day if there is one.
 bool is_date(std::string_view cell) {
   constexpr std::string_view kPattern = "dddd/dd/dd";
   if (cell.size() < kPattern.size()) return false;
@@ -30,7 +30,7 @@ bool is_date(std::string_view cell) {
   return cell.size() == kPattern.size() || cell[kPattern.size()] == ' ';
 }
 
-/// As ISO 8601 has it.
+/// In the format of ISO 8601.
 std::string iso_date(std::string_view cell) {
   std::string date(cell);
   date[4] = date[7] = '-';
@@ -52,7 +52,7 @@ std::optional<std::string> shown_number(std::string_view cell) {
   return fmt::format("{:.15g}", value);
 }
 
-/// Makes the text of one sheet.
+/// Writes the text of one sheet.
 class SheetText {
  public:
   explicit SheetText(std::size_t columns) : numbers_(columns), dates_(columns) {}
@@ -70,7 +70,7 @@ class SheetText {
     std::size_t first_row = 0;
   };
   std::string text_{};
-  std::size_t line_ = 1;  // that comes next
+  std::size_t line_ = 1;  // of the next row
   std::vector<std::size_t> numbers_;
   std::vector<Dates> dates_;
 };
@@ -130,7 +130,7 @@ std::string letters_of(std::size_t column) {
   return letters;
 }
 
-/// Numbers that a spreadsheet took for dates, as it does with 12.3 in some languages.
+/// Numbers that a spreadsheet converted to dates, as some languages do with 12.3.
 std::optional<std::string> SheetText::note_on_dates() const {
   for (std::size_t i = 0; i < dates_.size(); ++i) {
     if (dates_[i].count == 0 || numbers_[i] <= dates_[i].count) continue;

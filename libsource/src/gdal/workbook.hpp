@@ -12,7 +12,7 @@
 namespace silvafit::source {
 
 /// The cells of a sheet as the sheet shows them, row n in line n.
-/// \param notes  gets what the sheet's user should know
+/// \param notes  gets the notes for the user
 std::shared_ptr<const data::TableText> text_of_sheet(const Dataset& workbook,
                                                      OGRLayer& sheet,
                                                      std::vector<std::string>& notes);

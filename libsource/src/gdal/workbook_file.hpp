@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What GDAL does not report of workbooks: encryption, and formulas without values.
+// Properties of workbooks that GDAL does not report: encryption, and formulas without values.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace silvafit::source {
 
 /// \param place  for messages
-/// \throws InputError if the file is encrypted, or is not of its kind; it says what to do
+/// \throws InputError with the remedy if the file is encrypted, or is not a workbook of its kind
 void require_readable_workbook(const std::string& path,
                                const SourceKind& kind,
                                const std::string& place);
@@ -20,7 +20,7 @@ struct FormulasWithoutValue {
   std::string first{};  ///< `F5`
 };
 
-/// Those of an Excel workbook; programs that do not compute, such as Python's openpyxl, leave them.
+/// Those of an Excel workbook; programs that do not compute, such as Python's openpyxl, write them.
 FormulasWithoutValue formulas_without_value(const std::string& path, const std::string& sheet);
 
 }  // namespace silvafit::source

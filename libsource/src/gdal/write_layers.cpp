@@ -32,7 +32,7 @@ const char* driver_of(const std::string& ending) {
   return "ODS";
 }
 
-/// A name that no other field of the layer has; databases ignore capitals.
+/// A name that no other field of the layer has; databases ignore case.
 std::string free_name(const std::string& name, std::set<std::string>& taken) {
   for (int number = 1;; ++number) {
     std::string candidate = number == 1 ? name : fmt::format("{}_{}", name, number);
@@ -50,7 +50,7 @@ bool are_whole(std::span<const double> values) {
   });
 }
 
-/// Writes one file; an object so that its parts need not be handed around.
+/// Writes one file; an object, because its functions share much state.
 class Writer {
  public:
   Writer(std::filesystem::path target, const std::filesystem::path& draft)
@@ -124,7 +124,7 @@ void Writer::fill(OGRFeature& feature,
       const data::TextColumn& texts = table.text(field.column);
       if (texts.is_missing(row)) continue;
       std::string text(texts[row]);
-      // A workbook would compute it.
+      // A workbook would compute it as a formula.
       if (!has_geometries(target_) && !text.empty() && text.front() == '=') {
         text.insert(0, 1, '\'');
       }

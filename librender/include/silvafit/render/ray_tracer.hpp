@@ -25,7 +25,7 @@ struct Material {
   double translucency = 0.0;  ///< proportion of the light from behind that passes, tinted
   double reflectance = 0.0;   ///< at normal incidence; grows towards 1 at grazing angles (Schlick)
   double roughness = 0.0;     ///< of the reflection: 0 is a mirror, 1 the roughest
-  bool double_sided = false;  ///< else the back is black, as the inside of a stem
+  bool double_sided = false;  ///< false: the back is black, as the inside of a stem
 };
 
 /// Triangles of one material, y up.
@@ -85,9 +85,8 @@ struct RenderOptions {
 /// A scene prepared for images from all directions.
 class RayTracer {
  public:
-  /// \throws UsageError if an instance names no model, a surface's buffers do not fit each other,
-  /// or
-  ///   the scene is empty; std::bad_alloc or Error if the ray tracing kernel fails
+  /// \throws UsageError if an instance has no valid model, sizes of a surface's buffers disagree,
+  ///   or the scene is empty; std::bad_alloc or Error if the ray tracing kernel fails
   explicit RayTracer(const Scene& scene);
   ~RayTracer();
   RayTracer(RayTracer&&) noexcept;

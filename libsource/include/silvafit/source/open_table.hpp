@@ -11,14 +11,14 @@
 
 namespace silvafit::source {
 
-/// Which table of a source is meant.
+/// The choice of a table of a source.
 struct TableChoice {
   std::string layer{};         ///< name of a sheet, layer or table; empty: the only one
-  std::string sql{};           ///< a query that makes the table, instead of a layer
+  std::string sql{};           ///< a query whose result is the table, instead of a layer
   bool allow_network = false;  ///< names of GDAL's network file systems may be used
 };
 
-/// What becomes of geometries.
+/// The columns that geometries become.
 enum class GeometryUse {
   kPositions,  ///< points give the columns x, y and, if they have elevations, z
   kAreas,      ///< polygons give the column wkt; points x and y, as centers of circles
@@ -27,7 +27,7 @@ enum class GeometryUse {
 struct OpenedTable {
   data::TableSource table{};
   std::optional<CoordinateSystem> coordinates{};  ///< of x and y; none if not known
-  std::vector<std::string> notes{};               ///< conversions, and what is not read
+  std::vector<std::string> notes{};               ///< conversions, and columns that are not read
 };
 
 /// Whether a name is that of a source which open_table reads with GDAL: a file that ends in xlsx,
@@ -35,7 +35,7 @@ struct OpenedTable {
 /// Everything else is a CSV file.
 bool is_layered(const std::string& name);
 
-/// Whether a name is that of a remote or virtual file of GDAL, which no other reader understands.
+/// Whether a name is that of a remote or virtual file, which only GDAL can read.
 bool is_network_name(const std::string& name);
 
 /// The name of a source without passwords, for messages.

@@ -12,7 +12,7 @@
 
 namespace silvafit::source {
 
-/// Where the geometry of a layer comes from.
+/// The source of a layer's geometry.
 enum class LayerGeometry {
   kNone,
   kPoints,  ///< the columns x and y [m]
@@ -42,9 +42,9 @@ bool has_geometries(const std::filesystem::path& file);
 /// \throws UsageError if silvafit was built without GDAL
 void require_layer_output(const std::filesystem::path& file);
 
-/// Writes a file with one layer or sheet for each table, whole or not at all. A FlatGeobuf file has
-/// only the first one. Texts that a spreadsheet may take for a formula get an apostrophe, as in CSV
-/// files.
+/// Writes a file with one layer or sheet for each table, completely or not at all. A FlatGeobuf
+/// file has only the first one. Texts that a spreadsheet may read as a formula get an apostrophe,
+/// as in CSV files.
 /// \param coordinates  of x, y and wkt
 /// \throws UsageError for another ending, or if silvafit was built without GDAL; IoError if the
 ///   file cannot be written

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Growing the trees of a table into files: a scene of a stand, or one file a tree.
+// Growing the trees of a table into files: a scene of a stand, or one file per tree.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ struct GrowSettings {
       "observed";  ///< source of h, hcb and cw: observed, ols, population, conditional
   // What is written: one of the two.
   std::string scene{};   ///< file of all trees at their positions
-  std::string out{};     ///< folder of one file a tree, at the origin
+  std::string out{};     ///< folder of one file per tree, at the origin
   std::string format{};  ///< glb, gltf, obj or ply; empty: from the ending of `scene`, else glb
   // How trees look.
   tree::BuilderKind builder = tree::BuilderKind::kSegment;
