@@ -110,7 +110,7 @@ void print_table(const study::Study& study) {
 }
 
 /// `--init`: writes a configuration with the default settings.
-void initialise(const StudyArguments& arguments) {
+void write_initial_configuration(const StudyArguments& arguments) {
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   const std::filesystem::path file = arguments.initial;
   const TreeTable trees = open_trees(arguments.inventory, arguments.table, arguments.common);
@@ -207,7 +207,7 @@ void run(const CLI::App& command, StudyArguments& arguments) {
   }
   apply_settings(command, arguments);
   arguments.settings.study.threads = arguments.common.threads;
-  if (!needs_folder) return initialise(arguments);
+  if (!needs_folder) return write_initial_configuration(arguments);
   const study::UnitSettings& units = arguments.settings.units;
   refuse_idle_unit_options(command, units, study::further_indices(arguments.settings));
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},

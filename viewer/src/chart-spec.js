@@ -9,7 +9,7 @@
  * @typedef {{x: number | string, y: number | string | null, tip?: string, kind?: Kind}} Datum
  * @typedef {{mark: "points" | "line" | "band" | "boxes" | "intervals" | "labels", kind: Kind, values: Datum[], thin?: boolean, dash?: boolean}} Layer
  * @typedef {{label: string, x: Axis, y: Axis, layers: Layer[], labelSpace?: number, height?: number}} Chart
- *   `label` is the text alternative, `labelSpace` the room in pixels at the right for labels of lines
+ *   `label` is the text alternative, `labelSpace` the space in pixels at the right for labels of lines
  * @typedef {Record<Kind | "text" | "grid" | "font" | "paper", string>} Palette
  */
 
@@ -17,10 +17,10 @@ const WIDTH = { plot: 1, guide: 1.2, limit: 1 };
 const DASH = { ols: [7, 4], limit: [3, 4] };
 const OPACITY = { plot: 0.55 };
 const LABEL_DISTANCE = 15;
-/** Axes take about this much of a chart's height. */
+/** Height of a chart's axes, approximately. */
 const AXIS_HEIGHT = 50;
 
-/** Many points must not hide each other. */
+/** Opacity of points: lower for many points. */
 const pointOpacity = (number) => Math.max(0.25, Math.min(0.75, 12 / Math.sqrt(number + 1)));
 
 const isText = ({ domain }) => typeof domain[0] === "string";
@@ -37,10 +37,10 @@ function positions({ x, y }) {
 
 const tooltip = (values) => (values.some(({ tip }) => tip) ? { tooltip: { field: "tip", type: "nominal" } } : {});
 
-/** Kinds that data may have of their own; one list, so that all layers of a chart share one scale. */
+/** Kinds of single data; one list, so that all layers of a chart share one scale. */
 const DATUM_KINDS = ["ols", "nlme", "point", "first", "second", "third", "fourth", "fifth"];
 
-/** A color for the layer, or one for each datum that has a kind of its own. */
+/** A color for the layer, or one for each datum with its own kind. */
 function colored(layer, palette) {
   if (!layer.values.some(({ kind }) => kind)) return { color: { value: palette[layer.kind] } };
   const range = DATUM_KINDS.map((kind) => palette[kind]);
@@ -64,7 +64,7 @@ function line(layer, encoding, palette, chart, { isPaper }) {
   return [{ mark, encoding }, ...(isPaper ? [] : lineTips(layer, encoding))];
 }
 
-/** Places along a line that tell their values; they are not seen. */
+/** Invisible points along a line, for tooltips with its values. */
 function lineTips(layer, encoding) {
   if (!layer.values.some(({ tip }) => tip)) return [];
   return [{ mark: { type: "circle", size: 90, opacity: 0, clip: true }, encoding: { ...encoding, ...tooltip(layer.values) } }];
@@ -117,7 +117,7 @@ function labels(layer, encoding, palette, chart, size) {
 
 const DRAW = { points, line, band, boxes, intervals, labels };
 
-/** Names of rows leave room for the rows themselves on a narrow screen. */
+/** The width of row names is limited on a narrow screen, so that the rows have enough space. */
 const LABEL_SHARE = 0.34;
 const GREATEST_LABEL = 200;
 
@@ -147,7 +147,7 @@ function configuration(palette, { width, letters = 1 }) {
 /**
  * @param {Chart} chart
  * @param {Palette} palette
- * @param {{width: number, height: number, letters?: number, isPaper?: boolean}} size  of the whole chart, axes and all, in CSS pixels, with `letters`, their size relative to that of the screen
+ * @param {{width: number, height: number, letters?: number, isPaper?: boolean}} size  of the whole chart with its axes, in CSS pixels; `letters`: size of letters relative to that on the screen
  */
 export function specification(chart, palette, size) {
   const encoding = positions(chart);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Charts on the screen: drawn when they come into sight, and again when width or theme change or the page is printed.
+// Charts on the screen: drawn when they become visible, and again when width or theme change or the page is printed.
 import { compile, viewOf } from "./vega-parts.js";
 import { specification } from "./chart-spec.js";
 import { element } from "./dom.js";
@@ -11,30 +11,30 @@ const descriptions = new WeakMap();
 /** @type {Map<Element, {view: import("vega-view").View, width: number}>} */
 const drawn = new Map();
 
-/** Width over height, and greatest and least height in pixels. */
+/** Ratio of width to height, and largest and smallest height in pixels. */
 const SHAPE = 1.5;
 const GREATEST_HEIGHT = 430;
-/** So that "Height to crown base (m)" has room beside the axis. */
+/** High enough for "Height to crown base (m)" beside the axis. */
 const LEAST_HEIGHT = 260;
-/** On paper a figure's charts stand beside its caption: their width together in CSS pixels on A4, and the room between two. */
+/** On paper a figure's charts are beside its caption: their total width in CSS pixels on A4, and the space between two. */
 const PAPER_WIDTH = 480;
 const PAPER_GAP = 12;
-/** Least and greatest height of a chart on paper. */
+/** Smallest and largest height of a chart on paper. */
 const PAPER_HEIGHT = [160, 200];
 const LEAST_PAPER_HEIGHT = 110;
-/** The marks up to which a chart is printed as a drawing instead of a picture. */
+/** Largest number of marks of a chart that is printed as a drawing; others are printed as a picture. */
 const MOST_DRAWN_MARKS = 300;
-/** Pixels of such a picture for each of the page. */
+/** Pixels of such a picture per pixel of the page. */
 const PICTURE_SCALE = 2;
-/** Size of the letters on paper, of those on the screen. */
+/** Size of letters on paper relative to the screen. */
 const PAPER_LETTERS = 0.8;
 
 const KINDS = ["text", "grid", "paper", "point", "ols", "nlme", "guide", "first", "second", "third", "fourth", "fifth"];
 
-/** An element that holds the chart once it is seen. */
+/** An element in which the chart is drawn when it becomes visible. */
 export function chartElement(chart) {
   const node = element("div", { class: "chart", role: "img", "aria-label": chart.label });
-  // The policy refuses attributes of style.
+  // The content security policy forbids style attributes.
   if (chart.height) node.style.minHeight = `${chart.height}px`;
   descriptions.set(node, chart);
   return node;
@@ -65,19 +65,19 @@ function size(node) {
   return { width, height: descriptions.get(node).height ?? limited(width / SHAPE, [LEAST_HEIGHT, GREATEST_HEIGHT]), letters: 1 };
 }
 
-/** On paper lines stay sharp if they are drawn, but thousands of points would make a file that nobody can open. */
+/** Drawings are sharp on paper, but with thousands of points the file would be too large to open. */
 function isDrawnOnPaper({ layers }) {
   return layers.reduce((sum, { values }) => sum + values.length, 0) <= MOST_DRAWN_MARKS;
 }
 
-/** Browsers print a canvas point by point; a picture stays a picture. */
+/** Browsers print a canvas point by point, but a picture as a picture. */
 async function paintPicture(view, container, { width, height }) {
   await view.initialize(container).runAsync();
   const source = container.querySelector("canvas").toDataURL("image/jpeg", 0.9);
   container.replaceChildren(element("img", { src: source, width, height, alt: "" }));
 }
 
-/** Vega asks the window how many pixels a canvas has for each of the page. */
+/** Vega reads the number of canvas pixels per page pixel from the window. */
 function setPixels(scale) {
   if (scale === null) delete window.devicePixelRatio;
   else Object.defineProperty(window, "devicePixelRatio", { value: scale, configurable: true });
@@ -96,7 +96,7 @@ function draw(node) {
   const dimensions = size(node);
   const isPicture = isPrinting() && !isDrawnOnPaper(chart);
   const view = viewOf(compiled(chart, dimensions), { renderer: isPrinting() && !isPicture ? "svg" : "canvas", tooltip });
-  // Vega gives its container a role and a label of its own; ours are those of the element around it.
+  // Vega sets a role and a label on its container; the element around it has the correct ones.
   const container = element("div", { "aria-hidden": "true" });
   node.replaceChildren(container);
   if (isPicture) paintPicture(view, container, dimensions);
@@ -135,7 +135,7 @@ function followPrint(nodes) {
   });
 }
 
-/** Draws what is in sight, one chart a frame, so that scrolling stays smooth and what has passed by is left alone. */
+/** Draws visible charts, one per frame, so that scrolling is smooth and charts that were scrolled past are skipped. */
 function drawer(afterwards) {
   const waiting = new Set();
   let isBusy = false;

@@ -11,7 +11,7 @@ function deviation(values) {
 
 /**
  * Classes of x, each with about the same number of trees, from the smallest x to the largest.
- * Pairs with a missing number are left out.
+ * Pairs with a missing number are skipped.
  * @param {(number|null)[]} x
  * @param {(number|null)[]} y
  * @returns {{number: number, x: number, y: number, sd: number|null}[]}  mean of x, mean of y, standard deviation of y
@@ -27,7 +27,7 @@ export function equalClasses(x, y, greatest = 10) {
   }).filter(({ number }) => number > 0);
 }
 
-/** Smallest and largest of the numbers that are there; [0, 1] if there are none. */
+/** Smallest and largest of the numbers that are not missing; [0, 1] if there are none. */
 export function extent(...columns) {
   let low = Infinity;
   let high = -Infinity;
@@ -41,19 +41,19 @@ export function extent(...columns) {
   return low <= high ? [low, high] : [0, 1];
 }
 
-/** Widths of classes that people like to read. */
+/** Round class widths. */
 const WIDTHS = [0.1, 0.2, 0.25, 0.5, 1, 2, 5, 10, 20, 25, 50, 100];
 const MOST_CLASSES = 14;
 const FEWEST_CLASSES = 4;
 
-/** Width of classes over a range: 2, as in the forester's tables, unless that gives too few or too many. */
+/** Width of classes over a range: 2, as in forestry tables, unless that gives too few or too many classes. */
 export function classWidth([low, high], usual = 2) {
   const number = (width) => Math.ceil((high - low) / width);
   if (number(usual) >= FEWEST_CLASSES && number(usual) <= MOST_CLASSES) return usual;
   return WIDTHS.find((width) => number(width) <= MOST_CLASSES) ?? (high - low) / MOST_CLASSES;
 }
 
-/** The value below which a share of sorted values lies, by linear interpolation (R's type 7). */
+/** Quantile of sorted values, by linear interpolation (R's type 7). */
 export function quantile(sorted, share) {
   const place = share * (sorted.length - 1);
   const below = Math.floor(place);
@@ -64,7 +64,7 @@ export function quantile(sorted, share) {
 /** A class with fewer trees has no box. */
 export const FEWEST_TREES = 5;
 
-/** Values that are drawn as points: those beyond the whiskers, or of a class without a box all. */
+/** Values that are drawn as points: those beyond the whiskers, or all values of a class without a box. */
 export const drawnAlone = ({ number, outliers, values }) => (number >= FEWEST_TREES ? outliers : values);
 
 /** Whiskers end at the farthest value within this many quartile ranges of the box (Tukey). */

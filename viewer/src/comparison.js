@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Two or more model libraries side by side.
+// Comparison of two or more model libraries.
 import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
 import { element, verdictMark } from "./dom.js";
@@ -23,7 +23,7 @@ export function pairName({ species, response, role }) {
   return role === "" ? subject : `${subject}, ${ROLES[role] ?? role}`;
 }
 
-/** As a heading. A column of the file keeps its name, since small and capital letters differ there. */
+/** As a heading. A column of the file keeps its name, because its case is significant. */
 export function pairTitle(pair) {
   return pair.species === "" && responseName(pair.response) !== pair.response ? capital(pairName(pair)) : pairName(pair);
 }
@@ -144,14 +144,14 @@ function coefficients(sides) {
 }
 
 function curves({ curves: drawn, response, unit }, names) {
-  if (drawn === null) return element("p", { class: "small" }, "No curves: none of the fits says over which DBH it holds.");
+  if (drawn === null) return element("p", { class: "small" }, "No curves: none of the fits has a range of DBH.");
   const lines = drawn.values.map((values, index) => ({ values, index })).filter(({ values }) => values !== null);
   const layers = lines.map(({ values, index }) => lineLayer(kindOf(index), drawn.dbh, values)).filter(hasValues);
   const name = responseName(response);
   const held = Object.entries(drawn.held_at).map(([column, value]) => `${columnName(column)} ${significant(value, 3)}`);
   const notes = [
     "Population predictions (b = 0), each over its own range of DBH.",
-    held.length > 0 ? `${capital(listing(held))}: the middle of what the fits have in common.` : "",
+    held.length > 0 ? `${capital(listing(held))}: the middle of the common range of the fits.` : "",
     drawn.own_heights ? "Heights are those of each library's height model." : "",
   ];
   const chart = {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The evidence on the final models: did they converge, and why we think so.
+// Convergence of the final models, with the evidence.
 import { element, verdictMark } from "./dom.js";
 import { count, listing, MISSING, responseName, significant, withMinusSigns } from "./format.js";
 import { resultId } from "./navigation.js";
@@ -20,7 +20,7 @@ export function convergence({ results }) {
   const evidence = [
     numeric("Newton decrement", ({ fit }) => fit?.evidence?.gradient ?? null, (value) => significant(value, 2)),
     numeric("Iterations", ({ fit }) => fit?.evidence?.iterations ?? null, count),
-    { title: "On the edge", text: true, value: ({ fit }) => (fit?.evidence ? listing(fit.evidence.boundary) || "nothing" : MISSING) },
+    { title: "Boundary", text: true, value: ({ fit }) => (fit?.evidence ? listing(fit.evidence.boundary) || "none" : MISSING) },
   ];
   const columns = [
     { title: "Species, response", text: true, value: ({ index, species, response }) => element("a", { href: `#${resultId(index)}` }, `${species} ${responseName(response).toLowerCase()}`) },
@@ -28,13 +28,13 @@ export function convergence({ results }) {
     ...(hasEvidence ? evidence : []),
     numeric("Fits tried", (result) => tried(result).length, count),
     numeric("Not converged", (result) => tried(result).filter(({ converged }) => !converged).length, count),
-    { title: "Verdict", text: true, value: ({ verdict }) => element("span", { class: "sentence" }, withMinusSigns(verdict)) },
+    { title: "Convergence message", text: true, value: ({ verdict }) => element("span", { class: "sentence" }, withMinusSigns(verdict)) },
   ];
   return element(
     "section",
     { id: "convergence", "aria-labelledby": "convergence-title" },
     element("h2", { id: "convergence-title" }, "Convergence"),
     table("Convergence of the final models", columns, rows, failedRow),
-    hasEvidence ? element("p", { class: "small" }, "Newton decrement: squared distance to the optimum in standard errors; on the edge: standard deviations of zero or correlations of one.") : null,
+    hasEvidence ? element("p", { class: "small" }, "Newton decrement: squared distance to the optimum in standard errors; boundary: standard deviations of zero or correlations of one.") : null,
   );
 }

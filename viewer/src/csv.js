@@ -4,11 +4,11 @@ import { element } from "./dom.js";
 
 const NEEDS_QUOTES = /[",\r\n]/;
 
-/** What a spreadsheet may take for a formula; such texts get an apostrophe, as the program writes them. */
+/** Texts that a spreadsheet may read as a formula; they get an apostrophe, as in the files of the program. */
 const FORMULA = /^['\s]*[=+\-@]/;
 const isHarmless = (text) => /^-{1,3}$/.test(text) || !Number.isNaN(Number(text.replace(",", ".")));
 
-/** Numbers with all of their digits; what is missing is empty. */
+/** Numbers with all digits; missing values are empty. */
 function field(value) {
   if (value === null || value === undefined || Number.isNaN(value)) return "";
   const plain = typeof value === "boolean" ? (value ? "yes" : "no") : String(value);
@@ -19,7 +19,7 @@ function field(value) {
 /** @param {string[]} header  @param {(string|number|boolean|null)[][]} rows */
 export const csvText = (header, rows) => [header, ...rows].map((row) => `${row.map(field).join(",")}\n`).join("");
 
-/** Hands a file to the reader's browser. */
+/** Lets the browser save a file. */
 export function save(name, blob) {
   const link = element("a", { href: URL.createObjectURL(blob), download: name });
   link.click();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Building elements. Texts become text nodes, so nothing in the data can become markup.
+// Functions that create elements. Texts become text nodes, so that data are never read as markup.
 
 /**
  * @param {string} tag
- * @param {Record<string, string | number | boolean | null | undefined>} attributes  null, undefined and false are left out
- * @param {...(Node | string | null | undefined)} children  null and undefined are left out
+ * @param {Record<string, string | number | boolean | null | undefined>} attributes  null, undefined and false are omitted
+ * @param {...(Node | string | null | undefined)} children  null and undefined are omitted
  * @returns {HTMLElement}
  */
 export function element(tag, attributes = {}, ...children) {
@@ -17,7 +17,7 @@ export function element(tag, attributes = {}, ...children) {
   return node;
 }
 
-/** Closed parts that are not made yet, and what makes them. */
+/** Closed parts that are not created yet, and the functions that create them. */
 const unmade = new WeakMap();
 
 function make(details) {
@@ -29,9 +29,9 @@ function make(details) {
 }
 
 /**
- * A heading with a closed part below it; what it says must be enough without opening it.
+ * A heading with a closed part below it; the heading must be understandable without opening it.
  * @param {string | (Node | string)[]} summary
- * @param {() => Node[]} content  made when it is opened, since a report has some hundred of these
+ * @param {() => Node[]} content  created when it is opened, because a report has some hundred of these
  * @param {number | null} tables  how many numbered tables it has
  */
 export function disclosure(summary, content, tables = null) {
@@ -41,7 +41,7 @@ export function disclosure(summary, content, tables = null) {
   return details;
 }
 
-/** The mark that a fit cannot be used, can, or can with doubts. Word and sign say it, not color alone. */
+/** The mark for a sound, doubtful or unusable fit: a word and a sign, in addition to the color. */
 export function verdictMark(converged, sound = converged) {
   if (!converged) return element("span", { class: "mark bad" }, "\u26a0 not converged");
   return sound ? element("span", { class: "mark good" }, "\u2713 converged") : element("span", { class: "mark bad" }, "\u26a0 doubtful");

@@ -10,7 +10,7 @@ import { numeric, table } from "./table.js";
 /** @typedef {import("./types.js").Result} Result */
 
 const ORDINALS = ["first", "second", "third", "fourth", "fifth"];
-/** A class with fewer trees is drawn thin: its curve is hardly more than the equation's own idea. */
+/** A class with fewer trees is drawn thin, because its curve depends mostly on the form of the equation. */
 const FEW_TREES = 5;
 
 const unitOf = (column) => ({ h: " m", dbh: " cm" })[column] ?? "";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Observed against predicted values, both methods side by side.
+// Observed against predicted values for both methods.
 import { equalClasses, extent } from "./classes.js";
 import { figure, titled } from "./figure.js";
 import { classTable } from "./figure-residuals.js";
@@ -26,6 +26,6 @@ export function predictionFigure(result) {
     title: "Observed against predicted",
     legend: [["guide", "observed = predicted"]],
     charts: shown.map((side) => titled(`${side.name}: ${accuracyText(side.accuracy, unit)}`, chart(side))),
-    behind: () => shown.map((side) => classTable(`Observed values in classes of what ${side.name} predicts`, `Predicted, ${unit}`, `Observed, ${unit}`, equalClasses(side.fitted, observations.observed))),
+    behind: () => shown.map((side) => classTable(`Observed values in classes of the predictions of ${side.name}`, `Predicted, ${unit}`, `Observed, ${unit}`, equalClasses(side.fitted, observations.observed))),
   });
 }

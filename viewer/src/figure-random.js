@@ -7,7 +7,7 @@ import { numeric, table } from "./table.js";
 
 /** Normal quantile of 95 % intervals. */
 const INTERVAL = 1.96;
-/** More groups than this get no names, only their place in the order. */
+/** More groups than this get numbers in their order instead of names. */
 const MOST_NAMES = 45;
 const ROW_HEIGHT = 17;
 const LEAST_ROW_HEIGHT = 4;
@@ -25,8 +25,8 @@ export function randomFigure({ fits: { nlme }, outlying = [] }) {
     title: `Random effects by ${random.group}`,
     legend: [["dot-nlme", `EBLUP of each ${random.group}`], ...(hasErrors ? [["nlme", "95 % interval"]] : []), ["limit", "two standard deviations of the random effect"], ...(outlying.length > 0 ? [["dot-ols", `outlying ${random.group}`]] : [])],
     note: hasErrors
-      ? `What each ${random.group} adds to the coefficient. The intervals are conditional: given the estimates.`
-      : `What each ${random.group} adds to the coefficient. Intervals need standard errors of the random effects, which this fit does not have.`,
+      ? `The deviation of each ${random.group} from the coefficient. The intervals are conditional: given the estimates.`
+      : `The deviation of each ${random.group} from the coefficient. Intervals need standard errors of the random effects, which this fit does not have.`,
     charts: panels.map(({ chart, effect }) => titled(`On ${effect}`, chart)),
     behind: () => [randomTable(random, groups)],
   });

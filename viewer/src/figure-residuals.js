@@ -11,7 +11,7 @@ import { quantileNormal } from "./vega-parts.js";
 
 const three = (value) => decimals(value, 3);
 
-/** Boxes of the two methods stand side by side within a class: where their middle is and how wide they are, as shares of the class. */
+/** Boxes of the two methods are side by side within a class: their middle and width, relative to the class width. */
 const PLACE = { ols: 0.28, nlme: 0.72 };
 const BOX_WIDTH = 0.34;
 
@@ -27,13 +27,13 @@ export function boxFigure(result) {
   const reach = extent(...shown.map(({ residual }) => residual));
   const subject = responseInText(response);
   return figure({
-    title: `Standardised residuals by class of ${subject}`,
+    title: `Standardized residuals by class of ${subject}`,
     legend: shown.map(({ kind, name }) => [`box ${kind}`, name]),
     note:
       `Classes of ${width} ${unit}. Box: middle half of the trees; line: median; cross: mean; whiskers: up to 1.5 box lengths; points: trees beyond, and classes with fewer than ${FEWEST_TREES} trees. ` +
-      `By observed ${subject} the residuals of every model rise. ${shownTrees(result)}`,
+      `In classes of observed ${subject} the residuals of every model increase. ${shownTrees(result)}`,
     charts: by.map(({ name, groups }) => titled(`By ${name} ${subject}`, boxChart({ name, groups, width, reach, result }))),
-    behind: () => by.flatMap(({ name, groups }) => groups.map(({ side, classes }) => boxTable(`Standardised residuals of ${side.name} by ${name} ${subject}`, name, unit, classes))),
+    behind: () => by.flatMap(({ name, groups }) => groups.map(({ side, classes }) => boxTable(`Standardized residuals of ${side.name} by ${name} ${subject}`, name, unit, classes))),
   });
 }
 
@@ -59,9 +59,9 @@ function boxChart({ name, groups, width, reach, result }) {
     ];
   });
   return {
-    label: `Box plots of standardised residuals by classes of ${name} ${responseInText(response)}, ${groups.map(({ side }) => side.name).join(" beside ")}. The tables behind the chart have the quartiles.`,
+    label: `Box plots of standardized residuals by classes of ${name} ${responseInText(response)}, ${groups.map(({ side }) => side.name).join(" beside ")}. The tables behind the chart have the quartiles.`,
     x: { title: `${capital(name)} (${unit})`, domain, ticks: edges(domain, width) },
-    y: { title: "Standardised residual", domain: reach },
+    y: { title: "Standardized residual", domain: reach },
     layers: [lineLayer("guide", domain, [0, 0]), ...layers],
   };
 }
@@ -92,9 +92,9 @@ export function residualFigure(result) {
   const reach = Math.max(3, ...extent(...shown.map(({ residual }) => residual)).map(Math.abs));
   const guide = (kind, y) => lineLayer(kind, xDomain, [y, y]);
   const chart = (side) => ({
-    label: `Standardised residuals of ${side.name} against fitted values; the table behind the chart gives them in classes.`,
+    label: `Standardized residuals of ${side.name} against fitted values; the table behind the chart gives them in classes.`,
     x: { title: `Fitted (${unit})`, domain: xDomain },
-    y: { title: "Standardised residual", domain: [-reach, reach] },
+    y: { title: "Standardized residual", domain: [-reach, reach] },
     layers: [
       guide("guide", 0),
       guide("limit", -2),
@@ -104,7 +104,7 @@ export function residualFigure(result) {
     ],
   });
   return figure({
-    title: "Standardised residuals against fitted values",
+    title: "Standardized residuals against fitted values",
     legend: [["point", "trees"], ["limit", "two standard deviations"], ...shown.map(({ kind, name }) => [kind, `${name}: mean of trees in classes`])],
     note: "A good fit has no trend and the same spread everywhere.",
     charts: shown.map((side) => titled(side.name, chart(side))),
@@ -116,7 +116,7 @@ export function residualFigure(result) {
 const BAND = 1.96;
 const density = (z) => Math.exp(-0.5 * z * z) / Math.sqrt(2 * Math.PI);
 
-/** Sorted residuals with the normal quantiles that they should have, and a pointwise 95 % band. */
+/** Sorted residuals with the expected normal quantiles, and a pointwise 95 % band. */
 export function normalQuantiles(residuals) {
   const sorted = residuals.filter(isNumber).sort((a, b) => a - b);
   return sorted.map((y, index) => {
@@ -133,9 +133,9 @@ export function quantileFigure(result) {
   const xDomain = extent(...shown.map(({ quantiles }) => quantiles.map(({ x }) => x)));
   const yDomain = extent(xDomain, ...shown.map(({ quantiles }) => quantiles.map(({ y }) => y)));
   const chart = (side) => ({
-    label: `Normal Q-Q plot of the standardised residuals of ${side.name}: ${outside(side.quantiles)} The table behind the chart gives both at fixed shares of the trees.`,
+    label: `Normal Q-Q plot of the standardized residuals of ${side.name}: ${outside(side.quantiles)} The table behind the chart gives both at fixed shares of the trees.`,
     x: { title: "Normal quantile", domain: xDomain },
-    y: { title: "Standardised residual", domain: yDomain },
+    y: { title: "Standardized residual", domain: yDomain },
     layers: [
       { mark: "band", kind: "guide", values: side.quantiles },
       lineLayer("guide", xDomain, xDomain),
@@ -143,7 +143,7 @@ export function quantileFigure(result) {
     ],
   });
   return figure({
-    title: "Q-Q plot of standardised residuals",
+    title: "Q-Q plot of standardized residuals",
     legend: [["guide", "normal distribution"], ["shade", "95 % of samples, at each point"]],
     note: "Where the points leave the band, the residuals are not normal: steep ends mean more extreme trees than a normal distribution has.",
     charts: shown.map((side) => titled(side.name, chart(side))),

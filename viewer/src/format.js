@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Numbers and names as people read them.
+// Formats of numbers and names.
 
 export const MISSING = "\u2013";
 
 const missing = (value) => value === null || value === undefined || !Number.isFinite(value);
 
-/** The minus sign of the page, as that of the charts' axes; files and code have that of ASCII. */
+/** The minus sign of the page and of the charts' axes; files and code have the ASCII hyphen. */
 const MINUS = "\u2212";
 
 /** Sentences of the program with the page's minus sign: "-0.5" and "6e-07", but not "--seed" or "10-20". */
@@ -27,7 +27,7 @@ export function significant(value, digits = 5) {
   return value.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(size)))).replace("-", MINUS);
 }
 
-/** A p-value; below 0.001 only that. */
+/** A p-value; below 0.001 as "< 0.001". */
 export function probability(value) {
   if (missing(value)) return MISSING;
   return value < 0.001 ? "< 0.001" : value.toFixed(3);

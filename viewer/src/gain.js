@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the mixed models gain over least squares, for all species and responses in one chart.
+// The gain of the mixed models over least squares, for all species and responses in one chart.
 import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
 import { figure } from "./figure.js";
@@ -21,7 +21,7 @@ function rowOf(result) {
   };
 }
 
-/** @param {import("./types.js").Report} report  null where there is nothing to compare */
+/** @param {import("./types.js").Report} report  null if there is nothing to compare */
 export function gainFigure({ results }) {
   const rows = results.filter(({ converged }) => converged).map(rowOf).filter(({ ols, conditional }) => ols !== null && conditional !== null);
   if (rows.length === 0) return null;
@@ -29,7 +29,7 @@ export function gainFigure({ results }) {
   const right = (row) => Math.max(row.ols, row.conditional, row.population ?? -Infinity);
   const best = rows.reduce((a, b) => (b.gain.conditional > a.gain.conditional ? b : a));
   const chart = {
-    label: `R² of least squares and of the mixed models, for ${plural(rows.length, "species and response", "pairs of species and response")}. The greatest gain is ${points(best.gain.conditional)} percentage points, ${best.y}.`,
+    label: `R² of least squares and of the mixed models, for ${plural(rows.length, "species and response", "pairs of species and response")}. The largest gain is ${points(best.gain.conditional)} percentage points, ${best.y}.`,
     x: { title: "R²", domain: extent(rows.flatMap(({ ols, population, conditional }) => [ols, population, conditional])) },
     y: { title: null, domain: rows.map(({ y }) => y) },
     layers: [
@@ -51,7 +51,7 @@ export function gainFigure({ results }) {
     numeric("Gain conditional, percentage points", ({ gain }) => gain.conditional, points),
   ];
   return figure({
-    title: "What the mixed models gain",
+    title: "Gain of the mixed models",
     legend: [["dot-ols", "OLS"], ["dot-guide", "NLME, population (b = 0)"], ["dot-nlme", "NLME, conditional (EBLUP)"]],
     note: "Numbers at the lines: gain of the conditional prediction in percentage points of R².",
     charts: [chartElement(chart)],

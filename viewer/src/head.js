@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The top of the report: verdict, summary, and what was done.
+// The top of the report: main result, summary, and the analyses.
 import { element, verdictMark } from "./dom.js";
 import { count, decimals, listing, MISSING, plural, points, r2, responseName, significant, withMinusSigns } from "./format.js";
 import { gainFigure } from "./gain.js";
@@ -14,7 +14,7 @@ const LEVELS = [
   ["variance", "variance functions"],
 ];
 
-/** Trees that were not left out: those that species and models are counted in. */
+/** Trees that were not skipped, the basis of all counts. */
 const used = ({ trees, excluded }) => trees - excluded;
 
 const chosen = (rows) => rows.find((row) => row.chosen) ?? null;
@@ -41,7 +41,7 @@ function whatItIs({ inventory, results }) {
   );
 }
 
-/** Models of data that say nothing of it, from earlier versions, are sound where they converged. */
+/** Data of earlier versions do not have `sound`; there, converged models count as sound. */
 export const isSound = ({ converged, sound }) => sound ?? converged;
 
 function verdict(report) {
@@ -67,7 +67,7 @@ function headline(results) {
   const models = plural(results.length, "final model");
   if (failed === 0 && doubtful === 0) return results.length === 1 ? "The final model is sound." : `All ${models} are sound.`;
   const sentences = [];
-  if (failed > 0) sentences.push(`${failed} of ${models} did not converge. Do not use what the report says about ${failed === 1 ? "it" : "them"}.`);
+  if (failed > 0) sentences.push(`${failed} of ${models} did not converge. Do not use ${failed === 1 ? "its" : "their"} results.`);
   if (doubtful > 0) sentences.push(`${doubtful} of ${models} ${doubtful === 1 ? "is" : "are"} doubtful.`);
   return sentences.join(" ");
 }
@@ -75,7 +75,7 @@ function headline(results) {
 const nameOf = ({ species, response }) => `${species}, ${responseName(response).toLowerCase()}`;
 const linkTo = (result, index) => element("a", { href: `#${resultId(index)}` }, nameOf(result));
 
-/** The models to rely on, by name where there are others too. */
+/** The sound models, by name if there are others, too. */
 function soundList(results, doubtful) {
   const sound = results.map((result, index) => ({ result, index })).filter(({ result }) => isSound(result));
   if (sound.length === 0) return null;
@@ -112,7 +112,7 @@ function gainSentence(results) {
   );
 }
 
-/** The plots that a reader has to look at, by model. */
+/** The outlying plots, by model. */
 function outlyingSentence(results) {
   const named = results.map((result, index) => ({ result, index })).filter(({ result }) => (result.outlying ?? []).length > 0);
   if (named.length === 0) return null;
@@ -132,7 +132,7 @@ function effort(results) {
   return element("p", {}, `Compared: ${listing(parts)}. Those that did not converge were not ranked.${rejected}`);
 }
 
-/** Covariates of the chosen level 2 model, "none" if the base won, a dash if the level was left out. */
+/** Covariates of the chosen level 2 model, "none" if the base model was chosen, a dash if the level was skipped. */
 export function covariateText(result) {
   const row = chosen(result.covariates);
   if (row === null) return MISSING;
@@ -194,7 +194,7 @@ function summary(report) {
 
 const foldsOf = (results) => results.find(({ left_out: leftOut }) => leftOut?.r2_ols !== undefined)?.left_out.folds ?? null;
 
-/** Cross-validated R², where the data have it. */
+/** Cross-validated R², if the data have it. */
 function leftOutColumns(results) {
   if (foldsOf(results) === null) return [];
   return [

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The candidates of each level, best first, behind a line that says what was chosen.
+// The candidates of each level, best first, below a line with the chosen one.
 import { disclosure, element } from "./dom.js";
 import { count, criterion, decimals, plural, probability, r2, significant, withMinusSigns } from "./format.js";
 import { varianceText } from "./head.js";
@@ -11,7 +11,7 @@ const CRITERIA = [
   numeric("AIC", ({ aic }) => aic, criterion),
   numeric("BIC", ({ bic }) => bic, criterion),
 ];
-/** Errors of predictions for plots left out, where the study chose by them. */
+/** Prediction errors for left-out plots, if the study chose by them. */
 const crossValidated = (rows) =>
   rows.some(({ cv_rmse }) => cv_rmse !== null && cv_rmse !== undefined)
     ? [numeric("RMSE, left out", ({ cv_rmse }) => cv_rmse, (value) => decimals(value, 3))]
@@ -27,7 +27,7 @@ const OUTCOME = { title: "Outcome", text: true, value: outcome };
 function outcome(row) {
   if (!row.converged) return element("span", { class: "bad" }, `\u26a0 ${withMinusSigns(row.verdict)}`);
   if (row.objection) {
-    const what = row.chosen ? "chosen for want of another" : "rejected";
+    const what = row.chosen ? "chosen in spite of this" : "rejected";
     return element("span", { class: "bad" }, `\u26a0 ${what}: ${withMinusSigns(row.objection)}`);
   }
   return row.chosen ? element("strong", { title: withMinusSigns(row.verdict) }, "chosen") : element("span", { title: withMinusSigns(row.verdict) }, "converged");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reads the data in the page and builds what they are: the report of a study, or a comparison of libraries.
+// Reads the data in the page and builds the report of a study, or a comparison of libraries.
 import "./style.css";
 import { drawChartsWhenSeen } from "./chart-view.js";
 import { comparisonPage } from "./comparison.js";

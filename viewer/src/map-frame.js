@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The frame of a map: axes in metres, a scale bar and a north arrow around a picture in metres.
+// The frame of a map: axes in meters, a scale bar and a north arrow around a picture in meters.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -10,12 +10,12 @@ export function svg(tag, attributes = {}, ...children) {
   return node;
 }
 
-/** Room around the picture in pixels. */
+/** Space around the picture in pixels. */
 const ROOM = { left: 62, right: 14, top: 34, bottom: 62 };
 const LEAST_WIDTH = 300;
 /** Pixels between two ticks, at least. */
 const TICK_DISTANCE = 64;
-/** Share of the width that a scale bar is shorter than. */
+/** Upper limit of the length of a scale bar, relative to the width. */
 const BAR_SHARE = 0.28;
 const STEPS = [1, 2, 5, 10];
 
@@ -25,7 +25,7 @@ function roundStep(value) {
   return power * STEPS.find((step) => step * power >= value * (1 - 1e-9));
 }
 
-/** The greatest such step that is not above a value. */
+/** The largest such step that is not above a value. */
 function roundLength(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   return power * STEPS.findLast((step) => step * power <= value * (1 + 1e-9));
@@ -84,11 +84,11 @@ const northArrow = (place) =>
   svg("g", { class: "north", transform: `translate(${place.right - 10} ${place.top - 28})` }, svg("path", { d: "M0,0L6,20L0,15L-6,20Z", class: "arrow" }), text("N", -18, 16, { "text-anchor": "middle", "font-weight": 600 }));
 
 /**
- * A picture in metres with its frame, as large as the room.
- * @param {{x: number, y: number, width: number, height: number}} box  of the picture; y downwards, so that north is up where y is turned
+ * A picture in meters with its frame, in the available space.
+ * @param {{x: number, y: number, width: number, height: number}} box  of the picture; y downwards: north is up if the sign of y is reversed
  * @param {{width: number, height: number}} room  in pixels
  * @param {Record<string, string | number>} attributes  of the whole drawing
- * @param {Node[]} content  in metres
+ * @param {Node[]} content  in meters
  */
 export function framed(box, room, attributes, content) {
   const across = Math.max(LEAST_WIDTH, room.width) - ROOM.left - ROOM.right;
@@ -108,14 +108,14 @@ export function framed(box, room, attributes, content) {
 
 const DRAWN = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "stroke-linejoin", "font-size", "font-weight"];
 
-/** The drawing as text, with the looks that the style sheet gives it. */
+/** The drawing as text, with the styles of the style sheet. */
 export function drawingText(drawing) {
   const copy = drawing.cloneNode(true);
   const copies = copy.querySelectorAll("*");
   drawing.querySelectorAll("*").forEach((node, index) => {
     const style = getComputedStyle(node);
     DRAWN.forEach((name) => copies[index].setAttribute(name, style.getPropertyValue(name)));
-    // Lines that keep their width on the screen have that width in the drawing, whatever its size.
+    // Lines with a constant width on the screen have the same width in the drawing.
     if (style.vectorEffect === "non-scaling-stroke") {
       const scale = node.getScreenCTM().a / drawing.getScreenCTM().a;
       copies[index].setAttribute("stroke-width", Number.parseFloat(style.strokeWidth) / scale);

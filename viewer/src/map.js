@@ -12,10 +12,10 @@ import { rectangleOf, wayAround } from "./torus.js";
 
 const COLORS = 8;
 const MARGIN = 2;
-/** A tree of unknown height stands in no layer. */
+/** A tree of unknown height has no layer. */
 const WITHOUT_HEIGHT = "without";
 
-/** Species by falling number of trees have colors of their own; those beyond the eighth share one. */
+/** The eight species with the most trees have their own colors; all others share one. */
 function speciesClasses(map) {
   const counts = map.species_names.map(() => 0);
   for (const code of map.species) if (code !== null) counts[code] += 1;
@@ -41,10 +41,10 @@ function bounds(map, area, trees) {
   return { x: low[0] - MARGIN, y: -high[1] - MARGIN, width: high[0] - low[0] + 2 * MARGIN, height: high[1] - low[1] + 2 * MARGIN };
 }
 
-/** North is up: y is drawn downwards with its sign turned. */
+/** North is up: the sign of y is reversed, because y is drawn downwards. */
 const pathOf = (rings) => rings.map((ring) => `M${ring.map(([x, y]) => `${x},${-y}`).join("L")}Z`).join("");
 
-/** The zone within the buffer of the boundary: a line of twice its width, of which the window shows the inner half. */
+/** The buffer zone: a line of twice its width along the boundary, clipped to the window. */
 function ground(map, area) {
   const { rings } = map.areas[area];
   if (rings.length === 0) return [];
@@ -77,13 +77,13 @@ const measure = (label, value, digits, unit) => (value === null ? null : `${labe
 const speciesOf = (map, tree) => (map.species[tree] === null ? "species unknown" : map.species_names[map.species[tree]]);
 const known = (parts) => parts.filter((part) => part !== null).join(", ");
 
-/** The size of a tree; what was not measured is said to be unknown. */
+/** The sizes of a tree; missing measurements are shown as unknown. */
 function sizes(map, tree) {
   const size = (label, column, unit) => measure(label, map[column][tree], 1, unit) ?? `${label} unknown`;
   return known([size("DBH", "dbh", " cm"), size("height", "h", " m"), size("crown width", "cw", " m")]);
 }
 
-/** What is said of a tree and its neighbors. */
+/** The text about a tree and its neighbors. */
 function sentence(map, tree) {
   const indices = ["W", "M", "U", "C"].map((index) => measure(index, map[index][tree], 2, ""));
   const neighbors = map.nearest[tree].map((other) => map.tree[other]);
@@ -93,7 +93,7 @@ function sentence(map, tree) {
   return `${name(map, tree)}: ${speciesOf(map, tree)}, ${sizes(map, tree)}.${place} ${unit}`.replace(/^p/, "P");
 }
 
-/** The way to a neighbor in pieces: one, or more where the edge is a torus and its nearest image lies beyond it. */
+/** The line to a neighbor in pieces: one, or more if the window is a torus and the nearest image is beyond its border. */
 function wayTo(map, tree, other) {
   const [from, to] = [tree, other].map((one) => [map.x[one], map.y[one]]);
   const rings = map.areas[map.area[tree]]?.rings ?? [];
@@ -129,7 +129,7 @@ function drawing(map, area, layer, palette, room, tell) {
   const stems = [...trees].sort((a, b) => (map.cw[b] ?? 0) - (map.cw[a] ?? 0)).map((tree) => stem(map, tree, palette.classes, unit));
   const crowns = stems.flatMap((parts) => parts.slice(0, -1));
   const dots = stems.flatMap((parts) => parts.slice(-1));
-  const label = `Map of ${plural(trees.length, "tree")} of ${areaName(map, area)}, north up, axes in meters; crowns to scale. The table indices.csv holds the same trees.`;
+  const label = `Map of ${plural(trees.length, "tree")} of ${areaName(map, area)}, north up, axes in meters; crowns to scale. The table indices.csv has the same trees.`;
   const picture = framed(box, room, { role: "img", "aria-label": label }, [...ground(map, area), svg("g", {}, ...crowns), svg("g", {}, ...dots), overlay]);
   const show = (tree) => {
     drawUnit(overlay, map, tree, unit);
@@ -154,7 +154,7 @@ function drawing(map, area, layer, palette, room, tell) {
 
 const areaName = (map, area) => (map.areas[area].name === null ? "the stand" : `plot ${map.areas[area].name}`);
 
-/** "2 trees have no height and stand in no layer; 1 has no crown width and is drawn without a crown." */
+/** A note on trees without height or crown width. */
 function unknownText(map, area) {
   const trees = treesOf(map, area);
   const lacking = (column) => trees.filter((tree) => map[column][tree] === null).length;
@@ -175,7 +175,7 @@ function layerChoice(map) {
   return element("select", {}, option("", "all layers"), ...layers, ...without);
 }
 
-/** The controls and the drawing that follows them. */
+/** The controls and the drawing that depends on them. */
 class MapView {
   constructor(map) {
     this.map = map;

@@ -57,7 +57,7 @@ function accuracy(fits, { unit, left_out: leftOut }) {
     { name: "BIC", of: ({ fit }) => criterion(fit.bic) },
   ];
   if (leftOut?.r2_ols !== undefined) {
-    // Least squares and the population prediction have one; random effects of a plot left out are not known.
+    // Only least squares and the population prediction have it: random effects of a left-out plot are unknown.
     const of = (name) => ({ key, isConditional }) => (isConditional ? null : leftOut[`${name}_${key}`]);
     rows.splice(1, 0, { name: `R², plots left out (${leftOut.folds} folds)`, of: (view) => r2(of("r2")(view)) });
     rows.splice(4, 0, { name: inUnit("RMSE, plots left out", unit), of: (view) => decimals(of("rmse")(view), 4) });
@@ -119,5 +119,5 @@ function components(fit, unit) {
 }
 
 const NEARLY_ONE =
-  "A correlation is nearly 1 or \u22121: the data hardly tell these random effects apart, and fewer of them may do as well.";
+  "A correlation is nearly 1 or \u22121: these random effects are hardly identifiable separately. Consider a model with fewer of them.";
 const nearlyOne = (correlation) => correlation.some((row, index) => row.slice(0, index).some((value) => Math.abs(value) > 0.995));

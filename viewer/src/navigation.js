@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The list of what is on the page, beside it.
+// The table of contents beside the page.
 import { pairId, pairName } from "./comparison.js";
 import { element } from "./dom.js";
 import { responseName } from "./format.js";
@@ -24,7 +24,7 @@ function entry({ result, index }) {
 }
 
 const link = ([href, text]) => element("li", {}, element("a", { href }, text));
-/** Beside the report where there is room; else a menu above it. */
+/** Beside the report if the page is wide enough; else a menu above it. */
 const wide = matchMedia("(min-width: 76rem)");
 
 function frame(...entries) {
@@ -51,7 +51,7 @@ export function reportNavigation(report) {
   ];
   const end = [
     ["#tables", "Tables of the study"],
-    ["#repeat", "To repeat this study"],
+    ["#repeat", "Reproducing this study"],
   ];
   return frame(...start.map(link), ...groups, ...end.map(link));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Numbers of figures and tables, in the order of the page. Tables in closed parts have their numbers before they are made.
+// Numbers of figures and tables, in the order of the page. Tables in closed parts are numbered before they are created.
 
-/** Where a number stands in a caption, to be filled. */
+/** Placeholder of the number in a caption. */
 const LABEL = ".label";
 
 function label(node, text) {
@@ -26,7 +26,7 @@ function labelMade({ target }) {
   else if (target.dataset.firstTable) labelReserved(target);
 }
 
-/** @param {Element} page  whose figures and tables are all there, but for those in closed parts */
+/** @param {Element} page  with all its figures and tables, except those in closed parts */
 export function numberCaptions(page) {
   let figures = 0;
   let tables = 0;

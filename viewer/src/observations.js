@@ -7,7 +7,7 @@ import { count, plural } from "./format.js";
 export const isNumber = (value) => value !== null && value !== undefined;
 export const hasNumbers = (column) => column.some(isNumber);
 
-/** Pairs of numbers with the name of their tree; pairs with a missing number are left out. */
+/** Pairs of numbers with the name of their tree; pairs with a missing number are skipped. */
 export const points = (observations, x, y, tip) =>
   x
     .map((value, index) => ({ x: value, y: y[index], index }))
@@ -18,13 +18,13 @@ export const pointLayer = (kind, values) => ({ mark: "points", kind, values });
 export const lineLayer = (kind, x, y, more = {}) => ({ mark: "line", kind, values: x.map((value, index) => ({ x: value, y: y[index] })), ...more });
 export const hasValues = ({ values }) => values.some(({ y }) => isNumber(y));
 
-/** "4 000 of 9 000 trees are shown, every second or third": never silently. */
+/** A note if not all trees are shown: "4 000 of 9 000 trees are shown, every second or third". */
 export function shownTrees({ observations, n }) {
   const shown = observations.observed.length;
   return shown < n ? `A sample of ${count(shown)} of ${plural(n, "tree")} is shown.` : `${plural(shown, "tree")}.`;
 }
 
-/** The two fits that are compared side by side, without one that is not there. */
+/** The two compared fits, without a missing one. */
 export function sides({ observations, fits }) {
   return [
     { kind: "ols", name: "OLS", accuracy: fits.ols?.statistics.population, fitted: observations.ols, residual: observations.residual_ols },

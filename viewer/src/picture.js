@@ -9,13 +9,13 @@ const PANEL = { width: 440, height: 300 };
 const GAP = 16;
 const MARGIN = 12;
 const LINE = 20;
-/** Pixels of a PNG for each of the SVG: about 300 dots an inch where a panel is 11 cm wide. */
+/** Pixels of a PNG per pixel of the SVG: about 300 dots per inch if a panel is 11 cm wide. */
 const PNG_SCALE = 3;
 
 const escaped = (text) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 const text = (content, x, y, more = "") => `<text x="${x}" y="${y}" ${more}>${escaped(content)}</text>`;
 
-/** The key of a legend, drawn as the page's style sheet does. */
+/** The key of a legend, drawn as by the page's style sheet. */
 function keyDrawing(key, x, y) {
   const style = getComputedStyle(key);
   const [width, height, stroke] = [style.width, style.height, style.borderTopWidth].map(Number.parseFloat);
@@ -28,7 +28,7 @@ function keyDrawing(key, x, y) {
   return `<line x1="${x}" x2="${x + width}" y1="${y}" y2="${y}" stroke="${style.borderTopColor}" stroke-width="${stroke}" ${dash}/>`;
 }
 
-/** Entries side by side, on further lines where they do not fit. */
+/** Entries side by side, on further lines if they do not fit. */
 function legendDrawing(figure, width) {
   const pen = document.createElement("canvas").getContext("2d");
   pen.font = `13px ${getComputedStyle(document.body).fontFamily}`;
@@ -95,7 +95,7 @@ export async function figureSvg(figure, panels = panelsOf) {
 
 async function png({ svg, width, height }) {
   const image = new Image();
-  // The page may load pictures from data, and from nowhere else.
+  // The page may load pictures only from data URLs.
   image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
   await image.decode();
   const canvas = element("canvas", { width: Math.round(width * PNG_SCALE), height: Math.round(height * PNG_SCALE) });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How to get the same study again: command, input, versions.
+// Reproducing the study: command, input, versions.
 import { element } from "./dom.js";
 
 /** @param {import("./types.js").Report} report */
@@ -8,8 +8,8 @@ export function repeat({ command, inventory, repeat: { fingerprint, versions } }
   return element(
     "section",
     { id: "repeat", "aria-labelledby": "repeat-title" },
-    element("h2", { id: "repeat-title" }, "To repeat this study"),
-    element("p", {}, "The same file, command and versions give the same bytes, whatever the number of threads."),
+    element("h2", { id: "repeat-title" }, "Reproducing this study"),
+    element("p", {}, "The same file, command and versions give the same bytes, for any number of threads."),
     element("pre", { tabindex: "0", "aria-label": "Command" }, element("code", {}, command)),
     element(
       "dl",
@@ -18,7 +18,7 @@ export function repeat({ command, inventory, repeat: { fingerprint, versions } }
         ? entry("Inventory", "a table in memory")
         : entry("Inventory", inventory.file, ", fingerprint ", element("code", {}, fingerprint))),
       ...versions.flatMap(({ name, version }) => entry(name, version)),
-      ...entry("To predict with its models", element("code", {}, "silvafit predict library.json trees.csv")),
+      ...entry("Predictions with its models", element("code", {}, "silvafit predict library.json trees.csv")),
     ),
   );
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One species and response: verdict, charts, chosen models, and how they were chosen.
+// One species and response: convergence, charts, chosen models, and candidates.
 import { figures } from "./figures.js";
 import { element, verdictMark } from "./dom.js";
 import { isSound } from "./head.js";
@@ -21,7 +21,7 @@ export function resultSection(result, id) {
     element("div", { class: "figures" }, ...figures(result)),
     element("h3", {}, "Chosen models"),
     ...chosenModels(result),
-    element("h3", {}, "How they were chosen"),
+    element("h3", {}, "Candidates"),
     ...levels(result),
   );
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wide tables say that they scroll, and how many columns are out of sight.
+// A line below wide tables with the number of columns that are not visible.
 import { element } from "./dom.js";
 import { plural } from "./format.js";
 
@@ -20,13 +20,13 @@ function update(frame, hint) {
 const hints = new WeakMap();
 let resized = null;
 
-/** One observer for all tables, made with the first of them. */
+/** One observer for all tables, created with the first of them. */
 function observer() {
   resized ??= new ResizeObserver((entries) => entries.forEach(({ target }) => update(target, hints.get(target))));
   return resized;
 }
 
-/** @returns {HTMLElement}  the line below the frame; hidden where the table is narrow */
+/** @returns {HTMLElement}  the line below the frame; hidden if the table is narrow */
 export function followScroll(frame) {
   const hint = element("p", { class: "small hint", hidden: true, "aria-hidden": "true" });
   hints.set(frame, hint);

@@ -14,7 +14,7 @@ function compare(a, b) {
 }
 
 /**
- * How two rows of a column compare: by number, or by text. What is missing comes last in both directions.
+ * Comparison of two rows of a column: by number, or by text. Missing values are last in both directions.
  * @param {(string|number|null)[]} values
  * @param {boolean} isText
  * @returns {(a: number, b: number, sign: number) => number}  of rows by their places

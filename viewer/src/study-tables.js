@@ -60,20 +60,20 @@ const TABLES = [
 
 const FORMATS = { count, estimate: significant, criterion, share: (value) => decimals(value, 4), percent: (value) => decimals(value, 1), p: probability };
 
-/** A cell of a column of numbers is a text where the program has marked it, with stars or the name of its parameter, and empty where a model lacks it. */
+/** A cell of a column of numbers is a text if the program added stars or the name of its parameter, and empty if a model lacks it. */
 function shownColumn({ title, kind }, index) {
   if (kind === "text") return { title, text: true, value: (row) => row[index] ?? "" };
   const format = (value) => (typeof value === "number" ? FORMATS[kind](value) : value ?? "");
   return numeric(title, (row) => row[index], format);
 }
 
-/** A table that the program has made. */
+/** A table from the program. */
 const madeTable = ({ caption, columns, rows }) => table(caption, columns.map(shownColumn), rows);
 
 /** A table of the whole study, behind its caption. */
 const summary = (made) => disclosure([element("span", { class: "level" }, made.caption.replace(/[.:;] .*$/, ""))], () => [madeTable(made)], 1);
 
-/** Those that a paper prints stand open at the top of the report. */
+/** Tables for publications are open at the top of the report. */
 const PRINTED = ["species", "coefficients", "variance_and_fit"];
 
 /** The tables of a paper: species, coefficients, and variances with accuracy; null where the data have none. */
@@ -94,7 +94,7 @@ export function studyTables({ results, tables = [] }) {
     { id: "tables", "aria-labelledby": "tables-title" },
     element("h2", { id: "tables-title" }, "Tables of the study"),
     ...tables.filter(({ name }) => !PRINTED.includes(name)).map(summary),
-    element("p", {}, "All species and responses in one file each, with all digits, to be saved as CSV. The folder tables of the study holds every table also as Markdown and LaTeX."),
+    element("p", {}, "All species and responses in one file each, with all digits, to be saved as CSV. The folder tables of the study has every table also as Markdown and LaTeX."),
     element("ul", { class: "downloads" }, ...TABLES.map(entry)),
   );
 }

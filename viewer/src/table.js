@@ -8,7 +8,7 @@ import { comparison, makeSortable } from "./sort.js";
 /**
  * @template Row
  * @typedef {{title: string | Node, value: (row: Row) => string | Node, raw?: (row: Row) => number | null, text?: boolean}} Column
- *   `text` columns are set left, numbers right; the first column is the row's header. `raw` is what a file gets where the page rounds.
+ *   `text` columns are left-aligned, numbers right-aligned; the first column is the row's header. `raw` is the unrounded value for files.
  */
 
 /** A column of numbers, rounded on the page. */
@@ -27,7 +27,7 @@ const content = (columns, rows) => csvText(columns.map(({ title }) => textOf(tit
 const fileName = (caption) => `${caption.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "").slice(0, 60)}.csv`;
 
 /**
- * A table in a frame that scrolls sideways where the screen is narrow, reachable by keyboard, with headings that sort it and a button that saves it.
+ * A table in a frame that scrolls sideways on a narrow screen, reachable by keyboard, with headings that sort it and a button that saves it.
  * @template Row
  * @param {string} caption
  * @param {Column<Row>[]} columns
@@ -50,5 +50,5 @@ export function table(caption, columns, rows, rowClass = () => null) {
   return element("div", { class: "table" }, frame, followScroll(frame), button);
 }
 
-/** Rows that can be used first, best first; the others keep their order. */
+/** Usable rows first, the best at the top; the others keep their order. */
 export const byRank = (rows) => [...rows].sort((a, b) => (a.rank ?? Infinity) - (b.rank ?? Infinity));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Light or dark: as the system has it, or as the reader chooses.
+// Light or dark theme: that of the system, or the reader's choice.
 import { element } from "./dom.js";
 
 const KEY = "silvafit-theme";
@@ -11,7 +11,7 @@ const CHOICES = [
 const system = matchMedia("(prefers-color-scheme: dark)");
 const listeners = [];
 
-/* Pages opened from disk may have no storage. */
+/* Pages that are opened from disk may have no storage. */
 function stored() {
   try {
     return localStorage.getItem(KEY) ?? "auto";
@@ -24,7 +24,7 @@ function store(choice) {
   try {
     localStorage.setItem(KEY, choice);
   } catch {
-    // The choice then holds for this visit.
+    // The choice is then valid for this visit.
   }
 }
 
@@ -37,7 +37,7 @@ function apply() {
   listeners.forEach((listener) => listener());
 }
 
-/** What a function finds while the page has its light colors, as on paper. Nothing is painted meanwhile. */
+/** The result of a function that runs while the page has its light colors, as on paper. Nothing is painted meanwhile. */
 export function inLight(find) {
   const { classList } = document.documentElement;
   const wasLight = classList.contains("print");

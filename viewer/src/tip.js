@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The text beside the pointer that tells what a mark is.
+// The tooltip: a text beside the pointer about a mark.
 import { element } from "./dom.js";
 
 const DISTANCE = 14;
@@ -10,7 +10,7 @@ function node() {
   return box;
 }
 
-/** Shows a text beside a place of the window, on the side that has room. */
+/** Shows a text beside a position in the window, on the side with enough space. */
 export function showTip(text, { clientX, clientY }) {
   const tip = node();
   tip.textContent = text;

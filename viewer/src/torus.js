@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Ways across the borders of a rectangle whose opposite sides are one.
+// Lines across the borders of a rectangle whose opposite sides are joined.
 
 /** The rectangle round rings of corners. */
 export function rectangleOf(rings) {
@@ -9,7 +9,7 @@ export function rectangleOf(rings) {
 }
 
 /**
- * The way from a place to the nearest image of another, cut at the borders that it crosses.
+ * The line from a point to the nearest image of another, cut at the borders that it crosses.
  * @param {{low: number[], high: number[]}} rectangle
  * @param {number[]} from  x, y, in the rectangle
  * @param {number[]} to
@@ -23,7 +23,7 @@ export function wayAround({ low, high }, from, to) {
   const shares = [0, ...crossings.filter((share) => share > 0 && share < 1).sort((a, b) => a - b), 1];
   return shares.slice(1).flatMap((share, index) => {
     if (share === shares[index]) return [];
-    // The middle of a piece says in which image of the rectangle it lies.
+    // The middle of a piece determines its image of the rectangle.
     const shift = at((shares[index] + share) / 2).map((value, axis) => size[axis] * Math.floor((value - low[axis]) / size[axis]));
     return [[at(shares[index]), at(share)].map((end) => end.map((value, axis) => value - shift[axis]))];
   });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data as the page sees them; docs/report-data.md is the full account.
+// The data of the page; docs/report-data.md has the full description.
 
 /**
  * @typedef {{converged: boolean, verdict: string, k: number|null, log_likelihood: number|null, aic: number|null,

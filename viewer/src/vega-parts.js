@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Vega-Lite, and the parts of Vega that its charts use; the package `vega` itself would bring maps, word clouds and file formats along.
+// Vega-Lite, and the parts of Vega that its charts use; the package `vega` would add maps, word clouds and file formats.
 import { transforms } from "vega-dataflow";
 import * as encode from "vega-encode";
 import { expressionInterpreter } from "vega-interpreter";
@@ -13,5 +13,5 @@ Object.assign(transforms, dataTransforms, encode, viewTransforms);
 export { compile } from "vega-lite";
 export { quantileNormal } from "vega-statistics";
 
-/** A view whose expressions are interpreted: the page's content security policy lets no text become code. */
+/** A view whose expressions are interpreted, because the page's content security policy forbids code from text. */
 export const viewOf = (spec, options) => new View(parse(spec, undefined, { ast: true }), { ...options, expr: expressionInterpreter });

@@ -44,18 +44,18 @@ test("a class with few trees is said to be an extrapolation", { skip }, () => {
 test("box plots count every tree once in each panel, and their quartiles and means are those of the residuals", { skip }, () => {
   const data = example();
   const { observations } = data.results[0];
-  // Twenty trees that OLS predicts in one class of 2 m, with standardised residuals 1 to 19 and 40: quartiles 5.75, 10.5 and 15.25 (R's type 7), mean 11.5.
+  // Twenty trees that OLS predicts in one class of 2 m, with standardized residuals 1 to 19 and 40: quartiles 5.75, 10.5 and 15.25 (R's type 7), mean 11.5.
   const rows = Array.from({ length: 20 }, (_, index) => (index < 19 ? index + 1 : 40));
   Object.keys(observations).filter((name) => Array.isArray(observations[name])).forEach((name) => (observations[name] = observations[name].slice(0, 20)));
   observations.covariates.C.length = 20;
   observations.ols = rows.map(() => 10.5);
   observations.residual_ols = rows;
   return withPage(data, {}, async (page) => {
-    const figure = figureOf(page, "#result-1", "Standardised residuals by class of height");
+    const figure = figureOf(page, "#result-1", "Standardized residuals by class of height");
     await open(figure);
-    const [row] = await tableRows(figure, "Standardised residuals of OLS by predicted");
+    const [row] = await tableRows(figure, "Standardized residuals of OLS by predicted");
     assert.deepEqual(row, ["10 to 12", "20", "1.000", "5.750", "10.500", "11.500", "15.250", "19.000", "1"]);
-    const observed = await tableRows(figure, "Standardised residuals of OLS by observed");
+    const observed = await tableRows(figure, "Standardized residuals of OLS by observed");
     assert.equal(observed.reduce((sum, cells) => sum + Number(cells[1]), 0), 20);
   });
 });

@@ -167,14 +167,14 @@ Degeneracy unbounded_effect(const EffectLevel& level, Curves& curves, Index p, d
     if (curves.is_beyond_measure(shift, spread)) {
       return unbounded(
           names_of(level, direction),
-          "at two standard deviations from the centre, the curve is more than a million times the "
+          "at two standard deviations from the center, the curve is more than a million times the "
           "spread of the response away. The data do not support this random effect; remove it, or "
           "choose another variance function.");
     }
     if (curves.is_saturated(shift, spread)) {
       return unbounded(
           names_of(level, direction),
-          "at one standard deviation from the centre, the curve no longer depends on the random "
+          "at one standard deviation from the center, the curve no longer depends on the random "
           "effect. Remove the random effect.");
     }
   }

@@ -41,7 +41,7 @@ Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& covariance) {
 }
 
 /// (r x G) EBLUPs with unit covariance under the model.
-Eigen::MatrixXd standardised_effects(const fit::EstimatedEffects& term) {
+Eigen::MatrixXd standardized_effects(const fit::EstimatedEffects& term) {
   const Eigen::MatrixXd whiten = whitening(term.covariance);
   Eigen::MatrixXd effects = whiten * term.effects;
   if (!term.uncertainty.is_known()) return effects;
@@ -61,7 +61,7 @@ Eigen::MatrixXd standardised_effects(const fit::EstimatedEffects& term) {
 std::vector<PlotDistance> plot_distances(const fit::FittedModel& fit) {
   std::vector<PlotDistance> result;
   for (const std::string& plot : fit.random.back().labels) result.push_back({.plot = plot});
-  const Eigen::MatrixXd effects = standardised_effects(fit.random.back());
+  const Eigen::MatrixXd effects = standardized_effects(fit.random.back());
   const auto r = static_cast<double>(effects.rows());
   const auto plots = static_cast<double>(effects.cols());
   const double freedom = plots - r - 1.0;

@@ -12,8 +12,8 @@
 using namespace silvafit;
 using namespace silvafit::tree;
 
-TEST_CASE("a section at breast height stands in its place in the mesh") {
-  // Where a piece of the curve ends at 1.3 m but for rounding, the section belongs to that end.
+TEST_CASE("the mesh has a section at breast height") {
+  // If a piece of the curve ends at 1.3 m except for rounding, the section belongs to that end.
   const Morphology tree{
       .plot = "b", .tree = "1069", .dbh_cm = 23.8, .h_m = 2.3, .hcb_m = 0.8, .cw_m = 0.7};
   for (int level = 0; level < kLevelsOfDetail; ++level) {
@@ -22,7 +22,7 @@ TEST_CASE("a section at breast height stands in its place in the mesh") {
   }
 }
 
-TEST_CASE("any legal bamboo has its measurements on the mesh, closed and inside the crown") {
+TEST_CASE("the mesh of any valid bamboo has its measurements, closed and inside the crown") {
   Random random(41);
   for (int i = 0; i < 120; ++i) {
     const Morphology tree = test::random_morphology(random, i);
@@ -49,7 +49,7 @@ TEST_CASE("any legal bamboo has its measurements on the mesh, closed and inside 
   }
 }
 
-TEST_CASE("ridges stand out on the culm's mesh, and breast height is as measured") {
+TEST_CASE("the culm's mesh has ridges, and the measured diameter at breast height") {
   const SceneTree bamboo =
       grow_tree(test::usual_culm(), test::moso(), {.mesh = level_of_detail(0)});
   CHECK(bamboo.measured.dbh_cm == Approx(10.0).epsilon(1e-5));
@@ -79,7 +79,7 @@ TEST_CASE("ridges stand out on the culm's mesh, and breast height is as measured
   CHECK(ridges <= 32);
 }
 
-TEST_CASE("cards carry the pictures of their grades") {
+TEST_CASE("cards have the pictures of their grades") {
   const SceneTree bamboo =
       grow_tree(test::usual_culm(), test::moso(), {.mesh = {.textured = true}});
   const MeshPart& foliage = bamboo.mesh.parts.back();
@@ -92,7 +92,7 @@ TEST_CASE("cards carry the pictures of their grades") {
   const test::Bamboo skeleton = test::grown(test::usual_culm());
   CHECK(foliage.triangle_count() <= 4 * skeleton.skeleton.leaves.size());
   CHECK(foliage.triangle_count() > 3 * skeleton.skeleton.leaves.size());
-  // Each card lies in one picture.
+  // Each card has one picture.
   bool in_one = true;
   for (std::size_t i = 0; i < foliage.triangle_count(); ++i) {
     double least = 1.0;

@@ -14,7 +14,7 @@
 using namespace silvafit;
 using namespace silvafit::tree;
 
-TEST_CASE("pictures are ranked by the color weight of what is drawn") {
+TEST_CASE("pictures are ranked by the color weight of their visible pixels") {
   // Half the pixels drawn: (3, 4, 12) has the weight 13, (0, 0, 0) none; the rest is transparent.
   const Texture picture{.name = "a",
                         .width = 2,
@@ -40,7 +40,7 @@ TEST_CASE("pictures are ranked by the color weight of what is drawn") {
   CHECK(ranked_by_color(turned) == pictures);
 }
 
-TEST_CASE("a wrong bamboo preset is refused with its file and field") {
+TEST_CASE("an invalid bamboo preset is refused with its file and field") {
   const std::filesystem::path models = test::source_file("models");
   std::ifstream file(models / "bamboo" / "moso.json");
   const std::string good((std::istreambuf_iterator<char>(file)), {});
@@ -68,7 +68,7 @@ TEST_CASE("a wrong bamboo preset is refused with its file and field") {
   CHECK(refused("\"culm_color\": [0.19", "\"culm_color\": [1.9") == "culm_color");
 }
 
-TEST_CASE("pictures lie side by side as they are") {
+TEST_CASE("pictures are copied side by side") {
   const auto one = std::make_shared<const Texture>(
       Texture{.name = "one", .width = 1, .height = 1, .rgba = {1, 2, 3, 255}});
   const auto two = std::make_shared<const Texture>(

@@ -44,7 +44,7 @@ double tip_reach_m(const test::Bamboo& bamboo, Point direction) {
 
 }  // namespace
 
-TEST_CASE("any legal bamboo has its measurements on the skeleton and stays inside the crown") {
+TEST_CASE("the skeleton of any valid bamboo has its measurements and is inside the crown") {
   Random random(40);
   for (int i = 0; i < 400; ++i) {
     const Morphology morphology = test::random_morphology(random, i);
@@ -86,7 +86,7 @@ TEST_CASE("any legal bamboo has its measurements on the skeleton and stays insid
               leaf.axis < bamboo.skeleton.axes.size();
     }
     CHECK(sound);
-    // Crown curves round where they are steep; a hundredth of a millimeter is no branch.
+    // Crown curves have rounding errors where they are steep; lines below 0.01 mm are not branches.
     CHECK(outside < 1e-5);
     CHECK(lowest == Approx(bamboo.shape.hcb_m).margin(1e-9));
     const CrownRadii& radii = bamboo.shape.radii;
@@ -110,24 +110,24 @@ TEST_CASE("internodes are short at the base, longest in the middle and short at 
         Approx(style.longest_at).margin(0.02));
   CHECK(std::is_sorted(lengths.begin(), longest));
   CHECK(std::is_sorted(longest, lengths.end(), std::greater<>()));
-  // Half an internode from the ends the shares are a little above those at the ends.
+  // Half an internode from the ends the relative lengths are slightly above those at the ends.
   CHECK(lengths.front() / *longest == Approx(style.internode_base).margin(0.03));
   CHECK(lengths.back() / *longest == Approx(style.internode_top).margin(0.03));
   CHECK(*longest < 0.4);
   CHECK(node_heights_m(style, 2.0, 1, random).empty());
 }
 
-TEST_CASE("a culm has the internodes that were measured, with a ridge at each node") {
+TEST_CASE("a culm has the measured number of internodes, with a ridge at each node") {
   Morphology culm = test::usual_culm();
   culm.culm.internodes = 41;
   const test::Bamboo bamboo = test::grown(culm);
   const std::vector<double> ridges = ridges_of(bamboo);
-  // All 40 nodes but any so near to breast height that its ridge would be measured, and the last
-  // few, where the culm tapers so fast that it is thicker below the ridge.
+  // All 40 nodes except one at breast height, whose ridge would change the measurement, and the
+  // last few, where the culm tapers so fast that it is thicker below the ridge.
   CHECK(ridges.size() >= 37);
   CHECK(ridges.size() <= 40);
   for (const double z : ridges) CHECK(std::abs(z - 1.3) > 0.001);
-  // The lowest branches stand at a node, which is the crown base.
+  // The lowest branches are at a node, which is the crown base.
   CHECK(std::any_of(
       ridges.begin(), ridges.end(), [](double z) { return std::abs(z - 8.0) < 1e-12; }));
   const auto points = culm_of(bamboo);
@@ -138,7 +138,7 @@ TEST_CASE("a culm has the internodes that were measured, with a ridge at each no
   CHECK(at_base->radius_m == Approx(1.05 * even).epsilon(1e-12));
 }
 
-TEST_CASE("a culm bends as it was measured, as far as its crown lets it") {
+TEST_CASE("a culm has the measured bend, as far as its crown allows") {
   Morphology culm = test::usual_culm();
   culm.culm.bend_deg = 1.2;
   culm.culm.bend_azimuth_deg = 90.0;
@@ -159,7 +159,7 @@ TEST_CASE("a culm bends as it was measured, as far as its crown lets it") {
   CHECK(culm_of(bent).back().at.x > tip.x);
 }
 
-TEST_CASE("two unequal branches stand at each node, nodes on the two sides in turn") {
+TEST_CASE("each node has two unequal branches, on alternating sides") {
   const test::Bamboo bamboo = test::grown(test::usual_culm());
   // Bases by height: each height twice.
   std::vector<double> bases;
@@ -181,7 +181,7 @@ TEST_CASE("two unequal branches stand at each node, nodes on the two sides in tu
   CHECK(bamboo.skeleton.leaves.size() > static_cast<std::size_t>(2 * orders(2)));
 }
 
-TEST_CASE("the same seed gives the same culm, another seed or name another") {
+TEST_CASE("the same seed gives the same culm, another seed or name a different one") {
   const test::Bamboo one = test::grown(test::usual_culm());
   const test::Bamboo same = test::grown(test::usual_culm());
   REQUIRE(one.skeleton.points.size() == same.skeleton.points.size());
@@ -203,7 +203,7 @@ TEST_CASE("a culm keeps its nodes when its crown is measured again") {
   later.cw_m = 2.9;
   const test::Bamboo after = test::grown(later);
   CHECK(ridges_of(before) == ridges_of(after));
-  // And most of its branches their azimuth: all but those led to a measured radius.
+  // Most branches keep their azimuth: all except those that end at a measured radius.
   std::size_t kept = 0;
   std::size_t all = 0;
   for (std::size_t i = 0; i < before.skeleton.axes.size(); ++i) {

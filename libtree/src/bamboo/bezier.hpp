@@ -19,7 +19,7 @@ struct CubicBezier {
   /// dQ/dt.
   Point derivative(double t) const;
   /// The length of the curve between two parameters: Gauss-Legendre quadrature of |dQ/dt|, halved
-  /// until it stands to twelve digits.
+  /// until twelve digits agree.
   double length_m(double from = 0.0, double to = 1.0) const;
 };
 
@@ -39,9 +39,9 @@ std::vector<double> chord_length_parameters(std::span<const Point> points);
 ///
 /// \param points      p_0 .. p_n, along the curve
 /// \param parameters  t_0 .. t_n, one a point, from 0 to 1 in order
-/// \throws UsageError if there are not as many parameters as points, or they are no such numbers;
-/// GeometryError if there are fewer than two inner points, or these say too little: all at one
-/// parameter, or at the ends
+/// \throws UsageError if there are not as many parameters as points, or they are not such numbers;
+/// GeometryError if there are fewer than two inner points, or they do not determine the curve: all
+/// at one parameter, or at the ends
 /// Source: Liu et al. 2022, visual modeling of Phyllostachys pubescens, equations 1 to 4.
 CubicBezier fit_bezier(std::span<const Point> points, std::span<const double> parameters);
 
@@ -58,7 +58,7 @@ CubicBezier fit_bezier(std::span<const Point> points);
 /// \param side      of length 1 and at a right angle to `along`
 /// \param length_m  arc length D, >= 0
 /// \param bend_deg  bend degree T: angle between the tangents at both ends, in [0, 180)
-/// \param sense     V: its sign alone counts
+/// \param sense     V: only its sign is used
 /// \throws UsageError if the length or the bend is out of range
 CubicBezier bent_curve(
     Point base, Point along, Point side, double length_m, double bend_deg, double sense);

@@ -36,7 +36,7 @@ Measured measured_points(Random& random, int count) {
 
 }  // namespace
 
-TEST_CASE("a cubic sampled at known parameters comes back") {
+TEST_CASE("the fit recovers a cubic sampled at known parameters") {
   Random random(1);
   for (int trial = 0; trial < 50; ++trial) {
     const CubicBezier truth{
@@ -50,7 +50,7 @@ TEST_CASE("a cubic sampled at known parameters comes back") {
     }
     const CubicBezier fitted = fit_bezier(points, parameters);
     for (std::size_t k = 0; k < 4; ++k) {
-      // Coordinates up to 12, a system of condition below 20: rounding alone.
+      // Coordinates up to 12, condition number below 20: only rounding errors.
       CHECK(length(fitted.control[k] - truth.control[k]) < 1e-12 * 12.0);
     }
   }
@@ -77,7 +77,7 @@ TEST_CASE("the fitted curve solves the normal equations and agrees with a QR sol
       first = first + design(i, 0) * residual;
       second = second + design(i, 1) * residual;
     }
-    // Sums of up to 34 residuals of a few meters; the gradient is 0 but for rounding.
+    // Sums of up to 34 residuals of a few meters; the gradient is 0 except for rounding.
     CHECK(length(first) < 1e-10);
     CHECK(length(second) < 1e-10);
     const Eigen::Matrix<double, 2, 3> solution = design.colPivHouseholderQr().solve(rest);
@@ -96,7 +96,7 @@ TEST_CASE("chord-length parameters are shares of the polyline's length") {
   const std::vector<double> expected{0.0, 3.0 / 12.0, 7.0 / 12.0, 1.0};
   const std::vector<double> parameters = chord_length_parameters(points);
   for (std::size_t i = 0; i < 4; ++i) CHECK(parameters[i] == Approx(expected[i]).margin(1e-15));
-  // Points on a straight line at even chords lie on the line's own cubic.
+  // Points on a straight line at equal distances lie on the cubic of the line.
   std::vector<Point> line;
   for (int i = 0; i <= 7; ++i) line.push_back({0.0, 0.5 * i, 2.0 * i});
   const CubicBezier fitted = fit_bezier(line);
@@ -120,7 +120,7 @@ TEST_CASE("points that do not determine a curve are refused") {
   CHECK_THROWS_AS(fit_bezier(four, std::vector<double>{0, 0.5, std::nan(""), 1}), UsageError);
 }
 
-TEST_CASE("a curve's length is that of the parabola it is") {
+TEST_CASE("the length of a parabola agrees with its closed form") {
   // y = x^2 over [0, 1] as a cubic: length sqrt(5) / 2 + asinh(2) / 4.
   const CubicBezier parabola{{Point{0, 0, 0}, {1.0 / 3, 0, 0}, {2.0 / 3, 1.0 / 3, 0}, {1, 1, 0}}};
   CHECK(parabola.length_m() == Approx(std::sqrt(5.0) / 2 + std::asinh(2.0) / 4).epsilon(1e-13));
@@ -134,11 +134,11 @@ TEST_CASE("a curve's length is that of the parabola it is") {
   // x(t) = 6t - 15t^2 + 10t^3 turns at t = (5 -+ sqrt(5)) / 10.
   const double turn = (5.0 - std::sqrt(5.0)) / 10.0;
   const double top = turn * (6.0 + turn * (-15.0 + 10.0 * turn));
-  // A kink halves to the deepest level, 2^-24 of the whole.
+  // At a kink the interval is halved down to 2^-24 of the whole.
   CHECK(back.length_m() == Approx(4.0 * top - 1.0).epsilon(1e-7));
 }
 
-TEST_CASE("a bent curve has the length, the angle and the side that were asked for") {
+TEST_CASE("a bent curve has the requested length, angle and side") {
   const Point along = direction({0.2, -0.3, 0.9});
   const Point side = direction(cross(along, {1.0, 0.0, 0.0}));
   for (const double bend : {0.0, 0.3, 5.0, 40.0, 90.0, 150.0, 179.0}) {
@@ -150,7 +150,7 @@ TEST_CASE("a bent curve has the length, the angle and the side that were asked f
       const Point from = direction(curve.derivative(0.0));
       const Point to = direction(curve.derivative(1.0));
       CHECK(length(from - along) < 1e-12);
-      // atan2 keeps its digits at small angles, where acos loses half of them.
+      // atan2 is accurate at small angles, where acos loses half of the digits.
       const double angle =
           std::atan2(length(cross(from, to)), dot(from, to)) * 180 / std::numbers::pi;
       CHECK(angle == Approx(sense == 0.0 ? 0.0 : bend).margin(1e-8));
@@ -161,7 +161,7 @@ TEST_CASE("a bent curve has the length, the angle and the side that were asked f
       CHECK(std::abs(dot(curve.at(0.5) - Point{1, 2, 3}, cross(along, side))) < 1e-12);
     }
   }
-  // Near to an arc of a circle: the cubic of a quarter is off by 2.7e-4 of the radius at most.
+  // Near an arc of a circle: the cubic of a quarter deviates by at most 2.7e-4 of the radius.
   const CubicBezier quarter = bent_curve({}, {1, 0, 0}, {0, 0, 1}, std::numbers::pi / 2, 90.0, 1.0);
   for (double t = 0.0; t <= 1.0; t += 0.05) {
     CHECK(length(quarter.at(t) - Point{0, 0, 1}) == Approx(1.0).margin(2.8e-4));

@@ -48,7 +48,7 @@ TEST_CASE("the cloud has the mean, variance and fourth moment of theory") {
   };
   for (const auto& [en, he] : {Case{2, 1}, Case{2, 0}, Case{0, 1}, Case{3, 0.5}, Case{1, 2}}) {
     INFO("En " << en << " He " << he);
-    // 0 to 100 cuts nothing off: it is 13 standard deviations away or more.
+    // The limits 0 and 100 have no effect: they are 13 standard deviations away or more.
     const NormalCloud cloud{
         .expectation = 50, .entropy = en, .hyper_entropy = he, .low = 0, .high = 100};
     const Moments found = moments_of(drawn(cloud, kDrops, 3));
@@ -62,7 +62,7 @@ TEST_CASE("the cloud has the mean, variance and fourth moment of theory") {
                       420 * e2 * std::pow(h2, 3) + 105 * std::pow(h2, 4);
     const double fourth = 3 * s4;
     const double eighth = 105 * s8;
-    // Five Monte-Carlo standard errors; one in two million runs would fail by chance.
+    // Five Monte Carlo standard errors; one in two million runs fails by chance.
     const double root = std::sqrt(static_cast<double>(kDrops));
     CHECK(found.mean == Approx(50.0).margin(5 * std::sqrt(s2) / root));
     CHECK(found.second == Approx(s2).margin(5 * std::sqrt(fourth - s2 * s2) / root));
@@ -104,7 +104,7 @@ TEST_CASE("membership falls from 1 at the expectation, on the average to 1 / sqr
   CHECK(still.membership == 1.0);
 }
 
-TEST_CASE("weights say how often each value appears") {
+TEST_CASE("weights give the number of occurrences of each value") {
   using Times = std::vector<std::size_t>;
   // 14 L / sum L by hand: 14 * 3 / 28 = 1.5, 14 * 1 / 28 = 0.5, the rest 1.
   std::vector<double> weights(14, 2.0);
@@ -113,9 +113,9 @@ TEST_CASE("weights say how often each value appears") {
   Times expected(14, 1);
   expected[1] = 0;
   CHECK(appearances(weights) == expected);
-  // One takes all.
+  // One value has the whole weight.
   CHECK(appearances(std::vector<double>{0, 5, 0}) == Times{0, 3, 0});
-  // Equal shares whose quotients round to a little below 1.
+  // Equal weights whose quotients are slightly below 1 by rounding.
   for (const double each : {0.1, 1.0 / 3.0, 7e-300, 1e300}) {
     CHECK(appearances(std::vector<double>(14, each)) == Times(14, 1));
   }
@@ -134,7 +134,7 @@ TEST_CASE("weights say how often each value appears") {
   }
 }
 
-TEST_CASE("branches draw their angles from the values the cloud gave") {
+TEST_CASE("branches draw their angles from the values of the cloud") {
   Random random(7);
   for (int trial = 0; trial < 200; ++trial) {
     const std::vector<double> angles = cloud_angles({}, 14, random);

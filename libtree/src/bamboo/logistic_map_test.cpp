@@ -28,7 +28,7 @@ TEST_CASE("the map follows its recurrence") {
   }
 }
 
-TEST_CASE("the same start gives the same values, another start others") {
+TEST_CASE("the same start gives the same values, another start different ones") {
   LogisticMap one(4.0, 0.1234);
   LogisticMap same(4.0, 0.1234);
   LogisticMap near(4.0, 0.1234 + 1e-10);
@@ -64,7 +64,7 @@ TEST_CASE("starts that end in a fixed point or a short cycle are refused") {
   CHECK_FALSE(LogisticMap::is_chaotic(3.83, 0.3));
 }
 
-TEST_CASE("values stay inside (0, 1) and go on changing") {
+TEST_CASE("values stay inside (0, 1) and never become constant") {
   for (const double mu : {3.56994, 3.7, 3.99, 4.0}) {
     LogisticMap map(mu, 0.3);
     double before = 0.3;
@@ -79,7 +79,7 @@ TEST_CASE("values stay inside (0, 1) and go on changing") {
 }
 
 TEST_CASE("at mu = 4 the values have the arcsine distribution") {
-  // Every 20th value: the map doubles angles, so that values 20 steps apart share hardly a bit.
+  // Every 20th value: the map doubles angles, so that values 20 steps apart are nearly independent.
   constexpr int kValues = 20'000;
   constexpr int kThinning = 20;
   for (const double x0 : {0.1, 0.3, 0.871}) {

@@ -24,7 +24,7 @@ TEST_CASE("a Chinese fir of ten years has the published number of branches") {
   CHECK_FALSE(count.clamped);
 }
 
-TEST_CASE("outside its years the equation is held at the nearer end and says so") {
+TEST_CASE("outside its years the equation uses the nearer limit, with a note") {
   const BranchCount equations = chinese_fir();
   const BranchCount::Count old = equations.at(40.0);
   CHECK(old.clamped);
@@ -33,7 +33,7 @@ TEST_CASE("outside its years the equation is held at the nearer end and says so"
   CHECK(equations.at(1.0).age_years == equations.youngest_years());
 }
 
-TEST_CASE("a range of years in which no branch would live is refused") {
+TEST_CASE("a range of years without living branches is refused") {
   const auto file = std::filesystem::temp_directory_path() / "silvafit-branch-count-test.json";
   write_file(file, R"({"schema": "silvafit-branch-count/1", "name": "t", "source": "s",
     "total": "-1.06*age^2 + 27.63*age - 38.33", "dead": "1.0553*age^2 - 9.2039*age + 35.012",
@@ -42,7 +42,7 @@ TEST_CASE("a range of years in which no branch would live is refused") {
   std::filesystem::remove(file);
 }
 
-TEST_CASE("age changes the number of branches, and a tree too old for the equation says so") {
+TEST_CASE("age changes the number of branches, with a note for a tree too old for the equation") {
   const Preset& preset = test::shipped_presets().named("cunninghamia-lanceolata");
   const auto branches_at = [&](double age, std::size_t& notes) {
     Morphology tree = test::paper_tree_1();

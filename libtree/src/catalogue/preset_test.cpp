@@ -11,7 +11,7 @@ using namespace silvafit;
 using namespace silvafit::tree;
 namespace fs = std::filesystem;
 
-TEST_CASE("the catalogue has its presets, and a species finds its own") {
+TEST_CASE("the catalogue has its presets, and finds the preset of a species") {
   const PresetCatalogue& catalogue = test::shipped_presets();
   CHECK(catalogue.named("generic-conifer").foliage.kind == FoliageKind::kNeedles);
   CHECK(catalogue.named("generic-broadleaf").foliage.kind == FoliageKind::kLeaves);
@@ -30,7 +30,7 @@ TEST_CASE("the catalogue has its presets, and a species finds its own") {
   CHECK_THROWS_AS(catalogue.named("oak"), UsageError);
 }
 
-TEST_CASE("no two presets claim the same species") {
+TEST_CASE("no species is listed by two presets") {
   std::vector<std::string> all;
   for (const Preset& preset : test::shipped_presets().presets()) {
     all.insert(all.end(), preset.species.begin(), preset.species.end());
@@ -39,7 +39,7 @@ TEST_CASE("no two presets claim the same species") {
   CHECK(std::adjacent_find(all.begin(), all.end()) == all.end());
 }
 
-TEST_CASE("a preset with a wrong field is refused with file and field") {
+TEST_CASE("a preset with an invalid field is refused with file and field") {
   const fs::path models = fs::temp_directory_path() / "silvafit-preset-test";
   fs::remove_all(models);
   fs::create_directories(models / "presets");

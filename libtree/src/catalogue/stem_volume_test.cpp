@@ -19,7 +19,7 @@ TEST_CASE("The volume of a stem whose taper is a power has a closed form") {
     const double dbh_m = 0.1;
     const double exact = M_PI / 4.0 * dbh_m * dbh_m * std::pow(h, 2 * kPower + 1) /
                          ((2 * kPower + 1) * std::pow(h - 1.3, 2 * kPower));
-    // The power is not smooth at the tip, where there is hardly any volume.
+    // The power is not smooth at the tip, but the volume there is tiny.
     CHECK(stem_volume_m3(moso, h, 10.0) == Approx(exact).epsilon(1e-6));
   }
 }
@@ -34,7 +34,7 @@ TEST_CASE("The volume of a stem is that of many thin slices") {
     for (const double d : zeng.diameters_cm(heights, h, dbh)) {
       sum += M_PI / 4.0 * d * d / 1e4 * h / kSlices;
     }
-    // The slope of the stem jumps where the limit of the butt begins; that matters in small trees.
+    // The slope of the stem is discontinuous at the limit of the butt; this matters in small trees.
     CHECK(stem_volume_m3(zeng, h, dbh) == Approx(sum).epsilon(1e-4));
   }
 }

@@ -16,7 +16,7 @@ namespace {
 
 Taper zeng() { return Taper::load(test::source_file("models/taper/zeng.json")); }
 
-/// The printed equation, written out a second time.
+/// The published equation, implemented a second time.
 double by_hand(double at, double h, double dbh) {
   const double z = at / h;
   const double power =
@@ -44,7 +44,7 @@ TEST_CASE("Zeng's stem follows the printed equation") {
   }
 }
 
-TEST_CASE("a stem never thickens upwards and never explodes towards the ground") {
+TEST_CASE("diameters never increase upwards and are bounded at the ground") {
   const Taper taper = zeng();
   for (const double h : {1.32, 1.6, 3.0, 11.0, 30.0}) {
     for (const double dbh : {0.5, 10.0, 100.0}) {
@@ -67,7 +67,7 @@ TEST_CASE("a stem has a section every 0.2 m, at 1.3 m and at the tip") {
         std::vector<double>{0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.3, 1.4, 1.6, 1.8, 2.0});
 }
 
-TEST_CASE("a taper entry that misses DBH, the tip or a field is refused with its place") {
+TEST_CASE("an invalid taper entry (DBH, tip or field) is refused with its place") {
   const auto file = std::filesystem::temp_directory_path() / "silvafit-taper-test.json";
   const auto entry = [](const std::string& formula) {
     return R"({"schema": "silvafit-taper/1", "name": "t", "source": "s", "butt_limit": 2,

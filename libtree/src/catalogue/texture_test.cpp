@@ -47,7 +47,7 @@ SceneTree textured_tree(const char* preset) {
 
 }  // namespace
 
-TEST_CASE("a texture comes back from its PNG as it was") {
+TEST_CASE("a texture read back from its PNG is unchanged") {
   Texture texture{.name = "noise", .width = 8, .height = 4};
   for (int i = 0; i < 128; ++i) texture.rgba.push_back(static_cast<std::uint8_t>(37 * i + 11));
   const std::string bytes = png_bytes(texture);
@@ -64,7 +64,7 @@ TEST_CASE("a texture comes back from its PNG as it was") {
   CHECK_THROWS_AS(texture_from_png("no picture", "none"), InputError);
 }
 
-TEST_CASE("bark goes on at all edges of its picture") {
+TEST_CASE("pictures of bark are seamless at all edges") {
   for (const BarkKind kind : kBarks) {
     const Texture& bark = *bark_texture(kind);
     INFO(bark.name);
@@ -79,7 +79,7 @@ TEST_CASE("bark goes on at all edges of its picture") {
         inside += step / static_cast<double>(bark.width - 1);
         largest = std::max(largest, step);
       }
-      // The step over the edge is one like those inside: no larger than the largest of them.
+      // The difference across the edge is not larger than the largest one inside.
       CHECK(step_between(bark, bark.width - 1, 0, columns) <= largest);
       CHECK(inside > 0.0);
     }
@@ -107,7 +107,7 @@ TEST_CASE("pictures keep the brightness of the colors that they are multiplied w
     CHECK(has_transparency(leaf));
     CHECK(sum / cover == Approx(0.8).margin(0.02));
     const double share = cover / (255.0 * static_cast<double>(leaf.width * leaf.height));
-    // Leaves hide parts of others, but no more than half of their area. Opacity is stored in bytes.
+    // Leaves overlap, but by at most half of their area. Opacity is stored in bytes.
     CHECK(shoot_atlas(kind).covered > share - 0.002);
     CHECK(shoot_atlas(kind).covered < 2.0 * share);
     CHECK(share > 0.15);
@@ -116,7 +116,7 @@ TEST_CASE("pictures keep the brightness of the colors that they are multiplied w
   CHECK(bark_texture(BarkKind::kCulm) == bark_texture(BarkKind::kCulm));
 }
 
-TEST_CASE("a shoot begins in the middle of its lower edge, and stays in its quarter") {
+TEST_CASE("a shoot begins in the middle of the lower edge, and is inside its quarter") {
   for (const auto& [name, kind] : shoot_kinds()) {
     INFO(name);
     const Texture& atlas = *shoot_atlas(kind).color;
@@ -135,7 +135,7 @@ TEST_CASE("a shoot begins in the middle of its lower edge, and stays in its quar
         }
       }
       CHECK(at_base == 255);
-      // Leaves that a neighbor's edge would cut are few.
+      // Few leaves are cut by the edge of a quarter.
       int on_edge = 0;
       for (std::size_t i = 0; i < 512; ++i) {
         on_edge += opacity_at(left, top + i) > 127;
@@ -144,7 +144,7 @@ TEST_CASE("a shoot begins in the middle of its lower edge, and stays in its quar
       }
       CHECK(on_edge < 60);
     }
-    // The normals point out of the picture, on the whole.
+    // On the average the normals point out of the picture.
     const Texture& normals = *shoot_atlas(kind).normals;
     REQUIRE(normals.rgba.size() == atlas.rgba.size());
     double mean = 0.0;
@@ -153,7 +153,7 @@ TEST_CASE("a shoot begins in the middle of its lower edge, and stays in its quar
   }
 }
 
-TEST_CASE("a GLB holds each picture once and gives it back") {
+TEST_CASE("a GLB stores each picture once, and it is read back unchanged") {
   Scene scene;
   scene.trees = {textured_tree("cunninghamia-lanceolata"), textured_tree("generic-conifer")};
   const ReadScene read = read_glb(glb_bytes(scene));
@@ -183,7 +183,7 @@ TEST_CASE("a GLB holds each picture once and gives it back") {
   CHECK(bytes.find("\"name\":\"generic-conifer-leaf\"") != std::string::npos);
 }
 
-TEST_CASE("trees without pictures name none") {
+TEST_CASE("files of trees without textures have no images") {
   Scene scene;
   scene.trees = {grow_tree(test::paper_tree_1(), test::shipped_presets().fallback())};
   const std::string bytes = glb_bytes(scene);
@@ -193,7 +193,7 @@ TEST_CASE("trees without pictures name none") {
   }
 }
 
-TEST_CASE("OBJ names its pictures, which lie beside it") {
+TEST_CASE("OBJ refers to its pictures in the same folder") {
   const test::ScratchFile file("", ".obj");
   const auto writer = open_scene(file.path(), SceneFormat::kObj);
   writer->add_tree(textured_tree("schima-superba"));
@@ -212,14 +212,14 @@ TEST_CASE("OBJ names its pictures, which lie beside it") {
   }
 }
 
-TEST_CASE("an OBJ whose name has blanks finds its materials and pictures") {
+TEST_CASE("an OBJ whose name has blanks refers to existing materials and pictures") {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "silvafit obj test";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   const auto writer = open_scene(folder / "my scene.obj", SceneFormat::kObj);
   writer->add_tree(textured_tree("schima-superba"));
   writer->finish();
-  // What the OBJ and its materials name, up to the end of the line, is what lies there.
+  // The names in the OBJ and its materials, up to the end of the line, are those of the files.
   std::set<std::filesystem::path> named;
   const auto collect = [&](const std::filesystem::path& path, const std::string& word) {
     std::istringstream lines(read_file(path));

@@ -78,7 +78,7 @@ class GltfWriter final : public SceneWriter {
     const std::size_t mesh = meshes_.count() + waiting_.size();
     waiting_.push_back(std::move(model));
     if (!options_.compress || waiting_bytes_ > kBytesTogether) write_waiting();
-    // Now rather than when a million trees are grown.
+    // Checked first, before a million trees are grown.
     if (binary_) check_binary_size(buffers_.size());
     const double scale = has_steps ? pack_options.step_m : 1.0;
     models_.push_back({mesh, scale, options_.instancing ? name : std::string(), {}});
@@ -298,9 +298,8 @@ class GltfWriter final : public SceneWriter {
   }
 
   /// \param uri          of the buffer; empty: it follows in the same file
-  /// \param fingerprint  of a buffer in a file of its own, by which readers tell that the two
-  /// belong
-  ///                     together
+  /// \param fingerprint  of a buffer in a separate file, by which readers recognize that the two
+  ///                     files belong together
   Pieces description(const std::string& uri, const std::string& fingerprint) {
     const Position& origin = options_.origin;
     Pieces pieces;

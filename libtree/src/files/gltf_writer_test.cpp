@@ -39,7 +39,7 @@ Scene two_trees() {
 
 }  // namespace
 
-TEST_CASE("a GLB has its header, and its parts add up") {
+TEST_CASE("a GLB has its header, and the sizes of its parts sum to its length") {
   const std::string glb = glb_bytes(two_trees());
   CHECK(glb.substr(0, 4) == "glTF");
   CHECK(word_at(glb, 4) == 2);
@@ -49,7 +49,7 @@ TEST_CASE("a GLB has its header, and its parts add up") {
   CHECK(binary + 8 + word_at(glb, binary) == glb.size());
 }
 
-TEST_CASE("trees stand where the inventory has them, y up, with their measurements") {
+TEST_CASE("trees have the positions of the inventory, y up, and their measurements") {
   const json gltf = description_of(glb_bytes(two_trees()));
   REQUIRE(gltf["nodes"].size() == 2);
   CHECK(gltf["scenes"][0]["nodes"] == json({0, 1}));
@@ -90,7 +90,7 @@ TEST_CASE("the same trees give the same bytes") {
   std::filesystem::remove(file);
 }
 
-TEST_CASE("far coordinates move the scene's origin, near ones do not") {
+TEST_CASE("large coordinates move the scene's origin, small ones do not") {
   std::vector<Morphology> trees(2, test::paper_tree_1());
   trees[0].position = {120, 80, 7000};
   CHECK(scene_origin(trees).x_m == 0.0);

@@ -60,8 +60,8 @@ struct PackOptions {
 /// 1.5 mm.
 double quantization_step_m(const std::vector<const MeshPart*>& parts);
 
-/// Whether a part has a normal map in the file. Packed files do without, as tangents would be a
-/// fifth of their size.
+/// Whether a part has a normal map in the file. Packed files have none, because tangents would be
+/// a fifth of their size.
 bool has_normal_map(const MeshPart& part, bool is_packed);
 
 /// Texture coordinates of packed files are counted in these steps: pictures of an atlas, or parts

@@ -18,7 +18,7 @@ struct PaletteImage {
   std::vector<std::uint8_t> numbers{};  ///< of each pixel's color
 };
 
-/// Median cut of the picture's colors and opacities (Heckbert 1982, Color image quantization for
+/// Median cut of the colors and opacities of a picture (Heckbert 1982, Color image quantization for
 /// frame buffer display, SIGGRAPH 16, 297-307); exact if there are at most 96. Opaque pixels stay
 /// opaque. All pixels without opacity have one color, the mean of all others, so that interpolation
 /// at the edges gives no other color.

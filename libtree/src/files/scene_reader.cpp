@@ -65,7 +65,7 @@ ReadScene read_glb_unguarded(std::string_view bytes) {
   return read_document(parsed(bytes.substr(20, length)), std::move(buffers));
 }
 
-/// OBJ, PLY and tables are often given instead of scenes.
+/// The message for OBJ, PLY and tables, which are often given instead of scenes.
 void require_gltf(const std::string& bytes) {
   // A byte order mark may precede the text.
   const std::size_t start = bytes.find_first_not_of("\xEF\xBB\xBF \t\r\n");
@@ -96,7 +96,8 @@ std::string unescaped(const std::string& uri) {
   return name;
 }
 
-/// A kill or a copy of one file alone leaves a description beside the buffer of another scene.
+/// If the program was killed, or only one file was copied, the description and the buffer may be
+/// those of different scenes.
 void require_own_buffer(const json& buffer, const std::string& bytes, const std::string& uri) {
   const auto length = buffer.find("byteLength");
   const bool is_short = length != buffer.end() && length->is_number_unsigned() &&

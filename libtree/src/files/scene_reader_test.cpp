@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Small files that ask for more than they hold.
+// Small files whose declared sizes exceed their content.
 #include "silvafit/tree/scene_reader.hpp"
 
 #include <meshoptimizer.h>
@@ -93,19 +93,19 @@ TEST_CASE("numbers of a file whose products are too large are refused") {
   CHECK_THROWS_AS(read_glb(glb(late)), InputError);
 }
 
-TEST_CASE("packed bytes must be enough for what they say to hold") {
+TEST_CASE("packed bytes must be sufficient for the declared size") {
   // 256 times 2^31 bytes from 36.
   json bomb = triangle();
   bomb["bufferViews"][0] = packed(36, 256, std::size_t{1} << 31U, "ATTRIBUTES");
   CHECK_THROWS_AS(read_glb(glb(bomb)), InputError);
-  // So many that a product of 64 bits begins at 0 again.
+  // So many that a product of 64 bits overflows.
   bomb["bufferViews"][0] = packed(36, 256, std::size_t{1} << 56U, "ATTRIBUTES");
   CHECK_THROWS_AS(read_glb(glb(bomb)), InputError);
   bomb["bufferViews"][0] = packed(36, 4, 3 * (std::size_t{1} << 29U), "TRIANGLES");
   CHECK_THROWS_AS(read_glb(glb(bomb)), InputError);
 }
 
-TEST_CASE("vertices that are all the same, which pack best, unpack") {
+TEST_CASE("equal vertices, which have the best compression, are unpacked") {
   constexpr std::size_t kVertices = 300'000;
   const std::vector<float> same(3 * kVertices, 0.5F);
   std::string buffer(meshopt_encodeVertexBufferBound(kVertices, 12), '\0');
@@ -116,7 +116,7 @@ TEST_CASE("vertices that are all the same, which pack best, unpack") {
   scene["bufferViews"] = json::array({packed(buffer.size(), 12, kVertices, "ATTRIBUTES")});
   scene["meshes"][0]["primitives"][0].erase("indices");
   scene["accessors"][0]["count"] = kVertices;
-  // The densest there is: close to the bound of 64 to 1.
+  // The best possible compression: close to the bound of 64 to 1.
   REQUIRE(12 * kVertices > 60 * buffer.size());
   buffer.resize((buffer.size() + 3) / 4 * 4);
   CHECK(read_glb(glb(scene, buffer)).models[0].parts[0].mesh.positions == same);
@@ -126,7 +126,7 @@ TEST_CASE("a node has one parent") {
   json twice = triangle();
   twice["scenes"][0]["nodes"] = {0, 0};
   CHECK_THROWS_AS(read_glb(glb(twice)), InputError);
-  // Each node has the next for a child two times: 2^30 triangles.
+  // Each node has the next one as a child twice: 2^30 triangles.
   json bomb = triangle();
   bomb["nodes"] = json::array();
   for (int node = 0; node < 30; ++node) {
@@ -139,7 +139,7 @@ TEST_CASE("a node has one parent") {
   CHECK_THROWS_AS(read_glb(glb(circle)), InputError);
 }
 
-TEST_CASE("a small file cannot name its bytes until memory is full") {
+TEST_CASE("a small file cannot refer to its bytes so often that memory is exhausted") {
   // 20,000 parts of the same 100,000 bytes would be 16 GB of numbers.
   const std::string buffer(100'000, '\0');
   json scene = triangle();
@@ -151,13 +151,13 @@ TEST_CASE("a small file cannot name its bytes until memory is full") {
     scene["meshes"][0]["primitives"].push_back({{"attributes", {{"POSITION", 0}}}});
   }
   CHECK_THROWS_AS(read_glb(glb(scene, buffer)), InputError);
-  // Parts may share them, though.
+  // Parts may share them.
   auto& parts = scene["meshes"][0]["primitives"].get_ref<json::array_t&>();
   parts.resize(20);
   CHECK(read_glb(glb(scene, buffer)).triangle_count() == std::size_t{20} * 11'111);
 }
 
-TEST_CASE("what is scaled to nothing is left out, however that is said") {
+TEST_CASE("nodes with scale 0 are skipped, for any form of the transformation") {
   json scene = triangle();
   for (const json& node : {json{{"mesh", 0}, {"matrix", std::vector<int>(16, 0)}},
                            json{{"mesh", 0}, {"scale", {0, 0, 0}}}}) {
@@ -168,7 +168,7 @@ TEST_CASE("what is scaled to nothing is left out, however that is said") {
   CHECK_THROWS_AS(read_glb(glb(scene)), InputError);
 }
 
-TEST_CASE("a picture in a file of its own is refused by name") {
+TEST_CASE("a picture in a separate file is refused with its name") {
   json scene = triangle();
   scene["images"] = json::array({{{"uri", "bark.jpg"}}});
   scene["textures"] = json::array({{{"source", 0}}});
@@ -180,7 +180,7 @@ TEST_CASE("a picture in a file of its own is refused by name") {
   CHECK_THROWS_WITH(read_glb(glb(scene)), Catch::Contains("bark.jpg"));
 }
 
-TEST_CASE("a transformation to a plane, a line or a point is flattened") {
+TEST_CASE("transformations to a plane, a line or a point are recognized as flattening") {
   std::array<double, 16> transform{2, 0, 0, 0, 0, -3, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1};
   CHECK_FALSE(is_flattened(transform));
   for (const std::size_t k : {std::size_t{0}, std::size_t{5}, std::size_t{10}}) {

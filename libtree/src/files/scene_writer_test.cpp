@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder that goes with the test.
+/// A folder that is removed at the end of the test.
 class Folder {
  public:
   explicit Folder(const char* name) : path_(fs::temp_directory_path() / name) {
@@ -51,8 +51,8 @@ SceneTree fir_tree(const char* name, Position position) {
   return grow_tree(tree, test::shipped_presets().named("cunninghamia-lanceolata"));
 }
 
-/// All corners of all triangles of an instance, in the scene, as a sorted list: packing may order
-/// triangles anew.
+/// All corners of all triangles of an instance, in the scene, as a sorted list, because packing may
+/// change the order of triangles.
 std::vector<std::array<double, 3>> corners_of(const ReadScene& scene,
                                               const ReadInstance& instance) {
   std::vector<std::array<double, 3>> corners;
@@ -85,7 +85,7 @@ Extent extent_of(const std::vector<std::array<double, 3>>& corners) {
 
 }  // namespace
 
-TEST_CASE("plain GLB and glTF read back bit by bit") {
+TEST_CASE("uncompressed GLB and glTF are read back exactly") {
   const Folder folder("silvafit-plain-test");
   const SceneTree tree = fir_tree("1", {12.5, 30.25, 101.5});
   for (const SceneFormat format : {SceneFormat::kGlb, SceneFormat::kGltf}) {
@@ -117,7 +117,7 @@ TEST_CASE("plain GLB and glTF read back bit by bit") {
   }
 }
 
-TEST_CASE("quantized and packed trees keep their measures to the quantization step") {
+TEST_CASE("quantized and packed trees have their measurements to the quantization step") {
   const Folder folder("silvafit-packed-test");
   const SceneTree tree = fir_tree("1", {3, 4, 5});
   const auto corners_with = [&](SceneOptions options, const char* name) {
@@ -131,7 +131,7 @@ TEST_CASE("quantized and packed trees keep their measures to the quantization st
   const auto plain = corners_with({}, "plain.glb").first;
   const auto [quantized, quantized_scene] = corners_with({.quantize = true}, "quantized.glb");
   const auto [packed, packed_scene] = corners_with({.compress = true}, "packed.glb");
-  // Steps of 1.5 mm, as the height of 20.2 m has fewer than 32767 of them; half of one is lost.
+  // Steps of 1.5 mm, because 20.2 m are fewer than 32767 of them; the error is half a step.
   const double half_step = 0.5 * 0.0015;
   REQUIRE(quantized.size() == plain.size());
   for (std::size_t i = 0; i < plain.size(); ++i) {
@@ -140,14 +140,14 @@ TEST_CASE("quantized and packed trees keep their measures to the quantization st
       REQUIRE(std::abs(quantized[i][k] - plain[i][k]) < half_step + 1e-5);
     }
   }
-  // Packing orders triangles anew: the same corners in another order have the same extent and sum.
+  // Packing changes the order of triangles, but not the extent and the sum of their corners.
   REQUIRE(packed.size() == quantized.size());
   const Extent a = extent_of(quantized);
   const Extent b = extent_of(packed);
   for (std::size_t k = 0; k < 3; ++k) {
     CHECK(a.least[k] == b.least[k]);
     CHECK(a.most[k] == b.most[k]);
-    CHECK(a.sum[k] == Approx(b.sum[k]).epsilon(1e-9));  // another order of adding
+    CHECK(a.sum[k] == Approx(b.sum[k]).epsilon(1e-9));  // another order of summation
   }
   const auto mesh_of = [](const ReadScene& scene) {
     Mesh mesh;
@@ -159,7 +159,7 @@ TEST_CASE("quantized and packed trees keep their measures to the quantization st
     }
     return mesh;
   };
-  // The section at 1.3 m is cut, not met, once its ring is moved by half a step.
+  // If its ring is moved by half a step, the section at 1.3 m is interpolated between two rings.
   const Measurements measured = measure(mesh_of(packed_scene));
   CHECK(measured.h_m == Approx(20.2).margin(0.001));
   CHECK(measured.dbh_cm == Approx(test::paper_tree_1().dbh_cm).margin(0.1));
@@ -177,7 +177,7 @@ TEST_CASE("quantized and packed trees keep their measures to the quantization st
   CHECK(fs::file_size(folder / "quantized.glb") < fs::file_size(folder / "plain.glb"));
 }
 
-TEST_CASE("shared models stand where the trees stand, as nodes and as instances") {
+TEST_CASE("shared models have the positions of the trees, as nodes and as instances") {
   const Folder folder("silvafit-shared-test");
   const SceneTree model = fir_tree("model", {});
   for (const bool compress : {false, true}) {
@@ -212,7 +212,7 @@ TEST_CASE("shared models stand where the trees stand, as nodes and as instances"
   }
 }
 
-TEST_CASE("a tree costs less than 200 bytes as a node and 50 as an instance") {
+TEST_CASE("a tree needs less than 200 bytes as a node and 50 as an instance") {
   const Folder folder("silvafit-bytes-test");
   const SceneTree model = fir_tree("model", {});
   const auto size_with = [&](int trees, bool instancing) {
@@ -233,7 +233,7 @@ TEST_CASE("a tree costs less than 200 bytes as a node and 50 as an instance") {
   CHECK((size_with(2000, true) - size_with(1000, true)) / 1000 < 50);
 }
 
-TEST_CASE("OBJ and PLY have the vertices of the mesh at their places") {
+TEST_CASE("OBJ and PLY have the vertices of the mesh at their positions") {
   const Folder folder("silvafit-text-test");
   const SceneTree tree = fir_tree("a b", {10, 20, 5});
   const auto write = [&](const char* name, SceneFormat format, SceneOptions options) {
@@ -272,7 +272,7 @@ TEST_CASE("OBJ and PLY have the vertices of the mesh at their places") {
   CHECK(text.find("format ascii 1.0") != std::string::npos);
 }
 
-TEST_CASE("without finish nothing is left behind, and impossible scenes are refused") {
+TEST_CASE("without finish no file is left, and impossible scenes are refused") {
   const Folder folder("silvafit-left-test");
   for (const SceneFormat format :
        {SceneFormat::kGlb, SceneFormat::kGltf, SceneFormat::kObj, SceneFormat::kPly}) {
@@ -288,7 +288,7 @@ TEST_CASE("without finish nothing is left behind, and impossible scenes are refu
   CHECK_THROWS_AS(scene_format_from_text("fbx"), UsageError);
 }
 
-TEST_CASE("a GLB that would be too long is refused, and glTF is not") {
+TEST_CASE("a scene that is too long for GLB is refused, but not as glTF") {
   const Folder folder("silvafit-long-test");
   const auto write = [&](SceneFormat format, std::size_t longest) {
     const auto writer = open_scene(folder / "x", format, {.longest_glb = longest});
@@ -304,7 +304,7 @@ TEST_CASE("a GLB that would be too long is refused, and glTF is not") {
   CHECK_NOTHROW(write(SceneFormat::kGltf, size - 1));
 }
 
-TEST_CASE("damaged files are refused, whatever is wrong with them") {
+TEST_CASE("damaged files are refused with an error") {
   const Folder folder("silvafit-damaged-test");
   const auto writer = open_scene(folder / "d.glb", SceneFormat::kGlb, {.compress = true});
   writer->add_tree(fir_tree("1", {}));
@@ -314,7 +314,7 @@ TEST_CASE("damaged files are refused, whatever is wrong with them") {
   CHECK_THROWS_AS(read_glb(whole.substr(0, whole.size() / 2)), InputError);
   CHECK_THROWS_AS(read_glb(""), InputError);
   CHECK_THROWS_AS(read_glb("glTF and no more than that"), InputError);
-  // Any byte changed is read or refused, and nothing else; sanitizers look on.
+  // A file with a changed byte is read or refused, without crashes; see the sanitizer builds.
   Random random(61);
   for (int i = 0; i < 300; ++i) {
     std::string damaged = whole;
@@ -336,7 +336,7 @@ TEST_CASE("damaged files are refused, whatever is wrong with them") {
   }
 }
 
-TEST_CASE("a description does not take the buffer of another scene") {
+TEST_CASE("a description with the buffer of another scene is refused") {
   const Folder folder("silvafit-buffers-test");
   for (const char* const name : {"a.gltf", "b.gltf"}) {
     const auto writer = open_scene(folder / name, SceneFormat::kGltf);
@@ -359,7 +359,7 @@ TEST_CASE("a description does not take the buffer of another scene") {
   CHECK_NOTHROW(read_scene(folder / "a.gltf"));
 }
 
-TEST_CASE("the ground passes through every stem and covers the stand once") {
+TEST_CASE("the ground passes through every stem base and covers the stand once") {
   std::vector<Position> stems;
   // A regular grid, where more than three stems lie on one circle, and scattered ones.
   for (int i = 0; i < 6; ++i) {
@@ -405,7 +405,7 @@ TEST_CASE("the ground passes through every stem and covers the stand once") {
   CHECK_THROWS_AS(ground_mesh(std::vector<Position>{{5e8, 0, 0}, {0, 0, 0}}, {}), GeometryError);
 }
 
-TEST_CASE("shared trees have their height and crown width, and the stated error elsewhere") {
+TEST_CASE("shared trees have their height and crown width, and the stated errors of the rest") {
   Random random(63);
   std::vector<Morphology> trees;
   std::vector<const Builder*> builders;
@@ -435,7 +435,7 @@ TEST_CASE("shared trees have their height and crown width, and the stated error 
       const Measurements& model = grown[tree.model].measured;
       const CrownRadii& r = model.radii;
       const CrownRadii& own = *trees[i].radii;
-      // What the model's mesh measures, stretched; models are right to 1 cm.
+      // The measurements of the stretched mesh; models have an error of 1 cm.
       CHECK(model.h_m * tree.stretch_up == Approx(trees[i].h_m).margin(0.02));
       const double width = 0.5 * (tree.stretch_east * (r.east_m + r.west_m) +
                                   tree.stretch_north * (r.south_m + r.north_m));
@@ -449,7 +449,7 @@ TEST_CASE("shared trees have their height and crown width, and the stated error 
     CHECK(worst < worst_before);
     worst_before = worst;
   }
-  // As many models as trees: every tree is its own model, exactly.
+  // As many models as trees: every tree has its own model without error.
   const SharedModels exact = share_models(trees, builders, trees.size());
   for (const SharedTree& tree : exact.trees) {
     CHECK(tree.error.hcb_cm < 1e-6);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What fitted skeletons promise, measured on their meshes.
+// The properties of fitted skeletons, measured on their meshes.
 #include "silvafit/tree/ifs.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 #include "test_support/fitted_test_support.hpp"

@@ -183,7 +183,7 @@ class Fitter {
       }
     }
     if (kept < 1.0) {
-      // Tips that all end on the curve would look like a clipped hedge.
+      // If all tips ended on the curve, the crown would look like a clipped hedge.
       constexpr double kGoldenRatio = 0.6180339887498949;
       constexpr double kRagged = 0.12;
       kept *= 1.0 - kRagged * std::fmod(kGoldenRatio * i, 1.0);

@@ -8,7 +8,7 @@ using namespace silvafit;
 using namespace silvafit::tree;
 using namespace silvafit::test;
 
-TEST_CASE("any skeleton comes to the measurements of any legal tree") {
+TEST_CASE("any skeleton can be fitted to the measurements of any valid tree") {
   Random random(51);
   for (const Skeleton& grown : all_kinds()) {
     for (int i = 0; i < 100; ++i) {
@@ -37,7 +37,7 @@ TEST_CASE("a skeleton without a rising stem or a branch is refused") {
 
 namespace {
 
-/// A tree of usual proportions, like most that are measured.
+/// A tree of usual proportions.
 Morphology usual_morphology(Random& random) {
   Morphology tree{.plot = "p", .tree = "t"};
   tree.h_m = random.uniform(6.0, 30.0);
@@ -74,7 +74,7 @@ double share_above(const std::vector<double>& values, double limit) {
 
 }  // namespace
 
-TEST_CASE("the unit and the place of the grown skeleton do not matter") {
+TEST_CASE("unit and position of the grown skeleton have no effect") {
   const Skeleton grown = leaning_spiral(0.3);
   Skeleton elsewhere = grown;
   const double unit = 731.0;
@@ -91,14 +91,14 @@ TEST_CASE("the unit and the place of the grown skeleton do not matter") {
   const Skeleton b = fitted(elsewhere, paper_tree_1()).skeleton;
   REQUIRE(a.points.size() == b.points.size());
   REQUIRE(a.leaves.size() == b.leaves.size());
-  // Coordinates of some thousand units lose a few of sixteen digits.
+  // With coordinates of some thousand units a few of sixteen digits are lost.
   for (std::size_t i = 0; i < a.points.size(); ++i) {
     CHECK(length(a.points[i].at - b.points[i].at) < 1e-6);
     CHECK(a.points[i].radius_m == Approx(b.points[i].radius_m).margin(1e-9));
   }
   for (std::size_t i = 0; i < a.leaves.size(); ++i) {
     CHECK(length(a.leaves[i].at - b.leaves[i].at) < 1e-6);
-    // A leaf that the crown is too small for is cut to a sixty-fourth, on either side of it.
+    // A leaf that is too large for the crown is shortened in steps of a sixty-fourth.
     CHECK(a.leaves[i].length_m == Approx(b.leaves[i].length_m).epsilon(1.0 / 60.0));
   }
 }
@@ -114,7 +114,7 @@ TEST_CASE("the same skeleton and measurements give the same bytes") {
   }
 }
 
-TEST_CASE("branches of usual trees are neither kinked, cut off nor pressed flat on the crown") {
+TEST_CASE("branches of usual trees have no kinks, are not cut and not flattened on the crown") {
   Random random(52);
   for (const double lean : {0.0, 0.4}) {
     const Skeleton grown = leaning_spiral(lean);
@@ -123,7 +123,7 @@ TEST_CASE("branches of usual trees are neither kinked, cut off nor pressed flat 
     std::vector<double> places;
     for (int i = 0; i < 100; ++i) {
       const Fitted tree = fitted(grown, usual_morphology(random));
-      // Four branches in reach of the four directions: no copies, none lost.
+      // Four branches near the four directions: none is copied or lost.
       REQUIRE(tree.skeleton.axes.size() == grown.axes.size());
       double before = 0.0;
       double after = 0.0;
@@ -141,24 +141,24 @@ TEST_CASE("branches of usual trees are neither kinked, cut off nor pressed flat 
         places.push_back(width > 0.0 ? std::hypot(tip.x, tip.y) / width : 1.0);
       }
     }
-    // The branch that begins at the crown base may be bent more than it grew, and those that are
-    // led to the radii: five of thirty.
+    // Five of thirty may be bent: the branch at the crown base, and those that are moved to the
+    // measured radii.
     std::vector<double> grown_bends;
     for (std::size_t k = 1; k < grown.axes.size(); ++k) {
       grown_bends.push_back(sharpest_bend_deg(grown.points_of(grown.axes[k])));
     }
     CHECK(share_above(bends, 30.0) < share_above(grown_bends, 30.0) + 5.0 / 30.0);
     CHECK(share_above(bends, 60.0) < 0.05);
-    // Half as long as the others on the whole, or less: the crown narrows to nothing at both ends.
+    // At both ends, where the crown is narrow, branches may be shorter than half of the others.
     CHECK(1.0 - share_above(lengths, 0.5) < 0.2);
-    // Not more than the four and a few by chance are on the very surface; half fill the outer half.
+    // Only the four and a few others are exactly on the surface; half are in the outer half.
     CHECK(share_above(places, 0.995) < 0.25);
     CHECK(share_above(places, 0.5) > 0.5);
   }
 }
 
-TEST_CASE("a branch keeps its share of the stem's thickness") {
-  // A quarter of the stem's radius at the base, in a crown with room for it.
+TEST_CASE("a branch keeps its thickness relative to the stem's") {
+  // A quarter of the stem's radius at the base, in a sufficiently wide crown.
   HandMade made;
   made.axis(0, {{{0, 0, 0}, 1.0}, {{0, 0, 10}, 0.0}});
   for (int i = 0; i < 12; ++i) {
@@ -197,7 +197,7 @@ TEST_CASE("a branch keeps its share of the stem's thickness") {
   }
 }
 
-TEST_CASE("a stem that forks goes on in the limb that rises highest") {
+TEST_CASE("a forked stem continues in the limb that rises highest") {
   HandMade made;
   made.axis(0, {{{0, 0, 0}, 0.3}, {{0, 0, 2}, 0.25}});
   made.axis(0, {{{0, 0, 2}, 0.2}, {{1, 0, 4}, 0.1}, {{2, 0, 5}, 0.0}});
@@ -240,8 +240,8 @@ TEST_CASE("a stem keeps its bends above breast height, within the inner third of
           5.0 / 3.0 * tree.crown.relative_width(point.at.z) + 1e-12);
     CHECK(std::abs(point.at.y) < 0.1);
   }
-  // It swings to both sides, some decimeters at this crown's width of three to five times the
-  // grown one.
+  // It deviates to both sides, by some decimeters in this crown, which is three to five times as
+  // wide as the grown one.
   CHECK(left < -0.2);
   CHECK(right > 0.2);
 }

@@ -81,7 +81,7 @@ IteratedFunctionSystem sierpinski_tetrahedron() {
                                  shrinking(0.5, {0, 0, 0.5})});
 }
 
-/// Two side branches, and perhaps one that goes on, all alike.
+/// Two equal side branches, and optionally an equal continuation.
 IfsPreset forked(int depth, bool continues) {
   std::vector<IfsCopy> copies;
   const auto add = [&copies](AffineMap map, double scale, bool goes_on) {
@@ -130,8 +130,8 @@ TEST_CASE("the chaos game has the invariant measure's mean and covariance") {
     const IteratedFunctionSystem ifs(maps);
     const Eigen::Vector3d mean = invariant_mean(ifs);
     const Eigen::Matrix3d covariance = invariant_covariance(ifs);
-    // Points of a chain hang together; means of long batches do not, and their spread is the
-    // Monte-Carlo error.
+    // Points of a chain are correlated; means of long batches are not, and their standard deviation
+    // is the Monte Carlo error.
     constexpr int kBatches = 100;
     constexpr int kBatch = 2000;
     std::vector<Eigen::Matrix<double, 12, 1>> batches;
@@ -191,7 +191,7 @@ TEST_CASE("the chaos game draws Barnsley's fern within its known bounds") {
   CHECK(high > 9.95);
 }
 
-TEST_CASE("a Sierpinski tetrahedron has four boxes for each before, and dimension 2") {
+TEST_CASE("a Sierpinski tetrahedron has four times the boxes at half the size, and dimension 2") {
   const IteratedFunctionSystem ifs = sierpinski_tetrahedron();
   CHECK(ifs.similarity_dimension() == Approx(2.0).epsilon(1e-12));
   for (const double p : ifs.probabilities()) CHECK(p == Approx(0.25).epsilon(1e-12));
@@ -215,7 +215,7 @@ TEST_CASE("a Sierpinski tetrahedron has four boxes for each before, and dimensio
         Approx(std::log2(0.5 * (1.0 + std::sqrt(5.0)))).epsilon(1e-12));
 }
 
-TEST_CASE("maps are put together as functions are") {
+TEST_CASE("maps are composed as functions are") {
   Random random(64);
   for (int i = 0; i < 20; ++i) {
     const AffineMap f = random_map(random);
@@ -230,7 +230,7 @@ TEST_CASE("maps are put together as functions are") {
   CHECK(length(east - Point{1, 0, 0}) < 1e-15);
 }
 
-TEST_CASE("systems that are none are refused") {
+TEST_CASE("invalid systems are refused") {
   const auto make = [](std::vector<AffineMap> maps, std::vector<double> probabilities) {
     return IteratedFunctionSystem(std::move(maps), std::move(probabilities));
   };
@@ -248,7 +248,7 @@ TEST_CASE("systems that are none are refused") {
   CHECK_THROWS_AS(make({shear}, {}), DomainError);
 }
 
-TEST_CASE("k maps make the sum of k^d copies, each as long as its maps say") {
+TEST_CASE("k maps give the sum of k^d copies, with the lengths of their maps") {
   Random random(65);
   for (int depth = 1; depth <= 7; ++depth) {
     const Skeleton lateral = grow_ifs(forked(depth, false), random);
@@ -262,17 +262,17 @@ TEST_CASE("k maps make the sum of k^d copies, each as long as its maps say") {
       const double of_parent = length(parent.back().at - parent.front().at);
       CHECK((size / of_parent == Approx(0.5).epsilon(1e-12) ||
              size / of_parent == Approx(0.4).epsilon(1e-12)));
-      // Both stand at 0.6 of what bears them.
+      // Both start at 0.6 of their parent.
       const Point base = parent.front().at + 0.6 * (parent.back().at - parent.front().at);
       CHECK(length(line.front().at - base) < 1e-12);
     }
-    // A copy that goes on adds a point to its axis; every other one starts an axis of two.
+    // A copy that continues its axis adds a point to it; every other one starts an axis of two.
     const Skeleton continued = grow_ifs(forked(depth, true), random);
     CHECK(continued.points.size() - continued.axes.size() == power_sum(3, depth));
   }
 }
 
-TEST_CASE("limits keep a system of many copies from filling the machine") {
+TEST_CASE("limits prevent that a system of many copies exhausts memory") {
   Random random(66);
   IfsPreset preset = forked(40, true);
   CHECK_THROWS_AS(grow_ifs(preset, random), GeometryError);
@@ -285,7 +285,7 @@ TEST_CASE("limits keep a system of many copies from filling the machine") {
   }
 }
 
-TEST_CASE("leaves go where the probabilities say") {
+TEST_CASE("leaves are distributed by the probabilities") {
   Random random(67);
   IfsPreset preset = forked(6, false);
   preset.leaves.count = 20000;
@@ -294,7 +294,7 @@ TEST_CASE("leaves go where the probabilities say") {
   std::array<double, 2> of_first{};
   for (const LeafSite& leaf : skeleton.leaves) {
     std::uint32_t axis = leaf.axis;
-    // All hang on the last copies of copies.
+    // All are on copies of the last depth.
     CHECK(skeleton.axes[axis].order == 6);
     while (skeleton.axes[axis].order > 1) axis = skeleton.axes[axis].parent;
     of_first[axis - 1] += 1.0;
@@ -304,11 +304,11 @@ TEST_CASE("leaves go where the probabilities say") {
           Approx(std::cos(preset.leaves.angle_deg * std::numbers::pi / 180)).margin(1e-12));
     CHECK(std::abs(dot(leaf.along, leaf.facing)) < 1e-12);
   }
-  // Five standard deviations of a binomial share.
+  // Five standard deviations of a binomial proportion.
   CHECK(of_first[0] / 20000 == Approx(0.7).margin(5 * std::sqrt(0.7 * 0.3 / 20000)));
 }
 
-TEST_CASE("trees of every system have their measurements, whatever they are") {
+TEST_CASE("trees of every system have any valid measurements") {
   Random random(68);
   for (const Builder* builder : test::shipped_builders().of(BuilderKind::kIfs)) {
     for (int i = 0; i < 60; ++i) {
@@ -323,7 +323,7 @@ TEST_CASE("trees of every system have their measurements, whatever they are") {
   }
 }
 
-TEST_CASE("the same random numbers give the same copies, others others") {
+TEST_CASE("the same random numbers give the same copies, others different ones") {
   const IfsBuilder& builder = ifs_preset("broadleaf");
   const auto points = [&](std::uint64_t seed) {
     Random random(seed);
@@ -337,7 +337,7 @@ TEST_CASE("the same random numbers give the same copies, others others") {
   CHECK(points(1) != points(2));
 }
 
-TEST_CASE("a species finds its system, and others get the fallback") {
+TEST_CASE("a listed species gets its system, and others get the fallback") {
   const BuilderCatalogue& catalogue = test::shipped_builders();
   CHECK(catalogue.fallback(BuilderKind::kIfs).name() == "broadleaf");
   CHECK(catalogue.for_species(BuilderKind::kIfs, "SM")->name() == "conifer");
@@ -345,7 +345,7 @@ TEST_CASE("a species finds its system, and others get the fallback") {
   CHECK(catalogue.for_species(BuilderKind::kIfs, "Quercus") == nullptr);
 }
 
-TEST_CASE("a system with a wrong field is refused with file and field") {
+TEST_CASE("a system with an invalid field is refused with file and field") {
   const fs::path models = fs::temp_directory_path() / "silvafit-ifs-test";
   fs::remove_all(models);
   fs::create_directories(models);

@@ -64,7 +64,7 @@ void turn_about_stem(Skeleton& skeleton, double angle_rad) {
 }  // namespace
 
 /// The drawing of a grammar without random numbers, used for every tree.
-// Not std::call_once: after an exception, not every implementation lets the next thread in.
+// Not std::call_once: some implementations block the next thread after an exception.
 struct LsystemBuilder::Derived {
   std::mutex deriving{};
   std::optional<Skeleton> skeleton{};

@@ -103,7 +103,7 @@ TEST_CASE("the trees of the paper's figure 7 have its table's parameters") {
   }
 }
 
-TEST_CASE("a species finds its grammar") {
+TEST_CASE("a listed species gets its grammar") {
   const BuilderCatalogue& catalogue = test::shipped_builders();
   const auto name_for = [&](const char* species) {
     const Builder* builder = catalogue.for_species(BuilderKind::kLsystem, species);
@@ -121,7 +121,7 @@ TEST_CASE("a species finds its grammar") {
   }
 }
 
-TEST_CASE("freely grown trees have a stem to the top and leaves in sensible numbers") {
+TEST_CASE("freely grown trees have a stem to the top and a plausible number of leaves") {
   for (const LsystemBuilder* builder : shipped()) {
     for (const double h : {2.0, 8.0, 25.0}) {
       for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -181,7 +181,7 @@ TEST_CASE("a banyan's aerial roots hang straight down and bear nothing") {
   CHECK(roots > 10);
 }
 
-TEST_CASE("any legal tree of any grammar has its measurements on the mesh") {
+TEST_CASE("the mesh of any valid tree of any grammar has its measurements") {
   constexpr int kTrees = 40;
   Random random(31);
   for (const LsystemBuilder* builder : shipped()) {
@@ -198,7 +198,7 @@ TEST_CASE("any legal tree of any grammar has its measurements on the mesh") {
   }
 }
 
-TEST_CASE("extreme but legal trees of grammars keep the promise") {
+TEST_CASE("meshes of extreme but valid trees of grammars have their measurements") {
   for (const LsystemBuilder* builder : shipped()) {
     for (const Morphology& extreme : {sized(0.1, 1.3 + 1e-9, 0, 0.1),
                                       sized(50, 1.31, 1.305, 3),
@@ -211,12 +211,12 @@ TEST_CASE("extreme but legal trees of grammars keep the promise") {
   }
 }
 
-TEST_CASE("order and threads do not change a tree of a grammar, the seed does") {
+TEST_CASE("a tree of a grammar depends on the seed, not on order and threads") {
   Random random(32);
   std::vector<Morphology> trees;
   trees.reserve(12);
   for (int i = 0; i < 12; ++i) trees.push_back(test::random_morphology(random, i));
-  // A catalogue of its own: deterministic grammars are derived by whichever thread comes first.
+  // A new catalogue: deterministic grammars are derived by the first thread that needs them.
   const BuilderCatalogue catalogue = BuilderCatalogue::load(test::source_file("models"));
   for (const char* name : {"honda-7d", "shrub"}) {
     const Builder& builder = catalogue.named(BuilderKind::kLsystem, name);
@@ -236,7 +236,7 @@ TEST_CASE("order and threads do not change a tree of a grammar, the seed does") 
   }
 }
 
-TEST_CASE("a grammar of the user's own grows with a preset's looks") {
+TEST_CASE("a user's grammar grows with the appearance of a preset") {
   const Grammar own = Grammar::parse(
       "iterations: 5\naxiom: A(1)\nA(l) -> F(l)[&(60)F(l)~L(0.3, 9)]/(137.5)A(l*0.8)", "own.lsys");
   const auto builder = shipped("maple").with_grammar(own);
@@ -256,7 +256,7 @@ TEST_CASE("a grammar of the user's own grows with a preset's looks") {
   CHECK_THROWS_AS(grow_tree(tree, *stem), GeometryError);
 }
 
-TEST_CASE("what a grammar draws is blamed on its file, not on the measurements") {
+TEST_CASE("errors of a grammar's drawing name its file, not the measurements") {
   const auto builder = shipped("maple").with_grammar(Grammar::parse("axiom: F(10)\n", "pole.lsys"));
   try {
     grow_tree(sized(20, 15, 5, 4), *builder);
@@ -267,7 +267,7 @@ TEST_CASE("what a grammar draws is blamed on its file, not on the measurements")
   }
 }
 
-TEST_CASE("a preset of a grammar with a wrong field is refused with file and field") {
+TEST_CASE("a preset of a grammar with an invalid field is refused with file and field") {
   const Models models;
   const std::string good = read_file(test::source_file("models/lsystems/maple.json"));
   const auto with = [&](const std::string& find, const std::string& replacement) {

@@ -53,7 +53,7 @@ bool contains(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("an L-system grows as on paper: Lindenmayer's algae") {
+TEST_CASE("Lindenmayer's algae have the published strings") {
   // ABOP, section 1.2: the strings of the first five steps.
   const std::string algae = "axiom: B\nA -> AB\nB -> A";
   CHECK(derived(algae, 0) == "B");
@@ -64,7 +64,7 @@ TEST_CASE("an L-system grows as on paper: Lindenmayer's algae") {
   CHECK(derived(algae, 5) == "ABAABABA");
 }
 
-TEST_CASE("a parametric L-system with conditions grows as on paper") {
+TEST_CASE("a parametric L-system with conditions has the published strings") {
   // ABOP, section 1.10.1, the example with its first derivation steps.
   const std::string text =
       "axiom: B(2)A(4, 4)\n"
@@ -189,7 +189,7 @@ TEST_CASE("random numbers have their distributions") {
   CHECK(squares / kNumber == Approx(9).margin(1.61));
 }
 
-TEST_CASE("productions with weights are chosen as often as their weights say") {
+TEST_CASE("productions are chosen in proportion to their weights") {
   const std::string text =
       "axiom: A\n"
       "A : * : 1 -> X A\n"
@@ -223,7 +223,7 @@ TEST_CASE("weights may depend on parameters, and conditions restrict the choice"
   CHECK(string.back() == 'E');
 }
 
-TEST_CASE("what a text may hold: comments, continued lines, long names, settings, symbols") {
+TEST_CASE("a text may have comments, continued lines, long names, settings, symbols") {
   const Grammar grammar = Grammar::parse(
       "\xef\xbb\xbf# a comment\r\n"
       "## another\r\n"
@@ -263,14 +263,14 @@ TEST_CASE("constants can be replaced, and those computed from them follow") {
 }
 
 TEST_CASE("a cut removes the rest of its branch") {
-  // ABOP, section 1.10.3 uses % so: apices that die take what follows along.
+  // As in ABOP, section 1.10.3: a dying apex removes what follows it.
   const std::string text = "axiom: A[B[C]D]E\nB -> X%";
   CHECK(derived(text, 1) == "A[X]E");
   CHECK(derived("axiom: A%B[C]D", 0) == "A");
   CHECK(derived("axiom: F[+A[B]%[C]F]-F", 0) == "F[+A[B]]-F");
 }
 
-TEST_CASE("mistakes are named with line and column") {
+TEST_CASE("errors have line and column") {
   CHECK(mistake("axiom: F(x)") ==
         "g:1: column 10: unknown name 'x'; it must be a parameter of the production or #defined "
         "above");
@@ -321,14 +321,14 @@ TEST_CASE("mistakes are named with line and column") {
   CHECK(contains(mistake("axiom: F\nF(1) -> F"), "use a condition for a required value"));
 }
 
-TEST_CASE("several mistakes are named at once, in the order of the text") {
+TEST_CASE("several errors are reported at once, in the order of the text") {
   const std::string text = mistake("axiom: F(x)\nA -> [\n\nB -> ]\n");
   CHECK(contains(text, "g:1: column 10"));
   CHECK(contains(text, "\ng:2: column 6"));
   CHECK(contains(text, "\ng:4: column 6"));
 }
 
-TEST_CASE("mistakes that show in a step name module, line and step") {
+TEST_CASE("errors in a derivation name module, line and step") {
   CHECK(mistake_in_step("axiom: A(2)\nA(x) -> A(x - 1) F(1/x)", 9) ==
         "g:2: step 3, A(0): a parameter, 1/x, is not valid: division by zero");
   CHECK(
@@ -342,14 +342,14 @@ TEST_CASE("mistakes that show in a step name module, line and step") {
   CHECK(mistake_in_step("axiom: A(1)\nA(x) : x > 2 -> F\nA(x) : x < 2 : 1 -> G", 1) == "accepted");
 }
 
-TEST_CASE("a hostile grammar ends in an error, soon") {
+TEST_CASE("a hostile grammar soon ends with an error") {
   CHECK(contains(mistake_in_step("axiom: F\nF -> FF", 1000), "exceeds 2000000 modules"));
   CHECK(contains(mistake_in_step("axiom: F\nF -> F[F[F[F]]]", 500), "exceeds 2000000 modules"));
   CHECK(contains(mistake_in_step("axiom: F(1,2,3,4,5,6)\nF(a,b,c,d,e,f) -> F(f,e,d,c,b,a)"
                                  "F(a,b,c,d,e,f)",
                                  1000),
                  "8000000 parameters"));
-  // Nothing grows, but every step takes its time.
+  // The string does not grow, but every step needs time.
   std::string still = "axiom: ";
   for (int i = 0; i < 20000; ++i) still += "A(1)";
   CHECK(contains(mistake_in_step(still + "\nA(x) -> A(sin(x))", 1000, {.operations = 1'000'000}),
@@ -362,7 +362,7 @@ TEST_CASE("a hostile grammar ends in an error, soon") {
   std::string powers = "axiom: F(2";
   for (int i = 0; i < 100'000; ++i) powers += "^2";
   CHECK(contains(mistake(powers + ")"), "too deeply"));
-  // A long sum is not deep.
+  // A long sum is not deeply nested.
   std::string sum = "axiom: A(1)\nA(x) -> A(x";
   for (int i = 0; i < 100'000; ++i) sum += "+x";
   CHECK(mistake_in_step(sum + ")", 2) == "accepted");

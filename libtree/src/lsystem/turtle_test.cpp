@@ -56,7 +56,7 @@ bool mentions(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("turns go the way that they are named") {
+TEST_CASE("turns have the direction of their names") {
   // Upright, seen from the south: left is west, the turtle's own up looks at the viewer.
   const auto end = [](const std::string& axiom) {
     return drawn("angle: 90\naxiom: " + axiom).segments.back().to;
@@ -105,7 +105,7 @@ TEST_CASE("a turtle's directions stay at right angles after many turns") {
   CHECK(length(frame.up - cross(frame.heading, frame.left)) < 1e-12);
 }
 
-TEST_CASE("a full circle of turns comes back, and turns undo each other") {
+TEST_CASE("a full circle of turns is the identity, and opposite turns cancel") {
   TurtleFrame frame;
   for (int i = 0; i < 360; ++i) frame.turn_left(kRadian);
   check_at(frame.heading, {0, 0, 1});
@@ -120,7 +120,7 @@ TEST_CASE("a full circle of turns comes back, and turns undo each other") {
   check_at(frame.up, {0, -1, 0});
 }
 
-TEST_CASE("$ makes left horizontal and up look upward") {
+TEST_CASE("$ makes left horizontal and up point upward") {
   TurtleFrame frame;
   frame.pitch_down(1.0);
   frame.roll_left(0.8);
@@ -135,8 +135,8 @@ TEST_CASE("$ makes left horizontal and up look upward") {
   check_at(upright.left, {-1, 0, 0});
 }
 
-TEST_CASE("the three-dimensional Hilbert curve visits every place of a cube once") {
-  // ABOP, figure 1.19. A single turn the wrong way visits places twice.
+TEST_CASE("the three-dimensional Hilbert curve visits every cell of a cube once") {
+  // ABOP, figure 1.19. With a single wrong turn, cells are visited twice.
   const std::string hilbert =
       "angle: 90\n"
       "axiom: A\n"
@@ -171,7 +171,7 @@ TEST_CASE("the Koch island is closed") {
   CHECK(length(drawing.segments.back().to) < 1e-10);
 }
 
-TEST_CASE("the paper's tree stands where it was computed by hand") {
+TEST_CASE("the paper's tree has the coordinates computed by hand") {
   const Grammar grammar = Grammar::load(test::source_file("models/grammars/honda.lsys"));
   const Skeleton first = skeleton_of(drawn(grammar, 1), "honda");
   REQUIRE(first.axes.size() == 1);
@@ -238,7 +238,7 @@ TEST_CASE("orders of the paper's tree: an axis of order i bears those of order i
     if (i == 0) continue;
     CHECK(axis.parent < i);
     CHECK(axis.order == tree.axes[axis.parent].order + 1);
-    // It begins on its bearer.
+    // It begins on its parent.
     const auto bearer = tree.points_of(tree.axes[axis.parent]);
     const Point base = tree.points_of(axis).front().at;
     CHECK(std::any_of(bearer.begin(), bearer.end(), [&](const SkeletonPoint& point) {
@@ -256,7 +256,7 @@ TEST_CASE("segments bend towards the tropism") {
   check_at(drawing.segments[1].to, {0, 1 + std::cos(0.2), -std::sin(0.2)});
   const double angle = 0.2 + 0.2 * std::cos(0.2);
   check_at(drawing.segments[2].to - drawing.segments[1].to, {0, std::cos(angle), -std::sin(angle)});
-  // Upwards, as said by a module.
+  // Upwards, by the parameters of a module.
   const Drawing upward = drawn("axiom: @(0.3, 0, 0, 1)&(90)F F");
   check_at(upward.segments[1].to, {0, 1 + std::cos(0.3), std::sin(0.3)});
 }
@@ -269,7 +269,7 @@ TEST_CASE("width, default steps and moves") {
   CHECK(drawing.segments[2].width == 3);
   CHECK(drawing.segments[3].width == 0.2);
   check_at(drawing.segments[3].to, {0, 0, 5});
-  // What is drawn after a move is an axis of its own, which grows from the one before.
+  // A segment after a move starts a new axis, whose parent is the previous one.
   const Skeleton gap = skeleton("axiom: F F f F F");
   REQUIRE(gap.axes.size() == 2);
   CHECK(gap.points_of(gap.axes[0]).size() == 3);
@@ -277,8 +277,8 @@ TEST_CASE("width, default steps and moves") {
   CHECK(gap.axes[1].order == 1);
 }
 
-TEST_CASE("an axis goes on in the thickest of its branches where no apex ends it") {
-  // A fork: the thicker one carries on.
+TEST_CASE("an axis without an apex at its end continues in the thickest of its branches") {
+  // A fork: the axis continues in the thicker branch.
   const Skeleton fork = skeleton("axiom: F[+(20)!(0.05)F][-(20)!(0.08)F]");
   REQUIRE(fork.axes.size() == 2);
   CHECK(fork.points_of(fork.axes[0]).size() == 3);
@@ -287,7 +287,7 @@ TEST_CASE("an axis goes on in the thickest of its branches where no apex ends it
   // An apex that has not drawn yet, or a bud, ends the axis.
   CHECK(skeleton("axiom: F[+(20)F][-(20)F]A").axes.size() == 3);
   CHECK(skeleton("axiom: F[+(20)F][-(20)F]~B").axes.size() == 3);
-  // Of equally thick ones the stem takes that which reaches highest, others the straightest.
+  // Of equally thick branches, the stem continues in the highest, others in the straightest.
   const Skeleton stem = skeleton("axiom: F[+(10)F][-(40)F F F]");
   CHECK(stem.points_of(stem.axes[0]).size() == 5);
   const Skeleton limb = skeleton("axiom: F[+(90)F[+(40)F F F][-(10)F]]F");
@@ -302,7 +302,7 @@ TEST_CASE("an axis goes on in the thickest of its branches where no apex ends it
   check_at(shrub.points_of(shrub.axes[2])[0].at, {0, 0, 0});
 }
 
-TEST_CASE("leaves and buds stand where they are drawn, on the axis that bears them") {
+TEST_CASE("leaves and buds have their drawn positions and their axes") {
   const Skeleton tree = skeleton("axiom: F ~L(0.2) [+(90) ~L(0.3, 2) ''F ~L ~B(0.1)] F ~B", 7);
   REQUIRE(tree.leaves.size() == 5);
   check_at(tree.leaves[0].at, {0, 0, 1});
@@ -311,7 +311,7 @@ TEST_CASE("leaves and buds stand where they are drawn, on the axis that bears th
   CHECK(tree.leaves[0].length_m == 0.2);
   CHECK(tree.leaves[0].axis == 0);
   CHECK(tree.leaves[0].grade == 0);
-  // Before the branch's first segment it is still the stem that bears.
+  // Before the first segment of the branch, leaves belong to the stem.
   CHECK(tree.leaves[1].axis == 0);
   CHECK(tree.leaves[1].grade == 2);
   check_at(tree.leaves[1].along, {-1, 0, 0});

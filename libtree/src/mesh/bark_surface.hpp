@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The picture of bark on tubes, and the flare of the roots.
+// Texture coordinates of bark on tubes, and the flare of the roots.
 #pragma once
 
 #include <algorithm>

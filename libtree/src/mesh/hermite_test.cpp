@@ -43,7 +43,7 @@ void check_same(Point a, Point b, double margin) {
 
 }  // namespace
 
-TEST_CASE("a Hermite piece is the cubic whose ends it was given") {
+TEST_CASE("a Hermite piece is the cubic with the given ends") {
   // p(t) = (t^3 - t, 2 t^2, 1 - t + 3 t^3) from t = 1 to t = 3.
   const auto place = [](double t) {
     return Point{t * t * t - t, 2 * t * t, 1 - t + 3 * t * t * t};
@@ -73,7 +73,7 @@ TEST_CASE("curves are C1 along an axis and follow parabolas and straight lines")
       check_same((1.0 / left) * before.rate(1.0), (1.0 / right) * after.rate(0.0), 1e-11);
     }
   }
-  // Equally far places on a straight line stay on it and are passed at an even pace.
+  // A curve through equidistant points on a straight line is the line at constant speed.
   std::vector<HermiteKnot> straight(5);
   for (std::size_t i = 0; i < straight.size(); ++i) {
     straight[i].at = {1.0 * static_cast<double>(i), 0.0, 2.0 * static_cast<double>(i)};
@@ -87,9 +87,9 @@ TEST_CASE("curves are C1 along an axis and follow parabolas and straight lines")
   }
 }
 
-TEST_CASE("a curve never strays far from the points that it goes through") {
-  // The rates are such that the inner control points of a piece's Bezier form stand at most two
-  // thirds of its chord away from its ends, and the curve lies in their hull.
+TEST_CASE("a curve is always near the points that it passes through") {
+  // The inner control points of a piece's Bezier form are at most two thirds of its chord away
+  // from its ends, and the curve is in their convex hull.
   Random random(2);
   for (int repeat = 0; repeat < 200; ++repeat) {
     const std::vector<HermiteKnot> knots = random_knots(random, 5);
@@ -126,7 +126,7 @@ TEST_CASE("radii between two knots stay between theirs") {
   }
 }
 
-TEST_CASE("a straight cone stays one whatever its knots are") {
+TEST_CASE("a straight cone stays straight for any knots") {
   std::vector<HermiteKnot> knots(4);
   const std::array<double, 4> places{0.0, 0.1, 2.5, 3.0};
   for (std::size_t i = 0; i < knots.size(); ++i) {
@@ -164,8 +164,8 @@ TEST_CASE("lengths along a curve are those of its fine polygon") {
   }
 }
 
-TEST_CASE("frames do not turn about a plane curve") {
-  // A quarter circle in the plane x = 0: whatever is square to the plane stays so.
+TEST_CASE("frames do not rotate about a plane curve") {
+  // A quarter circle in the plane x = 0: a vector orthogonal to the plane stays orthogonal.
   Point sideways{1.0, 0.0, 0.0};
   const auto place = [](double a) { return Point{0.0, std::sin(a), 1.0 - std::cos(a)}; };
   const auto tangent = [](double a) { return Point{0.0, std::cos(a), std::sin(a)}; };
@@ -179,11 +179,11 @@ TEST_CASE("frames do not turn about a plane curve") {
                           tangent((i + 1) * step));
   }
   check_same(sideways, {1.0, 0.0, 0.0}, 1e-14);
-  // Nor where the curve is straight, which has no Frenet frame.
+  // Also where the curve is straight and has no Frenet frame.
   check_same(carried_on({}, {0, 0, 1}, {0.6, 0.8, 0}, {0, 0, 2}, {0, 0, 1}), {0.6, 0.8, 0}, 1e-15);
 }
 
-TEST_CASE("along a helix frames turn back by the integral of its torsion") {
+TEST_CASE("along a helix frames rotate against Frenet's by the integral of its torsion") {
   // Helix of radius a and rise b per radian: torsion b / (a^2 + b^2), length sqrt(a^2 + b^2) per
   // radian. Against Frenet's frame, one that does not turn about the curve falls back by torsion
   // times length.

@@ -8,7 +8,7 @@
 namespace silvafit::tree {
 namespace {
 
-/// Fast random numbers for details that no measurement depends on: one draw of 64 bits makes many.
+/// Fast random numbers for details without effect on measurements: many from one draw of 64 bits.
 class Jitter {
  public:
   explicit Jitter(Random& random) : state_(random.bits() | 1U) {}
@@ -49,8 +49,8 @@ class TuftGrower {
     Jitter jitter(random_);
     if (tufts_++ % options_.foliage_per != options_.foliage_per / 2) return;
     const double size = leaf_length_m_ * (1.0 + 0.2 * jitter.next());
-    // A tuft that would reach out of the crown is moved inward as a whole; cut leaves would look
-    // like a clipped hedge.
+    // A tuft that would reach out of the crown is moved inward as a whole, because cut leaves would
+    // look like a clipped hedge.
     const Point outward = surface_.outward_of(end);
     const double room = crown_.length_inside_m(end, outward, size);
     const Point at = end - 0.6 * (size - room) * outward;

@@ -34,7 +34,7 @@ void check_buffers(const MeshPart& part) {
   if (part.kind != PartKind::kBranches) REQUIRE(test::turned_triangles(part) == 0);
 }
 
-/// Everything that a mesh promises whatever its options are.
+/// The properties of a mesh with any options.
 void check_mesh(const Morphology& tree, const Preset& preset, const MeshOptions& options) {
   INFO(preset.name << " dbh " << tree.dbh_cm << " h " << tree.h_m << " hcb " << tree.hcb_m);
   const SceneTree grown = grow_tree(tree, preset, {.mesh = options});
@@ -45,7 +45,7 @@ void check_mesh(const Morphology& tree, const Preset& preset, const MeshOptions&
 
 }  // namespace
 
-TEST_CASE("any legal tree of any preset has its measurements on the mesh") {
+TEST_CASE("the mesh of any valid tree of any preset has its measurements") {
   constexpr int kTrees = 60;
   Random random(20);
   for (const Preset& preset : test::shipped_presets().presets()) {
@@ -70,7 +70,7 @@ TEST_CASE("pictures, colors and closed branches change no measurement") {
   }
 }
 
-TEST_CASE("extreme but legal trees keep the promise") {
+TEST_CASE("meshes of extreme but valid trees have their measurements") {
   const auto tree = [](double dbh, double h, double hcb, double cw) {
     return Morphology{.plot = "x", .tree = "1", .dbh_cm = dbh, .h_m = h, .hcb_m = hcb, .cw_m = cw};
   };
@@ -88,7 +88,7 @@ TEST_CASE("extreme but legal trees keep the promise") {
   }
 }
 
-TEST_CASE("no vertex of branches or foliage leaves the crown by a millimeter") {
+TEST_CASE("all vertices of branches and foliage are inside the crown, to a millimeter") {
   Random random(21);
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (int i = 0; i < 10; ++i) {
@@ -124,7 +124,7 @@ TEST_CASE("the stem is closed, faces outwards and has the taper's volume") {
   CHECK(test::volume_m3(stem) == Approx(volume).epsilon(0.01));
 }
 
-TEST_CASE("stem and branches are closed where that is asked for") {
+TEST_CASE("stem and branches are closed on request") {
   Random random(24);
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (int i = 0; i < 20; ++i) {
@@ -149,7 +149,7 @@ TEST_CASE("stem and branches are closed where that is asked for") {
   CHECK(test::open_edges(open.mesh.parts[1]) > 0);
 }
 
-TEST_CASE("pictures lie on bark and leaves as they should") {
+TEST_CASE("bark and leaves have correct texture coordinates") {
   for (const Preset& preset : test::shipped_presets().presets()) {
     const SceneTree grown = grow_tree(test::paper_tree_1(), preset, {.mesh = {.textured = true}});
     for (const MeshPart& part : grown.mesh.parts) {
@@ -162,7 +162,7 @@ TEST_CASE("pictures lie on bark and leaves as they should") {
         const double area = (u(1) - u(0)) * (v(2) - v(0)) - (u(2) - u(0)) * (v(1) - v(0));
         // The tip of a tube is one vertex with one u; triangles there have a slanting picture.
         if (std::abs(area) < 1e-6) continue;
-        // Lengyel's tangent: the direction in which u grows and v stands still.
+        // Lengyel's tangent: the direction in which u increases and v is constant.
         const Point tangent = (1.0 / area) * ((v(2) - v(0)) * (corners[1] - corners[0]) -
                                               (v(1) - v(0)) * (corners[2] - corners[0]));
         const float* given = part.tangents.data() + std::size_t{4} * index[0];
@@ -185,7 +185,7 @@ TEST_CASE("pictures lie on bark and leaves as they should") {
   }
 }
 
-TEST_CASE("each level of detail keeps to its stated surface error, and is coarser") {
+TEST_CASE("each level of detail is coarser and within its stated surface error") {
   Random random(25);
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (int i = 0; i < 3; ++i) {
@@ -213,7 +213,7 @@ TEST_CASE("each level of detail keeps to its stated surface error, and is coarse
   }
 }
 
-TEST_CASE("a tolerance finds the coarsest level that keeps to it") {
+TEST_CASE("a tolerance selects the coarsest level within it") {
   const test::Stages stages =
       test::stages_of(test::paper_tree_1(), test::shipped_presets().named("schima-superba"));
   CHECK(coarsest_level(stages.skeleton, stages.crown, 0.0) == 0);
@@ -230,8 +230,8 @@ TEST_CASE("a tolerance finds the coarsest level that keeps to it") {
 }
 
 TEST_CASE("a coarser crown covers as much of its outline as the finest one") {
-  // Sum of the leaves' areas: the rule for thinning keeps it, within what overlaps and what the
-  // crown curve cuts off.
+  // Thinning keeps the sum of the leaves' areas, except for overlaps and for what the crown curve
+  // cuts off.
   const auto area = [](const Mesh& mesh) {
     double sum = 0.0;
     for (const MeshPart& part : mesh.parts) {
@@ -256,7 +256,7 @@ TEST_CASE("a coarser crown covers as much of its outline as the finest one") {
   }
 }
 
-TEST_CASE("a triangle takes 22 bytes of vertices and indices") {
+TEST_CASE("a triangle needs 22 bytes of vertices and indices") {
   for (const Preset& preset : test::shipped_presets().presets()) {
     const SceneTree grown = grow_tree(test::paper_tree_1(), preset);
     INFO(preset.name);
@@ -285,7 +285,7 @@ TEST_CASE("trees have a few thousand triangles") {
   }
 }
 
-TEST_CASE("order and threads do not change a tree, the seed does") {
+TEST_CASE("a tree depends on the seed, not on order and threads") {
   const Preset& preset = test::shipped_presets().named("generic-conifer");
   Random random(22);
   std::vector<Morphology> trees;
@@ -306,7 +306,7 @@ TEST_CASE("order and threads do not change a tree, the seed does") {
   CHECK(other.mesh.parts[1].positions != parallel[0].mesh.parts[1].positions);
 }
 
-TEST_CASE("the measuring tape works on a mesh that is no tree of ours") {
+TEST_CASE("measure() works on any mesh") {
   // A square prism from the ground to 2 m with a section of 0.04 m2, and one crown triangle.
   MeshPart prism{.kind = PartKind::kStem};
   prism.positions = {-0.1F, 0, 0.1F, 0.1F, 0, 0.1F, 0.1F, 0, -0.1F, -0.1F, 0, -0.1F,

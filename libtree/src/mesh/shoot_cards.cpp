@@ -30,7 +30,7 @@ double length_of(std::span<const SkeletonPoint> points) {
   return sum;
 }
 
-/// Branches that bear others are bare but for their outer part, as they are shaded.
+/// Branches that bear others have leaves only on their outer part, because the rest is shaded.
 std::vector<LeafyPart> leafy_parts(const Skeleton& skeleton) {
   std::vector<bool> bears(skeleton.axes.size(), false);
   for (std::size_t i = 1; i < skeleton.axes.size(); ++i) bears[skeleton.axes[i].parent] = true;
@@ -65,7 +65,7 @@ OnAxis on_axis(std::span<const SkeletonPoint> points, double along_m) {
   return {points.back().at, {0.0, 0.0, 1.0}};
 }
 
-/// Fast random numbers for details that no measurement depends on.
+/// Fast random numbers for details without effect on measurements.
 class CardJitter {
  public:
   explicit CardJitter(Random& random) : state_(random.bits() | 1U) {}
@@ -79,7 +79,7 @@ class CardJitter {
   std::uint64_t state_;
 };
 
-/// Where a shoot stands.
+/// The position of a shoot.
 struct ShootSite {
   std::uint32_t axis = 0;
   double along_m = 0.0;
@@ -95,7 +95,8 @@ double bare_top_m(const Skeleton& skeleton) {
   return skeleton.points_of(skeleton.axes.front()).back().at.z - highest;
 }
 
-/// The ends of all branches that are drawn as wood, and the top of the stem: no wood ends bare.
+/// The ends of all branches that are drawn as wood, and the top of the stem, so that all have
+/// leaves.
 std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
                                      const std::vector<LeafyPart>& parts,
                                      double size_m,
@@ -126,8 +127,8 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
   return sites;
 }
 
-/// A twig without wood is the twig of the shoots themselves: they follow one another from its base,
-/// so that none floats beside its branch.
+/// A twig without wood is drawn by its shoots only: they follow one another from its base, so that
+/// none is separate from its branch.
 ShootSite joined(const ShootSite& site, double size_m) {
   const double along_m = std::floor(site.along_m / size_m) * size_m;
   return {site.axis, along_m, 0.0};
@@ -206,7 +207,7 @@ class CardWriter {
     const double angle = kRadian * shoots_.angle_deg * (1.0 - end) * (1.0 + 0.3 * jitter.next());
     const Point aside = direction(cross(place.along, {0.0, 0.0, 1.0}), {1.0, 0.0, 0.0});
     const double azimuth = kGoldenAngle * number + 0.4 * jitter.next();
-    // Shoots of a flat spray stand at its sides, those of others all round.
+    // Shoots of a flat spray are at its sides, those of others all round.
     const double flat = shoots_.cross_deg < 75.0 ? 0.35 : 1.0;
     const Point across =
         std::cos(azimuth) * aside + flat * std::sin(azimuth) * cross(aside, place.along);
@@ -264,7 +265,7 @@ class CardWriter {
   Bytes4 shaded(Point at, double shade) const {
     constexpr double kInside = 0.55;
     const double open = kInside + (1.0 - kInside) * light_.share(at);
-    // In steps that compress well and that the eye does not see.
+    // In steps that compress well and are not visible.
     constexpr double kSteps = 32.0;
     const std::uint8_t level =
         to_byte(std::round(kSteps * open * shade / (1.0 + variation_)) / kSteps);
@@ -298,7 +299,7 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   // Two cards are four triangles; a tree should have no more than some ten thousand.
   constexpr double kMost = 1700.0;
   constexpr double kLargest = 1.3;
-  // Wide crowns are deep, and have more leaves above one another than a stand's mean (assumed).
+  // Wide crowns are deep, and are assumed to have a larger leaf area index than the stand's mean.
   constexpr double kUsualWidth = 5.0;
   constexpr double kDeepest = 1.8;
   const double depth = std::clamp(r.width_m() / kUsualWidth, 1.0, kDeepest);
@@ -308,7 +309,7 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   if (needed > kMost * scale * scale) {
     scale = std::clamp(std::sqrt(needed / kMost), smallest, std::max(smallest, kLargest));
   }
-  // No denser than a few behind each other.
+  // At most a few shoots behind each other.
   constexpr double kDensest = 0.1;
   const double most = std::min(kMost, leafy_m / (kDensest * scale * shoots.length_m) + 1.0);
   const double number = std::clamp(needed / (scale * scale), 8.0, std::max(most, 8.0));

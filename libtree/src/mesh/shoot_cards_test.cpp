@@ -58,7 +58,7 @@ TEST_CASE("the shoots of a tree have its leaf area") {
   }
 }
 
-TEST_CASE("leaves are as long as their picture says, unless the crown is very large or small") {
+TEST_CASE("leaves have the length in their picture, unless the crown is very large or small") {
   const Preset& preset = test::shipped_presets().named("schima-superba");
   const auto number = [&](double cw_m) {
     const Crown crown(complete(tall_tree(cw_m), preset.relative_hc, ""), preset.crown_index);
@@ -66,7 +66,7 @@ TEST_CASE("leaves are as long as their picture says, unless the crown is very la
   };
   CHECK(number(5.0).scale == 1.0);
   CHECK(number(8.0).scale == 1.0);
-  // A crown of 1 m has room for shoots of 0.2 m, those of 30 m would need too many.
+  // In a crown of 1 m shoots have 0.2 m; a crown of 30 m would need too many short ones.
   CHECK(number(1.0).scale == Approx(0.2 / preset.leafy_shoots.length_m).epsilon(1e-9));
   CHECK(number(30.0).scale > 1.0);
   CHECK(number(30.0).shoots <= 1700);
@@ -84,7 +84,7 @@ TEST_CASE("trees of every preset with pictures have at most some ten thousand tr
   }
 }
 
-TEST_CASE("any tree of any builder keeps its measurements and its crown with pictures") {
+TEST_CASE("textured meshes of any tree of any builder have its measurements and crown") {
   Random random(52);
   for (const BuilderKind kind : kBuilders) {
     for (const Builder* builder : all_builders().of(kind)) {

@@ -117,8 +117,8 @@ void check_surfaces(const Mesh& mesh, const Crown& crown, int most_sides) {
   }
 }
 
-/// How many closed surfaces a place is inside of: the sum of the solid angles of their triangles as
-/// seen from it (van Oosterom and Strackee 1983), over that of the sphere.
+/// The number of closed surfaces that contain a point: the sum of the solid angles of their
+/// triangles as seen from it (van Oosterom and Strackee 1983), divided by that of the sphere.
 template <typename Counts>
 double winding(const Mesh& mesh, Point place, Counts counts) {
   double sum = 0.0;
@@ -140,7 +140,7 @@ double winding(const Mesh& mesh, Point place, Counts counts) {
   return sum / (4.0 * std::numbers::pi);
 }
 
-/// Corners of limbs' bases that no other tube has inside it.
+/// Corners of limbs' bases that are not inside another tube.
 std::size_t bases_outside(const Mesh& mesh) {
   constexpr double kSeen = 0.001;  // m
   const MeshPart& branches = mesh.parts[1];
@@ -148,9 +148,9 @@ std::size_t bases_outside(const Mesh& mesh) {
   const std::vector<std::size_t> piece = pieces_of(branches);
   std::size_t outside = 0;
   for (std::size_t i = 0; i < piece.size(); ++i) {
-    // A tube's vertices begin with its base; the polygon's first three corners stand for it.
+    // A tube's vertices begin with its base; the polygon's first three corners represent it.
     if (piece[i] != i) continue;
-    // Where the crown curve pinches a tube to nothing, what begins on it is nothing, too.
+    // If the crown curve reduces a tube to a point, the limbs that begin on it are points, too.
     const double side = length(test::vertex_of(branches, i) - test::vertex_of(branches, i + 1));
     if (side < kSeen) continue;
     for (std::size_t corner = i; corner < i + 3; ++corner) {
@@ -166,7 +166,7 @@ std::size_t bases_outside(const Mesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("any legal tree has its measurements on the smooth mesh") {
+TEST_CASE("the smooth mesh of any valid tree has its measurements") {
   Random random(31);
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (int i = 0; i < 25; ++i) {
@@ -189,7 +189,7 @@ TEST_CASE("any legal tree has its measurements on the smooth mesh") {
   }
 }
 
-TEST_CASE("every limb begins inside the one that bears it") {
+TEST_CASE("every limb begins inside its parent") {
   for (const Preset& preset : test::shipped_presets().presets()) {
     INFO(preset.name);
     test::Stages stages = fitted(test::paper_tree_1(), preset);
@@ -200,7 +200,7 @@ TEST_CASE("every limb begins inside the one that bears it") {
   }
 }
 
-TEST_CASE("each level of detail of a smooth mesh keeps to its stated error, and is coarser") {
+TEST_CASE("each level of detail of a smooth mesh is coarser and within its stated error") {
   Random random(35);
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (int i = 0; i < 2; ++i) {
@@ -227,7 +227,7 @@ TEST_CASE("each level of detail of a smooth mesh keeps to its stated error, and 
 
 namespace {
 
-/// A stem 6 m high and two limbs, one of which goes on in another axis from its end.
+/// A stem 6 m high and two limbs, one of which is continued by another axis from its end.
 struct HandMade {
   Skeleton skeleton{};
   Crown crown{{.dbh_cm = 12, .h_m = 6, .hcb_m = 2, .hc_m = 3, .radii = {2, 2, 2, 2}}, {2.0, 1.5}};
@@ -262,14 +262,14 @@ struct HandMade {
 
 }  // namespace
 
-TEST_CASE("an axis that goes on from its parent's end is one tube with it") {
+TEST_CASE("an axis that continues its parent from its end is one tube with it") {
   const HandMade tree;
   const Mesh mesh = tree.mesh();
   // Two limbs and the side twig; the first limb's continuation is part of its tube.
   CHECK(tubes_of(mesh.parts[1]) == 3);
   CHECK(bases_outside(mesh) == 0);
   check_surfaces(mesh, tree.crown, 6);
-  // Where its order is not drawn, the limb ends where it goes on, in a point.
+  // If its order is not drawn, the limb ends in a point where the axis would continue.
   const Mesh bare = tree.mesh({.wood_order = 1});
   CHECK(tubes_of(bare.parts[1]) == 2);
   check_surfaces(bare, tree.crown, 6);
@@ -280,7 +280,7 @@ TEST_CASE("an axis that goes on from its parent's end is one tube with it") {
   CHECK(nearest < 1e-6);
 }
 
-TEST_CASE("rings stand at equal steps of a limb's curve") {
+TEST_CASE("rings are at equal steps of a limb's curve") {
   const HandMade tree;
   const Limbs limbs(tree.skeleton);
   CurveSampler sampler;
@@ -299,14 +299,14 @@ TEST_CASE("rings stand at equal steps of a limb's curve") {
     CHECK(dot(samples[i].sideways, samples[i].tangent) == Approx(0.0).margin(1e-12));
     CHECK(length(cross(samples[i].tangent, samples[i].sideways) - samples[i].upward) < 1e-12);
   }
-  // Half the tolerance takes the square root of two more steps.
+  // Half the tolerance needs sqrt(2) times as many steps.
   std::vector<Ring> finer;
   sampler.sample(limbs.pieces_of(limb), limb, 0.001, finer);
   CHECK(static_cast<double>(finer.size()) ==
         Approx(std::sqrt(2.0) * static_cast<double>(samples.size())).epsilon(0.05));
 }
 
-TEST_CASE("limbs have the volume of the round ones they stand for") {
+TEST_CASE("limbs have the volume of the round ones that they represent") {
   // A straight cone, alone on a thin stem, far inside its crown.
   Skeleton skeleton;
   skeleton.points = {{{0, 0, 0}, 0.02},
@@ -363,7 +363,7 @@ TEST_CASE("a leaf in five polygons has its outline and meets at its petiole") {
   CHECK(leaf.uvs.empty());
 }
 
-TEST_CASE("cards carry their part of a picture, and are leaves without it") {
+TEST_CASE("cards have their part of a picture, and are drawn as leaves without it") {
   HandMade tree;
   tree.skeleton.leaves.push_back(
       {.at = {1.0, 0, 3.0}, .along = {0, 0, 1}, .facing = {1, 0, 0}, .length_m = 0.2, .axis = 1});
@@ -397,7 +397,7 @@ TEST_CASE("cards carry their part of a picture, and are leaves without it") {
   CHECK(bare.parts[0].texture == nullptr);
 }
 
-TEST_CASE("of thinned foliage every n-th leaf is left, larger, and the colors follow the seed") {
+TEST_CASE("thinned foliage keeps every n-th leaf, enlarged, and the colors follow the seed") {
   const test::Stages stages =
       fitted(test::paper_tree_1(), test::shipped_presets().named("schima-superba"));
   const auto leafy = [&](const MeshOptions& options) {
@@ -420,7 +420,7 @@ TEST_CASE("of thinned foliage every n-th leaf is left, larger, and the colors fo
   CHECK(changed.parts[2].colors != all.parts[2].colors);
 }
 
-TEST_CASE("what cannot be drawn smoothly is refused with its reason") {
+TEST_CASE("invalid input for a smooth mesh is refused with the reason") {
   HandMade tree;
   tree.skeleton.leaves.push_back({.at = {1.0, 0, 3.0},
                                   .along = {0, 0, 1},

@@ -154,8 +154,8 @@ void add_root_sections(std::vector<SkeletonPoint>& sections) {
   sections = std::move(result);
 }
 
-/// Wood at the base of a branch that widens into its bearer, instead of a cylinder through it;
-/// nothing if there is no room for it in the crown.
+/// Wood at the base of a branch that widens into its parent, instead of a cylinder through it;
+/// nothing if the crown has no space for it.
 /// \param bearer_radius_m  0 for none
 void add_collar(std::vector<SkeletonPoint>& rings,
                 const TubeFrame& frame,

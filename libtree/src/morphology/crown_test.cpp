@@ -26,8 +26,8 @@ double outline(const Crown& crown, bool up, double distance, double radius, doub
 
 }  // namespace
 
-// At 1 m from the axis the curves with index 2 have moved by just their coefficients. The paper
-// prints two decimals.
+// At 1 m from the axis the curves with index 2 differ from the axis by their coefficients. The
+// paper prints two decimals.
 TEST_CASE("tree 1 of the paper has the printed crown curves") {
   const Crown crown = crown_of_tree_1();
   const double radii[] = {2.1, 2.5, 1.5, 2.4};
@@ -39,7 +39,7 @@ TEST_CASE("tree 1 of the paper has the printed crown curves") {
   }
 }
 
-TEST_CASE("the crown radius runs smoothly through the four measured ones") {
+TEST_CASE("the crown radius interpolates the four measured ones smoothly") {
   const Crown crown = crown_of_tree_1();
   CHECK(crown.radius_m(1, 0) == 2.1);
   CHECK(crown.radius_m(-3, 0) == 2.5);
@@ -79,7 +79,7 @@ TEST_CASE("a level branch at the widest height reaches the measured radius") {
   CHECK(crown.matching_distance_m(8.8, 90 * kRadian, 2.5) == Approx(2.5).epsilon(1e-14));
 }
 
-TEST_CASE("confined points are inside, and points inside stay where they are") {
+TEST_CASE("confined points are inside, and points inside do not move") {
   const Crown crown = crown_of_tree_1({1.4, 2});
   Random random(3);
   for (int i = 0; i < 10000; ++i) {

@@ -22,7 +22,7 @@ data::Table growth_table(const std::string& csv) {
   return data::read_csv_table(file.path(), {.text_columns = {"plot", "tree", "species"}});
 }
 
-/// Tree 1 stands all the time and grows, 2 is cut after 2022, 3 comes in 2023, 4 was forgotten in
+/// Tree 1 grows from 2021 to 2023, 2 is cut after 2022, 3 is new in 2023, 4 was not measured in
 /// 2022 and does not change.
 const char* const kGrowth =
     "year,plot,tree,x,y,dbh,h,hcb,cw\n"
@@ -43,7 +43,7 @@ std::vector<SceneWriter::Model> numbered(const GrowingTree& tree) {
 
 using Scale = std::array<double, 3>;
 
-/// What the keyframes show at a time: each until the next.
+/// The value of keyframes at a time: each is valid until the next.
 double shown_at(const AnimatedModel& model, double time_s) {
   double shown = -1.0;
   for (const Keyframe& keyframe : model.shown) {
@@ -80,7 +80,7 @@ TEST_CASE("a table is split by its times, in their order") {
   CHECK_THROWS_AS(read_moments(growth_table(kGrowth), "year", {.plots = {"9"}}), InputError);
 }
 
-TEST_CASE("trees are followed through time") {
+TEST_CASE("trees have a stage for each change over time") {
   const Moments all = read_moments(growth_table(kGrowth), "year", {});
   const std::vector<GrowingTree> trees = growing_trees(all.moments);
   REQUIRE(trees.size() == 4);
@@ -93,7 +93,7 @@ TEST_CASE("trees are followed through time") {
   CHECK(trees[3].stages.front().moment == 2);
 }
 
-TEST_CASE("keyframes show one stage at a time, growing into the next") {
+TEST_CASE("keyframes show one stage at a time, which grows to the next one's size") {
   const Moments all = read_moments(growth_table(kGrowth), "year", {});
   const std::vector<GrowingTree> trees = growing_trees(all.moments);
   const Pace pace{.seconds_per_unit = 2.0, .growing_up = 0.25};
@@ -104,7 +104,7 @@ TEST_CASE("keyframes show one stage at a time, growing into the next") {
     for (const AnimatedModel& model : first) shown += shown_at(model, time);
     CHECK(shown == 1.0);
   }
-  // From 2 to 2.5 m wide and as high in 2022: an even way, 2 s long.
+  // From 2 to 2.5 m width and to its height in 2022: linear, 2 s long.
   REQUIRE(first[0].size.size() == 2);
   CHECK(first[0].size[1].time_s == 2.0);
   CHECK(first[0].size[1].scale == Scale{1.25, 1.0, 1.25});
@@ -118,7 +118,7 @@ TEST_CASE("keyframes show one stage at a time, growing into the next") {
   CHECK(shown_at(cut[0], 4.0) == 0.0);
   CHECK_FALSE(cut[0].at_rest);
 
-  // It shoots a quarter of a year before it is measured.
+  // It grows up in the quarter of a year before it is measured.
   const auto shooting = animated(trees[3], all.moments, numbered(trees[3]), pace);
   CHECK(shown_at(shooting[0], 3.4) == 0.0);
   CHECK(shown_at(shooting[0], 3.5) == 1.0);
@@ -139,7 +139,7 @@ TEST_CASE("keyframes show one stage at a time, growing into the next") {
   }
   CHECK_THROWS_AS(animated(trees[0], all.moments, numbered(trees[0]), {.seconds_per_unit = 0.0}),
                   UsageError);
-  // Without a time to grow up it takes all the time since the last measurement.
+  // Without a time for growing up it uses the whole time since the last measurement.
   const auto slow = animated(trees[3], all.moments, numbered(trees[3]), {});
   CHECK(slow[0].size[0].time_s == 1.0);
   CHECK(slow[0].size[1].time_s == 2.0);
@@ -189,13 +189,13 @@ TEST_CASE("an animated scene at rest shows the last moment") {
   CHECK(steps == 6);
 }
 
-TEST_CASE("formats without animations say so") {
+TEST_CASE("animations are refused for formats without them") {
   const test::ScratchFile file("", ".obj");
   const auto writer = open_scene(file.path(), SceneFormat::kObj, {});
   CHECK_THROWS_AS(writer->animate("t", {}, {}, ""), UsageError);
 }
 
-TEST_CASE("a tree that comes after several years grows up in all of them") {
+TEST_CASE("a tree that is new after several years grows up during all of them") {
   const Moments all = read_moments(growth_table("year,plot,tree,x,y,dbh,h,hcb,cw\n"
                                                 "2010,1,1,0,0,10,10,4,2\n"
                                                 "2015,1,1,0,0,11,11,4,2\n"
@@ -210,7 +210,7 @@ TEST_CASE("a tree that comes after several years grows up in all of them") {
   CHECK(late[0].size[1].time_s == 5.0);
 }
 
-TEST_CASE("times that single precision cannot hold are refused") {
+TEST_CASE("times that single precision cannot represent are refused") {
   const auto animate = [](const std::string& second, const std::string& third, const Pace& pace) {
     const std::string tree = ",1,1,0,0,10,";
     const Moments all =

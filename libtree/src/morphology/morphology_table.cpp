@@ -19,7 +19,7 @@ using Numbers = std::vector<double>;
 /// Cells with text instead of a number, by row, the first of each.
 using UnreadableCells = std::map<std::size_t, data::TextCell>;
 
-/// The sources of our columns in the table: "h" from "h_ols" or "BHD/10".
+/// The sources of the standard columns in the table: "h" from "h_ols" or "BHD/10".
 using SourceNames = std::map<std::string, std::string>;
 
 std::string suffix_of(Use use) {

@@ -31,7 +31,7 @@ const char* const kInventory =
 
 }  // namespace
 
-TEST_CASE("an inventory is read row by row, and what cannot be used is told") {
+TEST_CASE("an inventory is read row by row, and rows that cannot be used are reported") {
   const MorphologyTable read = read_morphologies(table_of(kInventory), {.needs_position = true});
   REQUIRE(read.morphologies.size() == 2);
   const Morphology& first = read.morphologies[0];
@@ -41,7 +41,7 @@ TEST_CASE("an inventory is read row by row, and what cannot be used is told") {
   CHECK(first.h_m == 15.5);
   REQUIRE(first.radii);
   CHECK(first.radii->north_m == 3.0);
-  // One radius is missing: the crown width takes over.
+  // One radius is missing: the crown width is used.
   CHECK_FALSE(read.morphologies[1].radii);
   CHECK(read.morphologies[1].cw_m == 4.0);
 
@@ -55,7 +55,7 @@ TEST_CASE("an inventory is read row by row, and what cannot be used is told") {
   CHECK(read.left_out[3].place.column == "x");
 }
 
-TEST_CASE("a tree without a label of its own or of its plot is left out") {
+TEST_CASE("a tree without a label of its own or of its plot is skipped") {
   const MorphologyTable read =
       read_morphologies(table_of("Place,tree,dbh,h,hcb,cw\n1,1,20,15,5,4\n,2,20,15,5,4\n"
                                  "1,NA,20,15,5,4\n"),
@@ -68,14 +68,14 @@ TEST_CASE("a tree without a label of its own or of its plot is left out") {
   CHECK(read.left_out[1].reason == "is missing");
 }
 
-TEST_CASE("positions are not needed where trees stand alone") {
+TEST_CASE("positions are not needed for single trees") {
   const MorphologyTable read = read_morphologies(table_of(kInventory), {.plots = {"02"}});
   REQUIRE(read.morphologies.size() == 1);
   CHECK(read.morphologies[0].position.z_m == 0.0);
   CHECK_THROWS_AS(read_morphologies(table_of(kInventory), {.plots = {"3"}}), InputError);
 }
 
-TEST_CASE("predictions are chosen by level, and measured radii do not mix into them") {
+TEST_CASE("predictions are chosen by level, without measured radii") {
   const data::Table table = table_of(
       "plot,tree,species,dbh,h,hcb,cw,cr_e,cr_w,cr_s,cr_n,h_population,hcb_population,"
       "cw_population\n"
@@ -91,7 +91,7 @@ TEST_CASE("predictions are chosen by level, and measured radii do not mix into t
   CHECK_THROWS_AS(use_from_text("best"), UsageError);
 }
 
-TEST_CASE("a cell with text costs its row only") {
+TEST_CASE("a cell with text excludes only its row") {
   const MorphologyTable read = read_morphologies(
       table_of("plot,tree,species,dbh,h,hcb,cw\n1,1,SM,20,15,6,3\n1,2,SM,thick,15,6,3\n"), {});
   CHECK(read.morphologies.size() == 1);
@@ -119,7 +119,7 @@ TEST_CASE("columns of other names and units are mapped") {
   CHECK_THROWS_AS(read_morphologies(table, {.columns = {{"bhd", "BHD"}}}), UsageError);
 }
 
-TEST_CASE("columns are spelled as in the header, in expressions in backquotes") {
+TEST_CASE("columns are named as in the header, in expressions in backquotes") {
   const data::Table table =
       table_of("plot,tree,BHD [cm],H.m,crown base,cw\nA,1,20.5,15.5,n.v.,4\nA,2,20.5,15.5,5,4\n");
   MorphologyTableOptions options{
@@ -142,7 +142,7 @@ TEST_CASE("columns are spelled as in the header, in expressions in backquotes") 
   CHECK_THROWS_WITH(read_morphologies(table, options), Contains("`BHD [cm]`, in backquotes"));
 }
 
-TEST_CASE("a row that is left out names the column that it lacks") {
+TEST_CASE("the reason for a skipped row names the missing column") {
   const data::Table table = table_of(
       "plot,tree,D,h,hcb,cw,h_ols,hcb_ols,cw_ols\n1,1,200,15,6,3,,6,3\n1,2,,15,6,3,14,6,3\n");
   const MorphologyTable read =
@@ -152,7 +152,7 @@ TEST_CASE("a row that is left out names the column that it lacks") {
   CHECK(read.left_out[1].place.column == "D/10");
 }
 
-TEST_CASE("a plot that is not there is refused with those that are") {
+TEST_CASE("an unknown plot is refused with the existing ones") {
   std::string csv = "plot,tree,dbh,h,hcb,cw\n01,1,20,15,5,3\n";
   CHECK_THROWS_WITH(read_morphologies(table_of(csv), {.plots = {"01", "1"}}),
                     Contains("no trees in plot 1; the only plot is 01"));

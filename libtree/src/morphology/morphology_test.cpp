@@ -51,7 +51,7 @@ TEST_CASE("impossible trees are refused with plot, tree and column") {
   CHECK(place_of_error([](Morphology&) {}).column.empty());
 }
 
-TEST_CASE("what was not measured is filled in and noted") {
+TEST_CASE("missing measurements are filled in, with notes") {
   Morphology tree = test::paper_tree_1();
   CHECK(complete(tree, 0.3, "p").notes.empty());
   tree.hc_m.reset();

@@ -95,7 +95,7 @@ ShootCanvas::ShootCanvas(std::size_t size) : size_(size), pixels_(size * size) {
 void ShootCanvas::cover(
     Pixel& pixel, double share, const Tint& color, double tilt_x, double tilt_y) {
   const auto part = static_cast<float>(share);
-  // What is not covered yet has no color of its own.
+  // Pixels that are not covered yet have no color.
   const float whole = pixel.cover + part * (1.0F - pixel.cover);
   const float weight = whole > 0.0F ? part / whole : 0.0F;
   const std::array<float, 2> tilt{static_cast<float>(tilt_x), static_cast<float>(tilt_y)};

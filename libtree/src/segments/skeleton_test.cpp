@@ -42,7 +42,7 @@ TEST_CASE("first-order branches end on the crown curve, within a millimeter") {
   }
 }
 
-TEST_CASE("nothing of the crown's axes leaves the crown by a millimeter") {
+TEST_CASE("all axes of the crown are inside it, to a millimeter") {
   Random random(12);
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (int i = 0; i < 40; ++i) {
@@ -59,7 +59,7 @@ TEST_CASE("nothing of the crown's axes leaves the crown by a millimeter") {
   }
 }
 
-TEST_CASE("branch angles of Chinese fir keep to the published interval of their layer") {
+TEST_CASE("branch angles of Chinese fir are in the published interval of their layer") {
   const Preset& preset = test::shipped_presets().named("cunninghamia-lanceolata");
   const auto [shape, crown, skeleton] = test::stages_of(test::paper_tree_1(), preset);
   std::vector<Axis> branches;
@@ -100,7 +100,7 @@ TEST_CASE("second-order branches of Chinese fir make flat sprays within the publ
     to_the_left += dot(chord, side) > 0.0 ? 1 : 0;
   }
   CHECK(twigs > 300);
-  // Pairs, but for those that the crown's surface cuts off.
+  // Pairs, except for those that the crown's surface cuts off.
   CHECK(to_the_left == Approx(0.5 * twigs).epsilon(0.05));
 }
 
@@ -116,12 +116,12 @@ TEST_CASE("whorls of Chinese fir point in four directions") {
   }
   int whorls = 0;
   for (auto& [base, whorl] : azimuths) {
-    if (whorl.size() != 4) continue;  // the branches at the measured radii stand alone
+    if (whorl.size() != 4) continue;  // the branches at the measured radii are single
     ++whorls;
     std::sort(whorl.begin(), whorl.end());
     for (std::size_t i = 0; i < 4; ++i) {
       const double next = i < 3 ? whorl[i + 1] : whorl[0] + 2.0 * std::numbers::pi;
-      // A right angle, give or take what two azimuths of 10 degrees' standard deviation may differ.
+      // A right angle within the difference of two azimuths with standard deviation 10 degrees.
       CHECK(next - whorl[i] ==
             Approx(0.5 * std::numbers::pi).margin(60.0 * std::numbers::pi / 180));
     }
@@ -182,7 +182,7 @@ TEST_CASE("four branches reach the measured radii, and one starts at the crown b
   }
 }
 
-TEST_CASE("axes know their parents and orders") {
+TEST_CASE("axes have correct parents and orders") {
   const test::Stages stages =
       test::stages_of(test::paper_tree_1(), test::shipped_presets().named("schima-superba"));
   const Skeleton& skeleton = stages.skeleton;
@@ -196,7 +196,7 @@ TEST_CASE("axes know their parents and orders") {
   }
 }
 
-TEST_CASE("a tree depends on the seed, its plot and its name, and on nothing else") {
+TEST_CASE("a tree depends only on the seed, its plot and its name") {
   CHECK(random_of_tree(1, "1", "12").bits() == random_of_tree(1, "1", "12").bits());
   CHECK(random_of_tree(1, "1", "12").bits() != random_of_tree(1, "11", "2").bits());
   CHECK(random_of_tree(1, "1", "12").bits() != random_of_tree(2, "1", "12").bits());

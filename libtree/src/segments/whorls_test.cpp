@@ -79,7 +79,7 @@ TEST_CASE("shoots too short for their whorls have them closer, and all stay in t
   }
 }
 
-TEST_CASE("the lowest whorl stands at the crown base, whatever the years say") {
+TEST_CASE("the lowest whorl is at the crown base for any age") {
   for (const double hcb : {0.0, 3.3, 7.77, 9.99}) {
     CHECK(whorls_of(fir_of_age(9, 10.0, hcb)).front().base_m == hcb);
   }
@@ -88,7 +88,7 @@ TEST_CASE("the lowest whorl stands at the crown base, whatever the years say") {
   CHECK(whorls_of(unknown).front().base_m == 3.3);
 }
 
-TEST_CASE("a tree younger or older than the equations says at which age it was held") {
+TEST_CASE("a note states the age used for a tree younger or older than the equations") {
   for (const double age : {0.4, 1.0, 40.0, 3000.0}) {
     const TreeShape shape = complete(fir_of_age(age, 10.0, 2.0), 0.35, "");
     Random random(1);

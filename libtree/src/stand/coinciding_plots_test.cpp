@@ -24,7 +24,7 @@ void add_plot(const std::string& plot,
 
 }  // namespace
 
-TEST_CASE("plots with coordinates of their own lie on each other") {
+TEST_CASE("plots with their own coordinates coincide") {
   std::vector<Morphology> trees;
   add_plot("a", 0, 0, 30, 30, trees);
   add_plot("c", 100, 0, 30, 30, trees);
@@ -36,7 +36,7 @@ TEST_CASE("plots with coordinates of their own lie on each other") {
   CHECK(found->second == "b");
 }
 
-TEST_CASE("plots beside each other do not, even where their rectangles overlap by up to a half") {
+TEST_CASE("adjacent plots do not coincide if their rectangles overlap by up to a half") {
   std::vector<Morphology> trees;
   add_plot("a", 0, 0, 30, 30, trees);
   add_plot("b", 15, 0, 30, 30, trees);
@@ -47,7 +47,7 @@ TEST_CASE("plots beside each other do not, even where their rectangles overlap b
   CHECK(coinciding_plots(trees));
 }
 
-TEST_CASE("plots without an area are not looked at") {
+TEST_CASE("plots without an area are ignored") {
   std::vector<Morphology> trees{{.plot = "a", .position = {0, 0, 0}},
                                 {.plot = "a", .position = {5, 5, 0}},
                                 {.plot = "b", .position = {0, 0, 0}},

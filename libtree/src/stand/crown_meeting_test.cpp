@@ -21,7 +21,7 @@ Crown round_crown(double h, double hc, double hcb, double radius, double index =
 }  // namespace
 
 TEST_CASE("trees 1 and 11 of the paper do not overlap") {
-  // Table 1 of the paper; its tree 11 is known by place and one radius only.
+  // Table 1 of the paper; of tree 11 only the position and one radius are known.
   const Position tree_1{4246.742, 70203.39, 0};
   const Position tree_11{4250.612, 70204.545, 0};
   const double distance = level_distance_m(tree_1, tree_11);
@@ -79,7 +79,7 @@ TEST_CASE("a meeting lies on both crown curves") {
       return c.hcb_m() + (c.hc_m() - c.hcb_m()) * std::pow(x / c.radii().east_m, index);
     };
     const double x = meeting->up_distance_m;
-    // Halving 60 times leaves nothing but rounding.
+    // After 60 bisections only rounding errors are left.
     CHECK(up(a, x) == Approx(meeting->up_m).margin(1e-9));
     CHECK(ground + up(b, distance - x) == Approx(meeting->up_m).margin(1e-9));
     const double y = meeting->down_distance_m;
@@ -130,7 +130,7 @@ TEST_CASE("competition of trees 10 and 13 is the paper's") {
   const Competition thirteen = competition({second, 1.7, -3.589}, {first, 1.7, -4.304});
   CHECK(first_is_weaker(thirteen) == false);
   CHECK_FALSE(first_is_weaker(competition({first, 1.7, 3}, {first, 1.7, 3})));
-  // Where the frame's zero lies does not matter.
+  // The origin of the frame does not matter.
   CHECK(competition({first, 1.7, 100 - 4.304}, {second, 1.7, 100 - 3.589}).total ==
         Approx(ten.total).epsilon(1e-12));
 }

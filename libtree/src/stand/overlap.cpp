@@ -47,8 +47,7 @@ bool is_weaker(const StandTree& first, const StandTree& second) {
   return std::tie(first.plot, first.tree) < std::tie(second.plot, second.tree);
 }
 
-// ---- Radius branches
-// ------------------------------------------------------------------------------
+// ---- Radius branches --------------------------------------------------------------------------
 
 /// The courses of all radius branches, and the lanes around them and around the stems.
 class RadiusBranches {
@@ -65,8 +64,8 @@ class RadiusBranches {
     draw_lanes();
   }
 
-  /// Turns the weaker trees' branches. A turned branch may come near a third tree's; a few rounds,
-  /// each starting from the complete previous one, settle this without an order among the trees.
+  /// Turns the weaker trees' branches. A turned branch may come near that of a third tree. A few
+  /// iterations, each from the complete previous result, solve this for any order of the trees.
   void turn() {
     constexpr int kRounds = 3;
     for (int round = 0; round < kRounds; ++round) {
@@ -153,17 +152,16 @@ class RadiusBranches {
   std::vector<std::size_t> crossing_;
 };
 
-// ---- Pairs
-// ----------------------------------------------------------------------------------------
+// ---- Pairs ------------------------------------------------------------------------------------
 
 /// A branch that enters the neighbor's crown.
 struct Overlapping {
   std::uint32_t axis = 0;
-  double beyond = -kInfinity;  ///< greatest ln(s_own / s_neighbour) along it; > 0 past the middle
+  double beyond = -kInfinity;  ///< largest ln(s_own / s_neighbor) along it; > 0 past the middle
   bool crosses_lane = false;
 };
 
-/// ln(s_own / s_neighbour), of the wood's side that is farthest from its own axis and nearest to
+/// ln(s_own / s_neighbor), of the wood's side that is farthest from its own axis and nearest to
 /// the neighbor's; minus infinity outside the neighbor's crown.
 double log_ratio(const Crown& own, const Crown& other, const SkeletonPoint& wood, Point stem) {
   const double theirs = relative_distance(other, wood.at - stem, -wood.radius_m - kClearance);

@@ -45,7 +45,7 @@ GrownStand grow_stand(std::vector<Morphology> morphologies,
   return stand;
 }
 
-/// A crown and its lanes written out a second time, from the formulas in docs/stands-in-3d.md.
+/// A crown and its lanes, implemented a second time from the formulas in docs/stands-in-3d.md.
 class Outline {
  public:
   Outline(const Morphology& tree, const Preset& preset)
@@ -79,7 +79,7 @@ double distance_to(Point p, Point a, Point b) {
   return length(p - (a + t * along));
 }
 
-/// Whether an axis ends at a measured radius, as the measuring tape finds it.
+/// Whether an axis ends at a measured radius, as found by measure().
 bool reaches_radius(const Skeleton& skeleton, const Axis& axis, const CrownRadii& radii) {
   const Point tip = skeleton.points_of(axis).back().at;
   const double reach = std::hypot(tip.x, tip.y);
@@ -89,8 +89,8 @@ bool reaches_radius(const Skeleton& skeleton, const Axis& axis, const CrownRadii
           reach >= (tip.y > 0 ? radii.north_m : radii.south_m) - 0.01);
 }
 
-/// Whether a point lies within a centimeter of the stem's wood, a radius branch's, or of what bears
-/// it.
+/// Whether a point lies within a centimeter of the wood of the stem, of a radius branch or of its
+/// parents.
 bool in_lane(const Skeleton& skeleton, const CrownRadii& radii, Point p) {
   std::vector<bool> has_lane(skeleton.axes.size(), false);
   has_lane[0] = true;
@@ -138,16 +138,16 @@ class SurfaceCheck {
       const auto excess = [&](Point own, Point theirs) {
         return std::log(outlines_[i].s(own) / outlines_[j].s(theirs)) - log_share;
       };
-      // Past the neighbor's stem the way to the own stem leads to the neighbor's, too: there a
-      // point that is not beyond would seem to be once it is moved.
+      // Beyond the neighbor's stem, a movement towards the own stem is towards the neighbor's, too:
+      // a point that is not beyond the surface could be beyond it after the movement.
       if (outlines_[j].s(q) >= 1.0 || excess(p, q) <= kRounding) continue;
-      // Beyond by less than the slack: a point so much nearer to the own axis is not.
+      // Beyond by less than the tolerance: a point moved by it towards the own axis is not beyond.
       const double distance = std::hypot(p.x, p.y);
       const double shrink = distance > slack ? 1.0 - slack / distance : 0.0;
       const Point own = {p.x * shrink, p.y * shrink, p.z};
       const Point moved = q + (own - p);
       const double from_theirs = std::hypot(moved.x, moved.y);
-      // Deeper in the neighbor's crown by less than the slack is not in it.
+      // Points in the neighbor's crown by less than the tolerance are not counted.
       if (outlines_[j].s(moved) * (1.0 + slack / std::max(from_theirs, slack)) >= 1.0) continue;
       const double still = excess(own, moved);
       if (still > kRounding && !in_lane(stand_.skeletons[i], radii_[i], p)) {
@@ -174,7 +174,7 @@ Breaches skeleton_breaches(const GrownStand& stand, const Preset& preset) {
       const auto line = stand.skeletons[i].points_of(axis);
       for (std::size_t k = 1; k < line.size(); ++k) {
         for (double t = 0.0; t <= 1.0; t += 0.1) {
-          // Lines are looked at every 5 cm; between two looks a bend may stand out by a few mm.
+          // Lines are tested every 5 cm; a bend between two tested points may deviate by a few mm.
           check.look_at(i, line[k - 1].at + t * (line[k].at - line[k - 1].at), 0.005, found);
         }
       }
@@ -198,7 +198,7 @@ Breaches mesh_breaches(const GrownStand& stand, const Preset& preset) {
         const Point b = vertex(part.indices[t + 1]);
         const Point c = vertex(part.indices[t + 2]);
         for (const Point p : {a, b, c, 0.5 * (a + b), 0.5 * (b + c), (1.0 / 3) * (a + b + c)}) {
-          // Wood counts with its thickness to the sides only; upwards it may stand out by 2 cm.
+          // The thickness of wood is tested only sideways; upwards it may reach out by 2 cm.
           check.look_at(i, p, part.kind == PartKind::kBranches ? 0.02 : 0.01, found);
         }
       }
@@ -224,7 +224,7 @@ void check_resolved(const GrownStand& stand, const Preset& preset) {
   check_promises(stand);
 }
 
-/// A dense stand drawn with hard cores so small that stems stand in each other's crowns.
+/// A dense stand with so small minimum distances that stems are inside other crowns.
 std::vector<Morphology> dense_stand(int trees, double side, std::uint64_t seed) {
   Random random(seed);
   std::vector<Morphology> stand;
@@ -243,14 +243,14 @@ std::vector<Morphology> dense_stand(int trees, double side, std::uint64_t seed) 
 
 }  // namespace
 
-TEST_CASE("trees 10 and 13 lose branches in the paper's proportion and keep their measures") {
+TEST_CASE("trees 10 and 13 lose branches in the paper's proportion and keep their measurements") {
   const GrownStand stand = grow_stand({test::paper_tree_10(), test::paper_tree_13()});
   REQUIRE(stand.overlap.pairs.size() == 1);
   const PairOverlap& pair = stand.overlap.pairs.front();
   CHECK(pair.weaker == 0);
   CHECK(pair.distance_m == Approx(2.69).margin(0.005));
-  // The paper takes the southern and northern radius, 1.7 each; the line between the stems is 6
-  // degrees off, where the crowns are 1 mm narrower and 2 mm wider.
+  // The paper uses the southern and northern radius, 1.7 each; the line between the stems deviates
+  // by 6 degrees, where the crowns are 1 mm narrower and 2 mm wider.
   CHECK(pair.facing_radii_m == Approx(3.4).margin(0.005));
   CHECK(pair.competition.total == Approx(0.940).margin(0.002));
   REQUIRE(pair.meeting);
@@ -289,14 +289,14 @@ TEST_CASE("dense stands of every preset are resolved") {
   }
 }
 
-TEST_CASE("a twig past a neighbor's stem stays where it is its own tree's") {
-  // Stems 0.6 m apart, and a twig that ends behind the neighbor's within the own share.
+TEST_CASE("a twig beyond a neighbor's stem is kept in its own tree's space") {
+  // Stems 0.6 m apart, and a twig that ends beyond the neighbor's stem in its own tree's space.
   Preset preset = test::shipped_presets().named("generic-broadleaf");
   preset.branching.tip_density = 1.0;
   check_resolved(grow_stand(dense_stand(9, 6.5, 41), preset), preset);
 }
 
-TEST_CASE("radius branches that meet head on pass each other") {
+TEST_CASE("opposite radius branches on one line avoid each other") {
   // A plantation row: equal trees east and west of each other, tips at one height in one line.
   std::vector<Morphology> row;
   row.reserve(4);
@@ -317,7 +317,7 @@ TEST_CASE("radius branches that meet head on pass each other") {
     turned += tree.turned.size();
   }
   CHECK(turned >= 1);
-  // The wood of no two radius branches touches: distance of the lines, each looked at every cm.
+  // The wood of radius branches does not touch: distance of the lines, tested every cm.
   for (std::size_t i = 0; i < row.size(); ++i) {
     for (const std::size_t j : {i + 1}) {
       if (j >= row.size()) continue;
@@ -365,7 +365,7 @@ TEST_CASE("neither order nor threads change a resolved stand") {
   }
 }
 
-TEST_CASE("stems at one place keep their measures, and what cannot be parted is said") {
+TEST_CASE("stems at one position keep their measurements, with a note on remaining crossings") {
   Morphology twin = test::paper_tree_10();
   twin.tree = "10b";
   const GrownStand same = grow_stand({test::paper_tree_10(), twin});
@@ -388,12 +388,12 @@ TEST_CASE("stems at one place keep their measures, and what cannot be parted is 
                   UsageError);
 }
 
-TEST_CASE("a stand with too many crowns in one place is refused, with a tree of it") {
+TEST_CASE("a stand with too many crowns in one place is refused, naming a tree") {
   const GrownStand one = grow_stand({test::paper_tree_10()});
   std::vector<StandTree> stand(700, one.trees[0]);
   for (std::size_t i = 0; i < stand.size(); ++i) {
     stand[i].tree = std::to_string(i);
-    // The first hundred have room.
+    // The first hundred are accepted.
     stand[i].position.x_m += i < 100 ? 10.0 * static_cast<double>(i + 1) : 0.0;
   }
   for (const unsigned threads : {1U, 4U}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Leaves of trees whose crowns grow into each other.
+// Leaves of trees whose crowns overlap.
 #include <set>
 
 #include "silvafit/tree/overlap.hpp"
@@ -54,7 +54,7 @@ TEST_CASE("leaves stay on their axes when crowns that overlap are pruned") {
     for (const Grown& tree : trees) {
       stand.push_back(stand_tree(tree.morphology, tree.crown, tree.skeleton));
     }
-    // All four measured radii are found again.
+    // The four measured radii are unchanged.
     for (const StandTree& tree : stand) CHECK(tree.radius_branches.size() >= 4);
     const StandOverlap overlap = resolve_overlaps(stand, 1);
     REQUIRE(overlap.pairs.size() == 1);
@@ -73,8 +73,8 @@ TEST_CASE("leaves stay on their axes when crowns that overlap are pruned") {
         REQUIRE(tree.crown.excess_m(leaf.at) < 1e-9);
         REQUIRE(tree.crown.excess_m(leaf.at + leaf.length_m * leaf.along) < 1e-9);
       }
-      // What stood on its axis before stands on it now; only leaves that would have left the crown
-      // were moved off, before or now.
+      // Leaves that were on their axis still are; only leaves that would be outside the crown were
+      // moved, before or now.
       const auto off_axis = [](const Skeleton& skeleton) {
         std::size_t off = 0;
         for (const LeafSite& leaf : skeleton.leaves) {
@@ -83,7 +83,7 @@ TEST_CASE("leaves stay on their axes when crowns that overlap are pruned") {
         return off;
       };
       CHECK(off_axis(now) <= off_axis(tree.skeleton) + now.leaves.size() / 50);
-      // The leaves of axes that were left as they were are left as they were.
+      // The leaves of unchanged axes are unchanged.
       std::set<std::array<double, 3>> before;
       for (const LeafSite& leaf : tree.skeleton.leaves) {
         before.insert({leaf.at.x, leaf.at.y, leaf.at.z});
@@ -97,7 +97,7 @@ TEST_CASE("leaves stay on their axes when crowns that overlap are pruned") {
   }
 }
 
-TEST_CASE("a limb that is removed takes its leaves with it, and the others keep theirs") {
+TEST_CASE("the leaves of a removed limb are removed, and the others keep theirs") {
   const test::Fitted tree = test::fitted(test::leaning_spiral(0.0), test::paper_tree_10());
   const std::vector<std::uint32_t> removed{3, 7};
   const PrunedSkeleton pruned = prune(tree.skeleton, tree.crown, {.removed = removed});
@@ -117,7 +117,7 @@ TEST_CASE("a limb that is removed takes its leaves with it, and the others keep 
   }
 }
 
-TEST_CASE("a branch with a new course takes its leaves and all that grows from it along") {
+TEST_CASE("leaves and twigs of a branch with a new course move with it") {
   test::HandMade made;
   made.axis(0, {{{0, 0, 0}, 0.2}, {{0, 0, 10}, 0}});
   const auto branch = made.axis(0, {{{0, 0, 5}, 0.1}, {{2, 0, 5}, 0}});

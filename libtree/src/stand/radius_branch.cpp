@@ -97,8 +97,8 @@ std::vector<Course> courses() {
   return all;
 }
 
-/// The obstacles around a branch. An obstacle that one course met is likely to be met by the next,
-/// which differs little, and by the same piece of it: these are tested first.
+/// The obstacles around a branch. The obstacle and the piece at which one course was rejected are
+/// tested first for the next one, because courses differ little.
 class Way {
  public:
   explicit Way(std::span<const Obstacle> obstacles)

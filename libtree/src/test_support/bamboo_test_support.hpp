@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The moso preset's culms, which the tests of the bamboo builder share.
+// Culms of the moso preset, for the tests of the bamboo builder.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Freely grown skeletons, and what tests ask of them when they were fitted to measurements.
+// Freely grown skeletons, and checks of skeletons fitted to measurements.
 #pragma once
 
 #include <algorithm>
@@ -95,7 +95,7 @@ inline Skeleton flag_tree() {
   return tree.take();
 }
 
-/// A stem that forks at its tip again and again, as sympodial trees do.
+/// A stem that forks repeatedly at its tip, as in sympodial trees.
 class Forking {
  public:
   explicit Forking(int depth, std::uint64_t seed) : depth_(depth), random_(seed) {}
@@ -158,7 +158,7 @@ inline std::string text_of(const TreeShape& shape) {
          std::to_string(shape.radii.south_m) + ' ' + std::to_string(shape.radii.north_m);
 }
 
-/// The stem's own promises.
+/// Checks of the stem.
 inline void check_stem(const Fitted& tree) {
   const auto stem = tree.skeleton.points_of(tree.skeleton.axes.front());
   REQUIRE(tree.skeleton.axes.front().order == 0);
@@ -188,7 +188,7 @@ inline void check_axes(const Fitted& tree) {
     REQUIRE(axis.count >= 2);
     REQUIRE(axis.first + axis.count <= skeleton.points.size());
     for (const SkeletonPoint& point : skeleton.points_of(axis)) {
-      // Inside to what rounding leaves.
+      // Inside except for rounding.
       REQUIRE(tree.crown.excess_m(point.at) < 1e-9 * tree.shape.h_m + 1e-12);
       REQUIRE(point.radius_m >= 0.0);
     }
@@ -208,7 +208,7 @@ inline void check_leaves(const Fitted& tree) {
   }
 }
 
-/// What `measure` would find on branches and leaves, taken from the lines themselves.
+/// The measurements of branches and leaves, from their lines instead of a mesh.
 inline void check_measurements(const Fitted& tree) {
   const Skeleton& skeleton = tree.skeleton;
   double lowest = std::numeric_limits<double>::infinity();

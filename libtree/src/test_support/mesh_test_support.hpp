@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What tests ask of a mesh, whatever made it.
+// Checks of a mesh of any builder.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ inline std::array<tree::Point, 3> triangle_of(const tree::MeshPart& part, std::s
           vertex_of(part, part.indices[3 * triangle + 2])};
 }
 
-/// Directed edges between places, not between vertices: seams count as joined.
+/// Directed edges between positions, not between vertices: seams count as joined.
 inline std::map<std::array<float, 6>, int> edges_of(const tree::MeshPart& part) {
   std::map<std::array<float, 6>, int> edges;
   const auto& p = part.positions;
@@ -44,8 +44,8 @@ inline std::map<std::array<float, 6>, int> edges_of(const tree::MeshPart& part) 
   return edges;
 }
 
-/// Edges that do not have as many triangles on one side as on the other, each running its own way.
-/// Two tubes may have an edge in the same place.
+/// Edges that do not have equally many triangles in both directions. Two tubes may have an edge at
+/// the same position.
 inline std::size_t open_edges(const tree::MeshPart& part) {
   const auto edges = edges_of(part);
   std::size_t open = 0;
@@ -56,7 +56,8 @@ inline std::size_t open_edges(const tree::MeshPart& part) {
   return open;
 }
 
-/// Edges between vertices that are not of exactly two triangles, one on each side. A seam counts.
+/// Edges between vertices that do not belong to exactly two triangles, one in each direction;
+/// including seams.
 inline std::size_t open_or_split_edges(const tree::MeshPart& part) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   for (std::size_t i = 0; i < part.indices.size(); i += 3) {
@@ -71,7 +72,7 @@ inline std::size_t open_or_split_edges(const tree::MeshPart& part) {
   return open;
 }
 
-/// Twice the least area of a triangle [m2]; 0 where two corners of one are the same place.
+/// Twice the least area of a triangle [m2]; 0 if two corners of one have the same position.
 inline double least_doubled_area(const tree::MeshPart& part) {
   double least = 1e9;
   for (std::size_t i = 0; i < part.triangle_count(); ++i) {
@@ -81,7 +82,7 @@ inline double least_doubled_area(const tree::MeshPart& part) {
   return least;
 }
 
-/// Triangles whose face looks away from the normals of their corners.
+/// Triangles whose face is opposite to the normals of their corners.
 inline std::size_t turned_triangles(const tree::MeshPart& part) {
   std::size_t turned = 0;
   for (std::size_t i = 0; i < part.triangle_count(); ++i) {
@@ -89,15 +90,15 @@ inline std::size_t turned_triangles(const tree::MeshPart& part) {
     const tree::Point sum = normal_of(part, part.indices[3 * i]) +
                             normal_of(part, part.indices[3 * i + 1]) +
                             normal_of(part, part.indices[3 * i + 2]);
-    // Faces seen edge-on by their normals may round to either side: floats shift the corners of a
-    // face a millimeter wide by about a thousandth of that.
+    // Faces nearly parallel to their normals may round to either side: floats shift the corners
+    // of a face a millimeter wide by about a thousandth of that.
     const tree::Point face = cross(b - a, c - a);
     if (dot(face, sum) < -0.01 * length(face)) ++turned;
   }
   return turned;
 }
 
-/// Volume inside a closed part that looks outwards [m3].
+/// Volume of a closed part whose faces point outwards [m3].
 inline double volume_m3(const tree::MeshPart& part) {
   double volume = 0.0;
   for (std::size_t i = 0; i < part.triangle_count(); ++i) {
@@ -108,7 +109,7 @@ inline double volume_m3(const tree::MeshPart& part) {
 }
 
 /// Distance of a point from a triangle (Ericson 2005, Real-Time Collision Detection, 5.1.5: the
-/// regions of the triangle's plane in which the nearest place is a corner, an edge or the face).
+/// regions of the triangle's plane in which the nearest point is on a corner, an edge or the face).
 inline double distance_to_triangle(tree::Point p, const std::array<tree::Point, 3>& triangle) {
   const auto& [a, b, c] = triangle;
   const tree::Point ab = b - a;

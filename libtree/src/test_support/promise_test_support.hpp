@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The promise of every builder: a tree's mesh measures what the tree measured.
+// The requirement of every builder: the mesh of a tree has its measurements.
 #pragma once
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Neighbours that the tests of stands share.
+// Neighboring trees for the tests of stands.
 #pragma once
 
 #include <vector>

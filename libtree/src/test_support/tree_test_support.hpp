@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the tests of this library share: the shipped catalogue, trees of the paper, random trees.
+// Common data of the tests of this library: the catalogue, trees of the paper, random trees.
 #pragma once
 
 #include <string>
@@ -33,8 +33,8 @@ inline tree::Morphology paper_tree_1() {
           .radii = tree::CrownRadii{2.1, 2.5, 1.5, 2.4}};
 }
 
-/// Anything that validate() lets pass, with an eye on the corners: just above breast height, crowns
-/// that start at the ground or end right below the tip, wider than the tree is high, hair-thin and
+/// Random trees that pass validate(), with many extreme ones: just above breast height, crowns that
+/// start at the ground or right below the tip, crowns wider than the tree is high, very thin and
 /// very thick stems.
 inline tree::Morphology random_morphology(Random& random, int number) {
   tree::Morphology tree{.plot = "p", .tree = std::to_string(number)};

@@ -66,7 +66,7 @@ function plotChoice(data, shownPlot, act) {
   if (data.plots.length < 2) return [];
   const plots = data.plots.map(({ name }, index) => ({ value: String(index), text: name }));
   const node = choice("plot", "Plot", unlabeled([{ value: "", text: "all" }, ...plots]), act.setPlot);
-  // The list of trees needs it, too, if there is no 3D view.
+  // Without a 3D view the list of trees needs it, too.
   node.classList.add("is-for-list");
   if (shownPlot === null) return [node];
   node.querySelector("select").value = String(shownPlot);

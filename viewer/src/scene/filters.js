@@ -12,11 +12,11 @@
 
 export const ALL = { plot: null, species: null, layer: null, least: null, most: null };
 
-/** Whether trees are left out besides those of other plots. */
+/** Whether trees are hidden besides those of other plots. */
 export const isNarrow = ({ species, layer, least, most }) => [species, layer, least, most].some((value) => value !== null);
 
 /**
- * A tree without a layer or a height passes only where neither is asked for.
+ * A tree without a layer or a height passes only if the filter has neither.
  * @param {object} data  of the page
  * @param {Filter} filter
  * @returns {(tree: number) => boolean}

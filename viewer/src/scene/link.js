@@ -31,7 +31,7 @@ const triple = (text) => {
 const numberOf = (text) => (text !== null && text !== "" && Number.isFinite(Number(text)) ? Number(text) : null);
 
 /**
- * The state of a fragment; null for what it does not say, or says in a way that cannot be read.
+ * The state of a fragment; null for parts that are missing or cannot be read.
  * @returns {{camera: number[] | null, target: number[] | null, color: string | null, filter: import("./filters.js").Filter}}
  */
 export function stateOf(fragment) {

@@ -24,7 +24,7 @@ export class Marks {
    * Redraws them on all sides.
    * @param {number | null} chosen  the chosen tree
    * @param {() => {x: number, z: number}} middle  of the picture
-   * @returns {string[]}  what is said of overlaps, a sentence a side
+   * @returns {string[]}  the notes on overlaps, one sentence per side
    */
   draw(chosen, middle) {
     const { view } = this;

@@ -88,7 +88,7 @@ export class Moves {
 
   /**
    * Shows a tree in the center of the view.
-   * @param {(from: Vector3, ahead: Vector3) => boolean} isSeen  whether nothing stands before it
+   * @param {(from: Vector3, ahead: Vector3) => boolean} isSeen  whether nothing hides it
    */
   lookAt({ place, crown }, isSeen = () => true) {
     if (this.mode === "walk") {

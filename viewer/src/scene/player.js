@@ -21,7 +21,7 @@ export class Player {
   /** @param {number} time  [s] */
   show(time) {
     this.time = Math.min(Math.max(time, 0), this.duration);
-    // At its end an animation begins again.
+    // At its end an animation restarts.
     this.mixer.setTime(Math.min(this.time, this.duration * (1 - 1e-6)));
   }
 }

@@ -26,7 +26,7 @@ struct AffineMap {
 
 /// A rotation about an axis through the origin, counterclockwise if it points to the viewer.
 AffineMap turn_about(Point axis, double angle_rad);
-/// The map with A multiplied by a number; b is unchanged.
+/// The map with A multiplied by a number and the same b.
 AffineMap scaled(const AffineMap& map, double factor);
 
 }  // namespace silvafit::tree

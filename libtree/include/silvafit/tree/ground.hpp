@@ -16,8 +16,8 @@ struct GroundOptions {
 /// Triangles through all stem bases (Delaunay in plan), in a frame with y up around `origin`.
 ///
 /// Stems nearer than a centimeter to each other share a point. Beyond the outermost stems the
-/// ground is as high as the nearest stem's foot. The place of trees whose height above sea is
-/// unknown is taken as it stands in `z_m`, that is level.
+/// ground is as high as the base of the nearest stem. Unknown elevations are 0 in `z_m`, so that
+/// the ground is level.
 /// \throws GeometryError if there is no stem, or the stems lie more than 10,000 km from the origin
 MeshPart ground_mesh(std::span<const Position> stems,
                      const Position& origin,

@@ -24,7 +24,7 @@ struct MorphologyTableOptions {
   /// read h_population, hcb_population, cw_population and so on, and no radii or hc, which would
   /// not fit to predicted crowns.
   Use use = Use::kObserved;
-  /// Columns with other names or units: our name -> a column of the table, with its exact name,
+  /// Columns with other names or units: standard name -> a column of the table, by its exact name,
   /// or an expression of its columns (data::column_reference). plot, tree and species need a
   /// column.
   std::map<std::string, std::string> columns{};

@@ -81,8 +81,7 @@ struct StandOverlap {
 /// Each pair is resolved separately, starting from the whole trees, in any order and by any thread.
 /// \param threads  0: one for each core
 /// \throws UsageError if two trees have the same plot and label; GeometryError with the tree if
-/// more
-///   crowns meet in one place than can be resolved in a reasonable time
+///   more crowns meet in one place than can be resolved in a reasonable time
 StandOverlap resolve_overlaps(std::span<const StandTree> trees, unsigned threads = 0);
 
 /// A skeleton after its overlaps are resolved.
