@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How the modes of the random effects follow the parameters of a marginal likelihood.
+// Derivatives of the modes of the random effects by the parameters of a marginal likelihood.
 #include "likelihood/marginal_block.hpp"
 
 namespace silvafit::fit {
@@ -42,8 +42,8 @@ SmallVector MarginalBlock::slope_change(const PointChange& change,
 }
 
 void MarginalBlock::follow(const PointChange& change, Modes& modes) {
-  // At a mode the gradient of the objective is zero: the mode moves by -H^-1 times what the
-  // parameters change of it.
+  // At a mode the gradient of the objective is zero: the mode moves by -H^-1 times the change of
+  // the gradient by the parameters.
   constexpr double kFar = 1.0;  // squared standard deviation
   VectorXd outer(kept_outer_.rows());
   MatrixXd inner;

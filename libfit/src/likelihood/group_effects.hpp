@@ -8,8 +8,8 @@
 
 namespace silvafit::fit {
 
-/// (p x G) random effects of each group, of both groupings together; zero for coefficients that
-/// have none.
+/// (p x G) random effects of each group, summed over both groupings; zero for coefficients without
+/// random effects.
 Eigen::MatrixXd group_effects(const SurfaceSetting& setting);
 
 }  // namespace silvafit::fit

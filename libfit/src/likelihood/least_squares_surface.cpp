@@ -21,7 +21,7 @@ class LeastSquaresSurface : public LikelihoodSurface {
     model_.evaluate(setting.estimate, fitted_, nullptr, workspace_);
     double log_sigma = setting.log_sigma;
     if (setting.fit.method == Method::kOrdinary) {
-      // Its sigma has n - p in the denominator; the likelihood is highest with n.
+      // Its sigma has n - p in the denominator; that of maximum likelihood has n.
       const double squares = (model_.response() - fitted_).squaredNorm();
       log_sigma = 0.5 * std::log(squares / static_cast<double>(model_.observations()));
     }
@@ -64,7 +64,7 @@ class LeastSquaresSurface : public LikelihoodSurface {
   const VarianceModel& variance_;
   SurfaceLayout layout_;
   NonlinearModel::Workspace workspace_;
-  VectorXd fitted_;  ///< (N) at the estimates, where the weights are taken
+  VectorXd fitted_;  ///< (N) at the estimates, for the weights
   VectorXd mean_;
   MatrixXd jacobian_;
   VectorXd optimum_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Taking the random effects of one grouping out of cross products, and the derivatives of that.
+// Elimination of the random effects of one grouping from cross products, with derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,11 +31,11 @@ struct Level {
       for (Index k = 0; k < size; ++k) factor[i * size + k] = k <= i ? l(i, k) : 0.0;
     }
   }
-  /// Numbers that one group keeps: the triangle U of A = U U', and U^-1 L'Z'[X w].
+  /// Stored numbers of a group: the triangle U of A = U U', and U^-1 L'Z'[X w].
   Index kept() const { return size * size + size * width; }
 };
 
-/// The log of a product of many numbers that are at least one, with few logarithms.
+/// The log of a product of many numbers >= 1, with few evaluations of the logarithm.
 class LogOfProduct {
  public:
   void multiply(double value) {
@@ -52,15 +52,15 @@ class LogOfProduct {
   double sum_ = 0.0;
 };
 
-/// What the likelihood's derivative by a symmetric matrix of cross products is: F F', and the
-/// vectors of F in a row each.
+/// The derivative of the likelihood by a symmetric matrix of cross products, F F', with the vectors
+/// of F in rows.
 struct Adjoint {
   Index count = 0;
   std::vector<double> vectors{};  ///< (count x width)
 };
 
-/// Numbers on the stack where their count is known to the compiler: it then sees that nothing else
-/// changes them.
+/// Numbers on the stack if their count is known at compile time, so that the compiler can exclude
+/// aliasing.
 template <int kCount>
 using Buffer = std::conditional_t<(kCount > 0), std::array<double, kCount>, std::vector<double>>;
 
@@ -73,7 +73,7 @@ Buffer<kCount> zeros(Index count) {
   }
 }
 
-/// What derivatives of one group are added to.
+/// The sums to which the derivatives of a group are added.
 struct Derivatives {
   double* spherical = nullptr;      ///< (size) v for the first vector of the adjoint, is set
   double* by_factor = nullptr;      ///< (size x size) row by row
@@ -82,15 +82,14 @@ struct Derivatives {
   Adjoint* inside = nullptr;        ///< the derivative by the cross products as vectors, or null
 };
 
-/// The algebra of one level; the numbers of effects and columns are known to the compiler where
-/// they are small.
+/// The algebra of one level; small numbers of effects and columns are compile-time constants.
 template <int kSize, int kWidth>
 class LevelAlgebra {
  public:
   explicit LevelAlgebra(const Level& level) : level_(level) {}
 
-  /// Fills what a group keeps from its cross products: the triangle U of A = U U' with the inverse
-  /// of its diagonal, and U^-1 L'Z'[X w].
+  /// Computes the stored numbers of a group from its cross products: the triangle U of A = U U'
+  /// with the inverse of its diagonal, and U^-1 L'Z'[X w].
   void eliminate(const double* products, double* kept, LogOfProduct& determinant) const {
     const Index q = size();
     const Index w = width();
@@ -130,7 +129,7 @@ class LevelAlgebra {
     std::copy_n(half.data(), q * w, kept + q * q);
   }
 
-  /// Adds what is left of the cross products to a sum.
+  /// Adds the reduced cross products to a sum.
   void add_remainder(const double* products, const double* kept, double* sum) const {
     const Index q = size();
     const Index w = width();
@@ -146,7 +145,7 @@ class LevelAlgebra {
     }
   }
 
-  /// \param from  the derivative by what is left of the cross products
+  /// \param from  the derivative by the reduced cross products
   void differentiate(const double* products,
                      const double* kept,
                      const Adjoint& from,
@@ -233,7 +232,7 @@ class LevelAlgebra {
     }
   }
 
-  /// The part of log|A| / 2.
+  /// The derivative of log|A| / 2.
   void by_determinant(const double* products,
                       const double* kept,
                       double* by_factor,

@@ -16,13 +16,13 @@
 
 namespace silvafit::fit {
 
-/// What surfaces of one fit share: the model bound to the data, without coefficients that are held.
+/// Common data of the surfaces of one fit: the model with the data, without held coefficients.
 struct SurfaceSetting {
   /// \throws UsageError if the fit did not converge, or the table is not the one it was made of
   SurfaceSetting(const FittedModel& fit, const data::Table& table, std::stop_token stop = {});
   /// \param held  coefficients that the surface does not have, and their values; it has all others,
   ///   also those that the fit held
-  /// \throws UsageError if the table is not the one that the fit was made of
+  /// \throws UsageError if the table is not the one of the fit
   SurfaceSetting(const FittedModel& fit,
                  const data::Table& table,
                  const std::map<std::string, double>& held,
@@ -61,7 +61,7 @@ class LikelihoodSurface {
 /// the nonlinear mean, with the weights of fitted values those of the estimates.
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting);
 
-/// In words for people, what make_surface gives for a fit.
+/// The name of the likelihood that make_surface returns for a fit, for messages.
 std::string likelihood_in_words(const FittedModel& fit);
 
 std::unique_ptr<LikelihoodSurface> make_marginal_surface(const SurfaceSetting& setting);

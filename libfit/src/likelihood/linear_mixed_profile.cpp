@@ -19,11 +19,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Groups that one thread works on at a time: enough to be worth handing over.
+// Groups per task of a thread, so many that the overhead of a task is small.
 constexpr Index kPartGroups = 512;
 
-/// One evaluation: sums over groups and clusters on the way up, derivatives on the way down. Parts
-/// of the clusters are worked on in parallel and their sums added in order.
+/// One evaluation: sums over groups and clusters in the first pass, derivatives in the second.
+/// Parts of the clusters are processed in parallel and their sums added in order.
 template <int kInner, int kWidth>
 class Evaluation {
  public:
@@ -57,7 +57,7 @@ class Evaluation {
   struct Part {
     Index begin = 0;  ///< first cluster
     Index end = 0;
-    std::vector<double> products{};  ///< room for the cross products of one group
+    std::vector<double> products{};  ///< memory for the cross products of one group
     std::vector<double> by_products{};
     LogOfProduct determinant{};
     MatrixXd total{};
@@ -73,7 +73,7 @@ class Evaluation {
   double* cluster_products(Index cluster) {
     return cluster_products_.data() + cluster * width_ * width_;
   }
-  /// The groups of a cluster, or of no cluster in particular: one each.
+  /// The groups of a cluster; without clusters each group is one.
   Index first_group(Index cluster) const {
     return has_clusters() ? model_.random.cluster_begin[static_cast<std::size_t>(cluster)]
                           : cluster;
@@ -201,7 +201,7 @@ class Evaluation {
     const Index r = outer_.size;
     result.spherical.resize(q, moments_.groups());
     if (has_clusters()) result.outer_spherical.resize(r, clusters());
-    // Row by row here, and put upright at the end.
+    // Stored by rows here, and transposed at the end.
     result.by_factor = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
     result.by_covariance = result.by_factor;
     const Adjoint of_total = adjoint_of_total(result);

@@ -8,7 +8,7 @@
 
 namespace silvafit::fit {
 
-/// Where random effects act: columns of X that are Z, for groups and for clusters of groups.
+/// The columns of X that form Z, for groups and for clusters of groups.
 struct RandomColumns {
   std::vector<Eigen::Index> inner{};          ///< (q) of the groups
   std::vector<Eigen::Index> outer{};          ///< (r) of the clusters, empty with one grouping
@@ -21,10 +21,10 @@ struct RelativeFactors {
   Eigen::MatrixXd outer{};  ///< (r x r)
 };
 
-/// All that a linear mixed model needs of the data: per group the cross products
-/// [X w]' G^-2 [X w], width p + 1, and how they change with m variance parameters.
+/// The sufficient data of a linear mixed model: per group the cross products
+/// [X w]' G^-2 [X w], width p + 1, and their derivatives by m variance parameters.
 ///
-/// The changes are a Taylor series around the parameters d at which the weights were taken:
+/// The derivatives form a Taylor series around the parameters d of the weights:
 /// term 0, then the m first derivatives, then the second ones of pairs(). Pairs that are not
 /// listed have none.
 class GroupMoments {
@@ -48,18 +48,18 @@ class GroupMoments {
     return products_.col(group).data() + term * width_ * width_;
   }
   bool all_finite() const { return products_.allFinite() && sum_log_.allFinite(); }
-  /// Measures the columns of X in other units: each is divided by its size.
+  /// Converts the columns of X to other units: each is divided by its size.
   void divide_columns(const Eigen::VectorXd& sizes);
   /// (terms) the sum of log g and its derivatives.
   Eigen::VectorXd& sum_log() { return sum_log_; }
   const Eigen::VectorXd& sum_log() const { return sum_log_; }
 
-  /// (m) typical derivatives of log g. What all g have in common goes into sigma, so that only the
-  /// differences from these need be small for the series to be good; zeros at first.
+  /// (m) typical derivatives of log g, initially zeros. The common part of all g belongs to sigma,
+  /// so that the series is accurate if the differences from these are small.
   void set_center(const Eigen::VectorXd& center) { center_ = center; }
 
-  /// (terms) what each term counts at d + displacement: of exp(-2 s) times the second-order series
-  /// of exp(2 s) g^-2, where s = displacement' center.
+  /// (terms) the weight of each term at d + displacement: of exp(-2 s) times the second-order
+  /// series of exp(2 s) g^-2, where s = displacement' center.
   Eigen::VectorXd term_weights(const Eigen::VectorXd& displacement) const;
   /// (m) a gradient by the displacement from one by the term weights.
   Eigen::VectorXd by_displacement(const Eigen::VectorXd& by_term,
@@ -77,7 +77,7 @@ class GroupMoments {
   Eigen::VectorXd center_;
 };
 
-/// Parameters of a linear mixed model that are not maximized over but have values of their own.
+/// Parameters of a linear mixed model with given values instead of maximization.
 struct HeldParameters {
   Eigen::VectorXd
       coefficients{};   ///< (p) beta; empty where it is the generalized least-squares one
@@ -91,10 +91,10 @@ struct LinearMixedModel {
   Eigen::Index observations = 0;
   /// Restricted likelihood: of the residuals, beta integrated out.
   bool restricted = false;
-  /// log|X'V^-1 X| in the coefficients' own units, less that of this X; only for the restricted
-  /// one.
+  /// log|X'V^-1 X| in the coefficients' own units, less that of this X; only for restricted
+  /// likelihood.
   double log_units = 0.0;
-  unsigned threads = 1;  ///< to compute with; no result depends on it
+  unsigned threads = 1;  ///< does not change the result
 };
 
 /// The profiled model at one covariance.
@@ -110,16 +110,16 @@ struct LinearMixedProfile {
   RelativeFactors by_factor{};        ///< dF/dL, lower triangles
   RelativeFactors by_covariance{};    ///< dF/dD, symmetric, of D = L L'
   Eigen::VectorXd by_variance{};      ///< (m) dF/d displacement
-  Eigen::VectorXd by_coefficients{};  ///< (p) dF/d beta; zero but for rounding unless it is held
+  Eigen::VectorXd by_coefficients{};  ///< (p) dF/d beta; zero except for rounding unless it is held
   double by_log_sigma = 0.0;          ///< dF/d log sigma at L; zero unless sigma is held
 };
 
 /// F = -log-likelihood = N/2 (log(2 pi S/N) + 1) + sum log|A| / 2 + sum log g, where A = I +
-/// L'Z'V^-1 Z L of each group and then, with V holding the groups' effects, of each cluster;
+/// L'Z'V^-1 Z L of each group and then, with V including the groups' effects, of each cluster;
 /// restricted, N becomes N - p and log|X'V^-1 X| / 2 is added. Without derivatives only the first
 /// six members and the derivatives by beta and sigma are filled. Held parameters are not maximized
-/// over: then S and sigma^2 stand in N/2 log(2 pi sigma^2) + S / (2 sigma^2) as they are.
-/// \param displacement  (m) of the variance parameters from where the moments were taken
+/// over: then the first part is N/2 log(2 pi sigma^2) + S / (2 sigma^2).
+/// \param displacement  (m) of the variance parameters from those of the moments
 /// Source: Pinheiro and Bates 2000, sections 2.2 and 5.2.
 LinearMixedProfile profile(const LinearMixedModel& model,
                            const RelativeFactors& factors,
@@ -127,8 +127,8 @@ LinearMixedProfile profile(const LinearMixedModel& model,
                            bool with_derivatives,
                            const HeldParameters& held = {});
 
-/// (G) the weighted squares that the linear model expects at given effects: those of w - X beta -
-/// Z_1 u - Z_2 b.
+/// (G) the weighted squares of the linear model at given effects: those of w - X beta - Z_1 u -
+/// Z_2 b.
 Eigen::VectorXd expected_squares(const LinearMixedModel& model,
                                  const RelativeFactors& factors,
                                  const LinearMixedProfile& at);

@@ -109,8 +109,7 @@ RelativeFactors example_factors(const Example& example, double size) {
   return factors;
 }
 
-/// One grouping, two of which the coarser one has an effect of its own or shares one, and both
-/// likelihoods.
+/// One grouping; two groupings with different or common effects; both likelihoods.
 std::vector<Example> examples() {
   std::vector<Example> result;
   for (const std::vector<Index>& outer :
@@ -162,7 +161,7 @@ TEST_CASE("random effects are those of the dense covariance matrix") {
 }
 
 TEST_CASE("gradients by all variance components equal differences of the values") {
-  // Central differences with step 1e-5 are good to about 1e-9 here.
+  // Central differences with step 1e-5 are accurate to about 1e-9 here.
   constexpr double kStep = 1e-5;
   for (const Example& example : examples()) {
     const RelativeFactors factors = example_factors(example, 1.0);
@@ -190,7 +189,7 @@ TEST_CASE("gradients by all variance components equal differences of the values"
                                value_at(example, displacement - kStep, factors)) /
                               (2.0 * kStep);
     CHECK(at.by_variance[0] == Approx(difference).epsilon(1e-7).margin(1e-8));
-    // dF/dL = 2 dF/dD L, of which the lower triangle is free.
+    // dF/dL = 2 dF/dD L, lower triangle.
     const MatrixXd by_inner = 2.0 * at.by_covariance.inner * factors.inner;
     CHECK(by_inner(1, 0) == Approx(at.by_factor.inner(1, 0)).epsilon(1e-12));
     const MatrixXd by_outer = 2.0 * at.by_covariance.outer * factors.outer;
@@ -200,7 +199,7 @@ TEST_CASE("gradients by all variance components equal differences of the values"
   }
 }
 
-TEST_CASE("the series in the variance parameter touches the likelihood") {
+TEST_CASE("the series in the variance parameter agrees with the likelihood to second order") {
   for (const Example& example : examples()) {
     const RelativeFactors factors = example_factors(example, 1.0);
     // Third-order terms: 1e-3 cubed, times some tens of observations.
@@ -209,7 +208,7 @@ TEST_CASE("the series in the variance parameter touches the likelihood") {
   }
 }
 
-TEST_CASE("restricted likelihood does not depend on the unit of a column once that is given") {
+TEST_CASE("restricted likelihood with the unit of a column does not depend on that unit") {
   Example example({1});
   example.restricted = true;
   const RelativeFactors factors = example_factors(example, 1.0);

@@ -19,14 +19,14 @@ using Eigen::VectorXd;
 
 // A block's columns, some twenty of 8 bytes a row, stay in a cache of 256 KiB.
 constexpr Index kBlockRows = 512;
-// Rows that one thread works on at a time: enough to be worth handing over.
+// Rows per task of a thread, so many that the overhead of a task is small.
 constexpr Index kChunkRows = 4096;
-// The second-order series of exp(-2x) is good to a tenth up to this typical x; further, where g
-// hardly changes, nothing is gained.
+// The second-order series of exp(-2x) has an error of a tenth at this typical x; if g hardly
+// changes, a larger range has no benefit.
 constexpr double kTypicalChange = 0.4;
 constexpr double kLongestChange = 1.0;
 
-/// (p) the effects of a group on the columns of X before they are in units.
+/// (p) the effects of a group on the columns of X before scaling.
 VectorXd mixed_effects(const LinearizationPoint& point,
                        const std::vector<Index>& columns,
                        Index group) {
@@ -326,7 +326,7 @@ void Linearizer::finish_group(Index group,
         products[c * w + a] *= point.units[a];
       }
     }
-    // The working response w = r + Z b: column and row p take over shares of the others.
+    // The working response w = r + Z b: column and row p get multiples of the others.
     for (const Index j : effect_columns_) {
       const double share = effects[j] / point.units[j];
       for (Index a = 0; a < w; ++a) products[p * w + a] += share * products[j * w + a];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A nonlinear mixed model as the linear one that touches it at a point, in one pass over the data.
+// The linearization of a nonlinear mixed model at a point, in one pass over the data.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,41 +16,41 @@
 
 namespace silvafit::fit {
 
-/// Where to linearize; all in the coefficients' own units. The columns of X are those of J M, M
-/// with ones on its diagonal, times the units.
+/// The point of the linearization, in the coefficients' own units. The columns of X are those of
+/// J M, M with ones on its diagonal, times the units.
 struct LinearizationPoint {
   Eigen::VectorXd coefficients{};  ///< (p) fixed effects
-  Eigen::MatrixXd effects{};   ///< (p x G) random effects of each group, zeros where there are none
-  Eigen::VectorXd variance{};  ///< (m) internal parameters of the variance function
-  Eigen::VectorXd units{};     ///< (p) what one unit of each column of X is worth
-  /// (p x p) M; empty where it is the identity. A column with random effects is a combination of
-  /// such columns alone.
+  Eigen::MatrixXd effects{};       ///< (p x G) random effects of each group, else zeros
+  Eigen::VectorXd variance{};      ///< (m) internal parameters of the variance function
+  Eigen::VectorXd units{};         ///< (p) the unit of each column of X
+  /// (p x p) M; empty for the identity. A column with random effects is a combination of such
+  /// columns only.
   Eigen::MatrixXd mixing{};
 };
 
 /// The model around a point.
 struct Linearization {
-  /// w = X beta + Z b + e with X = the Jacobian in these units and beta the step from the point;
-  /// the random effects are whole.
+  /// w = X beta + Z b + e with X = the Jacobian in these units, beta the step from the point and b
+  /// the random effects themselves.
   LinearMixedModel model{};
   Eigen::VectorXd mean{};            ///< (N) f
   Eigen::ArrayXd weight{};           ///< (N) g^-2; empty for a constant variance
   Eigen::VectorXd squares{};         ///< (G) weighted residual squares
   Eigen::VectorXd squares_before{};  ///< (G) the same with the weights of an earlier point
-  Eigen::VectorXd variance{};        ///< (m) at which the weights were taken
-  Eigen::VectorXd longest_change{};  ///< (m) for which the series in the parameters is good
+  Eigen::VectorXd variance{};        ///< (m) parameters of the weights
+  Eigen::VectorXd longest_change{};  ///< (m) range in which the series is accurate
 };
 
-/// Computes linearizations of one model. Rows go through in blocks that stay in cache, from the
-/// mean function to the cross products of each group; nothing as long as the data is kept but the
-/// mean and the weights. Chunks of blocks are worked on in parallel and their sums added in order.
+/// Computes linearizations of one model. Rows are processed in blocks that fit into the cache, from
+/// the mean function to the cross products of each group. Only the mean and the weights of all rows
+/// are stored. Chunks of blocks are processed in parallel and their sums added in order.
 class Linearizer {
  public:
   Linearizer(const NonlinearModel& model, const VarianceModel& variance);
 
-  /// \param expand  whether the weights' derivatives by the variance parameters are wanted
+  /// \param expand  whether to compute the weights' derivatives by the variance parameters
   /// \param before  weights of an earlier point, or null
-  /// \returns false where something is not finite
+  /// \returns false if a result is not finite
   bool linearize(const LinearizationPoint& point,
                  bool expand,
                  const Linearization* before,
@@ -68,7 +68,7 @@ class Linearizer {
     bool is_first = true;  ///< of its group
     bool is_last = true;
   };
-  /// Memory to work in: columns of one block.
+  /// Working memory: columns of one block.
   struct Scratch {
     Eigen::MatrixXd parameter_values{};
     Eigen::MatrixXd quantity_values{};
@@ -81,7 +81,8 @@ class Linearizer {
     std::vector<double> group_products{};
     data::Program::Workspace workspace{};
   };
-  /// What a chunk of rows adds to sums over all rows, and to a group that begins in an earlier one.
+  /// Contribution of a chunk of rows to sums over all rows, and to a group that begins in an
+  /// earlier chunk.
   struct ChunkSums {
     Eigen::VectorXd sum_log{};      ///< as GroupMoments::sum_log
     Eigen::VectorXd log_squares{};  ///< by quantity
@@ -92,13 +93,13 @@ class Linearizer {
     bool is_scalar = false;
     std::vector<Eigen::Index> coefficients{};
   };
-  /// A derivative of log g by two quantities, whose second derivative may be zero everywhere.
+  /// A second derivative of log g by two quantities, which may be zero everywhere.
   struct QuantityPair {
     std::size_t first = 0;
     std::size_t second = 0;
     bool is_linear = false;
   };
-  /// A term of the series of the weights: its internal parameters' places in the quantities.
+  /// A term of the series of the weights: the indices of its internal parameters in the quantities.
   struct Term {
     int pair = -1;              ///< index into quantity_pairs_, -1 for a first derivative
     std::size_t quantity = 0;   ///< of a first derivative
@@ -120,7 +121,7 @@ class Linearizer {
                        Eigen::Index begin,
                        Eigen::Index rows,
                        Scratch& scratch) const;
-  /// The column of df/d coefficient in the block at work.
+  /// The column of df/d coefficient in the current block.
   const double* slope_column(Eigen::Index coefficient, const Scratch& scratch) const;
   void linearize_chunk(const LinearizationPoint& point,
                        bool expand,
@@ -153,20 +154,20 @@ class Linearizer {
                  double* products,
                  ChunkSums& sums,
                  const Linearization& result) const;
-  /// Puts together what chunks had of the same groups.
+  /// Adds the parts of groups that extend over several chunks.
   void add_carried(const LinearizationPoint& point,
                    const std::vector<ChunkSums>& chunks,
                    Linearization& result) const;
   bool is_linear(const Term& term) const;
-  /// The quantities by which a term is a derivative, the same one twice for a first derivative.
+  /// The quantities of a term's derivative, the same one twice for a first derivative.
   std::pair<std::size_t, std::size_t> quantities_of(const Term& term) const;
   /// (rows) derivative of log g by a quantity.
   Eigen::Map<const Eigen::VectorXd> log_scale_slope(std::size_t quantity,
                                                     Eigen::Index offset,
                                                     Eigen::Index rows,
                                                     const Scratch& scratch) const;
-  /// Fills in what g^-2 changes by in a term.
-  /// \returns the sum of that of log g
+  /// Computes the change of g^-2 in a term.
+  /// \returns the sum of the changes of log g
   /// \param second  output of the second derivative, of terms that are curved
   double fill_term(const Term& term,
                    const Segment& segment,
@@ -174,19 +175,19 @@ class Linearizer {
                    Eigen::Index second,
                    Scratch& scratch,
                    const Linearization& result) const;
-  /// Takes out the rows of other strata.
-  /// \returns the sum of the rows that stay, nothing if there are none
+  /// Sets the rows of other strata to zero.
+  /// \returns the sum of the remaining rows, no value if there are none
   std::optional<double> mask_term(const Term& term,
                                   const Segment& segment,
                                   Eigen::Index offset,
                                   Eigen::Index second,
                                   Scratch& scratch) const;
-  /// Puts the combinations of a block's columns in their place.
+  /// Replaces the columns of a block by their combinations.
   void mix(const Eigen::MatrixXd& mixing, Eigen::Index rows, Scratch& scratch) const;
   void finish_group(Eigen::Index group,
                     const LinearizationPoint& point,
                     Linearization& result) const;
-  /// How far the series reaches.
+  /// The range in which the series is accurate.
   void center(const Eigen::VectorXd& log_squares, Linearization& result) const;
   static void add_products(const double* weight,
                            Eigen::Index rows,

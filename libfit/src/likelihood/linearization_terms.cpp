@@ -31,7 +31,7 @@ void Linearizer::make_terms() {
       quantity_pairs_.push_back({.first = k, .second = l, .is_linear = is_linear});
       for (Index i = 0; i < quantities[k].count; ++i) {
         for (Index j = 0; j < quantities[l].count; ++j) {
-          // No row lies in two strata.
+          // No row belongs to two strata.
           const bool same_strata =
               quantities[k].strata >= 0 && quantities[k].strata == quantities[l].strata;
           if (same_strata && stratum_of(k, i) != stratum_of(l, j)) continue;

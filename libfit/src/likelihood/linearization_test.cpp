@@ -17,7 +17,7 @@ using silvafit::data::Table;
 
 namespace {
 
-/// Plots of given sizes, the first two of them in another stand than the others.
+/// Plots of given sizes, the first two in one stand, the others in another.
 Table plots_of(const std::vector<int>& sizes) {
   silvafit::Random random(3);
   std::vector<NestedTree> trees;
@@ -34,7 +34,7 @@ Table plots_of(const std::vector<int>& sizes) {
   return table_of(trees);
 }
 
-/// Five plots, one of them with more trees than go through at once.
+/// Five plots, one of them with more trees than a block.
 Table five_plots() { return plots_of({7, 1, 600, 30, 12}); }
 
 NonlinearModel model_with(const std::string& variance, const Table& table, unsigned threads = 1) {
@@ -68,7 +68,7 @@ constexpr const char* kVariances[] = {"none",
 }  // namespace
 
 TEST_CASE("cross products are those of the Jacobian and the working response") {
-  // The larger plots are more than one thread works on at a time.
+  // The larger plots have more rows than a task of a thread.
   const std::vector<int> large{7, 1, 13000, 4100, 12};
   const bool is_large = GENERATE(false, true);
   const Table table = is_large ? plots_of(large) : five_plots();
@@ -137,7 +137,7 @@ TEST_CASE("a linearization does not depend on the number of threads") {
       CHECK(Products(moments.term(group, 0), size) ==
             Products(three.model.moments.term(group, 0), size));
     }
-    // With the same weights the squares are the same but for the order of sums.
+    // With the same weights the squares are equal except for the order of sums.
     CHECK((one.squares - one.squares_before).norm() < 1e-12 * one.squares.norm());
   }
 }
@@ -157,7 +157,7 @@ TEST_CASE("the terms of the series are derivatives by the variance parameters") 
     const VectorXd start = variance.start();
     const GroupMoments here = moments_at(start);
     REQUIRE(here.parameters() == start.size());
-    // Central differences with step 1e-5 leave ten digits of the larger elements.
+    // Central differences with step 1e-5 are accurate to ten digits of the larger elements.
     constexpr double kStep = 1e-5;
     for (Index k = 0; k < start.size(); ++k) {
       const VectorXd step = kStep * VectorXd::Unit(start.size(), k);
@@ -186,7 +186,7 @@ TEST_CASE("the terms of the series are derivatives by the variance parameters") 
   }
 }
 
-TEST_CASE("a point where the mean is not finite is told") {
+TEST_CASE("a point where the mean is not finite is reported") {
   const Table table = five_plots();
   const NonlinearModel model = model_with("power", table);
   const VarianceModel variance(model.specification().variance, VarianceData::of(model));

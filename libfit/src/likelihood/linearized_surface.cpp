@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The likelihood of the linear mixed model that touches the nonlinear one at the estimates.
+// The likelihood of the linearization of the mixed model at the estimates.
 #include <cmath>
 #include <limits>
 
@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The frame with ones on its diagonal; empty where it is diagonal.
+/// The frame with ones on its diagonal; empty if it is diagonal.
 MatrixXd mixing_of(const CoefficientFrame& frame) {
   if (frame.beta.isDiagonal(0.0)) return {};
   return frame.beta * frame.beta.diagonal().cwiseInverse().asDiagonal();
@@ -84,7 +84,8 @@ class LinearizedSurface : public LikelihoodSurface {
   const VectorXd& optimum() const override { return optimum_; }
 
  private:
-  /// Takes the weights at other variance parameters; mean and Jacobian stay those of the estimates.
+  /// Computes the weights at other variance parameters, with the mean and Jacobian of the
+  /// estimates.
   bool linearize(const VectorXd& variance) {
     point_.variance = variance;
     at_.model.restricted = is_restricted_;

@@ -136,8 +136,8 @@ bool MarginalBlock::factorize_determinants(const RandomDesign& design) {
   return true;
 }
 
-/// Where a distribution is about to split in two, its log-determinant runs to minus infinity and
-/// would be taken for a likelihood without bound.
+/// Near a point where a distribution becomes bimodal, its log-determinant goes to minus infinity,
+/// and the likelihood would seem to be unbounded.
 bool MarginalBlock::has_clear_modes() const {
   constexpr double kClear = 0.05;
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
@@ -194,7 +194,7 @@ void MarginalBlock::integrate(const MarginalPoint& point,
                               ObservationSums::Workspace& workspace,
                               MarginalValue& result,
                               bool with_gradient) {
-  // Many nodes make much of it, which one block at a time may have.
+  // With many nodes this is much memory, which only one block at a time may have.
   std::vector<MatrixXd> node_sums(static_cast<std::size_t>(rule_->weights.size()));
   evaluate_nodes(design, effects, workspace, node_sums, with_gradient);
   const Index groups = shares_.cols();
@@ -215,8 +215,8 @@ void MarginalBlock::integrate(const MarginalPoint& point,
   sums_.slopes(begin, begin + groups, effects, mode_slopes_, workspace);
 }
 
-/// What the integrand's slopes at the nodes add to the gradient, and how the value depends on where
-/// the nodes are.
+/// The contribution of the integrand's derivatives at the nodes to the gradient, and the derivative
+/// of the value by the positions of the nodes.
 void MarginalBlock::add_node_slopes(const MarginalPoint& point,
                                     const std::vector<MatrixXd>& node_sums,
                                     Index g,
@@ -290,7 +290,7 @@ void MarginalBlock::weigh(const SmallMatrix& joint, MatrixXd& weights) {
   }
 }
 
-/// Solves for how the modes follow the parameters: (u, v) = H^-1 of the value's slopes by them.
+/// Solves for the derivatives by the modes: (u, v) = H^-1 of the value's derivatives by them.
 void MarginalBlock::follow_modes(const RandomDesign& design) {
   outer_follow_.setZero(design.outer.cols(), modes_.cluster_count());
   if (rule_ == nullptr) inner_follow_.setZero(design.inner.cols(), totals_.cols());
@@ -331,7 +331,7 @@ void MarginalBlock::add_group(const RandomDesign& design,
   const SmallMatrix bent = approximation.lazyProduct(joint);
   SmallMatrix by_design = bent.lazyProduct(spread);
   SmallVector along_mode = turn - bend;
-  // With quadrature the direct slopes are those of the nodes, which are in the value already.
+  // With quadrature the direct derivatives are those of the nodes, which are included already.
   if (rule_ == nullptr) along_mode += slope;
   by_design += along_mode.lazyProduct(mode.transpose());
   by_design -= slope.lazyProduct(follow.transpose());
@@ -345,8 +345,8 @@ void MarginalBlock::add_group(const RandomDesign& design,
   }
 }
 
-/// \param shift  (r) how the random coefficients follow the modes
-/// \param bend   (r) the curvature times that
+/// \param shift  (r) change of the random coefficients with the modes
+/// \param bend   (r) the curvature times the shift
 void MarginalBlock::add_coefficients(Index group,
                                      const SmallVector& shift,
                                      const SmallVector& bend,

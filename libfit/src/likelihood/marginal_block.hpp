@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What some clusters add to a marginal likelihood and its gradient.
+// The contribution of some clusters to a marginal likelihood and its gradient.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,12 +20,12 @@ struct MarginalPoint {
 
 /// The value and its derivatives by the parameters.
 struct MarginalValue {
-  double minus_log_likelihood = 0.0;  ///< infinite where no mode was found
+  double minus_log_likelihood = 0.0;  ///< infinite if no mode was found
   Eigen::VectorXd by_beta{};          ///< (p)
   Eigen::VectorXd by_variance{};      ///< (m)
   double by_log_sigma = 0.0;
-  Eigen::MatrixXd by_outer_factor{};  ///< (s x s); its lower triangle counts
-  Eigen::MatrixXd by_inner_factor{};  ///< (q x q); its lower triangle counts
+  Eigen::MatrixXd by_outer_factor{};  ///< (s x s); only its lower triangle is used
+  Eigen::MatrixXd by_inner_factor{};  ///< (q x q); only its lower triangle is used
 
   static MarginalValue zero(const MarginalPoint& point);
   void add(const MarginalValue& other);
@@ -34,13 +34,13 @@ struct MarginalValue {
   void set_numbers(const Eigen::VectorXd& numbers);
 };
 
-/// How the parameters of the likelihood differ from those of another point.
+/// Differences of the parameters of the likelihood from those of another point.
 struct PointChange {
   ObservationPoint observation{};
   RandomDesign design{};
 };
 
-/// Consecutive clusters, with memory that is kept from one value to the next.
+/// Consecutive clusters, with memory that is reused by the next evaluation.
 class MarginalBlock {
  public:
   /// \param rule  of quadrature, null for Laplace's method
@@ -51,8 +51,8 @@ class MarginalBlock {
                 Eigen::Index first,
                 Eigen::Index last);
 
-  /// \param modes    in: where the search for modes begins; out: modes
-  /// \param effects  (r x G) room for the random effects of all groups
+  /// \param modes    in: starts of the search for modes; out: modes
+  /// \param effects  (r x G) memory for the random effects of all groups
   MarginalValue value(const MarginalPoint& point,
                       const RandomDesign& design,
                       Modes& modes,
@@ -60,9 +60,9 @@ class MarginalBlock {
                       ObservationSums::Workspace& workspace,
                       bool with_gradient);
 
-  /// Searches modes without a value.
+  /// Searches modes without computing the likelihood.
   /// \param known       as in ClusterModes::search
-  /// \param objectives  (C) out: what modes minimize, infinite where the mode is a known one
+  /// \param objectives  (C) out: the minimized objective; infinite if the mode is a known one
   /// \returns false if a conditional mode is flat
   bool find_modes(const RandomDesign& design,
                   Modes& modes,
@@ -71,17 +71,18 @@ class MarginalBlock {
                   const Modes* known,
                   Eigen::VectorXd& objectives);
 
-  /// Keeps how the modes of the last value, which must have had a gradient, follow the parameters.
+  /// Stores the derivatives of the modes of the last evaluation, which must have had a gradient, by
+  /// the parameters.
   void keep(const RandomDesign& design);
-  /// Moves the kept modes as far as a change of the parameters moves them, to first order; modes
-  /// that it moves far stay where they are.
-  /// \param modes  in: the kept ones
+  /// Moves the stored modes to first order for a change of the parameters; modes with a large
+  /// change are not moved.
+  /// \param modes  in: the stored ones
   void follow(const PointChange& change, Modes& modes);
 
  private:
   bool factorize_determinants(const RandomDesign& design);
   bool has_clear_modes() const;
-  /// (r) how the slope of a group by its random effects changes at the kept modes.
+  /// (r) change of the gradient of a group by its random effects at the stored modes.
   SmallVector slope_change(const PointChange& change,
                            const SmallMatrix& curvature,
                            Eigen::Index cluster,
@@ -93,7 +94,7 @@ class MarginalBlock {
                  ObservationSums::Workspace& workspace,
                  MarginalValue& result,
                  bool with_gradient);
-  /// \param node_sums  out: by node, one column a group
+  /// \param node_sums  out: by node, one column per group
   void evaluate_nodes(const RandomDesign& design,
                       Eigen::MatrixXd& effects,
                       ObservationSums::Workspace& workspace,
@@ -126,22 +127,22 @@ class MarginalBlock {
   const QuadratureRule* rule_;
   Eigen::Index r_;
   ClusterModes modes_;
-  std::vector<ArrowFactor> determinants_;  ///< with K for the curvature; empty where it is the same
+  std::vector<ArrowFactor> determinants_;  ///< with K for the curvature; empty if it is the same
   Eigen::MatrixXd weights_;                ///< (triangle x groups) the matrices M
-  Eigen::MatrixXd totals_;                 ///< sums of total terms, one column a group
-  /// (s + q squared x groups) what takes the place of H^-1 in derivatives of the log-determinant
+  Eigen::MatrixXd totals_;                 ///< sums of total terms, one column per group
+  /// (s + q squared x groups) replaces H^-1 in derivatives of the log-determinant
   Eigen::MatrixXd spread_;
-  /// How the value follows the modes, then how they follow the parameters: (s x clusters), (q x
-  /// groups).
+  /// Derivatives of the value by the modes, then of the modes by the parameters: (s x clusters),
+  /// (q x groups).
   Eigen::MatrixXd outer_follow_;
   Eigen::MatrixXd inner_follow_;
-  // At the modes that are kept:
+  // At the stored modes:
   RandomDesign kept_design_;
   Eigen::MatrixXd kept_outer_;
   Eigen::MatrixXd kept_inner_;
   Eigen::MatrixXd kept_density_;
   Eigen::MatrixXd kept_totals_;
-  ArrowFactor kept_hessian_;  ///< of the cluster at work
+  ArrowFactor kept_hessian_;  ///< of the current cluster
   // For quadrature:
   Eigen::MatrixXd shares_;       ///< (nodes x groups) of each node in the integral
   Eigen::MatrixXd mode_slopes_;  ///< sums of slope terms at the modes

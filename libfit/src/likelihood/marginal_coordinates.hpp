@@ -9,7 +9,7 @@
 
 namespace silvafit::fit {
 
-/// What is between points of the likelihood and vectors x, laid out as SurfaceLayout says.
+/// Conversion between points of the likelihood and vectors x in the layout of SurfaceLayout.
 class MarginalCoordinates {
  public:
   /// \param frame  of the coefficients; one unit moves the mean by about one residual standard
@@ -26,12 +26,12 @@ class MarginalCoordinates {
   Eigen::VectorXd coordinates(const ObservationPoint& observation,
                               const Eigen::MatrixXd& outer,
                               const Eigen::MatrixXd& inner) const;
-  /// (q x G) the modes v of random effects b = L v, as far as L can hold them.
+  /// (q x G) the modes v of random effects b = L v, as far as L can represent them.
   /// \param effects  in the coefficients' own units
   Eigen::MatrixXd spherical(const Eigen::VectorXd& x,
                             bool is_outer,
                             const Eigen::MatrixXd& effects) const;
-  /// x with the covariance of a grouping in the frame made larger in one direction.
+  /// x with a larger covariance of a grouping in one direction of the frame.
   Eigen::VectorXd widened(const Eigen::VectorXd& x,
                           bool is_outer,
                           const Eigen::VectorXd& direction,

@@ -19,7 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Rows of a block of clusters: their data stay in the cache while modes are searched.
+// Rows of a block of clusters, so few that their data fit into the cache during searches.
 constexpr Index kBlockRows = 4096;
 
 }  // namespace
@@ -105,7 +105,7 @@ MarginalValue MarginalLikelihood::evaluate(const MarginalPoint& point, bool with
   return value(point, with_gradient, nullptr);
 }
 
-/// The sum over the blocks, those of the other ranks included.
+/// The sum over the blocks of all ranks.
 MarginalValue MarginalLikelihood::total_of(const std::vector<MarginalValue>& parts,
                                            const MarginalPoint& point) const {
   if (shared_ != nullptr) {
@@ -121,7 +121,7 @@ MarginalValue MarginalLikelihood::total_of(const std::vector<MarginalValue>& par
   return total;
 }
 
-/// \param change  from where modes are kept, which are those that the search begins with; or null
+/// \param change  from the point of the stored modes, from which the search starts; or null
 MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
                                         bool with_gradient,
                                         const PointChange* change) {

@@ -14,18 +14,17 @@
 namespace silvafit::fit {
 
 /// F = -log of the integral over the random effects b = L v, v ~ N(0, I), of each cluster:
-/// Laplace's method with K as Curvature says, F_j = rho_j + v'v/2 + log|I + L'KL|/2 at the mode v;
+/// Laplace's method with K of Curvature, F_j = rho_j + v'v/2 + log|I + L'KL|/2 at the mode v;
 /// or adaptive Gauss-Hermite quadrature around the mode.
 ///
 /// Gradients are exact: modes are differentiated implicitly. Psi is never inverted, so that a
-/// singular one is an ordinary point. Clusters are worked on in blocks whose sums are added in
-/// order, so that the result does not depend on the number of threads, or of ranks that share the
-/// clusters.
+/// singular one is an ordinary point. Clusters are processed in blocks whose sums are added in
+/// order, so that the result does not depend on the number of threads or of ranks.
 /// Source: Pinheiro and Bates 1995, J. Comput. Graph. Stat. 4, 12-35.
 class MarginalLikelihood {
  public:
-  /// \param points  of quadrature a random effect; 1 is Laplace's method
-  /// \param shared  the model's clusters among those of all ranks; null: they are all
+  /// \param points  of quadrature per random effect; 1 is Laplace's method
+  /// \param shared  the model's clusters among those of all ranks; null: a single rank
   /// \throws UsageError if there are too many random effects for the method
   MarginalLikelihood(const NonlinearModel& model,
                      const VarianceModel& variance,
@@ -34,29 +33,29 @@ class MarginalLikelihood {
                      const SharedClusters* shared = nullptr);
 
   /// The value at a point; modes are searched from those of the last value that was finite.
-  /// \param with_gradient  whether the derivatives are wanted
+  /// \param with_gradient  whether to compute the derivatives
   MarginalValue evaluate(const MarginalPoint& point, bool with_gradient);
 
-  /// The modes that searches at a point lead to.
-  /// \param modes  in: where they begin
-  /// \param known  other modes, or null: searches that come near them end there
-  /// \returns (C) what modes minimize, but for a constant; infinite where the mode is a known one.
-  ///   Nothing if a search ends at a flat conditional mode.
+  /// Searches modes at a point.
+  /// \param modes  in: starts; out: modes
+  /// \param known  other modes, or null: searches near them are stopped
+  /// \returns (C) the minimized objective, except for a constant; infinite if the mode is a known
+  ///   one. No value if a search ends at a flat conditional mode.
   std::optional<Eigen::VectorXd> find_modes(const MarginalPoint& point,
                                             Modes& modes,
                                             const Modes* known);
 
   /// Modes of the random effects at the last value.
   const Modes& modes() const { return modes_; }
-  /// Where the search for modes begins.
+  /// Sets the starts of the search for modes.
   void set_modes(Modes modes);
-  /// Keeps the modes of the last value, which must have been finite and with a gradient, ...
+  /// Stores the modes of the last evaluation, which must have been finite and with a gradient, ...
   void keep_modes(const MarginalPoint& point);
-  /// ... and lets the next search begin from there, as far as the parameters move them to first
-  /// order.
+  /// ... and starts the next search from these, moved to first order by the change of the
+  /// parameters.
   void set_kept_modes();
 
-  /// Where the random effects of both groupings are among the model's coefficients.
+  /// Indices of the random effects of both groupings among the model's coefficients.
   const RandomPlaces& places() const { return places_; }
 
  private:
@@ -77,7 +76,7 @@ class MarginalLikelihood {
   Modes kept_;
   MarginalPoint kept_at_;
   bool starts_from_kept_ = false;
-  Eigen::MatrixXd effects_;  ///< (r x G) room for the random effects b
+  Eigen::MatrixXd effects_;  ///< (r x G) memory for the random effects b
 };
 
 }  // namespace silvafit::fit

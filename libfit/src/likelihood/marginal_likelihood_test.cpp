@@ -69,7 +69,7 @@ struct Setting {
     at.outer_factor = lower(likelihood.places().outer, 0.06);
   }
 
-  /// A factor with deviations of a share of the coefficients, and some correlation.
+  /// A factor with standard deviations relative to the coefficients, and some correlation.
   MatrixXd lower(const std::vector<Index>& coefficients, double share) const {
     const auto size = static_cast<Index>(coefficients.size());
     MatrixXd factor = MatrixXd::Zero(size, size);
@@ -87,7 +87,7 @@ struct Setting {
   /// The central difference of the value in one number.
   double difference(double& number) {
     const double kept = number;
-    // Relative to the number; modes that are exact to 1e-9 leave the value exact to about 1e-10.
+    // Relative to the number; modes that are exact to 1e-9 give values exact to about 1e-10.
     const double step = 1e-3 * std::max(1e-3, std::abs(kept));
     double sum = 0.0;
     for (const auto& [times, weight] :
@@ -103,7 +103,7 @@ struct Setting {
 void check_gradient(Setting& setting) {
   const MarginalValue exact = setting.likelihood.evaluate(setting.at, true);
   REQUIRE(std::isfinite(exact.minus_log_likelihood));
-  // Fourth-order differences with steps of 1e-3 are good to about 1e-7 of the value's own scale.
+  // Fourth-order differences with steps of 1e-3 are accurate to about 1e-7 of the value's scale.
   const auto check = [&](double derivative, double& number) {
     const double scale = std::max(1e-3, std::abs(number));
     CHECK(derivative * scale ==
@@ -226,7 +226,7 @@ TEST_CASE("many points of quadrature give the integral") {
     expected -= std::log(integral * 2.0 * kReach / kIntervals / 3.0);
   }
   CHECK(exact.value() == Approx(expected).epsilon(1e-10));
-  // Fifteen points are enough here; Laplace's method is off by its own error.
+  // Fifteen points are sufficient here; Laplace's method has its own error.
   Setting fifteen(curve(table, "a | plot", "power"), table, Curvature::kFull, 15);
   CHECK(fifteen.value() == Approx(expected).epsilon(1e-7));
 }
@@ -298,7 +298,7 @@ TEST_CASE("modes follow the parameters to first order") {
   const RandomDesign design = search(setting.at, true, modes);
   block.keep(design);
 
-  // All parameters move by a small share of themselves.
+  // All parameters change by a small relative amount.
   constexpr double kShare = 1e-5;
   MarginalPoint moved = setting.at;
   moved.observation.beta *= 1.0 + kShare;
@@ -315,7 +315,7 @@ TEST_CASE("modes follow the parameters to first order") {
                        .log_sigma = 3.0 * kShare},
        .design = {.outer = there.outer - design.outer, .inner = there.inner - design.inner}},
       followed);
-  // What is left is of second order, and modes are found to 1e-9.
+  // The remainder is of second order, and modes are found to 1e-9.
   const double change = (exact.inner - modes.inner).norm();
   REQUIRE(change > 1e-6);
   CHECK((followed.inner - exact.inner).norm() < 1e-3 * change + 2e-8);

@@ -41,8 +41,8 @@ class MarginalSurface : public LikelihoodSurface {
   double value(const VectorXd& x, VectorXd* gradient) override {
     if (!x.allFinite()) return std::numeric_limits<double>::infinity();
     const MarginalPoint point = coordinates_.point(x);
-    // Always from the modes of the estimates, so that a value depends on x alone: where a group has
-    // several modes, the last search may have left it in another one.
+    // Always from the modes of the estimates, so that a value depends only on x: if a group has
+    // several modes, the last search may have ended in another one.
     likelihood_.set_modes(modes_);
     const MarginalValue value = likelihood_.evaluate(point, gradient != nullptr);
     if (gradient != nullptr) *gradient = coordinates_.gradient(value);

@@ -16,7 +16,7 @@
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-// Groupings stand from the outer to the inner one.
+// Groupings are listed from the outer to the inner one.
 using json = nlohmann::ordered_json;
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -99,7 +99,7 @@ double log_likelihood(const json& reference, Curvature curvature, int points) {
 
 }  // namespace
 
-TEST_CASE("marginal likelihoods are what their definitions give") {
+TEST_CASE("marginal likelihoods agree with their definitions") {
   const json file = expected("marginal_values");
   for (const json& reference : file.at("fits")) {
     const json& values = reference["logLik"];
@@ -125,7 +125,7 @@ TEST_CASE("fifteen points of quadrature give the integral over the random effect
   for (const json& reference : file.at("fits")) {
     if (!reference["logLik"].contains("integral")) continue;
     INFO(reference["id"].get<std::string>());
-    // What is left is the rule's own error, largest for the widest distribution of effects.
+    // The difference is the error of the rule, largest for the widest distribution of effects.
     CHECK(log_likelihood(reference, Curvature::kFull, 15) ==
           Approx(reference["logLik"]["integral"].get<double>()).margin(1e-6));
   }

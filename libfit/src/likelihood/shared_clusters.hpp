@@ -11,17 +11,17 @@ namespace silvafit::fit {
 
 /// The clusters of this rank among those of all.
 ///
-/// The model of each rank has clusters of its own. What is computed from all data is a sum over
-/// blocks of clusters. The blocks are the same on any number of ranks, and their sums are added in
-/// order, so that all ranks come to the same bytes, whatever their number. What depends on more
-/// than such sums, the scales of the parameters, comes from a sample that all ranks have.
+/// The model of each rank has its own clusters. Results of all data are sums over blocks of
+/// clusters. The blocks are the same for any number of ranks, and their sums are added in order, so
+/// that all ranks get the same bytes for any number of ranks. The scales of the parameters, which
+/// are not such sums, are computed from a sample that all ranks have.
 struct SharedClusters {
   /// First cluster of each block of this rank, and the end of the last; the blocks of rank r come
   /// before those of rank r + 1. One number: this rank has none.
   std::vector<Eigen::Index> block_begin{0};
   Eigen::Index observations = 0;  ///< of all ranks
   CoefficientFrame frame{};       ///< of the coefficients, from the sample
-  std::vector<double> typical{};  ///< as VarianceData has it, from the sample
+  std::vector<double> typical{};  ///< as in VarianceData, from the sample
 };
 
 /// The sum of the blocks of all ranks, added in order. All ranks must call it.

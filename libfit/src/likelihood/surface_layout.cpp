@@ -53,7 +53,7 @@ std::string SurfaceLayout::name(const NonlinearModel& model, Index at) const {
   if (at >= variance_at()) return "the variance function";
   const bool is_outer = at < inner_at();
   const RelativeFactor& form = factor(is_outer);
-  // The place of one element in the factor tells the effects that it is of.
+  // The row and column of an element in the factor determine its effects.
   const VectorXd only = VectorXd::Unit(form.parameter_count(), at - factor_at(is_outer));
   Index row = 0;
   Index column = 0;

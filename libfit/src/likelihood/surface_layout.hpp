@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the parameters of a likelihood are in one vector of numbers of order one.
+// The layout of the parameters of a likelihood in one vector of numbers of order one.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,13 +12,13 @@
 
 namespace silvafit::fit {
 
-/// Where the parameters are in a vector x of numbers of order one:
+/// The layout of the parameters in a vector x of numbers of order one:
 /// x = (T^-1 beta, factor of the coarser grouping, factor of the finer one, internal variance
 /// parameters, log of the internal sigma). A factor is U^-1 L of Psi = L L', lower triangular. T
 /// and U are the coefficients' frame.
 class SurfaceLayout {
  public:
-  /// \param beta_count  p, or 0 where the likelihood is that of contrasts free of beta
+  /// \param beta_count  p, or 0 if the likelihood is that of contrasts free of beta
   SurfaceLayout(const NonlinearModel& model,
                 const VarianceModel& variance,
                 CoefficientFrame frame,
@@ -43,9 +43,10 @@ class SurfaceLayout {
   }
   /// (q x q) L of a grouping, in the coefficients' own units.
   Eigen::MatrixXd own_factor(const Eigen::VectorXd& x, bool is_outer) const;
-  /// x with the elements of a factor in place of those that it has.
+  /// x with other elements of a factor.
   void set_own_factor(bool is_outer, const Eigen::MatrixXd& own, Eigen::VectorXd& x) const;
-  /// The gradient by the elements of a factor in x from that by L, whose lower triangle counts.
+  /// The gradient by the elements of a factor in x from that by L, of which the lower triangle is
+  /// used.
   Eigen::VectorXd factor_gradient(bool is_outer, const Eigen::MatrixXd& by_own) const;
   /// The gradient by L, lower triangular, from one by x.
   Eigen::MatrixXd own_factor_gradient(bool is_outer, const Eigen::VectorXd& gradient) const;
@@ -56,7 +57,7 @@ class SurfaceLayout {
   Eigen::VectorXd variance_part(const Eigen::VectorXd& x) const {
     return x.segment(variance_at(), variance_);
   }
-  /// What an element of x belongs to: "b", "sd(b)", "cor(a, b)", "the variance function", "sigma".
+  /// The name of an element of x: "b", "sd(b)", "cor(a, b)", "the variance function", "sigma".
   std::string name(const NonlinearModel& model, Eigen::Index at) const;
   /// Parameters as a vector.
   /// \param outer, inner  covariances Psi in the coefficients' own units

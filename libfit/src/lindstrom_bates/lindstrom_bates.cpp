@@ -38,7 +38,7 @@ MatrixXd column_products(const Linearization& at) {
   return sum.topLeftCorner(w - 1, w - 1);
 }
 
-/// Root mean squares of the columns of X, 1 where there is none.
+/// Root mean squares of the columns of X, 1 for zero columns.
 VectorXd column_sizes(const Linearization& at) {
   const VectorXd squares = column_products(at).diagonal();
   VectorXd sizes = (squares / static_cast<double>(at.model.observations)).cwiseSqrt();
@@ -48,8 +48,8 @@ VectorXd column_sizes(const Linearization& at) {
   return sizes;
 }
 
-/// The smallest eigenvalue of the columns' correlations, which have no mean taken out: the square
-/// of how far they are from a dependence.
+/// The smallest eigenvalue of the columns' correlations (without centering), a measure of linear
+/// dependence.
 double distance_from_dependence(const Linearization& at) {
   const VectorXd unit = column_sizes(at).cwiseInverse();
   const MatrixXd products = column_products(at) / static_cast<double>(at.model.observations);
@@ -57,7 +57,7 @@ double distance_from_dependence(const Linearization& at) {
   return symmetric_eigen(unit.asDiagonal() * products * unit.asDiagonal()).values[0];
 }
 
-// Columns that are closer to a dependence are taken apart.
+// Columns with a smaller eigenvalue are orthogonalized.
 constexpr double kNearDependence = 1e-4;
 
 /// M of the frame of coefficients of each group; empty where it is the identity.
@@ -71,7 +71,7 @@ MatrixXd mixing_at(const NonlinearModel& model, const MatrixXd& coefficients) {
   return frame * frame.diagonal().cwiseInverse().asDiagonal();
 }
 
-/// Whether g is about one at typical values, whatever the parameters.
+/// Whether g is about one at typical values for any parameters.
 bool normalized(const VarianceFunction& variance) {
   return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
     return kind_of(factor).reads_value() && factor.stratum.empty() && !factor.delta &&
@@ -79,13 +79,13 @@ bool normalized(const VarianceFunction& variance) {
   });
 }
 
-// The factor 0.375 gives nlme's own start: random effects that explain most of the spread they can.
+// The factor 0.375 is that of nlme's start: random effects explain most of the possible spread.
 constexpr double kStartDivisor = 0.375;
-// Coordinates are chosen anew when a column of the Jacobian has become this much larger or smaller.
+// Coordinates are recomputed if a column of the Jacobian has changed by more than this factor.
 constexpr double kUnsuitable = 4.0;
 
-/// The spherical effects that make the same effects with another factor, as far as it can hold
-/// them.
+/// The spherical effects that give the same effects with another factor, as far as that can
+/// represent them.
 MatrixXd moved_effects(const MatrixXd& from, const MatrixXd& to, const MatrixXd& spherical) {
   if (spherical.rows() == 0) return spherical;
   return spherical_effects(to, from * spherical);
@@ -213,7 +213,7 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
         target.setConstant(smaller.parameters[from.first]);
       }
     }
-    // The constant that a pure power lacks: zero would be a stationary point.
+    // The constant that a pure power lacks; it is positive, because zero is a stationary point.
     constexpr double kSmall = 0.1;
     if (has_factor && !is_known) {
       parameters.segment(quantity.first, quantity.count) *= kSmall;
@@ -238,7 +238,7 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
 
 LindstromBatesState LindstromBates::first_order_start() {
   LindstromBatesState state = start(1.0);
-  // The series of the weights is good near its center only, so that it is moved along.
+  // The series of the weights is accurate only near its center, which is therefore moved.
   constexpr int kRounds = 5;
   constexpr double kNear = 0.1;
   for (int round = 0; round < kRounds; ++round) {
@@ -376,8 +376,8 @@ LinearMixedProfile LindstromBates::profile_near(const LindstromBatesState& state
   if (!linearizer_.is_curved() || variance_parameters(theta) == at.variance) {
     return profile_at(at, theta, true);
   }
-  // The likelihood of a constant plus a power has ridges and several hills, for which the series
-  // of the weights does not do.
+  // The likelihood of constant-plus-power has ridges and several maxima, for which the series of
+  // the weights is not accurate enough.
   LindstromBatesState moved = state;
   moved.theta.tail(variance_.parameter_count()) = variance_parameters(theta);
   Linearization there;
@@ -403,8 +403,8 @@ double LindstromBates::take_step(LindstromBatesState& state,
   const double total = current.sum() + state.outer_spherical.squaredNorm();
   const MatrixXd change = target.spherical - state.spherical;
   const MatrixXd outer_change = target.outer_spherical - state.outer_spherical;
-  // A few groups that run off must not hold back the others: at first their effects alone step
-  // shorter. If that does not do, all step shorter together, which must descend in the end.
+  // A few diverging groups must not slow the others: first only their effects take shorter steps.
+  // If that is not sufficient, all steps are shortened together, until the objective decreases.
   constexpr int kGroupTrials = 6;
   constexpr int kTrials = 36;
   VectorXd group_length = VectorXd::Ones(model_.group_count());
@@ -444,7 +444,7 @@ double LindstromBates::take_step(LindstromBatesState& state,
 bool LindstromBates::penalized_least_squares(LindstromBatesState& state, Linearization& at) {
   if (!linearize(state, nullptr, at)) return false;
   constexpr int kSteps = 100;
-  // Many short steps in a row lead along a wall of the mean function, not to a solution.
+  // Many consecutive short steps do not lead to a solution.
   constexpr double kShort = 0.1;
   int short_steps = 0;
   double last_decrement = std::numeric_limits<double>::infinity();
@@ -454,7 +454,7 @@ bool LindstromBates::penalized_least_squares(LindstromBatesState& state, Lineari
     const double current =
         at.squares.sum() + state.spherical.squaredNorm() + state.outer_spherical.squaredNorm();
     const double decrement = (current - target.sum_of_squares) / target.sigma2;
-    // Rounding in the two sums is about n times the last digit.
+    // The rounding error of the two sums is about n times the last digit.
     constexpr double kEnough = 1e-12;
     if (decrement <= kEnough || (decrement < 1e-7 && decrement >= 0.5 * last_decrement)) {
       return true;

@@ -18,7 +18,7 @@
 
 namespace silvafit::fit {
 
-/// Where an alternation stands.
+/// The state of an alternation.
 struct LindstromBatesState {
   Eigen::VectorXd scale{};  ///< (p) one unit of each scaled coefficient
   /// (p x p) M with coefficients = M scale beta; empty where it is the identity.
@@ -29,17 +29,17 @@ struct LindstromBatesState {
   Eigen::VectorXd theta{};            ///< parameters of L, of the outer L, of the variance function
 };
 
-/// How an alternation ended.
+/// The end of an alternation.
 struct LindstromBatesOutcome {
   LindstromBatesState state{};
   std::shared_ptr<const Linearization> at{};  ///< the model around the state
   double log_likelihood = 0.0;
-  double decrement = 0.0;  ///< squared distance that theta would still move, in standard errors
-  double curve_decrement = 0.0;  ///< the same of the coefficients
+  double decrement = 0.0;        ///< Newton decrement of theta
+  double curve_decrement = 0.0;  ///< Newton decrement of the coefficients
   int iterations = 0;
   bool converged = false;
-  bool is_valid = false;  ///< false where no finite point was reached
-  Obstacle obstacle{};    ///< what ended it short of standing still
+  bool is_valid = false;  ///< false if no finite point was reached
+  Obstacle obstacle{};    ///< the reason if it did not converge
 };
 
 /// A fit as the start of one with a larger variance function.
@@ -52,7 +52,7 @@ struct SmallerVariance {
   bool converged = false;
 };
 
-/// How the two steps follow each other.
+/// The order of the two steps.
 enum class Alternation {
   /// One step of each per iteration; if a step of the coefficients differs from the prediction of
   /// the linear model, a careful iteration.
@@ -66,7 +66,7 @@ struct PooledFit {
   Eigen::VectorXd coefficients{};  ///< (p)
   Eigen::VectorXd scale{};         ///< (p) units in which the Jacobian's columns have size one
   Eigen::MatrixXd mixing{};        ///< (p x p) orthogonalizes nearly dependent columns, or empty
-  double log_likelihood = 0.0;     ///< without random effects, which every mixed model contains
+  double log_likelihood = 0.0;     ///< of the model without random effects, nested in all others
 };
 PooledFit pooled_fit(const NonlinearModel& model,
                      const Eigen::VectorXd& start,
@@ -87,19 +87,17 @@ class LindstromBates {
   LindstromBatesState first_order_start();
   /// The start of a larger variance function.
   SmallerVariance variance_of(const LindstromBatesOutcome& outcome) const;
-  /// A start from a fit whose variance function this one contains.
-  /// \param factors_of  for each factor of the smaller function, the one of this function that it
-  /// is
+  /// A start from a fit whose variance function is nested in this one.
+  /// \param factors_of  for each factor of the smaller function, its index in this function
   LindstromBatesState start_from(const SmallerVariance& smaller,
                                  const std::vector<std::size_t>& factors_of);
-  /// A start at a fit of the same model, perhaps to other data.
+  /// A start at a fit of the same model to the same or other data.
   LindstromBatesState start_at(const MixedEffectsFit& fit);
-  /// Maximum number of short steps in a row of penalized least squares before it stops (default
-  /// 6).
-  void set_patience(int short_steps) { short_steps_ = short_steps; }
+  /// Maximum number of consecutive short steps of penalized least squares (default 6).
+  void set_short_step_limit(int short_steps) { short_steps_ = short_steps; }
   /// Maximum number of linearizations of the following runs; one is a pass over the data.
   void set_passes(int passes) { passes_left_ = passes; }
-  /// Squared standard errors that theta may still move when an alternation has converged.
+  /// Newton decrement of theta below which an alternation has converged.
   void set_tolerance(double decrement) { tolerance_ = decrement; }
   /// Alternates until both steps leave the estimates unchanged.
   LindstromBatesOutcome run(LindstromBatesState state, Alternation how);
@@ -111,8 +109,8 @@ class LindstromBates {
 
  private:
   class Run;
-  /// Steps of the variance components per iteration: enough to converge once the linearization
-  /// has; before that, more would be wasted.
+  /// Steps of the variance components per iteration: sufficient after the linearization has
+  /// converged; more are useless before that.
   static constexpr int kThetaSteps = 30;
 
   Eigen::Index random_parameter_count() const {
@@ -125,24 +123,25 @@ class LindstromBates {
   /// The state with other variance components and the same random effects.
   LindstromBatesState with_theta(const LindstromBatesState& state,
                                  const Eigen::VectorXd& theta) const;
-  /// Works in the units of a state from now on.
+  /// Uses the units of a state in the following steps.
   void adopt_units(const Eigen::VectorXd& scale, const Eigen::MatrixXd& mixing);
-  /// (k x n) coefficients in their own units from those of some columns; these hold all that the
-  /// columns are mixed with.
+  /// (k x n) coefficients in their own units from those of some columns, including all columns that
+  /// these are mixed with.
   Eigen::MatrixXd own_values(const std::vector<Eigen::Index>& columns,
                              const Eigen::MatrixXd& scaled) const;
   /// The inverse of own_values.
   Eigen::MatrixXd scaled_values(const std::vector<Eigen::Index>& columns,
                                 const Eigen::MatrixXd& own) const;
-  /// Measures a state in units that suit the linearization at it, if they have changed by much.
+  /// Converts a state to units of the linearization at it, if these have changed much.
   bool rescale(LindstromBatesState& state, Linearization& at);
-  /// Takes columns apart that nearly depend on each other at a state, if its units do not.
+  /// Orthogonalizes nearly dependent columns at a state, if its units do not.
   bool remix(LindstromBatesState& state, Linearization& at);
   /// (p x G) random effects of a state in the coefficients' own units.
   Eigen::MatrixXd own_effects(const LindstromBatesState& state) const;
   bool linearize(const LindstromBatesState& state, const Linearization* before, Linearization& at);
   bool penalized_least_squares(LindstromBatesState& state, Linearization& at);
-  /// Moves towards the target while the penalized squares fall; the share of the way, 0 if none.
+  /// Moves towards the target while the penalized squares decrease; returns the step length
+  /// relative to the whole, 0 if none.
   double take_step(LindstromBatesState& state, Linearization& at, const LinearMixedProfile& target);
   LinearMixedProfile profile_at(const Linearization& at,
                                 const Eigen::VectorXd& theta,
@@ -160,7 +159,7 @@ class LindstromBates {
   std::vector<Eigen::Index> outer_random_;
   PooledFit pooled_;
   std::vector<Eigen::Index> all_;  ///< 0, ..., p - 1
-  Eigen::VectorXd scale_;          ///< (p) units in use, those of the state at work
+  Eigen::VectorXd scale_;          ///< (p) units in use, those of the current state
   Eigen::MatrixXd mixing_;         ///< (p x p) in use, or empty
   RelativeFactor inner_factor_;
   RelativeFactor outer_factor_;

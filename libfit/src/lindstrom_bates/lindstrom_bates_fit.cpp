@@ -45,7 +45,7 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
   MixedEffectsFit fit;
   bool is_valid = false;
   {
-    // What the search holds is as long as the data, and not needed to judge its result.
+    // The memory of the search is as large as the data, and not needed for the convergence test.
     const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
     is_valid = search.outcome.is_valid;
     if (is_valid) fit = search.engine->result(search.outcome);

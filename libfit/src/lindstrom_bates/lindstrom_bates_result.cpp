@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What an alternation leads to: a way off the edge of the covariances, or the fit.
+// The result of an alternation: a start away from the boundary of the covariances, or the fit.
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -14,11 +14,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// A covariance further inside its range, along a direction in which the likelihood rises; false
-/// if there is none.
+/// A covariance further inside its range, along a direction in which the likelihood increases;
+/// false if there is none.
 bool rising_direction(const MatrixXd& by_covariance, VectorXd& direction) {
   if (by_covariance.rows() == 0) return false;
-  // On the edge dF/dD must be positive semidefinite.
+  // At a maximum on the boundary dF/dD is positive semidefinite.
   constexpr double kFlat = 1e-6;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(by_covariance);
   if (solver.info() != Eigen::Success || solver.eigenvalues()[0] >= -kFlat) return false;
@@ -26,7 +26,7 @@ bool rising_direction(const MatrixXd& by_covariance, VectorXd& direction) {
   return true;
 }
 
-/// NaN where the likelihood has no finite value or the information no inverse.
+/// NaN if the likelihood is not finite or the information is singular.
 MatrixXd inverse_information(const LinearMixedProfile& at) {
   const Index p = at.information.rows();
   const Eigen::LDLT<MatrixXd> factor(at.information);
@@ -45,7 +45,7 @@ bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromB
   const LinearMixedProfile here = profile_at(*outcome.at, inside.theta, true);
   if (!here.is_valid) return false;
   const RelativeFactors now = factors(inside.theta);
-  // The start of each factor's parameters; the likelihood may rise into either.
+  // The start of each factor's parameters; the likelihood may increase along each of them.
   Index begin = 0;
   for (const bool is_outer : {false, true}) {
     const RelativeFactor& factor = is_outer ? outer_factor_ : inner_factor_;

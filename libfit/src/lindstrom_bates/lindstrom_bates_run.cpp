@@ -36,7 +36,7 @@ class LindstromBates::Run {
       if (!optimize_theta()) return ended({.text = "the linear model there has no likelihood"});
       note(iteration);
       if (outcome_.converged) return outcome_;
-      if (is_lost()) {
+      if (effects_have_diverged()) {
         return ended({.status = ConvergenceStatus::kDiverged,
                       .text = "the random effects of some groups diverge"});
       }
@@ -76,10 +76,10 @@ class LindstromBates::Run {
     return ++waited_ > kPatience;
   }
 
-  /// Whether the likelihood has fallen far below what it was, and stays there: groups have run off
-  /// to where the mean no longer follows their effects.
-  bool is_lost() {
-    constexpr double kFar = 0.5;  // log-likelihood units an observation
+  /// Whether the likelihood has decreased far below its earlier value and stays there: effects of
+  /// groups have diverged to a region where the mean no longer depends on them.
+  bool effects_have_diverged() {
+    constexpr double kFar = 0.5;  // log-likelihood units per observation
     constexpr int kRounds = 5;
     highest_ = std::max(highest_, here_);
     const double fall = highest_ - here_;
@@ -127,7 +127,7 @@ class LindstromBates::Run {
       if (by_theta != nullptr) *by_theta = engine_.gradient(value);
       return value.minus_log_likelihood;
     };
-    // A round that only starts to settle needs no more digits than its linearization has.
+    // Before convergence, more digits than the accuracy of the linearization are useless.
     constexpr double kShare = 1e-3;
     QuasiNewtonOptions options{.maximum_steps = kThetaSteps, .one_sided = true};
     if (how_ == Alternation::kInterleaved) {
@@ -147,7 +147,8 @@ class LindstromBates::Run {
     outcome_.iterations = iteration;
     outcome_.is_valid = true;
     outcome_.decrement = change.size() > 0 ? change.dot(hessian_ * change) : 0.0;
-    // The coefficients cannot be seen to move by less than rounding in the sums of squares.
+    // Movements of the coefficients below the rounding error of the sums of squares are not
+    // visible.
     const double rounding = 1e-14 * static_cast<double>(engine_.model_.observations());
     outcome_.converged = outcome_.decrement <= engine_.tolerance_ &&
                          (how_ == Alternation::kCareful ||
@@ -165,7 +166,7 @@ class LindstromBates::Run {
                     length_));
   }
 
-  /// Moves on to the next round's linearization.
+  /// Computes the linearization of the next iteration.
   bool advance() {
     last_ = state_;
     VectorXd theta = mixing_.next(state_.theta, best_.x);
@@ -176,7 +177,7 @@ class LindstromBates::Run {
     return careful_step(theta);
   }
 
-  /// The linear model's own solution, if the model itself agrees with it there.
+  /// The solution of the linear model, if the nonlinear model agrees with it there.
   bool interleaved_step(const VectorXd& theta) {
     const LinearMixedProfile& target = profile(theta);
     if (!target.is_valid) return false;
@@ -193,7 +194,8 @@ class LindstromBates::Run {
     const double penalty = target.spherical.squaredNorm() + target.outer_spherical.squaredNorm() -
                            state_.spherical.squaredNorm() - state_.outer_spherical.squaredNorm();
     const double gain = std::max(0.0, total - expected.sum() - penalty);
-    // Half of the gain must be real; a hundredth of the squares may be lost while theta moves.
+    // At least half of the predicted gain is required; while theta changes, the squares may
+    // increase by a hundredth.
     constexpr double kLoss = 0.01;
     constexpr double kRunsOff = 0.1;
     if (excess.sum() > 0.5 * gain + kLoss * expected.sum() ||
@@ -206,7 +208,7 @@ class LindstromBates::Run {
     return true;
   }
 
-  /// Several refusals mean that the linear model is not to be trusted.
+  /// After several refused solutions the linear model is not used.
   bool refuse() {
     constexpr int kRefusals = 3;
     if (++refusals_ >= kRefusals) how_ = Alternation::kCareful;
@@ -214,7 +216,7 @@ class LindstromBates::Run {
   }
 
   bool careful_step(const VectorXd& theta) {
-    // Moves of the variance components that have to be shorter than this make no progress.
+    // Shorter steps of the variance components make no progress.
     constexpr double kShortestMove = 1e-2;
     VectorXd target = theta;
     for (length_ = 1.0; length_ >= kShortestMove; length_ *= 0.5) {
@@ -225,7 +227,7 @@ class LindstromBates::Run {
         at_ = std::move(point);
         return true;
       }
-      // Too far for the mean function: less far from where the last round stood.
+      // The mean function is not finite there: a shorter step from the last state.
       mixing_.restart();
       target = last_.theta + 0.5 * length_ * (theta - last_.theta);
     }
@@ -234,7 +236,7 @@ class LindstromBates::Run {
 
   LindstromBates& engine_;
   LindstromBatesState state_;
-  LindstromBatesState last_;  // where the two steps have last succeeded
+  LindstromBatesState last_;  // after the last success of both steps
   Alternation how_;
   std::shared_ptr<Linearization> at_;
   LindstromBatesOutcome outcome_;
@@ -249,7 +251,7 @@ class LindstromBates::Run {
   int lost_ = 0;
   double best_decrement_ = std::numeric_limits<double>::infinity();
   int waited_ = 0;
-  LinearMixedProfile profile_;  // the last that was computed, and where
+  LinearMixedProfile profile_;  // the last computed one, and its parameters
   VectorXd profile_theta_;
   const Linearization* profiled_ = nullptr;
 };

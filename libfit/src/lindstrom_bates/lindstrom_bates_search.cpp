@@ -23,15 +23,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Smaller differences of log-likelihoods are rounding.
+// Smaller differences of log-likelihoods are rounding errors.
 constexpr double kSameLikelihood = 1e-7;
-// Most runs that converge take fewer passes over the data; most others never end.
+// Most converging runs need fewer passes over the data; most others never converge.
 constexpr int kPassesOfOneRun = 500;
 constexpr int kPassesOfAllRuns = 2000;
-// Converged means that an iteration would move theta by less than 1e-6 standard errors.
+// Converged: the next iteration would change theta by less than 1e-6 standard errors.
 constexpr double kTolerance = 1e-12;
 
-/// One run, and further ones from inside if it stopped at a singular covariance while the
+/// One run, and further ones from the interior if it stopped at a singular covariance while the
 /// likelihood increases towards the interior.
 LindstromBatesOutcome run_from(LindstromBates& engine,
                                const LindstromBatesState& start,
@@ -53,13 +53,14 @@ bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   return a.log_likelihood > b.log_likelihood + kSameLikelihood;
 }
 
-/// What a fit has to reach: the pooled fit, unless a held exponent keeps it from being one.
+/// The log-likelihood that a fit must reach: that of the pooled fit, unless a held exponent makes
+/// it unreachable.
 double least_likelihood(const VarianceFunction& function, const PooledFit& pooled) {
   return contains_constant(function) ? pooled.log_likelihood - kSameLikelihood
                                      : -std::numeric_limits<double>::infinity();
 }
 
-/// The best of several runs; a run counts as converged only where it reaches a likelihood.
+/// The best of several runs; a run counts as converged only if it reaches a given likelihood.
 class Search {
  public:
   Search(LindstromBates& engine, double least) : engine_(engine), least_(least) {}
@@ -70,10 +71,10 @@ class Search {
     if (is_better(outcome, best_)) best_ = std::move(outcome);
   }
 
-  /// From one spread of the random effects. A wide one suits most fits; a narrow one stays near the
-  /// coefficients that it starts from.
+  /// From one spread of the random effects. A wide one is suitable for most fits; with a narrow one
+  /// the run stays near its starting coefficients.
   void try_once(double spread = 1.0) {
-    engine_.set_patience(kImpatient);
+    engine_.set_short_step_limit(kFewShortSteps);
     consider(engine_.start(spread),
              spread < 1.0 ? Alternation::kCareful : Alternation::kInterleaved);
   }
@@ -83,8 +84,8 @@ class Search {
   /// fit from running into mirror images of their curves in the first step; the widest gives each
   /// group its own least-squares fit.
   void try_all_starts() {
-    constexpr int kPatient = 100;
-    // So wide that nothing holds a group's coefficients but its own observations.
+    constexpr int kManyShortSteps = 100;
+    // So wide that the coefficients of a group depend only on its own observations.
     constexpr double kOwnFits = 30.0;
     const bool is_second_try = best_.is_valid;
     try_once();
@@ -95,7 +96,7 @@ class Search {
       consider(engine_.start(spread), Alternation::kCareful);
     }
     if (best_.converged) return;
-    engine_.set_patience(kPatient);
+    engine_.set_short_step_limit(kManyShortSteps);
     for (const double spread : {0.1, 0.01}) {
       consider(engine_.start(spread), Alternation::kCareful);
     }
@@ -104,17 +105,17 @@ class Search {
   const LindstromBatesOutcome& best() const { return best_; }
 
  private:
-  static constexpr int kImpatient = 6;
+  static constexpr int kFewShortSteps = 6;
 
   LindstromBates& engine_;
   double least_;
   LindstromBatesOutcome best_;
 };
 
-/// A variance function that a larger one contains.
+/// A variance function nested in a larger one.
 struct Contained {
   VarianceFunction function{};
-  std::vector<std::size_t> factors_of{};  ///< for each factor, its number in the larger function
+  std::vector<std::size_t> factors_of{};  ///< for each factor, its index in the larger function
 };
 
 bool is_held(const VarianceFactor& factor) {
@@ -148,14 +149,14 @@ std::vector<Contained> contained_functions(const VarianceFunction& function) {
   return result;
 }
 
-/// Searches with a variance function and with those it contains, each once.
-class Ladder {
+/// Searches with a variance function and with those nested in it, each once.
+class NestedVarianceSearch {
  public:
-  Ladder(const NonlinearModel& model,
-         const VectorXd& start,
-         const MixedEffectsOptions& options,
-         Persistence persistence,
-         double spread)
+  NestedVarianceSearch(const NonlinearModel& model,
+                       const VectorXd& start,
+                       const MixedEffectsOptions& options,
+                       Persistence persistence,
+                       double spread)
       : model_(model),
         options_(options),
         persistence_(persistence),
@@ -163,9 +164,10 @@ class Ladder {
         pooled_(pooled_fit(model, start, options)) {}
 
   LindstromBatesSearch climb(const VarianceFunction& function, double tolerance) {
-    // The smaller fits come first, so that only what they leave is in memory with the larger one.
+    // The smaller fits are computed first, so that only their results are in memory with the
+    // larger.
     const std::vector<Contained> contained = contained_functions(function);
-    // A start needs no more than a hundredth of a standard error.
+    // For a start, an accuracy of a hundredth of a standard error is sufficient.
     constexpr double kRough = 1e-4;
     for (const Contained& smaller : contained) add(smaller.function, kRough);
     auto engine = std::make_unique<LindstromBates>(model_, pooled_, function, options_);
@@ -201,11 +203,11 @@ class Ladder {
     if (found.outcome.is_valid) known.start = found.engine->variance_of(found.outcome);
   }
 
-  /// Whether a fit is below one that it contains.
+  /// Whether a fit has a lower likelihood than a nested one.
   bool is_below(const std::vector<Contained>& contained,
                 const LindstromBatesOutcome& outcome,
                 double tolerance) {
-    // What a rough fit may lack, and what two linearizations at nearly the same point differ by.
+    // Tolerance for an approximate fit, and for two linearizations at nearly the same point.
     constexpr double kRoughSlack = 0.01;
     constexpr double kSlack = 1e-5;
     return std::ranges::any_of(contained, [&](const Contained& smaller) {
@@ -228,15 +230,15 @@ class Ladder {
   std::map<std::string, Known> known_;
 };
 
-/// Whether coefficients are the same but for rounding, so that a search from them is a repetition.
+/// Whether coefficients are equal except for rounding, so that another search is useless.
 bool is_same_start(const VectorXd& a, const VectorXd& b) {
   constexpr double kSame = 1e-8;
   return ((a - b).array().abs() <= kSame * a.array().abs().max(b.array().abs())).all();
 }
 
-/// Whether coefficients lead to about the same curve as the pooled fit, so that nothing new can be
-/// expected from there.
-bool lies_by(const NonlinearModel& model, const VectorXd& pooled, const VectorXd& other) {
+/// Whether coefficients give about the same curve as the pooled fit, so that the search from there
+/// would have the same result.
+bool has_same_curve(const NonlinearModel& model, const VectorXd& pooled, const VectorXd& other) {
   NonlinearModel::Workspace workspace;
   const auto squares = [&](const VectorXd& coefficients) {
     VectorXd mean;
@@ -254,7 +256,7 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
                                            const MixedEffectsOptions& options,
                                            Persistence persistence,
                                            double spread) {
-  return Ladder(model, start, options, persistence, spread)
+  return NestedVarianceSearch(model, start, options, persistence, spread)
       .climb(model.specification().variance, kTolerance);
 }
 
@@ -267,7 +269,8 @@ LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
   std::vector<VectorXd> others = options.starts;
   std::erase_if(others, [&](const VectorXd& other) { return is_same_start(start, other); });
   if (!is_doubtful)
-    std::erase_if(others, [&](const VectorXd& other) { return lies_by(model, start, other); });
+    std::erase_if(others,
+                  [&](const VectorXd& other) { return has_same_curve(model, start, other); });
   if (is_doubtful && !options.is_brief) {
     if (const auto typical = start_of_strata(model, start)) others.push_back(*typical);
   }

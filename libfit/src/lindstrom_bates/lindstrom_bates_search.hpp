@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which of several runs of the Lindstrom-Bates alternation is the fit.
+// Selection of the fit from several runs of the Lindstrom-Bates alternation.
 #pragma once
 
 #include <memory>
@@ -10,15 +10,15 @@
 
 namespace silvafit::fit {
 
-/// How long a search goes on where a run from the coefficients that it starts from fails.
+/// The extent of a search after a failed run from its starting coefficients.
 enum class Persistence {
-  kOnce,        ///< it gives up
+  kOnce,        ///< no further runs
   kUntilFound,  ///< until a start of the variance components leads to a fit, or all have failed
 };
 
-/// The best of runs from several starts. With a variance function, the fits with the simpler ones
-/// that it contains are starts, and it must not end below them; otherwise, and if none of these
-/// converges, starts that know nothing of the variance components are tried until one converges.
+/// The best of runs from several starts. With a variance function, the fits with nested, simpler
+/// ones are starts, and the result must not be below them. Otherwise, and if none of these
+/// converges, starts with default variance components are tried until one converges.
 struct LindstromBatesSearch {
   std::unique_ptr<LindstromBates> engine{};
   LindstromBatesOutcome outcome{};
@@ -29,24 +29,24 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
                                            Persistence persistence,
                                            double spread = 1.0);
 
-/// The same, from a typical group as well where the start does not lead to a fit, or is doubtful.
+/// The same, also from a typical group if the start does not lead to a fit, or is doubtful.
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const Eigen::VectorXd& start,
                                             const MixedEffectsOptions& options);
 
-/// One run of the alternation from an earlier fit of the same model, perhaps to other data.
-/// \returns a fit that is neither described nor judged; nothing if no finite point was reached
+/// One run of the alternation from an earlier fit of the same model to the same or other data.
+/// \returns a fit without standard errors and message; no value if no finite point was reached
 std::optional<MixedEffectsFit> lindstrom_bates_from(const NonlinearModel& model,
                                                     const MixedEffectsFit& start,
                                                     const MixedEffectsOptions& options);
 
-/// The same, described and judged.
-/// \returns nothing if it does not converge
+/// The same, with standard errors and convergence message.
+/// \returns no value if it does not converge
 std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
                                                      const MixedEffectsFit& start,
                                                      const MixedEffectsOptions& options);
 
-/// Why penalized least squares found no first step.
+/// The reason why penalized least squares found no first step.
 Convergence why_no_step(const NonlinearModel& model, const Eigen::VectorXd& start);
 
 }  // namespace silvafit::fit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Where the alternation of Lindstrom and Bates stands at a given fit.
+// The state of the alternation of Lindstrom and Bates at a given fit.
 #include <Eigen/QR>
 
 #include "lindstrom_bates/lindstrom_bates.hpp"
@@ -12,10 +12,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Directions of L that are smaller by this factor hold no random effects that count.
+// Directions of L that are smaller by this factor contain no significant random effects.
 constexpr double kSmallestPivot = 1e-6;
 
-/// The spherical effects v of effects b = L v, as far as L can hold them.
+/// The spherical effects v of effects b = L v, as far as L can represent them.
 MatrixXd spherical_of(const MatrixXd& factor, const MatrixXd& effects) {
   if (factor.size() == 0) return effects;
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;

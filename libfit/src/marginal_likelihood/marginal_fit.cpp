@@ -117,7 +117,7 @@ std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              Obstacle* obstacle) {
   MarginalSearch search(model, integration, options, start);
   if (!effort.is_complete) search.limit_search();
-  search.race(effort.known);
+  search.stop_below(effort.known);
   search.try_fit(start);
   if (!search.has_optimum()) return std::nullopt;
   if (obstacle != nullptr) *obstacle = search.obstacle();

@@ -48,7 +48,7 @@ class MarginalSearch {
   void limit_search();
 
   /// Stops where it falls behind a log-likelihood that another search has reached.
-  void race(double known) { known_ = -known; }
+  void stop_below(double known) { known_ = -known; }
 
   /// From a fit by another method.
   void try_fit(const MixedEffectsFit& fit);

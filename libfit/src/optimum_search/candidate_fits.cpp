@@ -12,16 +12,16 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Log-likelihoods of two methods or linearizations that differ by less are taken for equal.
+// Smaller differences of log-likelihoods of two methods or linearizations are ignored.
 constexpr double kSameLikelihood = 1e-3;
 
-/// A rank that can be sorted: without one, and without convergence, last.
+/// A sortable rank: fits without a rank or without convergence are last.
 std::pair<bool, double> place_of(const Candidate& candidate) {
   return {candidate.fit.convergence.converged(),
           std::isnan(candidate.rank) ? -std::numeric_limits<double>::infinity() : candidate.rank};
 }
 
-/// Whether coefficients are of the same sign and size.
+/// Whether coefficients have the same signs and similar sizes.
 bool is_in_region(const VectorXd& a, const VectorXd& b) {
   constexpr double kShare = 0.5;
   return ((a - b).array().abs() <= kShare * a.array().abs().max(b.array().abs())).all();
@@ -44,7 +44,7 @@ bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate) {
     candidates.push_back(std::move(candidate));
     return true;
   }
-  // A search that ends where another one was given up takes its place, which is known nevertheless.
+  // A converged fit replaces an unconverged one at the same point, which is not a new point.
   if (candidate.fit.convergence.converged() && !known->fit.convergence.converged()) {
     candidate.rank = known->rank;
     candidate.is_followed = known->is_followed;

@@ -16,10 +16,10 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// How much less a model's likelihood may be than that of one that it contains: linearizations at
-// nearly the same point differ by as much.
+// Tolerance for a likelihood below that of a nested model: linearizations at nearly the same point
+// differ by this much.
 constexpr double kSlack = 0.05;
-// Spreads of random effects to start from, as shares of the usual one.
+// Standard deviations of random effects at the starts, relative to the usual one.
 constexpr double kNarrow = 0.1;
 constexpr double kVeryNarrow = 0.01;
 
@@ -83,12 +83,12 @@ void FixedPoints::search() {
   const std::vector<StartingPoint> starts = points();
   const std::size_t given = options_.linearized.starts.size();
   for (std::size_t k = 0; k < starts.size(); ++k) {
-    // What the user asks for, and the pooled fit, are tried whatever they cost.
+    // The user's starts and the pooled fit are tried at any cost.
     const bool is_asked = k <= given || starts[k].origin == kSpreadStart;
     if (!is_asked && budget_.is_spent() && has_converged(candidates_)) continue;
     linearize_from(starts[k], Persistence::kOnce);
     if (k >= given) continue;
-    // Narrow random effects stay near the coefficients that they start from.
+    // With narrow random effects the run stays near its starting coefficients.
     for (const double spread : {kNarrow, kVeryNarrow}) {
       linearize_from(starts[k], Persistence::kOnce, spread);
     }
@@ -102,7 +102,7 @@ void FixedPoints::linearize_from(const StartingPoint& point,
                                  double spread) {
   LindstromBatesSearch found =
       climb_lindstrom_bates(model_, point.coefficients, linearized_, persistence, spread);
-  // What the user asks for must not displace anything else.
+  // The user's further starts are additional to all others.
   const bool is_asked = point.origin == kStartValues || point.origin == kSpreadStart;
   if (!is_asked) budget_.spend_alternations(found.outcome.iterations);
   if (!found.outcome.is_valid) return;
@@ -125,16 +125,16 @@ void FixedPoints::rank() {
   }
 }
 
-/// Whether a part of the observations has told all starts apart: on all of them one fixed point
-/// is left, and its likelihood is near the marginal one.
+/// Whether the comparison of starts on a part of the observations was sufficient: with all
+/// observations there is one fixed point, and its likelihood is near the marginal one.
 bool FixedPoints::is_settled() const {
   constexpr double kNear = 2.0;
   return from_part_.size() > 0 && candidates_.size() == 1 &&
          std::abs(candidates_.front().rank - candidates_.front().fit.log_likelihood) < kNear;
 }
 
-/// Whether there are several fixed points of about the same height, as on a surface with many.
-bool FixedPoints::is_rugged() const {
+/// Whether there are several fixed points with similar likelihoods; there may then be many more.
+bool FixedPoints::has_similar_fixed_points() const {
   constexpr double kClose = 10.0;
   if (from_part_.size() > 0) return false;
   const double best = best_of(candidates_).rank;
@@ -143,12 +143,12 @@ bool FixedPoints::is_rugged() const {
          }) > 1;
 }
 
-/// Further starts where a surface has many fixed points: coefficients of groups as the best fit
-/// describes them, and again from a better one.
+/// Further starts if there are many fixed points: coefficients of groups, drawn from the
+/// distribution of the best fit; repeated after a better fit was found.
 void FixedPoints::explore() {
   constexpr std::uint64_t kStarts = 8;
   constexpr std::uint64_t kRounds = 3;
-  for (std::uint64_t round = 0; round < kRounds && is_rugged(); ++round) {
+  for (std::uint64_t round = 0; round < kRounds && has_similar_fixed_points(); ++round) {
     const MixedEffectsFit best = best_of(candidates_).fit;
     const double before = best_of(candidates_).rank;
     for (std::uint64_t k = 0; k < kStarts && !budget_.is_spent(); ++k) {
@@ -172,8 +172,8 @@ void FixedPoints::compare() {
   find_own_maximum();
 }
 
-/// Where the ranking has changed, the maxima that are known may be of another likelihood, or of
-/// other regions: one below the best fixed point says nothing about it.
+/// After a change of the ranking the known maxima may belong to another likelihood or to other
+/// regions: a maximum below the best fixed point gives no information about it.
 void FixedPoints::find_own_maximum() {
   const Candidate& best = best_of(candidates_);
   const double highest =
@@ -187,8 +187,8 @@ void FixedPoints::find_own_maximum() {
 
 void FixedPoints::compare_briefly() {
   rank();
-  // From maxima of a marginal likelihood the method often finds a fixed point where it has failed
-  // from everywhere else.
+  // From maxima of a marginal likelihood the method often finds a fixed point although it failed
+  // from all other starts.
   if (!has_converged(candidates_)) follow_to_maxima();
   explore();
   compare_with_smaller();
@@ -217,8 +217,8 @@ void FixedPoints::finish_given_up() {
   if (!higher.empty()) rank();
 }
 
-/// The maximum of the marginal likelihood near each of the best fixed points leads to further ones,
-/// from which it goes on.
+/// Runs from the maximum of the marginal likelihood near each of the best fixed points, then near
+/// the fixed points that these find.
 void FixedPoints::follow_to_maxima() {
   constexpr int kRounds = 3;
   constexpr std::size_t kBest = 4;
@@ -268,7 +268,7 @@ void FixedPoints::follow_to_maximum(const MixedEffectsFit& start) {
 
 void FixedPoints::add_without_random_effects(std::vector<ContainedModel>& contained) const {
   const NonlinearModel fixed = model_.with_random_effects({});
-  // A restricted likelihood does not compare with the marginal one of the whole model.
+  // A restricted likelihood is not comparable with the marginal one of the whole model.
   MixedEffectsOptions options = linearized_;
   options.reml = false;
   const LindstromBatesSearch found =
@@ -279,8 +279,8 @@ void FixedPoints::add_without_random_effects(std::vector<ContainedModel>& contai
                        .rank = found.outcome.log_likelihood});
 }
 
-/// Fits with a smaller random structure. The whole model starts from those that end higher than
-/// it, and from those that have not come from it.
+/// Fits with a smaller random structure. The whole model starts from those with a higher
+/// likelihood, and from those that were not started from its own fit.
 void FixedPoints::compare_with_smaller() {
   add_without_random_effects(contained_);
   for (const SmallerStructure& smaller : structures_to_compare()) {
@@ -317,8 +317,8 @@ std::vector<SmallerStructure> FixedPoints::structures_to_compare() const {
   return is_settled() ? std::vector<SmallerStructure>() : smaller_structures(model_);
 }
 
-/// The fit of a smaller structure that the whole model's fit leads to, if it is higher, and that
-/// from the pooled coefficients, if it is another.
+/// The fit of a smaller structure that starts from the whole model's fit, if it is higher, and the
+/// one from the pooled coefficients, if it differs.
 std::vector<MixedEffectsFit> FixedPoints::smaller_fits(const SmallerStructure& smaller,
                                                        const MixedEffectsFit& whole) const {
   std::vector<MixedEffectsFit> result;
@@ -340,14 +340,14 @@ const VectorXd& FixedPoints::first_coefficients() const {
 SearchEvidence FixedPoints::evidence(const Candidate& best) const {
   SearchEvidence result;
   const double highest = std::max(highest_laplace_, highest_first_order_);
-  // At a fixed point the marginal likelihood is below its maximum; that is the method's bias.
+  // At a fixed point the marginal likelihood is below its maximum because of the method's bias.
   result.contained = higher_than(std::max(best.rank, highest), contained_);
   result.is_restricted = options_.linearized.reml;
   result.marginal = ranking_;
   result.marginal_here = best.rank;
   result.marginal_maximum =
       ranking_ == Integration::kLaplace ? highest_laplace_ : highest_first_order_;
-  // Laplace's likelihood may hold at all fixed points and nevertheless have no maximum nearby.
+  // Laplace's likelihood may be valid at all fixed points but have no maximum nearby.
   if (!std::isfinite(result.marginal_maximum) && std::isfinite(highest)) {
     result.marginal = Integration::kInteraction;
     result.marginal_here =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The fixed points of Lindstrom and Bates' method that starting points lead to.
+// The fixed points of Lindstrom and Bates' method from several starting points.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +17,8 @@
 
 namespace silvafit::fit {
 
-/// Runs of Lindstrom and Bates' method, converged or not, each place once. They are ranked by their
-/// marginal likelihood, because their own is that of a different linear model at each.
+/// Runs of Lindstrom and Bates' method, converged or not, each end point once. They are ranked by
+/// their marginal likelihood, because their own is that of a different linear model at each.
 class FixedPoints {
  public:
   /// \param from_part  (p) the best coefficients of a part of the observations; empty without one
@@ -30,24 +30,25 @@ class FixedPoints {
 
   /// Runs from all starting points.
   void search();
-  /// Ranks those that were found by the marginal likelihood, and goes on from them: around the best
-  /// ones, from maxima of the marginal likelihood, and from fits of smaller structures.
+  /// Ranks the fits by the marginal likelihood and starts again: around the best ones, from maxima
+  /// of the marginal likelihood, and from fits of smaller structures.
   void compare();
-  /// The same without maxima of the marginal likelihood, which another search looks for.
+  /// The same without maxima of the marginal likelihood, for callers that search these themselves.
   void compare_briefly();
 
   std::vector<Candidate>& all() { return candidates_; }
-  /// Whether starts have led to different points, or nowhere; else more of them are of no use.
+  /// Whether starts ended at different points, or none converged; otherwise more starts are
+  /// useless.
   bool has_several_ends() const { return candidates_.size() > 1; }
-  /// How fits were ranked: by Laplace's likelihood if it holds for all of them, else by the
-  /// first-order one, which always does.
+  /// The likelihood that ranks fits: Laplace's if it is valid for all of them, else the first-order
+  /// one, which always is.
   Integration ranking() const { return ranking_; }
-  /// None where a part of the observations has told all starts apart.
+  /// None if the comparison on a part of the observations was sufficient.
   std::vector<SmallerStructure> structures_to_compare() const;
-  /// The model without random effects, by generalized least squares: a maximum of its likelihood is
-  /// one of the mixed model's, too, on the boundary.
+  /// The model without random effects, by generalized least squares: a maximum of its likelihood
+  /// may be one of the mixed model, at the boundary.
   void add_without_random_effects(std::vector<ContainedModel>& contained) const;
-  /// What the search means for the verdict on the best fixed point.
+  /// The findings of the search for the convergence message of the best fixed point.
   SearchEvidence evidence(const Candidate& best) const;
 
  private:
@@ -55,7 +56,7 @@ class FixedPoints {
   std::vector<StartingPoint> points() const;
   void rank();
   bool is_settled() const;
-  bool is_rugged() const;
+  bool has_similar_fixed_points() const;
   void explore();
   void finish_given_up();
   void find_own_maximum();
@@ -74,10 +75,10 @@ class FixedPoints {
   const Eigen::VectorXd& from_part_;
   SearchBudget& budget_;
   std::vector<Candidate> candidates_;
-  std::vector<Candidate> maxima_;  ///< of the marginal likelihood, that were gone on from
+  std::vector<Candidate> maxima_;  ///< of the marginal likelihood, used as starts
   std::vector<ContainedModel> contained_;
   Integration ranking_ = Integration::kLaplace;
-  /// The highest maxima that were found: of Laplace's likelihood, of the first-order one.
+  /// The highest maxima so far: of Laplace's likelihood, of the first-order one.
   double highest_laplace_ = -std::numeric_limits<double>::infinity();
   double highest_first_order_ = -std::numeric_limits<double>::infinity();
 };

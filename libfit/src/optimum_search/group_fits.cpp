@@ -30,7 +30,7 @@ std::vector<Index> groups_to_fit(const NonlinearModel& model, Index parameters) 
   return chosen;
 }
 
-/// Observations of a group, thinned to as many as a curve needs.
+/// Observations of a group, thinned to the number that a curve needs.
 std::vector<Index> rows_of(const NonlinearModel& model, Index group) {
   constexpr Index kMostRows = 200;
   const Index begin = model.group_begin(group);

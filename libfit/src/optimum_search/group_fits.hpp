@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Least-squares fits to single groups, as R nlme's nlsList makes them.
+// Least-squares fits to single groups, as by nlsList of R's nlme.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ namespace silvafit::fit {
 /// them, evenly chosen.
 /// \param constants  the model without covariates
 /// \param pooled     (p) coefficients of the fit to all groups together
-/// \returns nothing if fewer than three groups have a fit
+/// \returns no value if fewer than three groups have a fit
 std::optional<Eigen::VectorXd> medians_of_group_fits(const NonlinearModel& model,
                                                      const NonlinearModel& constants,
                                                      const Eigen::VectorXd& pooled);

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Log-likelihoods of two ends that differ by less are equal but for the tolerance of searches.
+// Smaller differences of log-likelihoods of two ends are within the tolerance of searches.
 constexpr double kSameHeight = 0.05;
 
 /// Whether searches from two fits begin at about the same curves of all groups.
@@ -45,16 +45,16 @@ MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
 
 void MarginalMaxima::search() {
   follow(starts());
-  if (maxima_.empty()) follow_patiently();
+  if (maxima_.empty()) search_longer();
   compare_with_smaller();
-  if (!has_converged(maxima_)) follow_patiently();
+  if (!has_converged(maxima_)) search_longer();
   finish_highest();
   if (!is_first_order() && !has_converged(maxima_)) rank_ends();
 }
 
-/// Where no search has converged, the highest end may be far away, at a point at which the
-/// likelihood grows without bound. The one that the first-order likelihood prefers is shown, with
-/// the reason why there is no maximum if any search has met it.
+/// If no search has converged, the highest end may be far away, at a point near which the
+/// likelihood increases without bound. The end with the highest first-order likelihood is reported,
+/// with the reason why there is no maximum if a search has found it.
 void MarginalMaxima::rank_ends() {
   const auto invalid = std::ranges::find(
       maxima_, ConvergenceStatus::kInvalidApproximation, [](const Candidate& candidate) {
@@ -89,8 +89,8 @@ std::vector<Candidate> MarginalMaxima::starts() {
   return result;
 }
 
-/// The first-order likelihood holds everywhere and has fewer maxima. Its own is often a point where
-/// Laplace's holds, though it may not hold at a fixed point.
+/// The first-order likelihood is valid everywhere and has fewer maxima. Laplace's likelihood is
+/// often valid at its maximum, even if it is not at a fixed point.
 void MarginalMaxima::add_first_order_maximum(std::vector<Candidate>& starts) {
   const bool holds = points_.ranking() == Integration::kLaplace;
   if (holds && !points_.has_several_ends()) return;
@@ -102,8 +102,8 @@ void MarginalMaxima::add_first_order_maximum(std::vector<Candidate>& starts) {
   starts.push_back({.fit = *std::move(found), .origin = "maximum of the first-order likelihood"});
 }
 
-/// A value by quadrature costs as many values by Laplace's method as it has points, and their
-/// maxima are near each other.
+/// A value by quadrature costs as much as one value by Laplace's method per point, and the maxima
+/// of both are near each other.
 void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) {
   SearchBudget budget(model_, 1);
   MarginalMaxima laplace(model_, pooled_, options_, Integration::kLaplace, points_, budget);
@@ -116,12 +116,12 @@ void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) {
   }
 }
 
-/// Searches from the highest starts; from further ones while there is time, because the height of a
-/// start says little of that of its maximum.
+/// Searches from the highest starts, then from further ones within the time budget, because a
+/// start with a lower likelihood may lead to a higher maximum.
 void MarginalMaxima::follow(const std::vector<Candidate>& starts) {
   const std::size_t asked =
       options_.linearized.starts.size() + static_cast<std::size_t>(options_.spread_starts) / 4;
-  // The maximum of Laplace's likelihood is as good a start for quadrature as there is.
+  // The maximum of Laplace's likelihood is the best start for quadrature.
   const std::size_t usual = !is_quadrature() ? 6 : points_.has_several_ends() ? 3 : 1;
   const std::size_t most = usual + 3 * asked;
   std::vector<const MixedEffectsFit*> tried;
@@ -136,11 +136,11 @@ void MarginalMaxima::follow(const std::vector<Candidate>& starts) {
   }
 }
 
-/// Where no short search has ended at a maximum: a longer one from the best start, with all that
-/// there is to fall back on.
-void MarginalMaxima::follow_patiently() {
-  if (is_patient_) return;
-  is_patient_ = true;
+/// If no short search has found a maximum: a longer one from the best start, with all further
+/// starts.
+void MarginalMaxima::search_longer() {
+  if (has_searched_longer_) return;
+  has_searched_longer_ = true;
   const Candidate& start = best_of(points_.all());
   MixedEffectsFit first = start.fit;
   describe(model_, first);
@@ -161,8 +161,8 @@ void MarginalMaxima::add(Candidate candidate) {
   add_candidate(maxima_, std::move(candidate));
 }
 
-/// Few points of quadrature lead near the maximum that more have, which is enough for a smaller
-/// structure.
+/// With few quadrature points the maximum is near that with more, which is sufficient for a
+/// smaller structure.
 MarginalOptions MarginalMaxima::coarse_options() const {
   constexpr int kFew = 3;
   MarginalOptions result = options_.marginal;
@@ -211,8 +211,8 @@ void MarginalMaxima::compare_with_smaller() {
   }
 }
 
-/// A search that was given up at the highest point, or ended there with few digits, goes on, unless
-/// the likelihood does not hold further on.
+/// Continues a search that was stopped at the highest point, or ended there with few digits, unless
+/// the likelihood is not valid beyond it.
 void MarginalMaxima::finish_highest() {
   const auto place = std::ranges::max_element(maxima_, {}, [](const Candidate& candidate) {
     const double value = candidate.fit.log_likelihood;
@@ -241,7 +241,7 @@ void MarginalMaxima::finish_highest() {
 
 /// The log-likelihood of the highest point above the best maximum at which a search has not
 /// converged; NaN without one. Laplace's increases without bound towards points at which it is not
-/// valid, so that the first-order one, which does not, has to be higher there, too.
+/// valid. Therefore the first-order one, which is bounded, must be higher there, too.
 double MarginalMaxima::highest_unfinished() const {
   const MixedEffectsFit& best = best_of(maxima_).fit;
   const double here = is_first_order() ? kNaN : value_at(best, Integration::kInteraction);

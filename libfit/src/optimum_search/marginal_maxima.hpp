@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The maxima of a marginal likelihood that fixed points of Lindstrom and Bates' method lead to.
+// Maxima of a marginal likelihood, searched from fixed points of Lindstrom and Bates' method.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@
 
 namespace silvafit::fit {
 
-/// Searches from the best fixed points, from the maxima of likelihoods that cost less, and from
-/// smaller structures.
+/// Searches from the best fixed points, from the maxima of cheaper likelihoods, and from smaller
+/// structures.
 class MarginalMaxima {
  public:
   /// \param integration  of the likelihood; `options` has that of the fit
@@ -40,7 +40,7 @@ class MarginalMaxima {
   void add_first_order_maximum(std::vector<Candidate>& starts);
   void add_laplace_maxima(std::vector<Candidate>& starts);
   void follow(const std::vector<Candidate>& starts);
-  void follow_patiently();
+  void search_longer();
   void compare_with_smaller();
   void finish_highest();
   void rank_ends();
@@ -56,8 +56,8 @@ class MarginalMaxima {
   SearchBudget& budget_;
   std::vector<Candidate> maxima_;
   std::vector<ContainedModel> contained_;
-  bool is_patient_ = false;  ///< whether the longer search has been
-  /// Of the first-order likelihood, where Laplace's does not hold at all fixed points.
+  bool has_searched_longer_ = false;  ///< whether the longer search was done
+  /// Of the first-order likelihood, if Laplace's is not valid at all fixed points.
   double first_order_maximum_ = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// From so many observations on, starting points are compared on a part of the data.
+// With at least this many observations, starting points are compared on a part of the data.
 constexpr Index kManyObservations = 4000;
 
 class OptimumSearch {
@@ -44,7 +44,7 @@ class OptimumSearch {
     return options_.integration ? marginal_maximum(*options_.integration) : best_fixed_point();
   }
 
-  /// The coefficients of the best fit, neither described nor judged; nothing without one.
+  /// The coefficients of the best fit, without standard errors and message; none without a fit.
   std::optional<VectorXd> best_coefficients() {
     points_.search();
     if (points_.all().empty()) return std::nullopt;
@@ -53,14 +53,14 @@ class OptimumSearch {
   }
 
  private:
-  /// What is reported where no start leads anywhere.
+  /// The result if no start leads to a fit.
   MixedEffectsFit usual_fit() {
     return options_.integration
                ? fit_marginal(model_, pooled_.estimate, *options_.integration, options_.marginal)
                : fit_lindstrom_bates(model_, pooled_.estimate, options_.linearized);
   }
 
-  /// With many observations each start is expensive; a part of them shows which starts differ.
+  /// With many observations each start is expensive; a part of them is enough to compare starts.
   void learn_from_part() {
     const NonlinearModel part = model_.subset(representative_rows(model_));
     const LeastSquaresFit pooled =
@@ -97,7 +97,7 @@ class OptimumSearch {
                          const SearchEvidence& evidence) const {
     const bool is_marginal = options_.integration.has_value();
     MixedEffectsFit fit = best.fit;
-    // A fit that failed has been judged where the reason is known.
+    // A failed fit already has a message with the reason.
     if (fit.convergence.verdict.empty()) {
       describe(model_, fit);
       judge(model_,
@@ -114,7 +114,7 @@ class OptimumSearch {
   const NonlinearModel& model_;
   const LeastSquaresFit& pooled_;
   const OptimumSearchOptions& options_;
-  VectorXd from_part_;  ///< (p) the best of a part of the data; empty without one
+  VectorXd from_part_;  ///< (p) best coefficients of a part of the data; empty without one
   SearchBudget budget_;
   FixedPoints points_;
 };

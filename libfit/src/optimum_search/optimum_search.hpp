@@ -19,13 +19,13 @@ struct OptimumSearchOptions {
   int spread_starts = 0;
 };
 
-/// The best of the fits that all starting points lead to.
+/// The best of the fits from all starting points.
 ///
 /// Lindstrom and Bates' method runs from each starting point. Its fixed points are ranked by their
-/// marginal likelihood, because its own is that of a different linear model at each. The best lead
-/// to the maximum of the marginal likelihood, and that back to a further fixed point. Then each
-/// random effect is left out in turn: the fit of a model must not have a lower likelihood than that
-/// of a model that it contains. docs/local-maxima.md describes the search.
+/// marginal likelihood, because its own is that of a different linear model at each. The marginal
+/// likelihood is maximized from the best ones, and its maximum is a start for a further fixed
+/// point. Then each random effect is omitted in turn: the fit of a model must not have a lower
+/// likelihood than that of a nested model. docs/local-maxima.md describes the search.
 /// \param pooled  the least-squares fit, with its other minima
 MixedEffectsFit search_optimum(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,

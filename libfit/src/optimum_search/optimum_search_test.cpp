@@ -83,9 +83,9 @@ NonlinearModel bound(const Table& table, const char* formula, const char* random
 
 }  // namespace
 
-TEST_CASE("of interchangeable terms the one that varies has the random effect") {
-  // The truth is one of two maxima that differ by tens of log-likelihood units; the pooled fit does
-  // not tell them apart.
+TEST_CASE("of interchangeable terms the varying one gets the random effect") {
+  // The truth is one of two maxima that differ by tens of log-likelihood units; they have the same
+  // pooled fit.
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
     const Table table = biexponential(seed);
     for (const Method method : {Method::kLindstromBates, Method::kInteraction, Method::kLaplace}) {
@@ -104,9 +104,9 @@ TEST_CASE("of interchangeable terms the one that varies has the random effect") 
   }
 }
 
-TEST_CASE("start values are starts that are used") {
-  // Observations at multiples of 0.4 do not tell w from w + 2 pi/0.4, and no search can choose; the
-  // start does.
+TEST_CASE("start values of the user are used") {
+  // For observations at multiples of 0.4, w and w + 2 pi/0.4 give the same curve; only the start
+  // value chooses between them.
   const double truth = 4.5 + 2.0 * 3.141592653589793 / 0.4;
   const Table table = simulated(
       {.groups = 8,
@@ -126,11 +126,11 @@ TEST_CASE("start values are starts that are used") {
   const FittedModel other = searched_fit(
       table, "y ~ a + b*cos(w*x + 0.7)", "a | g", {.start = {{"a", 3.0}, {"b", 2.0}, {"w", 4.48}}});
   CHECK(other.estimate[2] == Approx(4.5).margin(0.03));
-  // The two are the same but for rounding in cosines of large arguments.
+  // The two are equal except for rounding in cosines of large arguments.
   CHECK(other.log_likelihood == Approx(fit.log_likelihood).epsilon(1e-9));
 }
 
-TEST_CASE("a formula that can be solved for its coefficients starts from the solution") {
+TEST_CASE("a formula that is linear after a transformation starts from its solution") {
   std::vector<double> x;
   std::vector<double> y;
   TextColumn group;
@@ -153,7 +153,7 @@ TEST_CASE("a formula that can be solved for its coefficients starts from the sol
   CHECK((solved->coefficients - Eigen::Vector3d(1.5, 0.9, 0.02)).norm() < 1e-8);
 }
 
-TEST_CASE("spread starts are many, each elsewhere, and the same each time") {
+TEST_CASE("spread starts are numerous, distinct and reproducible") {
   const NonlinearModel model = bound(biexponential(1), kBiexponential, "A1 | g");
   const LeastSquaresFit pooled = fit_least_squares(model, {.other_minima = true});
   const std::size_t usual = starting_points(model, pooled).size();
@@ -165,7 +165,7 @@ TEST_CASE("spread starts are many, each elsewhere, and the same each time") {
   }
 }
 
-TEST_CASE("further starts lead to nothing lower") {
+TEST_CASE("further starts never give a lower result") {
   for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
     const FittedModel usual =
         searched_fit(biexponential(2), kBiexponential, "A1 + A2 | g", {.method = method});
@@ -173,12 +173,12 @@ TEST_CASE("further starts lead to nothing lower") {
         biexponential(2), kBiexponential, "A1 + A2 | g", {.method = method, .spread_starts = 12});
     REQUIRE(usual.convergence.converged());
     REQUIRE(more.convergence.converged());
-    // What two searches of one maximum leave.
+    // The difference of two searches of one maximum.
     CHECK(more.log_likelihood > usual.log_likelihood - 1e-3);
   }
 }
 
-TEST_CASE("a fit that has converged takes the place of one that was given up there") {
+TEST_CASE("a converged fit replaces an unconverged one at the same point") {
   Candidate given_up;
   given_up.fit.log_likelihood = -10.0;
   given_up.fit.fitted_conditional = Eigen::Vector2d(1.0, 2.0);
@@ -201,7 +201,7 @@ TEST_CASE("a fit that has converged takes the place of one that was given up the
   CHECK(candidates.size() == 2);
 }
 
-TEST_CASE("smaller structures leave out each effect, and correlations") {
+TEST_CASE("smaller structures omit each effect, and correlations") {
   const NonlinearModel model = bound(biexponential(1), kBiexponential, "A1 + l1 + A2 | g");
   const std::vector<SmallerStructure> smaller = smaller_structures(model);
   REQUIRE(smaller.size() == 4);
@@ -234,7 +234,7 @@ TEST_CASE("a fit with independent effects keeps their variances") {
         Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.0}, {0.0, 9.0}}));
 }
 
-TEST_CASE("a search puts into the verdict what it has found") {
+TEST_CASE("the findings of a search are in the convergence message") {
   MixedEffectsFit fit;
   fit.coefficient_names = {"a", "b"};
   fit.estimate = Eigen::Vector2d(1.0, 2.0);
@@ -266,7 +266,7 @@ TEST_CASE("a search puts into the verdict what it has found") {
   const Convergence unfinished = after({.method = Integration::kLaplace, .unfinished = -98.0});
   CHECK(unfinished.status == ConvergenceStatus::kMaximumNotReached);
   CHECK(unfinished.verdict.find("--method focei") != std::string::npos);
-  // The method is not recommended in place of itself.
+  // The message does not recommend the method that was used.
   CHECK(
       after({.method = Integration::kInteraction, .unfinished = -98.0}).verdict.find("--method") ==
       std::string::npos);
@@ -277,8 +277,8 @@ TEST_CASE("a search puts into the verdict what it has found") {
   CHECK(after({}).verdict.find("log-likelihood -101.00 at a = 5, b = 6") != std::string::npos);
 }
 
-TEST_CASE("many observations are searched on a part, with the same end") {
-  // 2,100 groups: the part that tells the starts apart is a tenth of them.
+TEST_CASE("a search on a part of many observations has the same result") {
+  // 2,100 groups: the part for the comparison of starts is a tenth of them.
   const Curves curves{.groups = 2100,
                       .x = {0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
                       .effect_sd = 0.6,

@@ -9,8 +9,8 @@
 
 namespace silvafit::fit {
 
-/// The observations of some of the clusters, evenly chosen, or evenly chosen observations where
-/// clusters are few: about 2,000.
+/// The observations of evenly chosen clusters, or evenly chosen observations if there are few
+/// clusters: about 2,000.
 std::vector<Eigen::Index> representative_rows(const NonlinearModel& model);
 
 }  // namespace silvafit::fit

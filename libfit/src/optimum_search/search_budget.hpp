@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How much work a search over starting points may take.
+// The limit of the work of a search over starting points.
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,8 @@
 
 namespace silvafit::fit {
 
-/// About how many seconds a search has taken, counted by its steps so that the result does not
-/// depend on the machine.
+/// Approximate seconds of a search, counted by its steps so that the result does not depend on the
+/// machine.
 class SearchBudget {
  public:
   /// \param points  of quadrature a random effect
@@ -21,7 +21,7 @@ class SearchBudget {
     }
     const auto p = static_cast<double>(model.coefficient_count());
     const auto n = static_cast<double>(model.observations());
-    // Measured: a pass over the data, and the search for the variance components of a round.
+    // Measured times of a pass over the data, and of the variance components of an iteration.
     alternation_ = 6e-9 * n * (p + effects + 2.0) +
                    25e-9 * static_cast<double>(model.group_count()) * std::pow(p + effects + 1, 3);
     evaluation_ = n * (2.5e-8 * (1.0 + effects) * (1.0 + effects) +

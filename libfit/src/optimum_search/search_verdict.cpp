@@ -15,8 +15,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-// How much less a model's likelihood may be than that of one that it contains: linearizations at
-// nearly the same point differ by as much.
+// Tolerance for a likelihood below that of a nested model: linearizations at nearly the same point
+// differ by this much.
 constexpr double kContainedSlack = 0.05;
 
 /// "a = 1.2, b = 3".
@@ -35,7 +35,7 @@ double rank_of(const LocalOptimum& optimum) {
                                                         : optimum.log_likelihood;
 }
 
-/// Another optimum that is hardly less likely.
+/// The note on another optimum with a similar likelihood.
 const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
   constexpr double kClose = 2.0;
   const auto found =
@@ -45,8 +45,8 @@ const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
   return found == fit.optima.end() ? nullptr : &*found;
 }
 
-/// How far the linearized likelihood is from the marginal one, at the estimates and at its maximum;
-/// of restricted likelihood, how far the marginal one at the estimates is below its maximum.
+/// Difference of the linearized likelihood from the marginal one, at the estimates and at its
+/// maximum; for restricted likelihood, that of the marginal one at the estimates from its maximum.
 double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evidence) {
   if (evidence.is_restricted) {
     const double below = evidence.marginal_maximum - evidence.marginal_here;
@@ -117,7 +117,7 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         evidence.method == Integration::kInteraction ? "" : "--method focei, or ");
     return;
   }
-  constexpr double kUseless = 0.1;  // an observation
+  constexpr double kUseless = 0.1;  // per observation
   const double error = linearization_error(fit, evidence);
   const std::string method = evidence.marginal == Integration::kLaplace ? "laplace" : "focei";
   if (error > kDoubtful) {
@@ -131,7 +131,7 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
       std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations));
   if (!evidence.is_restricted && error > useless) {
     convergence.status = ConvergenceStatus::kInvalidApproximation;
-    // What the first sentence was followed by still holds: boundaries, floored values.
+    // The sentences after the first one remain valid: boundaries, floored values.
     const std::size_t end = convergence.verdict.find(". ");
     const std::string further =
         end == std::string::npos ? std::string() : convergence.verdict.substr(end + 1);

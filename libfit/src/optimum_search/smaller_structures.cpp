@@ -31,7 +31,7 @@ RandomEffects without(const RandomEffects& random, std::size_t effect) {
   return result;
 }
 
-/// Numbers of the effects that are left.
+/// Indices of the remaining effects.
 std::vector<Index> others(Index count, Index left_out) {
   std::vector<Index> result;
   for (Index k = 0; k < count; ++k) {

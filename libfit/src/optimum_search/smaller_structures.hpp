@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Random-effects structures that a model contains, and fits carried from one to the other.
+// Nested random-effects structures of a model, and conversion of fits between them.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,33 +11,33 @@
 
 namespace silvafit::fit {
 
-/// A model with one random effect less, or with independent random effects instead of correlated
+/// A model with one random effect fewer, or with independent random effects instead of correlated
 /// ones.
 struct SmallerStructure {
   NonlinearModel model;
   std::string text{};          ///< "without the random effect of a"
   bool is_outer = false;       ///< whether the coarser grouping has changed
-  Eigen::Index left_out = -1;  ///< the effect that is left out; -1 for independent effects
+  Eigen::Index left_out = -1;  ///< the omitted effect; -1 for independent effects
 };
 
 /// The structures one step smaller: without each effect of a grouping that has several, and with a
 /// diagonal covariance.
 std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model);
 
-/// A fit as a start in which the random effects do not depend on each other.
+/// A fit as a start with independent random effects.
 MixedEffectsFit with_independent_effects(const MixedEffectsFit& fit);
 
 /// A fit of the whole model as a start of the smaller one.
 MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller);
 
-/// A standard deviation for the effect that was left out: a tenth of what moves the mean by a
+/// A standard deviation for the omitted effect: a tenth of the one that changes the mean by a
 /// residual standard deviation at a fit.
 double small_deviation(const NonlinearModel& model,
                        const SmallerStructure& smaller,
                        const MixedEffectsFit& fit);
 
-/// A fit of the smaller model as a start of the whole one, in which the effect that was left out
-/// has a small variance: none would be a stationary point.
+/// A fit of the smaller model as a start of the whole one. The omitted effect gets a small
+/// variance, because a variance of zero would be a stationary point.
 /// \param deviation  its standard deviation
 MixedEffectsFit enlarged(const MixedEffectsFit& fit,
                          const SmallerStructure& smaller,

@@ -44,8 +44,8 @@ VectorXd column_values(const NonlinearModel& model, const Expression& expression
   return result;
 }
 
-/// Constants of the parameters by least squares of an equation that follows from the model's own;
-/// nothing where too few observations have a finite value, or without a fit.
+/// Constants of the parameters by least squares of a transformed equation of the model; no value if
+/// too few observations have a finite value, or without a fit.
 std::optional<VectorXd> fit_equation(const NonlinearModel& model,
                                      const Expression& mean,
                                      const VectorXd& response) {
@@ -61,12 +61,12 @@ std::optional<VectorXd> fit_equation(const NonlinearModel& model,
         fit_least_squares(part.with_equation(mean, VectorXd(response(finite))));
     return fit.estimate.allFinite() ? std::optional(fit.estimate) : std::nullopt;
   } catch (const DomainError&) {
-    // The equation may have no value where the formula has one: a logarithm of zero.
+    // The transformed equation may be undefined where the formula is not: a logarithm of zero.
     return std::nullopt;
   }
 }
 
-/// Collects points, each place once.
+/// Collects distinct points.
 class Collection {
  public:
   explicit Collection(const NonlinearModel& model) : model_(model) {}
@@ -96,7 +96,7 @@ class Collection {
   std::vector<StartingPoint> points_;
 };
 
-/// The fit of the formula solved for its coefficients, and of its logarithm.
+/// The fits of the formula in its linear form, and of its logarithm.
 void add_solved_equation(const NonlinearModel& model, Collection& collection) {
   constexpr Index kSample = 400;
   const ModelSpecification& specification = model.specification();
@@ -115,7 +115,8 @@ void add_solved_equation(const NonlinearModel& model, Collection& collection) {
   }
 }
 
-/// Points around those that there are, as far as these lie apart, and at least half their size.
+/// Points around the existing ones, at distances of their differences, and at least half of their
+/// size.
 void add_spread(int count, Collection& collection) {
   if (collection.points().empty()) return;
   const std::vector<StartingPoint> centers = collection.points();

@@ -17,15 +17,14 @@ struct StartingPoint {
 };
 
 struct StartingPointOptions {
-  std::vector<Eigen::VectorXd> given{};  ///< (p) each: the user's, which come first
+  std::vector<Eigen::VectorXd> given{};  ///< (p) each: the user's, which are first
   int spread = 0;                        ///< further points, spread around the others
 };
 
-/// Points that may lead to different maxima of the likelihood, the most promising first, no two at
-/// the same place: values that were given; the pooled least-squares fit; coefficients that fit the
-/// pooled data as well with terms exchanged, or nearly as well; medians of least-squares fits to
-/// single groups; the fit of the formula solved for its coefficients, as h = d^2/(a + b d) is
-/// linear in d^2/h; and spread points.
+/// Distinct points that may lead to different maxima of the likelihood, the most promising first:
+/// the user's values; the pooled least-squares fit; coefficients with exchanged terms, and those
+/// with a similar fit to the pooled data; medians of least-squares fits to single groups; the fit
+/// of a linear form of the formula (h = d^2/(a + b d) is linear in d^2/h); and spread points.
 /// \param pooled  the least-squares fit, with its other minima
 std::vector<StartingPoint> starting_points(const NonlinearModel& model,
                                            const LeastSquaresFit& pooled,
