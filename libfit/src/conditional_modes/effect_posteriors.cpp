@@ -284,7 +284,7 @@ EffectPosteriors run(const NonlinearModel& model,
 
 }  // namespace
 
-EffectPriors unseen_priors(const NonlinearModel& model, const FittedModel& fit) {
+EffectPriors priors_of_new_groups(const NonlinearModel& model, const FittedModel& fit) {
   const auto q = static_cast<Index>(finer(fit).names.size());
   const auto s = static_cast<Index>(coarser(fit).names.size());
   EffectPriors priors;
@@ -318,8 +318,13 @@ EffectPosteriors describe_effects(const NonlinearModel& model,
                     {.rows = places.inner_rows, .effects = finer(fit).effects},
                     {.rows = places.outer_rows, .effects = coarser(fit).effects},
                     effects);
-  return run(
-      model, fit, unseen_priors(model, fit), model.threads(), &effects, blocks, std::move(typical));
+  return run(model,
+             fit,
+             priors_of_new_groups(model, fit),
+             model.threads(),
+             &effects,
+             blocks,
+             std::move(typical));
 }
 
 }  // namespace silvafit::fit

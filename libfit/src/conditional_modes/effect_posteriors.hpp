@@ -58,6 +58,6 @@ EffectPosteriors describe_effects(const NonlinearModel& model,
                                   std::vector<double> typical);
 
 /// Priors of groups that were not in the fit.
-EffectPriors unseen_priors(const NonlinearModel& model, const FittedModel& fit);
+EffectPriors priors_of_new_groups(const NonlinearModel& model, const FittedModel& fit);
 
 }  // namespace silvafit::fit

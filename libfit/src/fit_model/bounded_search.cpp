@@ -152,7 +152,7 @@ void BoundedSearch::search_between() {
   for (const Candidate& end : ends) {
     for (const std::string& name : end.rising) {
       if (release(end.result.fit, without(end.held, name))) continue;
-      if (has_to_turn(end, name)) halve(end, name);
+      if (has_maximum_between(end, name)) halve(end, name);
     }
   }
   ends_ = std::move(ends);
@@ -168,7 +168,7 @@ bool BoundedSearch::release(const FittedModel& from, const HeldValues& held) {
 /// The likelihood increases from this end into the range. There is a maximum inside if it also
 /// increases from the other end, or is lower there. This may also hold if the other end is infinite
 /// or has no fit.
-bool BoundedSearch::has_to_turn(const Candidate& end, const std::string& name) const {
+bool BoundedSearch::has_maximum_between(const Candidate& end, const std::string& name) const {
   if (best_ && end.point.value > best_->point.value + kSame) return true;
   const auto inner = outcomes_.find(without(end.held, name));
   if (inner != outcomes_.end() && inner->second.converged) {

@@ -73,7 +73,7 @@ class BoundedSearch {
   void keep(Candidate candidate);
   void search_between();
   bool release(const FittedModel& from, const HeldValues& held);
-  bool has_to_turn(const Candidate& end, const std::string& name) const;
+  bool has_maximum_between(const Candidate& end, const std::string& name) const;
   void halve(const Candidate& end, const std::string& name);
   FitResult conclusion();
   // The results of a candidate that is shown, each with its verdict.

@@ -118,7 +118,7 @@ void take_over(FitResult& result, MixedEffectsFit&& found) {
 }
 
 /// The result of a mixed or generalized fit without start values.
-void give_up(FitResult& result, LeastSquaresFit&& least_squares) {
+void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
   const Convergence reason = std::move(least_squares.convergence);
   take_over(result, std::move(least_squares));
   FittedModel& fit = result.fit;
@@ -258,7 +258,7 @@ FitResult fit_freely(const NonlinearModel& model, Method method, const FitModelO
   } else if (least_squares.estimate.allFinite()) {
     take_over(result, fit_mixed(model, least_squares, method, options));
   } else {
-    give_up(result, std::move(least_squares));
+    report_failed_start(result, std::move(least_squares));
   }
   return with_statistics(std::move(result), model);
 }

@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Whether a scaled factor has a row of length near 0, or rows that are linearly dependent.
-bool is_on_edge(const SurfaceLayout& layout, const VectorXd& x, bool is_outer) {
+bool is_at_boundary(const SurfaceLayout& layout, const VectorXd& x, bool is_outer) {
   const RelativeFactor& of = layout.factor(is_outer);
   if (of.size() == 0) return false;
   MatrixXd factor = of.factor(layout.factor_part(x, is_outer));
@@ -81,7 +81,7 @@ ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface)
 }
 
 EdgeGroupings edge_groupings(const SurfaceLayout& layout, const VectorXd& x) {
-  return {.outer = is_on_edge(layout, x, true), .inner = is_on_edge(layout, x, false)};
+  return {.outer = is_at_boundary(layout, x, true), .inner = is_at_boundary(layout, x, false)};
 }
 
 ConfoundedVariances confounded_variances(const SurfaceSetting& setting) {

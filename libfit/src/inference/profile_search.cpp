@@ -63,8 +63,8 @@ class ProfileSearch {
   }
 
   double estimate() const { return estimate_; }
-  bool is_on_low_edge() const { return is_on_edge(scale_.low); }
-  bool is_on_high_edge() const { return is_on_edge(scale_.high); }
+  bool is_at_lower_bound() const { return is_at_boundary(scale_.low); }
+  bool is_at_upper_bound() const { return is_at_boundary(scale_.high); }
   /// How far a profile was above the maximum; 0 if it never was.
   double gain() const { return gain_; }
 
@@ -125,7 +125,7 @@ class ProfileSearch {
 
   double origin() const { return scale_.to(estimate_); }
 
-  bool is_on_edge(double end) const {
+  bool is_at_boundary(double end) const {
     if (!std::isfinite(end)) return false;
     // A correlation of 1 - 2e-6 counts as 1.
     const double near = parameter_.form == Form::kCorrelation ? 2e-3 : 1e-4;
@@ -175,7 +175,7 @@ class ProfileSearch {
     spread_ = start_.inverse * slope_;
     const double variance_of = slope_.dot(spread_);
     const bool is_known = std::isfinite(variance_of) && variance_of > 0.0;
-    const bool is_inside = !is_on_low_edge() && !is_on_high_edge();
+    const bool is_inside = !is_at_lower_bound() && !is_at_upper_bound();
     error_ = is_known && is_inside ? std::sqrt(variance_of) : 0.0;
     span_ = error_ > 0.0 ? error_ : 0.1 * edge_unit();
   }
@@ -363,8 +363,8 @@ ParameterInterval profile_interval(LikelihoodSurface& surface,
     interval.note = "undefined: a standard deviation is 0";
     return interval;
   }
-  const bool is_low = search.is_on_low_edge();
-  const bool is_high = search.is_on_high_edge();
+  const bool is_low = search.is_at_lower_bound();
+  const bool is_high = search.is_at_upper_bound();
   const double deviance = is_low || is_high ? cut.one_side : cut.both_sides;
   if (is_low) {
     interval.lower = interval.estimate;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Maximum marginal likelihood: starts, and what is reported where there is no maximum.
+// Maximum marginal likelihood: starts, and the result if there is no maximum.
 #include "marginal_likelihood/marginal_fit.hpp"
 
 #include <fmt/format.h>
@@ -18,8 +18,8 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// The result, in units of the end of the search: if the start was far away, differences in its
-/// units do not measure the curvature at the end.
+/// The result, in units of the end of the search: if the start was far away, finite differences in
+/// its units do not measure the curvature at the end.
 MixedEffectsFit result_of(MarginalSearch& search,
                           const NonlinearModel& model,
                           Integration integration,
@@ -37,7 +37,7 @@ MixedEffectsFit result_of(MarginalSearch& search,
   return is_as_good && (anew.has_converged() || !search.has_converged()) ? again : fit;
 }
 
-/// What is left where the likelihood with curvature has no valid point near that without it.
+/// The result if the likelihood with curvature has no valid point near that without it.
 MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit fit) {
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
@@ -51,7 +51,7 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
 }
 
 MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linearized) {
-  // The linear model's search says better why it could not begin, or what it ran into.
+  // The message of the linear model's search is more informative about a failed start.
   if (std::isnan(linearized.sigma) || has_no_maximum(model, linearized)) return linearized;
   linearized.convergence.status = ConvergenceStatus::kInvalidApproximation;
   linearized.convergence.verdict =
@@ -147,13 +147,13 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
                                   const MarginalOptions& options) {
   MarginalSearch search(model, integration, options, linearized);
   const bool is_first_order = !needs_curvature(integration);
-  // With parameters that are not identifiable, the linear model is nevertheless at a maximum.
+  // With parameters that are not identifiable, the linear model may still be at a maximum.
   const bool is_at_maximum =
       linearized.convergence.converged() || linearized.convergence.rank < pooled.size();
   if (is_at_maximum || is_first_order) search.try_fit(linearized);
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {
-    // The first-order likelihood is smooth wherever there are modes, and bounded.
+    // The first-order likelihood is bounded, and smooth if there are modes.
     MarginalSearch first_order(model, Integration::kInteraction, options, linearized);
     first_order.try_fit(linearized);
     if (!first_order.has_converged()) first_order.try_pooled(pooled);

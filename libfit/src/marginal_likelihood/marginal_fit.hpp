@@ -17,20 +17,20 @@ void check_marginal(const NonlinearModel& model,
                     Integration integration,
                     const MarginalOptions& options);
 
-/// Limits of a search.
+/// The extent of a search.
 struct MarginalEffort {
-  /// Whether it has all evaluations that a fit may have; otherwise it stops early where it makes
-  /// no progress.
+  /// Whether all evaluations of a fit are allowed; otherwise the search stops early without
+  /// progress.
   bool is_complete = false;
   /// Log-likelihood of a known maximum: a search stops if it is below and its progress is too slow
   /// to reach it.
   double known = -std::numeric_limits<double>::infinity();
 };
 
-/// The maximum that one search from a fit leads to.
-/// \returns a fit that is neither described nor judged; nothing where the likelihood does not hold,
-///   or below a known maximum
-/// \param obstacle  is filled in where the fit has not converged, unless null
+/// The maximum of one search from a fit.
+/// \param obstacle  gets the reason if the fit has not converged, unless null
+/// \returns a fit without standard errors and message; no value if the likelihood is not valid, or
+///   the maximum is below a known one
 std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              const MixedEffectsFit& start,
                                              Integration integration,
@@ -38,14 +38,14 @@ std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
                                              const MarginalEffort& effort = {},
                                              Obstacle* obstacle = nullptr);
 
-/// The same, described and judged.
-/// \returns nothing if it does not converge
+/// The same, with standard errors and convergence message.
+/// \returns no value if it does not converge
 std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MixedEffectsFit& start,
                                               Integration integration,
                                               const MarginalOptions& options);
 
-/// The log-likelihood at the estimates of a fit; NaN where it does not hold.
+/// The log-likelihood at the estimates of a fit; NaN if it is not valid there.
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,
                                Integration integration,
@@ -54,7 +54,7 @@ double marginal_log_likelihood(const NonlinearModel& model,
 /// Fits from the end of Lindstrom and Bates' method and, if this does not converge, from the
 /// maximum of the first-order method and the pooled fit.
 /// \param pooled      (p) coefficients of the pooled fit
-/// \param linearized  a described and judged fit by Lindstrom and Bates' method, converged or not
+/// \param linearized  a complete fit by Lindstrom and Bates' method, converged or not
 MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
                                   const Eigen::VectorXd& pooled,
                                   const MixedEffectsFit& linearized,

@@ -20,13 +20,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Squared distance to the optimum in standard errors at which a search ends.
+// Newton decrement at which a search ends.
 constexpr double kConvergedDecrement = 1e-10;
-// Its steps go a little closer; much closer, rounding of the likelihood hides all descent.
+// Its steps go slightly closer; much closer, the descent is below rounding of the likelihood.
 constexpr double kStopDecrement = 1e-11;
-// The same where rounding is seen to hide it before.
+// The same if the descent is below rounding earlier.
 constexpr double kRoundedStop = 1e-8;
-// Two log-likelihoods that differ by less are the same but for rounding.
+// Smaller differences of log-likelihoods are rounding errors.
 constexpr double kSameLikelihood = 1e-6;
 
 Curvature curvature_of(Integration integration) {
@@ -203,16 +203,16 @@ std::string MarginalSearch::moving() const {
   return coordinates_.layout().name(model_, at);
 }
 
-void MarginalSearch::watch_pace(double lowest) {
-  if (evaluations_ < next_look_ || !std::isfinite(lowest)) return;
+void MarginalSearch::check_progress(double lowest) {
+  if (evaluations_ < next_check_ || !std::isfinite(lowest)) return;
   constexpr int kSteps = 10;
   constexpr double kNear = 0.05;
   const int pace = kSteps + 2 * static_cast<int>(coordinates_.layout().size());
   const double left = static_cast<double>(most_evaluations_ - evaluations_) / pace;
   const double gap = lowest - known_;
-  is_hopeless_ = next_look_ > 0 && gap > kNear && gap > left * (last_look_ - lowest);
-  last_look_ = lowest;
-  next_look_ = evaluations_ + pace;
+  is_too_slow_ = next_check_ > 0 && gap > kNear && gap > left * (value_at_last_check_ - lowest);
+  value_at_last_check_ = lowest;
+  next_check_ = evaluations_ + pace;
 }
 
 double MarginalSearch::value_at(const VectorXd& x, VectorXd* gradient) {
@@ -241,17 +241,17 @@ void MarginalSearch::run(const VectorXd& start, Modes modes) {
   }
   constexpr int kCorrections = 3;
   for (int k = 0; k < kCorrections && std::isfinite(optimum.value); ++k) {
-    if (is_hopeless_ || !finds_higher_modes(optimum)) break;
+    if (is_too_slow_ || !finds_higher_modes(optimum)) break;
     optimum = searched(optimum.x);
   }
-  if (is_hopeless_) return;
+  if (is_too_slow_) return;
   const bool is_same = optimum.value < best_.value + kSameLikelihood;
   const bool is_surer = is_same && optimum.decrement < best_.decrement;
   if (optimum.value < best_.value - kSameLikelihood || is_surer) best_ = std::move(optimum);
 }
 
 bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
-  // The first-order method has modes of another density.
+  // The modes of the first-order method are those of another density.
   if (integration_ == Integration::kFirstOrder) return false;
   const MarginalPoint point = coordinates_.point(optimum.x);
   Modes highest = optimum.modes;
@@ -268,8 +268,8 @@ bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
 }
 
 MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
-  // Modes are searched from those of the lowest point: those of a step that was refused may
-  // belong to another hill of the density of the random effects.
+  // Modes are searched from those of the lowest point: those of a refused step may belong to
+  // another maximum of the density of the random effects.
   const Modes first = likelihood_.modes();
   double lowest = std::numeric_limits<double>::infinity();
   const SmoothFunction function = [&](const VectorXd& x, VectorXd* gradient) {
@@ -285,9 +285,9 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
     }
     return value;
   };
-  // Once the search has had its evaluations, all further steps are refused.
+  // After the last allowed evaluation all further steps are refused.
   const SmoothFunction objective = [&](const VectorXd& x, VectorXd* gradient) {
-    watch_pace(lowest);
+    check_progress(lowest);
     return is_exhausted() ? std::numeric_limits<double>::infinity() : function(x, gradient);
   };
   Optimum optimum;
@@ -300,8 +300,8 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
                                       .most_short_steps = short_steps_,
                                       .one_sided = true});
   double last = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < rounds_ && std::isfinite(found.value) && !is_hopeless_; ++round) {
-    // The certificate is the true Hessian's, not that of the updates on the way.
+  for (int round = 0; round < rounds_ && std::isfinite(found.value) && !is_too_slow_; ++round) {
+    // The certificate uses the true Hessian, not that of the quasi-Newton updates.
     VectorXd gradient;
     optimum.x = found.x;
     optimum.value = function(found.x, &gradient);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The search of a maximum of a marginal likelihood: steps, certificate, the way out of saddles.
+// The search of a maximum of a marginal likelihood: steps, certificate, steps from saddle points.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,11 +16,10 @@
 
 namespace silvafit::fit {
 
-/// Whether the likelihood has the true curvature at the modes, which need not be positive
-/// elsewhere.
+/// Whether the likelihood uses the true curvature at the modes, which may be negative elsewhere.
 bool needs_curvature(Integration integration);
 
-/// Fills in the fitted values of a fit, of which the estimates are known, and their deviations.
+/// Computes the fitted values of a fit with known estimates, and their standard deviations.
 /// \param variance    of the model
 /// \param scale       internal residual scale
 /// \param parameters  of the variance, internal
@@ -30,8 +29,8 @@ void fill_in_fitted(const NonlinearModel& model,
                     const Eigen::VectorXd& parameters,
                     MixedEffectsFit& fit);
 
-/// Follows the exact gradient of a marginal likelihood from one or several fits; the best end is
-/// its result.
+/// Maximizes a marginal likelihood with its exact gradient from one or several fits; the best end
+/// is the result.
 class MarginalSearch {
  public:
   /// \param linearized  a fit near which the search begins; its coefficients give the units, unless
@@ -43,11 +42,11 @@ class MarginalSearch {
                  const MixedEffectsFit& linearized,
                  const SharedClusters* shared = nullptr);
 
-  /// Limits the iterations where other starts follow: near the maximum rounding can hide all
-  /// descent, and a search that fails costs more than a start from scratch.
+  /// Limits the iterations if other starts follow: near the maximum the descent may be below
+  /// rounding, and a failing search costs more than a new start.
   void limit_search();
 
-  /// Stops where it falls behind a log-likelihood that another search has reached.
+  /// Stops the search if it will not reach a log-likelihood that another search has reached.
   void stop_below(double known) { known_ = -known; }
 
   /// From a fit by another method.
@@ -56,38 +55,37 @@ class MarginalSearch {
   /// From the pooled fit with random effects of several spreads, until one converges.
   void try_pooled(const Eigen::VectorXd& beta);
 
-  /// The log-likelihood at a fit by another method; NaN where it does not hold.
+  /// The log-likelihood at a fit by another method; NaN if it is not valid there.
   double value_of(const MixedEffectsFit& fit);
 
   bool has_optimum() const { return std::isfinite(best_.value); }
   bool has_converged() const { return has_optimum() && best_.decrement <= kReachedDecrement; }
 
-  /// Whether a unit of the search does not move the mean at a fit by about one residual standard
-  /// deviation.
+  /// Whether a unit of the search changes the mean at a fit by much more or less than one residual
+  /// standard deviation.
   bool is_out_of_scale(const MixedEffectsFit& fit) const;
 
-  /// What ended the search short of a maximum, and where it would go.
+  /// The reason why the search did not reach a maximum, and its direction.
   Obstacle obstacle() const;
 
   MixedEffectsFit result();
 
  private:
-  /// Where a search ended.
+  /// The end of a search.
   struct Optimum {
     Eigen::VectorXd x{};
     double value = std::numeric_limits<double>::infinity();
     double decrement = std::numeric_limits<double>::infinity();
     Eigen::VectorXd gradient{};
     Eigen::MatrixXd hessian{};
-    bool is_blocked = false;  ///< whether only very short steps led on
+    bool is_blocked = false;  ///< whether only very short steps were possible
     Modes modes{};
   };
-  /// Squared distance to the optimum in standard errors at which a fit has converged, where
-  /// rounding of gradients keeps a search from coming closer, as with random slopes on a covariate
-  /// far from its origin.
+  /// Newton decrement at which a fit has converged if rounding of gradients prevents a smaller one,
+  /// as with random slopes on a covariate far from its origin.
   static constexpr double kReachedDecrement = 1e-6;
 
-  /// \param spread  of the random effects, a share of the residuals' own
+  /// \param spread  of the random effects, relative to the residual standard deviation
   void try_spread(const Eigen::VectorXd& beta, double residual_sd, double spread);
 
   Eigen::VectorXd coordinates_of(const MixedEffectsFit& fit) const;
@@ -103,34 +101,35 @@ class MarginalSearch {
   /// The modes that a fit by another method has at x.
   Modes modes_of(const MixedEffectsFit& fit, const Eigen::VectorXd& x) const;
 
-  /// What ended the search short of a maximum.
+  /// The reason why the search did not reach a maximum.
   Obstacle ended_by() const;
 
-  /// The parameter that moves most on the way to where the quadratic around the best point has its
-  /// minimum, by what it does to the mean.
+  /// The parameter with the largest effect on the mean in the step to the minimum of the quadratic
+  /// around the best point.
   std::string moving() const;
 
-  bool is_exhausted() const { return is_hopeless_ || evaluations_ >= most_evaluations_; }
+  bool is_exhausted() const { return is_too_slow_ || evaluations_ >= most_evaluations_; }
 
-  /// Notes whether the evaluations that are left would lead to the known maximum, at the pace of
-  /// the last ones: as many as a first Hessian and some steps take.
-  void watch_pace(double lowest);
+  /// Checks whether the remaining evaluations are sufficient to reach the known maximum, at the
+  /// progress of the last ones (as many as a first Hessian and some steps need).
+  void check_progress(double lowest);
 
   double value_at(const Eigen::VectorXd& x, Eigen::VectorXd* gradient);
 
   void run(const Eigen::VectorXd& start, Modes modes);
 
-  /// Looks elsewhere for modes, which a search follows from one point to the next and may have
-  /// lost, and begins with the highest ones from now on.
+  /// Searches modes from further starts, because a search that follows them from point to point may
+  /// have lost the highest ones; the next evaluations start from the highest ones.
   bool finds_higher_modes(const Optimum& optimum);
 
   Optimum searched(const Eigen::VectorXd& start);
 
-  /// A point below a saddle, along its direction of negative curvature; nothing if there is none.
+  /// A point below a saddle point, along its direction of negative curvature; no value if there is
+  /// none.
   Eigen::VectorXd lower_point(const Optimum& optimum, const CurvatureCertificate& certificate);
 
   /// If the covariance is singular although the likelihood increases towards the interior, a point
-  /// inside; else nothing. At the boundary the gradient is zero by symmetry.
+  /// inside; else no value. At the boundary the gradient is zero by symmetry.
   Eigen::VectorXd inside_of(const Optimum& optimum);
 
   /// The fixed effects' block of the inverse of the observed information.
@@ -144,16 +143,16 @@ class MarginalSearch {
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
   Optimum best_;
-  int rounds_ = 6;        ///< of a search and its certificate
-  int steps_ = 100;       ///< of a search within a round
+  int rounds_ = 6;        ///< searches with their certificates
+  int steps_ = 100;       ///< of a single search
   int short_steps_ = 10;  ///< in a row that end a search
   int most_evaluations_ = 500 + 50 * static_cast<int>(coordinates_.layout().size());
   int evaluations_ = 0;
-  double known_ = std::numeric_limits<double>::infinity();  ///< value of a minimum known elsewhere
-  double last_look_ = std::numeric_limits<double>::infinity();
-  int next_look_ = 0;
-  bool is_hopeless_ = false;
-  int outside_ = 0;  ///< evaluations at points where the likelihood does not hold
+  double known_ = std::numeric_limits<double>::infinity();  ///< value of a known minimum
+  double value_at_last_check_ = std::numeric_limits<double>::infinity();
+  int next_check_ = 0;
+  bool is_too_slow_ = false;
+  int outside_ = 0;  ///< evaluations at points where the likelihood is not valid
 };
 
 }  // namespace silvafit::fit

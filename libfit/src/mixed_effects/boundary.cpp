@@ -26,7 +26,7 @@ struct GroupingCovariance {
   std::string group{};    ///< " | stand" in the name, if there are two groupings
 };
 
-/// Random effects whose standard deviation moves the mean by a negligible share of the residual
+/// Random effects whose standard deviation changes the mean by a negligible part of the residual
 /// standard deviation.
 std::vector<Evidence> vanished_effects(const NonlinearModel& model,
                                        const GroupingCovariance& level,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Boundary (singular) fits: variance components at the end of their range.
+// Boundary (singular) fits: variance components at their bounds.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,8 +23,8 @@ Eigen::VectorXd variable_of(const NonlinearModel& model,
                             const MixedEffectsFit& fit,
                             const VarianceFactorEstimate& factor);
 
-/// The number of observations for which the power of constant-plus-power matters, if these are few;
-/// otherwise 0.
+/// The number of observations for which the power of constant-plus-power is relevant, if these are
+/// few; otherwise 0.
 /// \param v  (N) the variable of the factor
 Eigen::Index few_with_power(const VarianceFactorEstimate& factor, const Eigen::VectorXd& v);
 

@@ -21,10 +21,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Smallest eigenvalue of the Gram matrix of matrices of length one, of which rounding leaves some
-// 1e-15: they have angles of a millionth at least.
+// Smallest eigenvalue of the Gram matrix of normalized matrices, for angles of at least a
+// millionth; rounding errors are about 1e-15.
 constexpr double kDependent = 1e-12;
-// Changes that are smaller beside the largest are rounding.
+// Changes that are smaller relative to the largest are rounding errors.
 constexpr double kUnmoved = 1e-6;
 
 /// A direction of the covariance of the observations.
@@ -76,15 +76,15 @@ class Components {
 
   bool is_finite() const { return is_finite_; }
 
-  /// Directions in which the covariance of the observations does not change, those that leave no
-  /// room for a covariance left out.
-  std::vector<Direction> unseen() const {
+  /// Directions in which the covariance of the observations does not change, except those in which
+  /// Psi would not remain a covariance.
+  std::vector<Direction> unidentified() const {
     std::vector<Index> known;
     for (Index k = 0; k < products_.rows(); ++k) {
       if (sizes_[k] > 0.0) known.push_back(k);
     }
-    std::vector<Direction> result = silent();
-    const Index silent_ones = std::ssize(result);
+    std::vector<Direction> result = without_effect();
+    const Index without_effect_count = std::ssize(result);
     const VectorXd unit = sizes_(known).cwiseInverse();
     const MatrixXd scaled = unit.asDiagonal() * products_(known, known) * unit.asDiagonal();
     const SymmetricEigen of = symmetric_eigen(scaled);
@@ -99,12 +99,12 @@ class Components {
     std::vector<Direction> candidates;
     for (Index k = 0; k < count; ++k) candidates.push_back(direction_of(null.col(k)));
     // At a boundary, a move may be possible only from one component to another.
-    for (const VectorXd& gift : gifts()) {
-      const VectorXd part = sizes_(known).cwiseProduct(gift(known));
+    for (const VectorXd& whole_covariance : whole_covariances()) {
+      const VectorXd part = sizes_(known).cwiseProduct(whole_covariance(known));
       candidates.push_back(direction_of(null * (null.transpose() * part)));
     }
     for (const Direction& candidate : candidates) {
-      if (std::ssize(result) < count + silent_ones && has_room(candidate)) {
+      if (std::ssize(result) < count + without_effect_count && keeps_covariance(candidate)) {
         result.push_back(candidate);
       }
     }
@@ -119,7 +119,7 @@ class Components {
     return result;
   }
 
-  /// The same of the variance function and sigma.
+  /// The same for the variance function and sigma.
   void add_residual_names(const std::vector<Direction>& directions,
                           std::vector<std::string>& result) const {
     add_variance_names(directions, result);
@@ -128,8 +128,8 @@ class Components {
   }
 
  private:
-  /// (N x p) the Jacobian of the mean in residual standard deviations. One matrix as long as the
-  /// data, and no more, is left of it.
+  /// (N x p) the Jacobian of the mean in residual standard deviations, computed with only one
+  /// matrix as long as the data.
   MatrixXd weighted_jacobian() const {
     NonlinearModel::Workspace workspace;
     VectorXd mean;
@@ -154,7 +154,7 @@ class Components {
     }
   }
 
-  /// Adds what some rows count in the Gram matrix to it.
+  /// Adds the contribution of some rows to the Gram matrix.
   class Sum {
    public:
     Sum(const Components& components, MatrixXd& total)
@@ -248,8 +248,8 @@ class Components {
     return total.selfadjointView<Eigen::Lower>();
   }
 
-  /// From tr(AB) to tr(MAMB), with M = I - QQ' what the coefficients leave:
-  /// tr(AB) - 2 tr(Q'ABQ) + tr(Q'AQ Q'BQ).
+  /// From tr(AB) to tr(MAMB), with M = I - QQ' the projection on the complement of the
+  /// coefficients: tr(AB) - 2 tr(Q'ABQ) + tr(Q'AQ Q'BQ).
   void take_mean_out(MatrixXd& total) const {
     std::vector<MatrixXd> images;
     std::vector<MatrixXd> inner_products;
@@ -288,9 +288,9 @@ class Components {
     return result;
   }
 
-  /// Parameters of the variance function that change no residual: of a power or a rate of what is
-  /// the same for all. (A constant-plus-power has such parameters at the ends of its range.)
-  std::vector<Direction> silent() const {
+  /// Parameters of the variance function without effect: powers and rates of a variable that is
+  /// constant. (Constant-plus-power has such parameters at its bounds.)
+  std::vector<Direction> without_effect() const {
     std::vector<Direction> result;
     for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
       const auto& factors = model_.specification().variance.factors;
@@ -323,8 +323,8 @@ class Components {
     return result;
   }
 
-  /// (K) each: all that one of the groupings, or the residuals, have.
-  std::vector<VectorXd> gifts() const {
+  /// (K) each: the whole covariance of one of the groupings, or of the residuals.
+  std::vector<VectorXd> whole_covariances() const {
     std::vector<VectorXd> result(3, VectorXd::Zero(std::ssize(all_)));
     for (std::size_t k = 0; k < all_.size(); ++k) {
       const auto at = static_cast<Index>(k);
@@ -336,7 +336,7 @@ class Components {
       }
       const bool is_outer = component.of == Component::Of::kOuter;
       const MatrixXd& covariance = is_outer ? outer_.covariance : inner_.covariance;
-      // The forms have entries in places of their own, so that this is the part of each.
+      // The nonzero entries of the forms are disjoint, so that this is the part of each.
       result[is_outer ? 0 : 1][at] =
           covariance.cwiseProduct(component.form).sum() / component.form.squaredNorm();
     }
@@ -344,7 +344,7 @@ class Components {
   }
 
   /// Whether Psi remains a covariance for a step in the direction or against it.
-  bool has_room(const Direction& of) const {
+  bool keeps_covariance(const Direction& of) const {
     if (of.largest() == 0.0) return false;
     const auto trace = [](const MatrixXd& covariance, const MatrixXd& change) {
       return change.size() > 0 && change.cwiseAbs().maxCoeff() > kUnmoved ? covariance.trace()
@@ -435,7 +435,7 @@ class Components {
     }
   }
 
-  /// Of the logarithm of the sigma that people read.
+  /// Of the logarithm of the reported sigma.
   double sigma_change(const Direction& of) const {
     constexpr double kStep = 1e-4;
     const VectorXd parameters = of.residual.head(variance_.parameter_count());
@@ -443,7 +443,7 @@ class Components {
                                    variance_.sigma_factor(point_.variance - kStep * parameters)) /
                           (2.0 * kStep);
     const double internal = of.residual[of.residual.size() - 1];
-    // At an end of the range of a variance function the factor jumps.
+    // At a bound of a variance function the factor is discontinuous.
     return std::isfinite(factor) ? std::abs(internal + factor) : std::abs(internal);
   }
 
@@ -457,7 +457,7 @@ class Components {
   MatrixXd mean_;         ///< (N x p) Q, for the restricted likelihood
   std::vector<Component> all_;
   MatrixXd products_;  ///< (K x K)
-  VectorXd sizes_;     ///< (K) lengths of the matrices; 0 where there is none
+  VectorXd sizes_;     ///< (K) lengths of the matrices; 0 for zero matrices
 };
 
 }  // namespace
@@ -467,7 +467,7 @@ ConfoundedVariances confounded_variances(const NonlinearModel& model,
                                          const VariancePoint& point) {
   const Components components(model, variance, point);
   if (!components.is_finite()) return {};
-  const std::vector<Direction> directions = components.unseen();
+  const std::vector<Direction> directions = components.unidentified();
   ConfoundedVariances result{.names = components.effect_names(directions),
                              .directions = static_cast<int>(directions.size())};
   result.has_effects = !result.names.empty();

@@ -11,7 +11,7 @@
 
 namespace silvafit::fit {
 
-/// Where the covariance of the observations is looked at.
+/// The point at which the covariance of the observations is tested.
 struct VariancePoint {
   Eigen::MatrixXd coefficients{};  ///< (p x G) of each group, random effects included
   Eigen::MatrixXd outer{};         ///< (r x r) Psi of the coarser of two groupings
@@ -27,7 +27,7 @@ struct ConfoundedVariances {
   /// "delta", "sigma".
   std::vector<std::string> names{};
   bool has_effects = false;  ///< standard deviations or correlations are among them
-  int directions = 0;        ///< in which they can be moved without changing the likelihood
+  int directions = 0;        ///< number of directions with constant likelihood
 };
 
 /// Variance components that are not identifiable: along some direction of them the covariance of
@@ -37,7 +37,7 @@ struct ConfoundedVariances {
 /// parameters of the variance function and sigma are matrices; the components are identifiable if
 /// and only if these matrices are linearly independent, which their Gram matrix tr(R^-1 V_k R^-1
 /// V_l) shows. This also holds for boundary (singular) fits, where the Hessian of the likelihood
-/// cannot be used. A direction in which Psi would not remain a covariance does not count, nor do
+/// cannot be used. A direction in which Psi would not remain a covariance is ignored, as are
 /// parameters of constant-plus-power at their bounds.
 /// \param variance  the variance function of the model
 /// Cost: a pass over the data for the derivatives, then one over the groups; for the restricted

@@ -23,11 +23,11 @@ using Names = std::vector<std::string>;
 
 namespace {
 
-/// How the trees of a table are laid out.
+/// The layout of the trees of a table.
 struct Layout {
   int stands = 8;
-  int plots = 1;  ///< a stand
-  int trees = 5;  ///< a plot
+  int plots = 1;  ///< per stand
+  int trees = 5;  ///< per plot
   double first_x = 1.0;
   int treatments = 2;  ///< values of t, which is constant in a plot
 };
@@ -106,7 +106,7 @@ FittedModel confounded_fit(const data::Table& table,
 
 }  // namespace
 
-TEST_CASE("of one plot a stand only the sum of the two variances is seen") {
+TEST_CASE("with one plot per stand only the sum of the two variances is identifiable") {
   // Z Z' of stands is that of plots: V = (psi_stand + psi_plot) Z Z' + sigma^2 I.
   const data::Table table = lines({.stands = 12});
   for (const Method method : {Method::kLindstromBates, Method::kLaplace, Method::kInteraction}) {
@@ -123,17 +123,17 @@ TEST_CASE("of one plot a stand only the sum of the two variances is seen") {
     CHECK(fit.log_likelihood == Approx(simpler.log_likelihood).epsilon(1e-9));
     CHECK(fit.random.back().covariance(0, 0) + fit.random.front().covariance(0, 0) ==
           Approx(simpler.random.back().covariance(0, 0)).epsilon(1e-4));
-    // The coefficients are as well known as in the simpler model.
+    // The coefficients have the standard errors of the simpler model.
     CHECK(fit.standard_errors().isApprox(simpler.standard_errors(), 1e-4));
   }
   const ModelSpecification both = specified(table, "a + b | stand/plot");
   CHECK(at(table, both, 0.2, 0.3).directions == 3);
-  // Several plots in any stand tell them apart.
+  // With several plots in one stand they are identifiable.
   const data::Table more = lines({.stands = 4, .plots = 2});
   CHECK(at(more, specified(more, "a | stand/plot"), 0.2, 0.3).names.empty());
 }
 
-TEST_CASE("variance functions that are alike are no matter of the groups") {
+TEST_CASE("confounded variance functions are not attributed to the groups") {
   const data::Table table = lines({.stands = 40, .trees = 1});
   ModelSpecification model = specified(table, "a | plot");
   // w is 4 in all rows: its power is a factor as sigma is.
@@ -144,7 +144,7 @@ TEST_CASE("variance functions that are alike are no matter of the groups") {
   CHECK_THAT(fit.convergence.verdict, !Contains("random effects by plot"));
 }
 
-TEST_CASE("of one tree a plot only the sum of both variances is seen") {
+TEST_CASE("with one tree per plot only the sum of both variances is identifiable") {
   const data::Table table = lines({.stands = 40, .trees = 1});
   const FittedModel pooled = confounded_fit(table, specified(table, ""), Method::kOrdinary);
   const auto n = static_cast<double>(table.rows());
@@ -156,14 +156,14 @@ TEST_CASE("of one tree a plot only the sum of both variances is seen") {
                Contains("sd(a) and sigma are not identifiable") &&
                    Contains("each group of plot has one observation"));
     CHECK(fit.convergence.rank == 1);
-    // Maximum likelihood has SSE / n for the variance of one observation, however it is split.
+    // The maximum likelihood estimate of the variance of an observation is SSE / n for any split.
     CHECK(fit.random.back().covariance(0, 0) + fit.sigma * fit.sigma ==
           Approx(pooled.sigma * pooled.sigma * (n - 2.0) / n).epsilon(1e-6));
     CHECK(fit.log_likelihood == Approx(pooled.log_likelihood).epsilon(1e-9));
   }
 }
 
-TEST_CASE("one more tree in one plot is enough to tell variances apart") {
+TEST_CASE("with one more tree in one plot the variances are identifiable") {
   data::Table table = lines({.stands = 500, .trees = 1});
   const ModelSpecification model = specified(table, "a | plot");
   CHECK(at(table, model, 0.4).names == Names{"sd(a)", "sigma"});
@@ -174,7 +174,7 @@ TEST_CASE("one more tree in one plot is enough to tell variances apart") {
   CHECK(at(table, model, 0.4).names.empty());
 }
 
-TEST_CASE("the edge of the covariances is no confounding, and does not hide one") {
+TEST_CASE("boundary covariances are not confounded, and do not hide confounding") {
   const data::Table several = lines({.stands = 6, .plots = 3}, 0.0);
   CHECK(at(several, specified(several, "a + b | stand/plot"), 0.0, 0.0).names.empty());
   const FittedModel none = confounded_fit(several, specified(several, "a | stand/plot"));
@@ -186,11 +186,11 @@ TEST_CASE("the edge of the covariances is no confounding, and does not hide one"
   const ModelSpecification nested = specified(one, "a + b | stand/plot");
   CHECK_FALSE(at(one, nested, 0.0, 0.5).names.empty());
   CHECK_FALSE(at(one, nested, 0.5, 0.0).names.empty());
-  // Where the sum is nothing, both parts are.
+  // If the sum is zero, both parts are.
   CHECK(at(one, nested, 0.0, 0.0).names.empty());
 }
 
-TEST_CASE("two treatments tell two variances apart, and not three numbers") {
+TEST_CASE("with two treatments two variances are identifiable, but not three components") {
   // A plot's covariance is psi_aa + 2 t psi_ab + t^2 psi_bb: of t = 0 and t = 1 two numbers.
   const Names sub_model{"a ~ 1 + t"};
   const data::Table two = lines({});
@@ -204,15 +204,15 @@ TEST_CASE("two treatments tell two variances apart, and not three numbers") {
   CHECK(at(three, specified(three, "a + a:t | plot", sub_model), 0.4).names.empty());
 }
 
-TEST_CASE("columns that are nearly alike are told apart") {
+TEST_CASE("nearly equal columns are identifiable") {
   // Calendar years: a and b are correlated to 1 - 1e-6 in each plot.
   const data::Table years = lines({.trees = 8, .first_x = 2000.0});
   CHECK(at(years, specified(years, "a + b | plot"), 0.1).names.empty());
   CHECK(at(years, specified(years, "a + b | plot", {}, Covariance::kDiagonal), 0.1).names.empty());
 }
 
-TEST_CASE("the restricted likelihood does not see what the coefficients take up") {
-  // Of one plot, or of two that have coefficients of their own, contrasts are free of the effects.
+TEST_CASE("components in the space of the coefficients are not identifiable by REML") {
+  // Contrasts of one plot, or of two with separate coefficients, are free of the effects.
   const data::Table one = lines({.stands = 1, .trees = 12});
   CHECK(at(one, specified(one, "a | plot"), 0.4).names.empty());
   CHECK(at(one, specified(one, "a | plot"), 0.4, 0.0, true).names == Names{"sd(a)"});
@@ -228,7 +228,7 @@ TEST_CASE("the restricted likelihood does not see what the coefficients take up"
   CHECK_THAT(fit.convergence.verdict, Contains("sd(a) is not identifiable"));
 }
 
-TEST_CASE("a variance function of what is the same for all is sigma by another name") {
+TEST_CASE("a variance function of a constant variable is confounded with sigma") {
   const data::Table table = lines({});
   ModelSpecification model = specified(table, "");
   for (const char* const constant : {"power(w)", "exponential(w)"}) {
@@ -244,13 +244,13 @@ TEST_CASE("a variance function of what is the same for all is sigma by another n
     INFO(varying);
     CHECK(at(table, model, 0.0).names.empty());
   }
-  // Stands of one treatment each: their ratios hold those of treatments.
+  // Stands of one treatment each: the ratios of stands include those of treatments.
   model.variance = parse_variance_function("stratum(t) * stratum(stand)");
   CHECK(at(table, model, 0.0).directions == 1);
   CHECK_FALSE(confounded_fit(table, model, Method::kGeneralized).convergence.converged());
 }
 
-TEST_CASE("coefficients that cannot be told apart are no result of any method") {
+TEST_CASE("with coefficients that are not identifiable no method converges") {
   data::Table table = lines({});
   std::vector<double> twice;
   for (const double t : table.numbers("t")) twice.push_back(2.0 * t);
@@ -265,12 +265,12 @@ TEST_CASE("coefficients that cannot be told apart are no result of any method") 
   CHECK(errors.tail(2).array().isNaN().all());
 }
 
-TEST_CASE("an earlier fit that could not tell variances apart has no Wald limits of them") {
+TEST_CASE("an earlier fit with confounded variances has no Wald limits of them") {
   const data::Table table = lines({.stands = 12});
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
     FittedModel fit = confounded_fit(table, specified(table, "a | stand/plot"), method);
     CHECK_THROWS_AS(confidence_intervals(fit, table), UsageError);
-    fit.convergence.status = ConvergenceStatus::kConverged;  // as earlier versions had it
+    fit.convergence.status = ConvergenceStatus::kConverged;  // as in earlier versions
     const Intervals intervals = confidence_intervals(fit, table);
     REQUIRE(intervals.parameters.size() == 5);
     for (const ParameterInterval& of : intervals.parameters) {

@@ -12,11 +12,11 @@ namespace silvafit::fit {
 /// Whether a factor can be the same for all observations.
 inline bool contains_constant(const VarianceFactor& factor) {
   const bool has_exponent = kind_of(factor).has_delta() && factor.delta && *factor.delta != 0.0;
-  // A constant that outgrows the power leaves nothing of it.
+  // The power vanishes beside a large constant.
   return !has_exponent || (kind_of(factor).has_constant() && !factor.constant);
 }
 
-/// Whether a model with this function can be no worse than with a constant variance.
+/// Whether a constant variance is a special case of this function.
 inline bool contains_constant(const VarianceFunction& function) {
   return std::ranges::all_of(
       function.factors, [](const VarianceFactor& factor) { return contains_constant(factor); });

@@ -19,17 +19,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Residuals that are a smaller share of the response's spread are rounding: no one measures to so
-// many digits.
+// Residuals that are smaller relative to the response's spread are rounding errors: measurements
+// do not have so many digits.
 constexpr double kRoundedResidual = 1e-6;
-// With one observation a group, the residual that the random effects leave over.
+// The same for one observation per group, where random effects compete with the residual.
 constexpr double kNothingLeft = 1e-2;
-// Curves that are further away, in spreads of the response, mean nothing.
+// Curves at larger distances, in spreads of the response, are degenerate.
 constexpr double kBeyondMeasure = 1e6;
-// Curves that differ by less, in spreads of the response, are the same.
+// Curves with smaller differences, in spreads of the response, are equal.
 constexpr double kSame = 1e-6;
 
-/// Standard deviation of the response, or its size where it is constant.
+/// Standard deviation of the response, or its size if it is constant.
 double spread_of(const VectorXd& response) {
   const auto n = static_cast<double>(response.size());
   const double spread = (response.array() - response.mean()).matrix().norm() / std::sqrt(n);
@@ -60,7 +60,7 @@ std::string exactness(const NonlinearModel& model, const MixedEffectsFit& fit, d
       !specification.random.empty() ? " with its random effects" : "");
 }
 
-/// The curves of the population and of groups whose effects lie along one direction.
+/// The curves of the population and of groups with effects in one direction.
 class Curves {
  public:
   Curves(const NonlinearModel& model, const VectorXd& estimate)
@@ -72,7 +72,7 @@ class Curves {
     return mean;
   }
 
-  /// The median distance of two curves over the rows; rows outside the domain do not count.
+  /// The median distance of two curves over the rows, without rows outside the domain.
   static double distance(const VectorXd& a, const VectorXd& b) {
     std::vector<double> distances;
     for (Index i = 0; i < a.size(); ++i) {
@@ -85,8 +85,8 @@ class Curves {
     return *middle;
   }
 
-  /// Whether one standard deviation moves the curve by less than the response is spread, on either
-  /// side: so it is in nearly all models, and nothing more need be looked at.
+  /// Whether one standard deviation changes the curve by less than the spread of the response on
+  /// either side. This holds for nearly all models and makes further tests unnecessary.
   bool is_ordinary(const VectorXd& shift, double spread) {
     return is_near(at(shift), spread) && is_near(at(-shift), spread);
   }
@@ -97,7 +97,7 @@ class Curves {
     });
   }
 
-  /// Whether one standard deviation and two make the same curve on either side, and the sides
+  /// Whether one and two standard deviations give the same curve on either side, and the sides
   /// differ.
   bool is_saturated(const VectorXd& shift, double spread) {
     const VectorXd above = at(shift);
@@ -108,8 +108,8 @@ class Curves {
   }
 
  private:
-  /// Whether the median distance from the population's curve is less than a length, which takes no
-  /// median.
+  /// Whether the median distance from the population's curve is less than a limit, computed without
+  /// the median.
   bool is_near(const VectorXd& curve, double length) const {
     const auto distances = (curve - population_).array().abs();
     const Index near = (distances < length).count();
@@ -132,7 +132,7 @@ struct EffectLevel {
   std::vector<Index> places{};
 };
 
-/// "sd(a)", or those of several effects that run off together.
+/// "sd(a)", or those of several effects that diverge together.
 std::vector<std::string> names_of(const EffectLevel& level, const VectorXd& direction) {
   const VectorXd size = direction.cwiseAbs().cwiseQuotient(level.frame.diagonal());
   constexpr double kShare = 0.5;
@@ -152,7 +152,7 @@ Degeneracy unbounded(const std::vector<std::string>& names, const char* why) {
   return result;
 }
 
-/// Where one of the principal components of the effects of a grouping leads to no curve.
+/// The principal component of the effects of a grouping along which the curve degenerates, if any.
 Degeneracy unbounded_effect(const EffectLevel& level, Curves& curves, Index p, double spread) {
   if (level.places.empty() || !level.covariance.allFinite()) return {};
   const auto frame = level.frame.triangularView<Eigen::Lower>();
@@ -181,15 +181,15 @@ Degeneracy unbounded_effect(const EffectLevel& level, Curves& curves, Index p, d
   return {};
 }
 
-/// Where a coefficient has a smaller standard error than its random effect allows. The mean of G
-/// groups with standard deviation s cannot be known better than to s/sqrt(G); a nearly singular
-/// information matrix has an inverse that says so all the same.
+/// A coefficient with a smaller standard error than its random effect allows, if any. The standard
+/// error of the mean of G groups with standard deviation s is at least s/sqrt(G); the inverse of a
+/// nearly singular information matrix may have smaller ones.
 Degeneracy impossible_error(const NonlinearModel& model,
                             const MixedEffectsFit& fit,
                             const EffectLevel& level,
                             Index groups) {
   constexpr double kImpossible = 0.1;
-  // Short of a maximum, the curvature is no information.
+  // Without a maximum, the curvature is not an information matrix.
   if (fit.covariance.size() == 0 || !fit.convergence.converged()) return {};
   for (std::size_t k = 0; k < level.places.size(); ++k) {
     const Index j = level.places[k];

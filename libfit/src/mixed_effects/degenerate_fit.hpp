@@ -10,16 +10,16 @@
 
 namespace silvafit::fit {
 
-/// Why a mixed model has no maximum that can be used.
+/// The reason why a mixed model has no usable maximum.
 struct Degeneracy {
   ConvergenceStatus status = ConvergenceStatus::kNoMaximum;
   std::vector<Evidence> evidence{};
-  std::string text{};     ///< a sentence with the remedy; empty without a sign of degeneracy
-  bool is_exact = false;  ///< whether the model goes through all observations
+  std::string text{};     ///< a sentence with the remedy; empty without degeneracy
+  bool is_exact = false;  ///< whether the model fits all observations exactly
 };
 
 /// Whether the likelihood of a mixed model is unbounded, or nearly so:
-/// - The model goes through all observations, so that the residual variance goes to zero.
+/// - The model fits all observations exactly, so that the residual variance goes to zero.
 /// - The standard deviation of a random effect grows without bound: at two standard deviations the
 ///   curve is far beyond the response, or it no longer depends on the effect on either side.
 /// - A coefficient has a standard error far below what its random effect allows.

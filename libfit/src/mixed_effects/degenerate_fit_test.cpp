@@ -56,7 +56,7 @@ Convergence fitted(const data::Table& table,
   return fit_model(model, table, options).fit.convergence;
 }
 
-/// What is wrong with a fit of "h ~ ..." with the given estimate and standard deviation of `a`.
+/// The degeneracy of a fit of "h ~ ..." with the given estimate and standard deviation of `a`.
 std::string at(const char* formula, const VectorXd& estimate, double deviation) {
   const data::Table table = curves(0.5);
   ModelSpecification specification = specify_model(formula, {}, table);
@@ -71,7 +71,7 @@ std::string at(const char* formula, const VectorXd& estimate, double deviation) 
 
 }  // namespace
 
-TEST_CASE("curves through all observations have no maximum of the likelihood") {
+TEST_CASE("a model that fits all observations exactly has no maximum of the likelihood") {
   for (const char* const method : {"lb", "laplace", "focei", "agq"}) {
     for (const char* const random : {"a | plot", "a + b | plot"}) {
       INFO(method << ", " << random);
@@ -83,7 +83,7 @@ TEST_CASE("curves through all observations have no maximum of the likelihood") {
   }
 }
 
-TEST_CASE("a variance component without bound is named") {
+TEST_CASE("an unbounded variance component is named") {
   const VectorXd estimate = Eigen::Vector2d(3.0, 0.06);
   const char* const exponential = "h ~ exp(a)*(1 - exp(-b*d))";
   CHECK(at(exponential, estimate, 0.1).empty());
@@ -95,7 +95,7 @@ TEST_CASE("a variance component without bound is named") {
   CHECK(at(bounded, estimate, 1.0).empty());
 }
 
-TEST_CASE("groups of one observation whose random effects take up the residual are named") {
+TEST_CASE("groups of one observation whose random effects replace the residual are named") {
   const data::Table table = curves(0.5, 1);
   ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*d))", {}, table);
   add_random_effects(specification, "a | plot", table);
@@ -108,7 +108,7 @@ TEST_CASE("groups of one observation whose random effects take up the residual a
   CHECK_THAT(what, Contains("each group of plot has one observation"));
 }
 
-TEST_CASE("one observation a group is named by every method, whatever else the fit shows") {
+TEST_CASE("one observation per group is named by every method, besides other findings") {
   // Five observations for seven parameters.
   data::Table table;
   data::TextColumn plot;
@@ -125,7 +125,7 @@ TEST_CASE("one observation a group is named by every method, whatever else the f
   }
 }
 
-TEST_CASE("a search has diverged where the mean does not depend on what it depends on elsewhere") {
+TEST_CASE("a search has diverged if the mean no longer depends on a coefficient") {
   const data::Table table = curves(0.5);
   ModelSpecification specification = specify_model("h ~ a/(1 + exp((b - log(d))/c))", {}, table);
   add_random_effects(specification, "a | plot", table);
@@ -133,7 +133,7 @@ TEST_CASE("a search has diverged where the mean does not depend on what it depen
   MixedEffectsFit fit;
   fit.estimate = Eigen::Vector3d(24.0, 2.4, 0.7);
   CHECK_FALSE(has_diverged(model, fit));
-  // The mean is a/(1 + exp(-5)), whatever d is.
+  // The mean is a/(1 + exp(-5)) for any d.
   fit.estimate = Eigen::Vector3d(24.0, 1e15, -2e14);
   CHECK(has_diverged(model, fit));
   // These are not identifiable anywhere.

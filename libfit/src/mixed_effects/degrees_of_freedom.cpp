@@ -11,7 +11,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Differences that are smaller beside the column's largest value are rounding.
+// Differences that are smaller relative to the column's largest value are rounding errors.
 constexpr double kEqualValues = 1e-10;
 // nlme's own tolerance for a column that is constant in all data.
 constexpr double kConstant = 1.5e-8;
@@ -19,7 +19,7 @@ constexpr double kConstant = 1.5e-8;
 /// First rows of the groups of one grouping, and the end.
 using Cuts = std::vector<Index>;
 
-/// The groupings from the coarsest in.
+/// The groupings from the coarsest to the finest.
 std::vector<Cuts> groupings(const NonlinearModel& model) {
   std::vector<Cuts> result;
   if (model.specification().random.empty()) return result;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The random effects of a grouping as columns, and the directions in which their covariance can go.
+// The random effects of a grouping as columns, and the free directions of their covariance.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,9 +10,9 @@
 
 namespace silvafit::fit {
 
-/// The random effects of a grouping, on columns of unit mean square that are at right angles within
-/// each block of effects with free covariances: near-dependences of the columns then do not look
-/// like dependences of their products.
+/// The random effects of a grouping, on columns of unit mean square that are orthogonal within each
+/// block of effects with free covariances, so that near-dependences of the columns do not appear as
+/// dependences of their products.
 struct EffectColumns {
   const RandomEffects* effects = nullptr;
   Eigen::MatrixXd columns{};     ///< (N x q) Z T^-1, divided by the residual standard deviations

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A typical value of each coefficient over several fits.
+// The median of each coefficient over several fits.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +9,8 @@
 
 namespace silvafit::fit {
 
-/// (p) the median of each coefficient; of an even number of fits the upper of the two middle ones,
-/// so that it is the value of a fit.
+/// (p) the median of each coefficient; for an even number of fits the upper of the two middle
+/// values, so that it is the value of a fit.
 /// \param values  (p) lists, of at least one value each
 inline Eigen::VectorXd medians(std::vector<std::vector<double>> values) {
   Eigen::VectorXd result(static_cast<Eigen::Index>(values.size()));

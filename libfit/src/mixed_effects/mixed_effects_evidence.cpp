@@ -76,7 +76,7 @@ Confounded confounded_parameters(const NonlinearModel& model,
                                  bool has_full_rank,
                                  bool is_restricted) {
   const MatrixXd coefficients = group_coefficients(model, fit);
-  // Differences between groups may hide that the population curve does not identify coefficients.
+  // The groups may identify coefficients that the population curve does not identify.
   Confounded result{.coefficients = has_full_rank ? confounded_at(model, coefficients)
                                                   : confounded_at(model, fit.estimate)};
   result.nearly = confounded_at(model, fit.estimate, JacobianFactors::kNearTolerance);
@@ -94,7 +94,7 @@ Confounded confounded_parameters(const NonlinearModel& model,
 }
 
 /// Number of identifiable coefficients, from the information matrix at the optimum, in
-/// coordinates in which the origin of a covariate does not matter.
+/// coordinates that do not depend on the origin of a covariate.
 int information_rank(const CoefficientFrame& frame, const MixedEffectsFit& fit) {
   if (fit.covariance.size() == 0 || !fit.covariance.allFinite()) return 0;
   const Eigen::PartialPivLU<MatrixXd> inverse(frame.beta);
@@ -109,17 +109,17 @@ int information_rank(const CoefficientFrame& frame, const MixedEffectsFit& fit) 
   return static_cast<int>((values.array() > kConfounded * values.maxCoeff()).count());
 }
 
-/// How far the fit still is from where it would rest, in standard errors.
+/// Distance of the fit from the optimum, in standard errors.
 double distance(const MixedEffectsFit& fit) {
   return std::sqrt(std::max(0.0, fit.convergence.newton_decrement));
 }
 
-/// Whether random effects compete with the residual for each observation.
+/// Whether random effects are confounded with the residual because of single observations.
 bool has_single_observations(const NonlinearModel& model) {
   return !model.specification().random.empty() && model.group_count() == model.observations();
 }
 
-/// What else to try where a search did not end.
+/// Advice if a search did not converge.
 std::string advice(const NonlinearModel& model, const std::string& usual) {
   if (model.specification().random.empty()) {
     return "Use a simpler variance function or other start values; --method ols shows whether the "
@@ -199,7 +199,7 @@ std::string in_words(const std::vector<std::string>& names) {
   return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
 
-/// What makes variance components alike, and what to do, as far as the groups show it.
+/// The reason for confounded variance components, and the remedy, as far as the groups show it.
 /// \param is_of_effects  standard deviations or correlations are among them
 std::string remedy(const NonlinearModel& model, bool is_of_effects) {
   const ModelSpecification& specification = model.specification();
@@ -268,7 +268,7 @@ std::string confounding(const NonlinearModel& model,
   return {};
 }
 
-/// Adds the parameters that are named in a verdict on confounding.
+/// Adds the parameters that are named in a message on confounding.
 void add_confounding(const NonlinearModel& model,
                      const Confounded& confounded,
                      Convergence& convergence) {
@@ -282,8 +282,8 @@ void add_confounding(const NonlinearModel& model,
   }
 }
 
-/// Records parameters that are not identifiable; false if there are none. If a fit has not
-/// converged, only coefficients that the mean does not identify at its end explain it.
+/// Records parameters that are not identifiable; false if there are none. For a fit that has not
+/// converged, only coefficients that are not identifiable from the mean at its end are recorded.
 bool note_confounding(const NonlinearModel& model,
                       bool has_full_rank,
                       bool is_restricted,
@@ -293,9 +293,9 @@ bool note_confounding(const NonlinearModel& model,
   Convergence& convergence = fit.convergence;
   if (!convergence.converged() && has_full_rank) return false;
   Confounded confounded = confounded_parameters(model, fit, has_full_rank, is_restricted);
-  // Where a search has diverged, the mean does not depend on what it depends on elsewhere.
+  // If a search has diverged, the mean does not depend on some coefficients only there.
   const bool is_far_off = !confounded.coefficients.empty() && is_identifiable(model);
-  // A residual variance of zero leaves nothing that could tell parameters apart.
+  // With a residual variance of zero identifiability cannot be tested.
   if (is_exact && (confounded.coefficients.empty() || is_far_off)) return false;
   if (!convergence.converged()) {
     const bool is_explained =
@@ -321,7 +321,7 @@ bool note_confounding(const NonlinearModel& model,
   return true;
 }
 
-/// Takes note where the likelihood has no maximum.
+/// Records that the likelihood has no maximum.
 void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
   if (found.text.empty()) return;
   Convergence& convergence = fit.convergence;
@@ -330,7 +330,7 @@ void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
   std::ranges::move(found.evidence, std::back_inserter(convergence.evidence));
 }
 
-/// What may be said of a fit that has converged, in its verdict and as evidence.
+/// The message and the evidence of a converged fit.
 std::string success_verdict(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds) {
   Convergence& convergence = fit.convergence;
   std::string verdict = success(fit, rounds);

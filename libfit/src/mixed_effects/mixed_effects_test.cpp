@@ -68,7 +68,7 @@ ModelSpecification one_way_model(const Table& table) {
   return model;
 }
 
-/// Trees of a growth curve whose limit differs by plot.
+/// Trees of a growth curve whose asymptote differs by plot.
 Table scaled_curves(double scale) {
   Random random(77);
   Table table;
@@ -211,9 +211,9 @@ TEST_CASE("a balanced nested layout has the closed-form solution") {
   }
 }
 
-TEST_CASE("an edge of the coarser grouping is named with it") {
+TEST_CASE("a boundary of the coarser grouping is named with the grouping") {
   NestedLayout layout;
-  // Stands that differ less than chance.
+  // The variance between stands is smaller than expected by chance.
   std::vector<double> y(layout.table.numbers("y").begin(), layout.table.numbers("y").end());
   constexpr int kSize = NestedLayout::kPlots * NestedLayout::kTrees;
   for (int i = 0; i < NestedLayout::kStands; ++i) {
@@ -268,8 +268,8 @@ TEST_CASE("restricted likelihood of weighted regression has the closed form") {
         Approx(std::sqrt(sigma2 * information.inverse()(1, 1))).epsilon(1e-8));
 }
 
-TEST_CASE("a variance that is zero is found to be so and named") {
-  // Groups that differ less than chance: the closed form would be negative, the maximum is at zero.
+TEST_CASE("a variance estimate of zero is found and named") {
+  // Less variance between groups than by chance: the closed form is negative, the maximum at zero.
   Table table = one_way(0.0, 1.0);
   std::vector<double> y(table.numbers("y").begin(), table.numbers("y").end());
   for (int i = 0; i < kGroups; ++i) {
@@ -289,14 +289,14 @@ TEST_CASE("a variance that is zero is found to be so and named") {
         Approx(least_squares_log_likelihood(sums.within, static_cast<Index>(n))).epsilon(1e-12));
 }
 
-TEST_CASE("a change of unit rescales the answer and nothing else") {
+TEST_CASE("a change of unit only rescales the estimates") {
   for (const char* const kind : {"none", "power"}) {
     const MixedEffectsFit meters = fit_curves(scaled_curves(1.0), 1.0, kind);
     const MixedEffectsFit millimeters = fit_curves(scaled_curves(1000.0), 1000.0, kind);
     REQUIRE(meters.convergence.converged());
     REQUIRE(millimeters.convergence.converged());
-    // Each stands within 1e-6 standard errors of its optimum; the likelihood is flat to second
-    // order there.
+    // Each is within 1e-6 standard errors of its optimum; the likelihood is flat to second order
+    // there.
     CHECK(millimeters.estimate[0] == Approx(1000.0 * meters.estimate[0]).epsilon(1e-7));
     CHECK(millimeters.estimate[1] == Approx(meters.estimate[1]).epsilon(1e-7));
     CHECK(millimeters.random.back().sd()[0] ==
@@ -306,7 +306,7 @@ TEST_CASE("a change of unit rescales the answer and nothing else") {
   }
 }
 
-TEST_CASE("simulated curves give their truth back") {
+TEST_CASE("estimates from simulated curves agree with the true values") {
   const MixedEffectsFit fit = fit_curves(scaled_curves(1.0), 1.0, "power");
   REQUIRE(fit.convergence.converged());
   // Within three standard errors; those of the deviations are about sd / sqrt(2 (G - 1)).
@@ -315,11 +315,11 @@ TEST_CASE("simulated curves give their truth back") {
   CHECK(fit.estimate[1] == Approx(0.07).margin(3.0 * errors[1]));
   CHECK(fit.random.back().sd()[0] == Approx(3.0).margin(3.0 * 3.0 / std::sqrt(28.0)));
   CHECK(fit.variance.delta() == Approx(1.0).margin(0.3));
-  // The variance function contains a constant variance.
+  // A constant variance is nested in the variance function.
   CHECK(fit.log_likelihood > fit_curves(scaled_curves(1.0), 1.0, "none").log_likelihood);
 }
 
-TEST_CASE("constant plus power is never below the functions it contains") {
+TEST_CASE("constant-plus-power is never below its nested functions") {
   const Table table = scaled_curves(1.0);
   const double both = fit_curves(table, 1.0, "constant-plus-power").log_likelihood;
   // Two linearizations at nearly the same point differ by a few 1e-6.
@@ -327,7 +327,7 @@ TEST_CASE("constant plus power is never below the functions it contains") {
   CHECK(both >= fit_curves(table, 1.0, "none").log_likelihood - 1e-5);
 }
 
-TEST_CASE("whether a constant vanishes does not depend on the unit of its column") {
+TEST_CASE("the test of a vanishing constant does not depend on the unit of its column") {
   silvafit::Random random(7);
   std::vector<double> v;
   std::vector<double> y;
@@ -352,7 +352,7 @@ TEST_CASE("whether a constant vanishes does not depend on the unit of its column
   }
 }
 
-TEST_CASE("strata and products are never below what they contain") {
+TEST_CASE("strata and products are never below nested functions") {
   Table table = scaled_curves(1.0);
   TextColumn species;
   Random random(4);
@@ -379,7 +379,7 @@ TEST_CASE("strata and products are never below what they contain") {
   CHECK(product >= stratum - kSlack);
 }
 
-TEST_CASE("a trace has a line for each round and ends at the result") {
+TEST_CASE("a trace has a line for each iteration and ends at the result") {
   const Table table = scaled_curves(1.0);
   ModelSpecification specification = specify_model("h ~ a*(1 - exp(-b*dbh))", {}, table);
   specification.random = {{.coefficients = {"a"}, .group = "plot"}};
@@ -396,7 +396,7 @@ TEST_CASE("a trace has a line for each round and ends at the result") {
   CHECK(lines.back().find('\n') == std::string::npos);
 }
 
-TEST_CASE("a factor holds the covariance that its form can hold") {
+TEST_CASE("a factor represents the covariances of its form") {
   const VectorXd scales = Eigen::Vector3d(0.5, 2.0, 10.0);
   MatrixXd covariance(3, 3);
   covariance << 4.0, 1.0, -0.5, 1.0, 2.0, 0.3, -0.5, 0.3, 1.0;
@@ -415,7 +415,7 @@ TEST_CASE("a factor holds the covariance that its form can hold") {
   CHECK(identity.from_factor(multiple)[0] == Approx(2.0).epsilon(1e-14));
 }
 
-TEST_CASE("confounded coefficients are no result") {
+TEST_CASE("fits with confounded coefficients do not converge") {
   const Table table = one_way(2.0, 1.0);
   ModelSpecification model = specify_model("y ~ mu + nu", {}, table);
   model.random = {{.coefficients = {"mu"}, .group = "plot"}};
@@ -426,7 +426,7 @@ TEST_CASE("confounded coefficients are no result") {
   CHECK(fit.convergence.verdict.find("not identifiable") != std::string::npos);
 }
 
-TEST_CASE("fits that groups cannot have say so") {
+TEST_CASE("random effects that are impossible for the groups are reported") {
   const Table table = one_way(2.0, 1.0);
   const auto verdict = [](const ModelSpecification& model, const Table& data, double start) {
     const MixedEffectsFit fit =
@@ -434,13 +434,13 @@ TEST_CASE("fits that groups cannot have say so") {
     CHECK_FALSE(fit.convergence.converged());
     return fit.convergence.verdict;
   };
-  SECTION("the fixed effects leave nothing") {
+  SECTION("the fixed effects fit exactly") {
     Table constant = table;
     constant.set("y", std::vector<double>(table.rows(), 5.0));
     CHECK_THAT(verdict(one_way_model(table), constant, 5.0),
                Catch::Contains("perfect fit by the fixed effects"));
   }
-  SECTION("a group an observation") {
+  SECTION("one observation per group") {
     Table single = table;
     silvafit::data::TextColumn plots;
     for (std::size_t row = 0; row < table.rows(); ++row) plots.append(std::to_string(row));
@@ -450,7 +450,7 @@ TEST_CASE("fits that groups cannot have say so") {
   }
 }
 
-TEST_CASE("a start of the wrong size is refused") {
+TEST_CASE("start values of wrong length are refused") {
   const Table table = one_way(1.0, 1.0);
   CHECK_THROWS_AS(
       fit_lindstrom_bates(NonlinearModel(one_way_model(table), table), VectorXd::Zero(2)),

@@ -20,10 +20,10 @@ using Eigen::VectorXd;
 
 using Rows = std::vector<Index>;
 
-// Enough for a median; more would only cost time.
+// Sufficient for a median; more would only cost time.
 constexpr Index kMostStrata = 9;
 constexpr Index kFewestStrata = 3;
-// A stratum needs some observations more than coefficients, and no more than tell a curve.
+// A stratum needs some observations more than coefficients, and not more than a curve needs.
 constexpr Index kMostObservations = 400;
 
 bool is_linear(const NonlinearModel& model) {
@@ -35,7 +35,7 @@ bool is_linear(const NonlinearModel& model) {
   return true;
 }
 
-/// (G) the residuals of each group from the pooled fit, as a share of its fitted values.
+/// (G) the residuals of each group from the pooled fit, relative to its fitted values.
 VectorXd levels_of_groups(const NonlinearModel& model, const VectorXd& pooled) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
@@ -51,7 +51,8 @@ VectorXd levels_of_groups(const NonlinearModel& model, const VectorXd& pooled) {
   return levels;
 }
 
-/// Groups from the lowest to the highest, cut into strata of about as many observations each.
+/// Groups from the lowest to the highest, divided into strata with about equal numbers of
+/// observations.
 std::vector<Rows> strata_of(const NonlinearModel& model, const VectorXd& pooled, Index count) {
   const VectorXd levels = levels_of_groups(model, pooled);
   Rows order(static_cast<std::size_t>(levels.size()));
@@ -101,7 +102,7 @@ bool is_doubtful_start(const NonlinearModel& model, const VectorXd& pooled) {
   const Eigen::MatrixXd inverse =
       information.solve(Eigen::MatrixXd::Identity(pooled.size(), pooled.size()));
   const VectorXd errors = (variance * inverse.diagonal()).cwiseSqrt().cwiseQuotient(sizes);
-  // Coefficients of covariates are often near zero, and do no harm there.
+  // Coefficients of covariates are often near zero, which is harmless.
   constexpr double kFewErrors = 2.0;
   for (Index j = 0; j < pooled.size(); ++j) {
     const bool is_far = std::abs(pooled[j]) >= kFewErrors * errors[j];

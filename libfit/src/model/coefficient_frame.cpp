@@ -17,9 +17,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A column whose part at right angles to the others is a smaller share of it depends on them.
+// A column with a relatively smaller part orthogonal to the others depends on them.
 constexpr double kDependent = 1e-11;
-// Columns of effects with a larger part at right angles to the others need no mixing.
+// Columns of effects with a larger part orthogonal to the others need no mixing.
 constexpr double kNearlyDependent = 0.01;
 
 /// A column less its projection on those before it.
@@ -28,14 +28,14 @@ struct OrthogonalColumn {
   bool is_dependent = false;
 };
 
-/// Puts columns at right angles to those before them, one after the other.
+/// Orthogonalizes columns one after the other (Gram-Schmidt).
 class Orthogonalizer {
  public:
   /// \param columns  (m x p)
   explicit Orthogonalizer(const MatrixXd& columns) : columns_(columns) {}
 
-  /// Column j less its projection on those before it, with a length of one. Of a column that
-  /// depends on those before it nothing is left; then it is column j that would have this length.
+  /// Column j less its projection on those before it, normalized. If it depends on those before it,
+  /// column j itself is normalized.
   OrthogonalColumn add(Index j) {
     VectorXd combination = VectorXd::Unit(columns_.cols(), j);
     VectorXd rest = columns_.col(j);
@@ -43,7 +43,7 @@ class Orthogonalizer {
     if (!std::isfinite(length) || length == 0.0) return {combination, true};
     combination /= length;
     rest /= length;
-    // The second pass removes what rounding left in the first.
+    // The second pass removes the rounding errors of the first.
     for (int pass = 0; pass < 2; ++pass) {
       for (std::size_t k = 0; k < directions_.size(); ++k) {
         const double share = directions_[k].dot(rest);
@@ -59,7 +59,7 @@ class Orthogonalizer {
     return {combinations_.back()};
   }
 
-  /// Of the columns that do not depend on those before them, the smallest part at right angles.
+  /// The smallest orthogonal part of the columns that do not depend on those before them.
   double smallest_share() const { return smallest_share_; }
 
  private:
@@ -77,7 +77,7 @@ MatrixXd same_angles(MatrixXd& jacobian) {
   return qr.matrixQR().topRows(jacobian.cols()).triangularView<Eigen::Upper>();
 }
 
-/// What makes a column as long as wanted.
+/// The factor that gives a column the requested length.
 double unit_of(const VectorXd& column, double length) {
   const double unit = length / column.stableNorm();
   return std::isfinite(unit) && unit > 0.0 ? unit : 1.0;
@@ -119,7 +119,7 @@ MatrixXd effect_frame(const NonlinearModel& model,
 }
 
 /// Coefficients with random effects that may be mixed with others, block by block; effects of both
-/// groupings only where their blocks are the same.
+/// groupings only if their blocks are the same.
 std::vector<std::vector<Index>> blocks_of_columns(const NonlinearModel& model) {
   const ModelSpecification& specification = model.specification();
   const auto blocks_of = [&](const RandomEffects* random) {
@@ -140,9 +140,9 @@ std::vector<std::vector<Index>> blocks_of_columns(const NonlinearModel& model) {
   return inner;
 }
 
-/// (p x p) T such that the columns of J T are at right angles as far as each column with random
-/// effects is a combination of those in its block alone; diagonal where no columns nearly depend on
-/// each other. Columns that depend on others stay as they are.
+/// (p x p) T such that the columns of J T are orthogonal, as far as this is possible if each column
+/// with random effects is a combination of those in its block only; diagonal if no columns are
+/// nearly dependent. Columns that depend on others are unchanged.
 MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, double length) {
   const Index p = columns.cols();
   MatrixXd scaled = MatrixXd::Zero(p, p);
@@ -155,7 +155,7 @@ MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, do
       if (!column.is_dependent) result.col(*j) = length * column.combination;
     }
   }
-  // Columns without random effects come last: they may be mixed with all others.
+  // Columns without random effects are last, because they may be mixed with all others.
   std::vector<Index> random = model.coefficients_of(finer_term(model.specification()));
   const std::vector<Index> outer = model.coefficients_of(coarser_term(model.specification()));
   random.insert(random.end(), outer.begin(), outer.end());

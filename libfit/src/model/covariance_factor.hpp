@@ -6,12 +6,12 @@
 
 namespace silvafit::fit {
 
-/// R with R R' = covariance, from the eigenvectors of the correlation matrix, so that effects of
-/// very different sizes do no harm. Eigenvalues that are rounding count as zero.
+/// R with R R' = covariance, from the eigenvectors of the correlation matrix, so that effects may
+/// have very different sizes. Eigenvalues that are rounding errors are set to zero.
 Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& covariance);
 
-/// The symmetric R with R R = covariance; negative eigenvalues, which are rounding, count as zero.
-/// Unlike the factor above it is the same whatever the order and signs of eigenvectors.
+/// The symmetric R with R R = covariance; negative eigenvalues, which are rounding errors, are set
+/// to zero. Unlike the factor above it does not depend on the order and signs of eigenvectors.
 Eigen::MatrixXd symmetric_root(const Eigen::MatrixXd& covariance);
 
 /// The coefficients of the regression of some effects on others: cross * inverse(covariance), where

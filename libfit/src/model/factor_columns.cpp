@@ -56,7 +56,7 @@ void sort_levels(std::vector<std::string>& levels) {
   }
 }
 
-/// A column in which some cells are numbers and some are not is rather misspelt than a factor.
+/// A column of numbers and texts is probably an error, not a factor.
 void refuse_numbers(const data::TextColumn& labels,
                     const std::string& column,
                     const data::Table& table) {
@@ -167,8 +167,8 @@ class Expansion {
  private:
   bool is_factor(std::size_t variable) const { return columns_[variable].size() > 1; }
 
-  /// R's rule (terms.formula, "Statistical Models in S", page 38): contrasts if what a factor
-  /// multiplies is part of an earlier term, or nothing; else a column for each level.
+  /// R's rule (terms.formula, "Statistical Models in S", page 38): contrasts if the product without
+  /// the factor is part of an earlier term, or empty; else a column for each level.
   /// \return for each variable of the term, whether all its levels have a column
   std::vector<bool> coding(std::size_t t) const {
     const Term& term = formula_.terms[t];
@@ -177,7 +177,7 @@ class Expansion {
       if (!is_factor(term[k])) continue;
       is_full[k] = term.size() > 1 && !is_in_earlier_term(term, term[k], t);
     }
-    // Without intercept the first factor of all takes its place.
+    // Without intercept the first factor replaces it.
     if (!formula_.has_intercept && t == first_term_with_factor()) {
       const auto first = std::ranges::min_element(term, {}, [&](std::size_t variable) {
         return is_factor(variable) ? variable : columns_.size();
@@ -203,9 +203,9 @@ class Expansion {
     return static_cast<std::size_t>(found - formula_.terms.begin());
   }
 
-  /// All levels of a factor are the sum of a constant and of its contrasts, so that a term stands
-  /// for one product of contrasts for each subset of its fully coded factors. One that is there
-  /// already makes columns that depend on each other, where R has coefficients NA and nlme stops.
+  /// All levels of a factor are the sum of a constant and of its contrasts, so that a term
+  /// represents one product of contrasts for each subset of its fully coded factors. A repeated
+  /// product makes columns dependent; for these R has coefficients NA, and nlme stops.
   void require_new_columns(const Term& term, const std::vector<bool>& is_full) {
     std::vector<std::set<std::size_t>> products{{}};
     for (std::size_t k = 0; k < term.size(); ++k) {
@@ -259,7 +259,7 @@ class Expansion {
     }
   }
 
-  /// Before the columns are computed, which takes time for many.
+  /// Called before the columns are computed, because many columns take time.
   void check_count(std::size_t columns, std::size_t position) const {
     if (columns > kMostColumns) {
       throw FormulaError(fmt::format("there are more than {} coefficients; use fewer terms, or "
@@ -302,7 +302,7 @@ bool is_factor(const TermVariable& variable, const data::Table& table) {
   return variable.is_factor || (!variable.column.empty() && !table.is_numeric(variable.column));
 }
 
-/// Levels that never meet have no effect that could be estimated.
+/// The effect of a combination of levels without rows cannot be estimated.
 void require_rows(const ParameterModel& model,
                   const data::Table& table,
                   const std::vector<bool>& complete) {

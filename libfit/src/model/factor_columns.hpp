@@ -15,16 +15,16 @@ namespace silvafit::fit {
 /// Whether a sub-model has a column of text, or factor(column).
 bool has_factor(const TermFormula& formula, const data::Table& table);
 
-/// Rows that a model may use: nothing is missing in any of some columns.
+/// Rows without missing values in the given columns.
 std::vector<bool> complete_rows(const std::vector<std::string>& columns, const data::Table& table);
 
 /// The model with a covariate for each column that R's model.matrix() has for these terms.
 ///
-/// A column of text, and factor(column), is a factor: in its first appearance beside an intercept,
-/// and wherever what it multiplies is in the model on its own, it has a column for each level but
-/// the first, else one for each level. The columns of a level are comparisons: `(species == "SM")`.
+/// A column of text, and factor(column), is a factor. It has a column for each level except the
+/// first in its first term beside an intercept, and if the rest of its term is in the model without
+/// it; else one for each level. The columns of a level are comparisons: `(species == "SM")`.
 /// \param text      of the sub-model, for messages
-/// \param complete  rows whose levels count; not read without factors
+/// \param complete  rows whose levels are used; not read without factors
 /// \param factors   gets the columns that are factors
 /// \throws FormulaError if columns would be redundant; InputError if a factor has one level, too
 ///   many or looks like misspelt numbers, or if a product of levels has no row
@@ -34,7 +34,7 @@ ParameterModel expanded(const TermFormula& formula,
                         const std::vector<bool>& complete,
                         std::vector<std::string>& factors);
 
-/// The model of terms that are all numeric, before any data.
+/// The model of numeric terms, without data.
 /// \throws FormulaError if there is a factor()
 ParameterModel expanded(const TermFormula& formula, std::string_view text);
 

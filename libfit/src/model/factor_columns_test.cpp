@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The columns of sub-models beside those of R 4.2.2: model.matrix(~ right side, d) with
+// The columns of sub-models compared with R 4.2.2: model.matrix(~ right side, d) with
 //   d <- expand.grid(f = c("A", "B", "C"), g = c("u", "v"), r = 1:2, stringsAsFactors = TRUE)
 //   d$x <- seq_len(nrow(d)); d$z <- sqrt(d$x)
 #include "model/factor_columns.hpp"
@@ -129,7 +129,7 @@ TEST_CASE("sub-models have the columns of R's model.matrix") {
     INFO(right_side);
     const ParameterModel model = model_of(right_side, table);
     CHECK(columns_as_in_r(model) == columns);
-    // What is stored is read as the same columns.
+    // The stored text is read as the same columns.
     const ParameterModel stored = parse_stored_parameter_model("b", model.text());
     CHECK(stored.coefficient_names() == model.coefficient_names());
     REQUIRE(stored.covariates.size() == model.covariates.size());
@@ -163,7 +163,7 @@ TEST_CASE("levels are sorted: numbers by value, text without regard to case") {
         Names{R"((year == "10"))", R"((year == "100"))"});
   CHECK(labels_of(model_of("factor(code)", table)) ==
         Names{R"((code == "10"))", R"((code == "100"))"});
-  // R's sort() in en_US.UTF-8: beech Beech fir-1 fir 2 oak Oak, but for where blanks stand.
+  // R's sort() in en_US.UTF-8: beech Beech fir-1 fir 2 oak Oak, except for blanks.
   CHECK(labels_of(model_of("tree", table)) == Names{R"((tree == "Beech"))",
                                                     R"((tree == "fir 2"))",
                                                     R"((tree == "fir-1"))",
@@ -187,7 +187,7 @@ TEST_CASE("names with blanks and quotes can be levels") {
   }
 }
 
-TEST_CASE("levels of rows that cannot be used do not count") {
+TEST_CASE("levels of incomplete rows are ignored") {
   Table table(5);
   const double missing = silvafit::data::kMissing;
   table.set("y", std::vector<double>{1, 2, 3, 4, missing});
@@ -200,7 +200,7 @@ TEST_CASE("levels of rows that cannot be used do not count") {
   CHECK(specify_model("y ~ b", {"b ~ (f == \"B\")"}, table).factors.empty());
 }
 
-TEST_CASE("levels of rows that were taken out do not count") {
+TEST_CASE("levels of removed rows are ignored") {
   Table table(5);
   table.set("y", std::vector<double>{1, 2, 3, 4, 5});
   table.set("f", text_column({"B", "12", "A", "13", "B"}));
@@ -232,7 +232,7 @@ TEST_CASE("factors that cannot be coded are refused") {
   CHECK_THROWS_AS(model_of("one", table), InputError);
 }
 
-TEST_CASE("more coefficients than rows are refused before their columns are made") {
+TEST_CASE("more coefficients than rows are refused before their columns are computed") {
   Table table(150);
   Names f;
   Names g;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The labels of groups: as fits name them, and their numbers.
+// The labels of groups in fits, and their numbers.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@ namespace silvafit::fit {
 
 using LabelNumbers = std::unordered_map<std::string, Eigen::Index>;
 
-/// The place of each label in a list of different ones.
+/// The index of each label in a list of distinct ones.
 inline LabelNumbers numbered(const std::vector<std::string>& labels) {
   LabelNumbers numbers;
   for (std::size_t k = 0; k < labels.size(); ++k) {
@@ -25,7 +25,7 @@ inline LabelNumbers numbered(const std::vector<std::string>& labels) {
   return numbers;
 }
 
-/// The labels of coarser groups as nested ones have them.
+/// The labels of coarser groups in nested labels.
 inline std::vector<std::string> outer_parts(const std::vector<std::string>& labels) {
   std::vector<std::string> parts;
   parts.reserve(labels.size());
@@ -33,10 +33,10 @@ inline std::vector<std::string> outer_parts(const std::vector<std::string>& labe
   return parts;
 }
 
-/// The label of a row's group, that of a nested one by nested_label(). Empty where it is missing.
+/// The label of a row's group; for nested groups by nested_label(). Empty if it is missing.
 class GroupLabels {
  public:
-  /// \throws UsageError if a column of groups is not there
+  /// \throws UsageError if a column of groups is missing
   GroupLabels(const ModelSpecification& specification, const data::Table& table)
       : inner_(table.labels(specification.random.back().group)) {
     if (specification.random.size() > 1) outer_ = table.labels(specification.random.front().group);

@@ -9,10 +9,10 @@
 
 namespace silvafit::fit {
 
-/// \throws UsageError if this is no coefficient, or has a random effect
+/// \throws UsageError if this is not a coefficient, or has a random effect
 void check_holdable(const ModelSpecification& specification, const std::string& name);
 
-/// A model with some coefficients replaced by numbers: its formula holds them from now on.
+/// A model with some coefficients replaced by numbers in its formula.
 /// \param held  values by coefficient
 /// \throws UsageError as check_holdable, or if a value is not finite
 ModelSpecification with_constants(const ModelSpecification& specification,

@@ -16,7 +16,7 @@
 namespace silvafit::fit {
 namespace {
 
-/// A column of a model as it is stored: `:` is the product, all else is arithmetic.
+/// A column of a model in its stored form: `:` is the product, all else is arithmetic.
 Covariate stored_covariate(std::string_view text, Part part) {
   std::string with_products(text);
   Quotes quotes;
@@ -38,8 +38,8 @@ bool equal_but_for_case(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, {}, lower, lower);
 }
 
-/// Whether a column is there is a matter of the file, not of the command; the place in the text is
-/// shown as for other mistakes.
+/// A missing column is an input error, not a usage error; the position in the text is shown as for
+/// other errors.
 [[noreturn]] void refuse_missing_column(std::string_view name,
                                         std::string_view text,
                                         std::size_t position,
@@ -51,7 +51,7 @@ bool equal_but_for_case(std::string_view a, std::string_view b) {
 void check_parameter_name(const std::string& name,
                           std::string_view formula,
                           const data::Table& table) {
-  // Single letters are the usual names of parameters: c beside a column C is no slip.
+  // Single letters are the usual names of parameters: c beside a column C is not a typing error.
   if (name.size() == 1) return;
   for (const std::string& column : table.names()) {
     if (!equal_but_for_case(column, name)) continue;
@@ -108,7 +108,7 @@ class SubModels {
         1);
   }
 
-  /// What has a value in each row that the mean can be fitted to.
+  /// Columns that must have a value in each row that is used for the mean.
   std::vector<std::string> columns() const {
     std::vector<std::string> names = model_.predictors();
     names.push_back(model_.formula.left);

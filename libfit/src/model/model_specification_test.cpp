@@ -22,7 +22,7 @@ using Names = std::vector<std::string>;
 
 }  // namespace
 
-TEST_CASE("names that are no columns are parameters, in order") {
+TEST_CASE("names that are not columns are parameters, in order") {
   const auto model = specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))^c", {}, columns({"h", "dbh"}));
   CHECK(model.formula.left == "h");
   CHECK(model.coefficient_names() == Names{"a", "b", "c"});
@@ -37,7 +37,7 @@ TEST_CASE("sub-models add coefficients named parameter:covariate") {
   CHECK(model.parameters[1].covariates[1].value.text() == "C*U");
 }
 
-TEST_CASE("a parameter of one letter may differ from a column by its case alone") {
+TEST_CASE("a parameter of one letter may differ from a column only by its case") {
   const auto model =
       specify_model("cw ~ a/(1 + b*exp(-c*dbh))", {"c ~ 1 + C"}, columns({"cw", "dbh", "C"}));
   CHECK(model.coefficient_names() == Names{"a", "b", "c", "c:C"});
@@ -54,7 +54,7 @@ TEST_CASE("a colon in quotes is text, elsewhere a product") {
   const ModelSpecification model =
       specify_model("h ~ a*dbh", {R"(a ~ 1 + dbh:(kind == "A:B") + (kind == "A + B"))"}, table);
   REQUIRE(model.parameters[0].covariates.size() == 2);
-  // As in R, products come behind single variables.
+  // As in R, products follow single variables.
   const auto values = silvafit::data::evaluate(model.parameters[0].covariates[1].value, table);
   CHECK(values == std::vector<double>{1.0, 0.0});
   CHECK(model.label_columns() == std::vector<std::string>{"kind"});
@@ -71,7 +71,7 @@ TEST_CASE("different nested groups have different labels") {
   }
 }
 
-TEST_CASE("errors name what is not known and where") {
+TEST_CASE("errors have the unknown name and its position") {
   const auto table = columns({"h", "dbh"});
   CHECK_THROWS_WITH(specify_model("h ~ a*DBH", {}, table),
                     Catch::Matchers::Contains("did you mean 'dbh'"));
@@ -84,7 +84,7 @@ TEST_CASE("errors name what is not known and where") {
   CHECK_THROWS_AS(specify_model("h ~ a*dbh", {"a = 1"}, table), FormulaError);
 }
 
-TEST_CASE("what a fit needs is checked where it is written") {
+TEST_CASE("texts of a model are checked, with positions in messages") {
   const auto table = columns({"h", "dbh", "plot"});
   CHECK_THROWS_WITH(specify_model("h ~ 2*dbh", {}, table),
                     Catch::Matchers::Contains("nothing to estimate"));

@@ -29,7 +29,7 @@ void require_column(const data::Table& table, const std::string& name) {
   throw InputError(data::no_such_column(name, table.names()), {.file = table.file()});
 }
 
-/// What the model reads as numbers has to be numbers.
+/// Checks that columns which the model reads as numbers are numbers.
 void require_columns(const ModelSpecification& specification, const data::Table& table) {
   std::vector<std::string> columns = specification.predictors();
   columns.push_back(specification.formula.left);

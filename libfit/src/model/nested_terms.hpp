@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The random-effects terms of a model as the engines take them: one grouping, or two nested ones.
+// The random-effects terms of a model: one grouping, or two nested ones.
 #pragma once
 
 #include "silvafit/fit/model_specification.hpp"
@@ -16,7 +16,7 @@ inline const RandomEffects* coarser_term(const ModelSpecification& specification
   return specification.random.size() < 2 ? nullptr : &specification.random.front();
 }
 
-/// A term, without coefficients where there is none.
+/// A term, without coefficients if there is none.
 inline RandomEffects or_none(const RandomEffects* term) {
   return term == nullptr ? RandomEffects{} : *term;
 }

@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Index;
 
-/// All variables of the data that the model reads, but for the group; the response is the first.
+/// All variables of the data that the model reads, except the group; the response is the first.
 std::vector<std::string> data_variables(const ModelSpecification& specification) {
   std::vector<std::string> names{specification.formula.left};
   const auto add = [&names](const std::string& name) {
@@ -43,7 +43,7 @@ void check_finite(const std::vector<double>& values,
   throw InputError("the value is not finite", place);
 }
 
-/// Fits square values and products of two columns, which must neither overflow nor vanish.
+/// Checks that squares of values and products of two columns neither overflow nor underflow.
 void check_size(const std::vector<double>& values,
                 const std::string& name,
                 const data::Table& table) {
@@ -76,7 +76,7 @@ bool is_at_edge(const ModelSpecification& specification,
   std::vector<double> values(columns.row(row).begin(), columns.row(row).end());
   for (const ParameterModel& parameter : specification.parameters) names.push_back(parameter.name);
   const data::Expression& mean = specification.formula.right;
-  // Which way the limit is approached depends on the signs of the parameters.
+  // The side from which the limit is approached depends on the signs of the parameters.
   for (const double parameter : {1.0, 0.5, -1.0}) {
     values.resize(variables.size());
     values.resize(names.size(), parameter);
@@ -88,7 +88,7 @@ bool is_at_edge(const ModelSpecification& specification,
   return false;
 }
 
-/// Whether a column is zero where the formula has such an edge, as log(x) inside exp() has.
+/// Whether a column is zero where the formula has such a singularity, as log(x) inside exp().
 bool has_edge(const ModelSpecification& specification,
               const std::vector<std::string>& variables,
               const Eigen::MatrixXd& columns) {
@@ -127,8 +127,8 @@ class Grouping {
   data::TextColumn labels_;
 };
 
-/// Each stratum has variance parameters of its own, and the time of a fit grows with the square of
-/// their number.
+/// Each stratum has its own variance parameters, and the time of a fit is proportional to the
+/// square of their number.
 void require_few_strata(const NonlinearModel::Strata& strata, const Place& place) {
   constexpr std::size_t kMostStrata = 100;
   if (strata.labels.size() <= kMostStrata) return;
@@ -292,7 +292,7 @@ void NonlinearModel::load_covariates(const data::Table& table) {
 }
 
 void NonlinearModel::compile() {
-  // A parameter is one value a call unless it has covariates or random effects.
+  // A parameter has one value per call unless it has covariates or random effects.
   std::vector<data::Program::Input> inputs;
   for (const ParameterModel& parameter : specification_.parameters) {
     const bool varies = !parameter.covariates.empty() || group_count() > 1;
@@ -316,7 +316,7 @@ void NonlinearModel::compile() {
     }
   }
   for (std::size_t i = 0; i < count; ++i) {
-    // Where all second derivatives vanish, a kink (abs, max, ifelse, ...) may bend the mean.
+    // If all second derivatives vanish, a kink (abs, max, ifelse, ...) may make the mean nonlinear.
     const std::string& name = specification_.parameters[i].name;
     const bool has_kink = specification_.formula.right.has_kink_in(name);
     if (!parameter_bilinear_[i][i] || !has_kink) continue;
@@ -391,7 +391,7 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
                                      Index begin,
                                      Index end,
                                      Eigen::MatrixXd& parameters) const {
-  // Of a parameter that is one value a call, only the first is read.
+  // Of a parameter with one value per call, only the first is read.
   const std::vector<data::Program::Input>& inputs = mean_program_.inputs();
   const bool is_one_set = coefficients.cols() == 1;
   const auto after = std::upper_bound(group_begin_.begin(), group_begin_.end(), begin);
@@ -409,7 +409,7 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
       const bool varies = !inputs[static_cast<std::size_t>(slot.parameter)].is_scalar;
       auto target = parameters.col(slot.parameter).segment(row - begin, varies ? stop - row : 1);
       if (slot.covariate < 0) {
-        target.setConstant(value);  // an intercept comes first
+        target.setConstant(value);  // an intercept is first
       } else {
         target += value * covariates_.col(slot.covariate).segment(row, stop - row);
       }
@@ -427,7 +427,7 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
     throw UsageError("coefficients must be given once, or once for each group");
   }
   check_stop();
-  // Parameters and derivatives of a row are needed only until its results are there.
+  // Parameters and derivatives of a row are needed only until its results are computed.
   constexpr Index kBlockRows = 4096;
   const Index n = observations();
   mean.resize(n);

@@ -36,7 +36,7 @@ VectorXd mean_of(const NonlinearModel& model, const VectorXd& coefficients) {
 
 }  // namespace
 
-TEST_CASE("more random effects than a group can have are refused") {
+TEST_CASE("too many random effects are refused") {
   const Table table = five_trees();
   ModelSpecification specification = specify_model("h ~ a + b*dbh", {"b ~ 1 + C"}, table);
   const auto with = [&](std::size_t inner, std::size_t outer) {
@@ -71,7 +71,7 @@ TEST_CASE("values whose squares overflow or vanish are refused with their column
   }
 }
 
-TEST_CASE("rows are complete and sorted by group, and know their line") {
+TEST_CASE("rows are complete and sorted by group, with their lines") {
   const NonlinearModel model = by_plot(five_trees());
   CHECK(model.rows() == std::vector<std::size_t>{0, 2, 4, 3});
   CHECK(model.excluded() == 1);
@@ -106,14 +106,14 @@ TEST_CASE("the pooled model has a constant for each parameter") {
   CHECK(pooled.is_bilinear(0, 1));
 }
 
-TEST_CASE("a coefficient knows its parameter and what it is multiplied by") {
+TEST_CASE("a coefficient has its parameter and its covariate") {
   const NonlinearModel model = by_plot(five_trees());
   CHECK(model.parameter_of(2) == 1);
   CHECK(model.multiplier(1) == VectorXd::Ones(4));
   CHECK(model.multiplier(2) == VectorXd(Eigen::Vector4d(0, 2, 4, 3)));
 }
 
-TEST_CASE("a parameter behind a kink does not enter linearly, wherever the kink is") {
+TEST_CASE("a formula with a kink is not linear in its parameters") {
   struct Formula {
     const char* text = nullptr;
     bool is_linear = false;

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Index;
 
-/// \param group  said where there are two groupings: " | stand"
+/// \param group  for two groupings: " | stand"
 void add_covariance(const std::vector<std::string>& names,
                     const Eigen::MatrixXd& covariance,
                     const std::string& group,
@@ -27,7 +27,7 @@ void add_covariance(const std::vector<std::string>& names,
   }
 }
 
-/// Correlations that the form of the covariance holds at zero are no parameters.
+/// Correlations that the form of the covariance fixes at zero are not parameters.
 void add_level(const RandomEffects& random,
                const Eigen::MatrixXd& covariance,
                const std::string& group,

@@ -95,7 +95,7 @@ VectorXd RelativeFactor::gradient(const MatrixXd& by_factor) const {
 
 MatrixXd spherical_effects(const MatrixXd& factor, const MatrixXd& effects) {
   if (factor.size() == 0) return effects;
-  // Directions of L that are smaller by this factor hold no random effects that count.
+  // Directions of L that are smaller by this factor contain no significant random effects.
   constexpr double kSmallestPivot = 1e-6;
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
   solver.setThreshold(kSmallestPivot);

@@ -16,10 +16,8 @@ namespace silvafit::fit {
 class RelativeFactor {
  public:
   /// \param random  the form of the covariance
-  /// \param scales  (q) the unit in which each random effect is measured: L acts on effects /
-  /// scales. It only
-  ///   matters for the identity form, which is a multiple of the identity in the effects' own
-  ///   units.
+  /// \param scales  (q) the unit of each random effect: L acts on effects / scales. It only matters
+  ///   for the identity form, which is a multiple of the identity in the effects' own units.
   RelativeFactor(const RandomEffects& random, Eigen::VectorXd scales);
 
   Eigen::Index size() const { return scales_.size(); }
@@ -28,7 +26,7 @@ class RelativeFactor {
   Eigen::MatrixXd factor(const Eigen::VectorXd& parameters) const;
   /// Parameters of the L nearest to a diagonal one.
   Eigen::VectorXd from_diagonal(const Eigen::VectorXd& diagonal) const;
-  /// Parameters of the factor of a positive semidefinite D, as far as the form can hold it.
+  /// Parameters of the factor of a positive semidefinite D, as far as the form can represent it.
   Eigen::VectorXd from_covariance(const Eigen::MatrixXd& relative_covariance) const;
   /// Parameters of a factor that has the form.
   Eigen::VectorXd from_factor(const Eigen::MatrixXd& factor) const;
@@ -44,7 +42,7 @@ class RelativeFactor {
   Eigen::VectorXd identity_;  ///< diagonal of L for the identity form with parameter one
 };
 
-/// The spherical effects v of effects b = L v, as far as L, which may be singular, can hold them.
+/// The spherical effects v of effects b = L v, as far as a singular L can represent them.
 /// \param factor   (q x q) L
 /// \param effects  (q x G) b
 Eigen::MatrixXd spherical_effects(const Eigen::MatrixXd& factor, const Eigen::MatrixXd& effects);

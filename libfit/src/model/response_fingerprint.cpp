@@ -22,7 +22,7 @@ std::uint64_t mixed(std::uint64_t bits) {
 
 std::uint64_t response_sum(const Eigen::Ref<const Eigen::VectorXd>& response) {
   std::uint64_t sum = 0;
-  // Adding zero makes the two zeros one; adding one keeps zeros from being hashed to nothing.
+  // Adding zero makes -0 and 0 equal; adding one prevents that zeros have the hash 0.
   for (const double value : response) sum += mixed(std::bit_cast<std::uint64_t>(value + 0.0) + 1);
   return sum;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A short mark by which to tell that two fits are to the same observations.
+// A fingerprint of the observations, to recognize fits to the same data.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@ namespace silvafit::fit {
 /// The hash is the finalizer of MurmurHash3 (Appleby 2011, public domain).
 std::string response_fingerprint(const Eigen::Ref<const Eigen::VectorXd>& response);
 
-/// The sum, which parts of the observations add up to, and its text.
+/// The sum, which is additive over parts of the observations, and its text.
 std::uint64_t response_sum(const Eigen::Ref<const Eigen::VectorXd>& response);
 std::string response_fingerprint(std::uint64_t sum);
 

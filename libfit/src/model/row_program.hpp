@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Programs over the rows of data, with where each of their inputs comes from.
+// Programs over the rows of data, with the sources of their inputs.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,7 @@
 
 namespace silvafit::fit {
 
-/// Rows that a program works on at a time: inputs and sums of so many stay in the second-level
-/// cache.
+/// Rows per block of a program, so few that inputs and sums fit into the second-level cache.
 constexpr Eigen::Index kProgramRows = 512;
 
 /// Several expressions compiled together.

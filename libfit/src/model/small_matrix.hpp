@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Matrices of the size of one group's random effects, which need no memory from the heap.
+// Matrices of the size of one group's random effects, without heap memory.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace silvafit::fit {
 
-/// The most random effects that one group can have, over both groupings; NonlinearModel and the
-/// reader of fits refuse more.
+/// Maximum number of random effects of a group, over both groupings; NonlinearModel and the reader
+/// of fits refuse more.
 inline constexpr int kMostRandomEffects = 12;
 
 using SmallMatrix = Eigen::Matrix<double,

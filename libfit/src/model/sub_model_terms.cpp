@@ -20,7 +20,7 @@ constexpr std::size_t kMostTerms = 500;
 constexpr int kDeepest = 100;
 constexpr int kHighestPower = 9;
 
-/// Functions that build the columns of R's formulas, and what to write here.
+/// Functions of R's formulas that are not available, and their replacements.
 struct Advice {
   std::string_view function{};
   std::string_view advice{};
@@ -68,7 +68,7 @@ Term product(const Term& a, const Term& b) {
   return result;
 }
 
-/// All products of two sums; one more than can be is enough to be refused.
+/// All products of two sums; it stops after one more than is allowed.
 Terms products(const Terms& left, const Terms& right) {
   Terms result;
   for (const Term& a : left) {
@@ -80,13 +80,13 @@ Terms products(const Terms& left, const Terms& right) {
   return result;
 }
 
-/// The place behind the parenthesis that closes the one at `open`, or the end.
+/// The position after the parenthesis that closes the one at `open`, or the end.
 std::size_t behind_parenthesis(std::string_view text, std::size_t open, std::size_t end) {
   const std::size_t close = find_outside(text, {open + 1, end}, ")");
   return std::min(close + 1, end);
 }
 
-/// Reads the right side by splitting at operators, loosest binding first.
+/// Reads the right side by splitting at operators, lowest precedence first.
 class TermParser {
  public:
   explicit TermParser(std::string_view text) : text_(text) {}
@@ -135,7 +135,7 @@ class TermParser {
 
   bool is_comparison(Part part) const { return find_outside(text_, part, "<>=!&|") < part.end; }
 
-  /// The signs of a sum; those of the numbers in `x > -3` and `x > 1e-3` are none.
+  /// The signs of a sum, without those of the numbers in `x > -3` and `x > 1e-3`.
   bool is_sign(std::size_t i, Part whole) const {
     const Part before = trimmed(text_, whole.begin, i);
     if (before.begin == before.end) return true;
@@ -313,7 +313,7 @@ class TermParser {
                         .value = data::Expression::parse(text_, part.begin, part.end),
                         .position = part.begin + 1};
     const std::vector<std::string> names = result.value.variables();
-    // What stands for a comparison with text is a variable of the expression, too.
+    // The placeholder of a comparison with text is a variable of the expression, too.
     const bool is_name =
         names.size() == 1 && function.empty() && !is_comparison(part) && label[0] != '(';
     if (is_name) result.column = names.front();

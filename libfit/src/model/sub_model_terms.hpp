@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The right side of a sub-model as R reads it: terms of variables, by +, -, :, * and ^.
+// The right side of a sub-model by R's rules: terms of variables, by +, -, :, * and ^.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace silvafit::fit {
 
-/// What stands between the operators: a column, a function of columns, or a comparison.
+/// An operand: a column, a function of columns, or a comparison.
 struct TermVariable {
   std::string label{};  ///< as written, e.g. "C", "log(dbh)" or "(Year == 1989)"
   data::Expression value;
@@ -20,10 +20,10 @@ struct TermVariable {
   std::size_t position = 0;  ///< in the text, from 1
 };
 
-/// A product of variables, by their numbers, in the order in which it was written first.
+/// A product of variables, by their numbers, in the order of its first occurrence.
 using Term = std::vector<std::size_t>;
 
-/// `b ~ x*z` taken apart: the terms x, z and x:z, ordered by their number of variables, as in R.
+/// The terms of `b ~ x*z`: x, z and x:z, ordered by their number of variables, as in R.
 struct TermFormula {
   std::string parameter{};
   bool has_intercept = true;
@@ -31,7 +31,7 @@ struct TermFormula {
   std::vector<Term> terms{};
 };
 
-/// \throws FormulaError where the text is no sub-model, or where R and arithmetic would differ
+/// \throws FormulaError if the text is not a sub-model, or if R and arithmetic would differ
 TermFormula parse_terms(std::string_view text);
 
 /// "x:z": the label of a term whose variables have these labels.

@@ -69,7 +69,7 @@ TEST_CASE("the right side of a sub-model is a model formula of R") {
   }
 }
 
-TEST_CASE("what R reads otherwise than as arithmetic is refused, with what to write") {
+TEST_CASE("texts that R does not read as arithmetic are refused, with the remedy") {
   struct Refused {
     const char* right_side = nullptr;
     const char* message = nullptr;
@@ -113,14 +113,14 @@ TEST_CASE("what R reads otherwise than as arithmetic is refused, with what to wr
   }
 }
 
-TEST_CASE("sub-models without end are refused") {
+TEST_CASE("very long sub-models are refused") {
   CHECK_THROWS_WITH(parse_terms("b ~ " + std::string(5000, '(') + "x" + std::string(5000, ')')),
                     Contains("nested too deeply"));
   CHECK_THROWS_WITH(parse_terms("b ~ (a + b + c + d + e + f + g + h + i + j + k + l)^9"),
                     Contains("too many terms"));
 }
 
-TEST_CASE("a sub-model says which columns it reads as numbers and which as names") {
+TEST_CASE("the columns that a sub-model reads as numbers and as names") {
   const SubModelColumns columns =
       sub_model_columns("b ~ species*log(dbh) + factor(year) + (zone == \"2\") + (age > 3)");
   using Names = std::vector<std::string>;

@@ -12,7 +12,7 @@ struct SymmetricEigen {
 };
 
 /// All NaN if the matrix has entries that are not finite, or if the iteration does not converge, so
-/// that what is computed from them is NaN as well and never a number that means nothing.
+/// that results that depend on them are NaN, too.
 /// \param matrix  of which the lower triangle is read
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
 

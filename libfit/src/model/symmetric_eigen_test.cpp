@@ -17,7 +17,7 @@ TEST_CASE("a symmetric matrix is the sum of its eigenvectors' projections") {
   CHECK((of.vectors * of.values.asDiagonal() * of.vectors.transpose() - matrix).norm() < 4e-15);
 }
 
-TEST_CASE("eigenvalues of what is not finite are NaN, not numbers") {
+TEST_CASE("eigenvalues of a matrix that is not finite are NaN") {
   for (const double value :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();

@@ -17,7 +17,7 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Names of log|v| and 1/v of the fitted value v; no column can have them, since they have blanks.
+// Names of log|v| and 1/v of the fitted value v, with blanks, which names of columns cannot have.
 constexpr const char* kLogarithm = "log of the fitted value";
 constexpr const char* kInverse = "inverse of the fitted value";
 
@@ -49,7 +49,7 @@ VarianceData VarianceData::of(const NonlinearModel& model) {
   return data;
 }
 
-/// What the log scale of one factor is made from: variables of the model's quantities.
+/// The variables in the log scale of one factor: those of the model's quantities.
 class VarianceModel::FactorTerms : public LogScaleTerms {
  public:
   FactorTerms(VarianceModel& model, std::size_t index)
@@ -111,7 +111,7 @@ VarianceModel::VarianceModel(const VarianceFunction& function, VarianceData data
 }
 
 const std::string& VarianceModel::fitted_name() {
-  // No column can have this name in a formula, since it has a blank.
+  // No column can have this name in a formula, because it has a blank.
   static const std::string name = "fitted value";
   return name;
 }
@@ -313,7 +313,7 @@ VectorXd VarianceModel::inside_range(const VarianceEstimate& estimate) const {
   for (const Quantity& quantity : quantities_) {
     if (quantity.kind != VarianceQuantity::kConstant) continue;
     const double least = kShare * quantity.start;
-    // Of one number it is an angle up to a right one; of strata, a root without an upper end.
+    // For a single number it is an angle up to pi/2; for strata, a root without an upper bound.
     const bool is_angle =
         quantity.strata < 0 && !estimate.factors[quantity.factor].factor.delta.has_value();
     for (Index k = quantity.first; k < quantity.first + quantity.count; ++k) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Variance functions in the parameters that an optimizer likes, and back in those that people read.
+// Conversion of variance functions between internal parameters for optimizers and reported ones.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct ResidualScale {
   double sum_log = 0.0;              ///< sum of log g
 };
 
-/// What variance functions read from N observations.
+/// The data that variance functions read from N observations.
 struct VarianceData {
   Eigen::VectorXd response{};  ///< (N) magnitudes like those of the fitted values
   std::map<std::string, Eigen::VectorXd, std::less<>> columns{};  ///< (N) by name
@@ -34,12 +34,12 @@ struct VarianceData {
 };
 
 /// A variance function with internal parameters that are of order one and, without strata, nearly
-/// uncorrelated with sigma: v is taken relative to its typical value, so that g is about 1 whatever
-/// delta is. With strata, sigma must mean the same in each: their factors are used as they are
-/// defined. The files of the kinds say what their internal parameters are.
+/// uncorrelated with sigma: v is taken relative to its typical value, so that g is about 1 for any
+/// delta. With strata, sigma must have the same meaning in each: their factors are used as they are
+/// defined. The files of the kinds define their internal parameters.
 class VarianceModel {
  public:
-  /// A quantity in log g: one number, or one a stratum.
+  /// A quantity in log g: one number, or one per stratum.
   struct Quantity {
     VarianceQuantity kind = VarianceQuantity::kDelta;
     std::string name{};          ///< of the variable in log_scale()
@@ -49,16 +49,16 @@ class VarianceModel {
     Eigen::Index count = 1;      ///< estimated strata
     bool has_reference = false;  ///< the first stratum is 0 and not estimated
     double start = 0.0;
-    double at_constant = 0.0;  ///< its value where the variance is constant
+    double at_constant = 0.0;  ///< its value for a constant variance
   };
 
   VarianceModel(const VarianceFunction& function, VarianceData data);
 
   /// Number of internal parameters, m.
   Eigen::Index parameter_count() const { return parameter_count_; }
-  /// Internal parameters to start from.
+  /// Internal parameters at the start.
   Eigen::VectorXd start() const;
-  /// Internal parameters of a constant variance, as far as none is held elsewhere.
+  /// Internal parameters of a constant variance, as far as no other value is held.
   Eigen::VectorXd constant() const;
 
   /// log g as an expression of the fitted value, columns and quantities.
@@ -83,13 +83,13 @@ class VarianceModel {
   /// The same of all factors.
   const std::vector<double>& typical_values() const { return typical_; }
 
-  /// Number of observations whose |v| is so small that it had to be floored.
+  /// Number of observations whose |v| is so small that it was floored.
   Eigen::Index floored(const Eigen::VectorXd& fitted) const;
 
   VarianceEstimate estimate(const Eigen::VectorXd& parameters) const;
-  /// Internal parameters of an estimate; NaN where it is.
+  /// Internal parameters of an estimate; NaN if it is NaN.
   Eigen::VectorXd parameters(const VarianceEstimate& estimate) const;
-  /// The same, moved inside the range if they are at its boundary: there the likelihood is flat by
+  /// The same, moved inside the range if they are at a bound: there the likelihood is flat by
   /// symmetry, and a search would not leave it.
   Eigen::VectorXd inside_range(const VarianceEstimate& estimate) const;
   /// The factor from the internal residual scale to nlme's sigma; a factor whose constant is
@@ -107,7 +107,7 @@ class VarianceModel {
                             VarianceQuantity kind,
                             double start,
                             double at_constant);
-  /// (N) what a factor is a function of; of the fitted value, the response in its place.
+  /// (N) the variable of a factor; the response instead of the fitted value.
   const Eigen::VectorXd& values_of(const VarianceFactor& factor) const;
   int strata_index(const VarianceFactor& factor) const;
   /// Values of a quantity by stratum, a single one without strata.

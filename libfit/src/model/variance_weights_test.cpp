@@ -33,7 +33,7 @@ double by_definition(const VarianceEstimate& estimate, double sigma, double v) {
 
 }  // namespace
 
-TEST_CASE("internal parameters mean what nlme's parameters mean") {
+TEST_CASE("internal parameters give the variance functions of nlme's parameters") {
   for (const char* const function : {"none",
                                      "exponential",
                                      "power",
@@ -58,7 +58,7 @@ TEST_CASE("internal parameters mean what nlme's parameters mean") {
   }
 }
 
-TEST_CASE("an estimate from other data keeps its meaning where its constant outgrows the power") {
+TEST_CASE("an estimate from other data is converted correctly if its constant is dominant") {
   const VarianceModel model = model_of("constant-plus-power");
   VarianceEstimate estimate = model.estimate(model.start());
   const double sigma = 0.3;
@@ -68,7 +68,7 @@ TEST_CASE("an estimate from other data keeps its meaning where its constant outg
     const double internal = std::exp(model.log_scale_of(estimate, sigma));
     const ResidualScale scale = model.scale(values(), model.parameters(estimate), false);
     for (Eigen::Index i = 0; i < values().size(); ++i) {
-      // The angle has eight digits of the power where the constant is 1e12 times as large.
+      // If the constant is 1e12 times as large, the angle has eight digits of the power.
       CHECK(internal / std::sqrt(scale.weight[i]) ==
             Approx(by_definition(estimate, sigma, values()[i])).epsilon(1e-10));
     }
@@ -83,7 +83,7 @@ TEST_CASE("the name of a column does not matter") {
       return model.scale(values(), VectorXd::Constant(model.parameter_count(), 0.8), false).weight;
     };
     const Eigen::ArrayXd expected = weights("dbh");
-    // Names that the formulas of the functions have for their parts.
+    // Names that the formulas of the functions use internally.
     for (const char* const column : {"a", "b", "d", "f", "k", "o", "t", "v"}) {
       INFO(function << " of " << column);
       CHECK((weights(column) == expected).all());
@@ -91,7 +91,7 @@ TEST_CASE("the name of a column does not matter") {
   }
 }
 
-TEST_CASE("a constant variance is a point of every function") {
+TEST_CASE("a constant variance is a special case of every function") {
   for (const char* const function : {"exponential", "power", "constant-plus-power"}) {
     const VarianceModel model = model_of(function);
     const ResidualScale scale = model.scale(values(), model.constant(), false);
@@ -110,7 +110,7 @@ TEST_CASE("values near zero are floored and counted") {
   CHECK(model.scale(v, VectorXd::Constant(1, 0.5), false).weight.allFinite());
 }
 
-TEST_CASE("strata and products of variance functions mean what nlme's mean") {
+TEST_CASE("strata and products of variance functions agree with nlme's definitions") {
   VarianceData data{.response = values()};
   data.columns["dbh"] = VectorXd::LinSpaced(7, 3.0, 30.0);
   data.strata.push_back(

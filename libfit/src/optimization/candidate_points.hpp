@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Values that nonlinear coefficients may plausibly have, known from nothing but the data's scales.
+// Plausible values of nonlinear coefficients, derived from the scales of the data.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ class CandidatePoints {
 
   /// Magnitudes of order one, of the columns of the formula, and of their inverses.
   const std::vector<double>& scales() const { return scales_; }
-  /// (q) the point of a number from 1.
+  /// (q) the point with an index from 1.
   Eigen::VectorXd operator()(std::size_t number) const;
 
  private:

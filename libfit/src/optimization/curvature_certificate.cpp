@@ -15,12 +15,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Eigenvalues of the scaled Hessian that are smaller are rounding, however symmetric it is.
+// Smaller eigenvalues of the scaled Hessian are rounding errors, even if it is symmetric.
 constexpr double kSmallestCurvature = 1e-9;
-// Variables whose own curvature is a smaller share of the largest have none.
+// Variables with a relatively smaller curvature than the largest one have none.
 constexpr double kSmallestDiagonal = 1e-6;
-// A slope along a direction without curvature that is smaller counts as zero: a step of a
-// hundred standard deviations would gain a thousandth.
+// A smaller gradient along a direction without curvature counts as zero: a step of a hundred
+// standard deviations would gain a thousandth.
 constexpr double kNoSlope = 1e-5;
 
 /// One over the square root of the diagonal; directions without curvature keep their unit.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether a point is a minimum, from the gradient and a Hessian of limited exactness.
+// Test of a minimum from the gradient and a Hessian of limited accuracy.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,15 +15,15 @@ namespace silvafit::fit {
 /// mixed_effects/confounded_variances.hpp.
 class CurvatureCertificate {
  public:
-  /// \param hessian   (n x n) as it comes from differences of gradients; its asymmetry
-  ///   is a measure of the error of its eigenvalues
+  /// \param hessian   (n x n) from differences of gradients; its asymmetry is a measure of the
+  ///   error of its eigenvalues
   /// \param gradient  (n)
   CurvatureCertificate(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& gradient);
 
   /// g'H^-1 g, twice the decrease by a Newton step; infinite if it is not known.
   double decrement() const { return decrement_; }
-  /// The direction of the most negative curvature, one standard deviation long; empty where no
-  /// curvature is negative beyond doubt.
+  /// The direction of the most negative curvature, one standard deviation long; empty if no
+  /// curvature is significantly negative.
   const Eigen::VectorXd& downwards() const { return downwards_; }
 
  private:
@@ -32,8 +32,7 @@ class CurvatureCertificate {
 };
 
 /// The inverse of a Hessian over the directions in which it is positive. It is not valid for a
-/// parameter that has a component in one of the other directions. NaN where the Hessian is not
-/// finite.
+/// parameter that has a component in one of the other directions. NaN if the Hessian is not finite.
 Eigen::MatrixXd informed_inverse(const Eigen::MatrixXd& hessian);
 
 }  // namespace silvafit::fit

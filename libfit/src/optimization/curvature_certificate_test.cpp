@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using namespace silvafit::fit;
 
-TEST_CASE("the decrement is that of Newton's step, in any like units") {
+TEST_CASE("the decrement is that of Newton's step, in any units") {
   MatrixXd hessian(2, 2);
   hessian << 4.0, 1.0, 1.0, 2.0;
   const Vector2d gradient(0.3, -0.2);
@@ -25,13 +25,13 @@ TEST_CASE("the decrement is that of Newton's step, in any like units") {
   CHECK(CurvatureCertificate(hessian, gradient).downwards().size() == 0);
 }
 
-TEST_CASE("a direction without curvature is nothing unless there is a slope") {
+TEST_CASE("a direction without curvature is ignored unless it has a gradient") {
   const MatrixXd hessian = Vector3d(1.0, 2.0, 0.0).asDiagonal();
   CHECK(CurvatureCertificate(hessian, Vector3d(0.0, 0.0, 1e-9)).decrement() == 0.0);
   CHECK(CurvatureCertificate(hessian, Vector3d(0.0, 0.0, 1e-1)).decrement() > 1.0);
 }
 
-TEST_CASE("a saddle shows the way down") {
+TEST_CASE("at a saddle point the direction of descent is returned") {
   MatrixXd hessian(2, 2);
   hessian << 1.0, 0.0, 0.0, -4.0;
   const VectorXd way = CurvatureCertificate(hessian, Vector2d::Zero()).downwards();
@@ -40,7 +40,7 @@ TEST_CASE("a saddle shows the way down") {
   CHECK(std::abs(way[1]) == Approx(0.5).epsilon(1e-12));  // one standard deviation
 }
 
-TEST_CASE("what is in doubt is no saddle") {
+TEST_CASE("insignificant negative curvature is not a saddle point") {
   // The two halves of the matrix differ by more than the eigenvalue that is negative.
   MatrixXd hessian(2, 2);
   hessian << 1.0, 0.0, 1e-3, -1e-4;
@@ -50,7 +50,7 @@ TEST_CASE("what is in doubt is no saddle") {
   CHECK(CurvatureCertificate(hessian, Vector2d::Zero()).downwards().size() == 0);
 }
 
-TEST_CASE("the inverse leaves out what is not known") {
+TEST_CASE("the inverse omits directions that are not identifiable") {
   const MatrixXd hessian = Vector3d(4.0, 0.0, 0.5).asDiagonal();
   const MatrixXd expected = Vector3d(0.25, 0.0, 2.0).asDiagonal();
   CHECK((informed_inverse(hessian) - expected).norm() < 1e-14);

@@ -47,7 +47,7 @@ VectorXd unknown(Index size) {
   return VectorXd::Constant(size, std::numeric_limits<double>::quiet_NaN());
 }
 
-/// The gradient a step away in one variable; nothing outside, where functions leave it as it was.
+/// The gradient a step away in one variable; no value outside of the domain of the function.
 std::optional<VectorXd> gradient_beside(const SmoothFunction& function,
                                         const VectorXd& x,
                                         Index variable,
@@ -83,7 +83,7 @@ class Minimization {
     for (int step = 0; step < options_.maximum_steps; ++step) {
       const VectorXd direction = -result_.hessian.ldlt().solve(gradient_);
       result_.decrement = -gradient_.dot(direction);
-      // Rounding may take the Hessian's definiteness away; its direction means nothing then.
+      // By rounding the Hessian may be indefinite; its direction is then useless.
       if (!(result_.decrement >= 0.0)) result_.decrement = std::numeric_limits<double>::infinity();
       if (result_.decrement <= options_.decrement || is_rounded()) break;
       result_.is_blocked =
@@ -91,7 +91,7 @@ class Minimization {
       if (result_.is_blocked) break;
       if (std::isfinite(result_.decrement) && advance(direction)) continue;
       if (result_.decrement <= options_.rounded_decrement) break;
-      // No descent: the Hessian is stale, or the value is exact to rounding.
+      // No descent: the Hessian is inaccurate, or the value is exact except for rounding.
       if (is_fresh_) break;
       result_.hessian = made_positive(fresh_hessian());
       is_fresh_ = true;
@@ -132,11 +132,11 @@ class Minimization {
     const double slope = gradient_.dot(direction);
     constexpr double kArmijo = 1e-4;
     constexpr int kHalvings = 40;
-    // Where rounding is about to hide all descent, shorter steps show no more of it.
+    // If the descent is near rounding errors, shorter steps are useless.
     constexpr int kRoundedHalvings = 4;
     const int halvings =
         result_.decrement <= options_.rounded_decrement ? kRoundedHalvings : kHalvings;
-    // Near the optimum the value no longer resolves the descent that the slope promises.
+    // Near the optimum the descent predicted by the gradient is below the rounding of the value.
     const double rounding = 1e-14 * std::max(1.0, std::abs(result_.value));
     double length = 1.0;
     for (int halving = 0; halving < halvings; ++halving, length *= 0.5) {
@@ -165,7 +165,7 @@ class Minimization {
   bool is_fresh_ = false;
   double least_decrement_ = std::numeric_limits<double>::infinity();
   int vain_steps_ = 0;
-  int short_steps_ = 0;  ///< in a row
+  int short_steps_ = 0;  ///< consecutive
 };
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 namespace silvafit::fit {
 
-/// Value and, unless null, gradient of the function; a value that is not finite means "outside".
+/// Value and, unless null, gradient of the function; not finite outside of its domain.
 using SmoothFunction = std::function<double(const Eigen::VectorXd& x, Eigen::VectorXd* gradient)>;
 
 struct QuasiNewtonResult {
@@ -25,31 +25,31 @@ struct QuasiNewtonOptions {
   /// prevents it.
   double rounded_decrement = 0.0;
   int maximum_steps = 100;
-  /// Stop after so many very short steps in a row, as at a jump of the function; 0 for never.
+  /// Stop after this number of consecutive very short steps, as at a discontinuity; 0: never.
   int most_short_steps = 0;
   double longest_step = 2.0;  ///< per step, in any variable
-  /// Whether the first Hessian comes from differences to one side: half as many gradients, and
-  /// digits enough to start with.
+  /// Whether the first Hessian is computed from one-sided differences: half as many gradients, and
+  /// sufficient digits for a start.
   bool one_sided = false;
 };
 
 /// Newton steps whose Hessian starts as differences of the exact gradient (or as given) and is then
 /// kept by BFGS updates; |eigenvalues| are floored, so that each direction descends; Armijo
 /// halving.
-/// \param hessian  start for the Hessian, empty to have it computed
+/// \param hessian  start for the Hessian; empty: it is computed
 QuasiNewtonResult minimize(const SmoothFunction& function,
                            const Eigen::VectorXd& start,
                            const Eigen::MatrixXd& hessian = {},
                            const QuasiNewtonOptions& options = {});
 
-/// The Hessian from central differences of the exact gradient, symmetrized. Where the
-/// function ends on one side of x, the difference is that to the other; where it ends on both, rows
-/// and columns are NaN.
+/// The Hessian from central differences of the exact gradient, symmetrized. If the function is
+/// undefined on one side of x, the one-sided difference to the other is used; if it is undefined
+/// on both, rows and columns are NaN.
 Eigen::MatrixXd hessian_from_gradients(const SmoothFunction& function, const Eigen::VectorXd& x);
 
-/// The Hessian from differences of the exact gradient to one side, not symmetrized: its
-/// asymmetry is a measure of its error. Where the function ends there, the other
-/// side is taken; where it ends on both, the column is NaN.
+/// The Hessian from one-sided differences of the exact gradient, not symmetrized: its asymmetry is
+/// a measure of its error. If the function is undefined on this side, the other one is used; if it
+/// is undefined on both, the column is NaN.
 /// \param gradient  at x
 Eigen::MatrixXd one_sided_hessian(const SmoothFunction& function,
                                   const Eigen::VectorXd& x,

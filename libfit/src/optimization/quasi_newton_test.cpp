@@ -25,7 +25,7 @@ double valley(const VectorXd& x, VectorXd* gradient) {
 
 }  // namespace
 
-TEST_CASE("a curved valley is followed to its end") {
+TEST_CASE("the minimum of Rosenbrock's function is found") {
   const QuasiNewtonResult result = minimize(valley, Eigen::Vector2d(-1.2, 1.0));
   CHECK((result.x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-6);
   CHECK(result.decrement <= 1e-14);
@@ -36,7 +36,7 @@ TEST_CASE("a curved valley is followed to its end") {
   CHECK(hessian(1, 1) == Approx(200.0).epsilon(1e-6));
 }
 
-TEST_CASE("a saddle is left, and a forbidden region not entered") {
+TEST_CASE("a search leaves a saddle point and stays in the domain") {
   const SmoothFunction saddle = [](const VectorXd& x, VectorXd* gradient) {
     if (std::abs(x[0]) > 5.0) return std::numeric_limits<double>::infinity();
     if (gradient != nullptr) {
@@ -49,7 +49,7 @@ TEST_CASE("a saddle is left, and a forbidden region not entered") {
 }
 
 TEST_CASE("mixing ends a two-cycle and speeds a slow iteration") {
-  // x -> A x + b with eigenvalues -1 (cycles for ever) and 0.98 (slow); fixed point (I - A)^-1 b.
+  // x -> A x + b with eigenvalues -1 (a cycle) and 0.98 (slow); fixed point (I - A)^-1 b.
   const Eigen::Vector2d diagonal(-1.0, 0.98);
   const Eigen::Vector2d shift(2.0, 0.02);
   AndersonMixing mixing(4);
@@ -61,8 +61,8 @@ TEST_CASE("mixing ends a two-cycle and speeds a slow iteration") {
   CHECK((x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-9);
 }
 
-TEST_CASE("where rounding hides all descent, a search ends at once if it may") {
-  // Digits behind the tenth are noise that no step gets below.
+TEST_CASE("a search can end at once if the descent is below rounding errors") {
+  // Digits after the tenth are noise.
   int evaluations = 0;
   const SmoothFunction noisy = [&](const VectorXd& x, VectorXd* gradient) {
     const double noise = 1e-10 * std::sin(1e9 * x.sum() + ++evaluations);
@@ -78,8 +78,8 @@ TEST_CASE("where rounding hides all descent, a search ends at once if it may") {
   CHECK(evaluations < without / 2);
 }
 
-TEST_CASE("steps that stay short at an edge end a search if they may") {
-  // Across x0 = 0.9 the function is a hundred higher; it falls towards that edge.
+TEST_CASE("consecutive short steps at a discontinuity can end a search") {
+  // Beyond x0 = 0.9 the function is larger by a hundred; it decreases towards this discontinuity.
   const SmoothFunction cliff = [](const VectorXd& x, VectorXd* gradient) {
     if (gradient != nullptr) *gradient = Eigen::Vector2d(-1.0, 2.0 * x[1]);
     return -x[0] + x[1] * x[1] + (x[0] > 0.9 ? 100.0 : 0.0);
@@ -91,8 +91,8 @@ TEST_CASE("steps that stay short at an edge end a search if they may") {
   CHECK_FALSE(minimize(cliff, Eigen::Vector2d(0.0, 1.0)).is_blocked);
 }
 
-TEST_CASE("a Hessian beside which the function ends is that of the other side") {
-  // The gradient outside is left as it was, as the likelihoods do.
+TEST_CASE("at the end of the domain the Hessian uses the other side") {
+  // The gradient outside is unchanged, as in the likelihoods.
   double lowest = 0.0;
   const SmoothFunction bowl = [&](const VectorXd& x, VectorXd* gradient) {
     if (x[1] > 1.0 || x[1] < lowest) return std::numeric_limits<double>::infinity();
@@ -107,9 +107,9 @@ TEST_CASE("a Hessian beside which the function ends is that of the other side") 
     CHECK(hessian(1, 1) == Approx(4.0).epsilon(1e-9));
     CHECK(hessian(0, 1) == 0.0);
   }
-  // A search from the edge still finds the minimum.
+  // A search from the end of the domain still finds the minimum.
   CHECK(minimize(bowl, edge).x.norm() < 1e-6);
-  lowest = 1.0;  // nothing is known across the only line where the function is
+  lowest = 1.0;  // the domain is a single line
   for (const MatrixXd& hessian :
        {hessian_from_gradients(bowl, edge), one_sided_hessian(bowl, edge, slope)}) {
     CHECK(hessian(0, 0) == Approx(6.0).epsilon(1e-9));

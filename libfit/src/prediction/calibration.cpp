@@ -153,7 +153,7 @@ class Calibrator {
 
   /// What the trees add.
   void update(const NonlinearModel& model, unsigned threads) {
-    EffectPriors priors = unseen_priors(model, fit_);
+    EffectPriors priors = priors_of_new_groups(model, fit_);
     if (seen_ != SeenGroups::kNew) fill_priors(model, priors);
     const EffectPosteriors found = find_effects(model, fit_, priors, threads);
     take_over(model, found);

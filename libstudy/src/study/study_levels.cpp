@@ -26,7 +26,7 @@ bool is_usable(const Candidate& candidate) {
   return candidate.fit.convergence.converged() && std::isfinite(candidate.fit.log_likelihood);
 }
 
-bool is_on_edge(const Candidate& candidate) { return candidate.fit.convergence.has_boundary(); }
+bool is_at_boundary(const Candidate& candidate) { return candidate.fit.convergence.has_boundary(); }
 
 /// The sort key of a candidate, smaller being better: first the number of failed folds, because an
 /// error without them is not comparable, then the criterion.
@@ -306,8 +306,9 @@ std::optional<std::size_t> choose_random_effects(std::vector<Candidate>& candida
   const Criterion criterion = options.criteria.random;
   const std::vector<std::size_t> all = ranked(candidates, criterion);
   std::vector<std::size_t> inside;
-  std::ranges::copy_if(
-      all, std::back_inserter(inside), [&](std::size_t i) { return !is_on_edge(candidates[i]); });
+  std::ranges::copy_if(all, std::back_inserter(inside), [&](std::size_t i) {
+    return !is_at_boundary(candidates[i]);
+  });
   std::vector<std::size_t> order = from_first_passing(candidates, inside, examine);
   if (order.empty()) order = from_first_passing(candidates, all, examine);
   if (order.empty()) return std::nullopt;
