@@ -48,7 +48,7 @@ class GroupNumbers {
       : fitted_(numbered(fitted)), term_(term) {}
 
   /// \param coarser  number of the group's coarser group
-  /// \returns -1 where the label is missing
+  /// \returns -1 if the label is missing
   Index add(const std::string& label, Index coarser) {
     if (label.empty()) return -1;
     const auto [place, is_new] = numbers_.emplace(label, static_cast<Index>(term_.labels.size()));
@@ -122,7 +122,7 @@ void choose_rows(const FittedModel& fit,
   }
 }
 
-/// Priors and posteriors of groups, as what the fit and the table say of them.
+/// Priors and posteriors of the effects of groups, from the fit and the table.
 class Calibrator {
  public:
   Calibrator(const FittedModel& fit, SeenGroups seen, Calibration& result)
@@ -151,7 +151,7 @@ class Calibrator {
     for (Index g = 0; g < groups; ++g) set_inner_prior(g);
   }
 
-  /// What the trees add.
+  /// The posteriors given the trees.
   void update(const NonlinearModel& model, unsigned threads) {
     EffectPriors priors = priors_of_new_groups(model, fit_);
     if (seen_ != SeenGroups::kNew) fill_priors(model, priors);
@@ -160,7 +160,7 @@ class Calibrator {
   }
 
  private:
-  /// Whether the fit's own values stand for a group before its trees.
+  /// Whether the prior of a group is the fit's posterior.
   bool counts_fitted(Index fitted) const { return seen_ != SeenGroups::kNew && fitted >= 0; }
 
   void set_outer_prior(Index c) {
@@ -197,7 +197,7 @@ class Calibrator {
     }
   }
 
-  /// The roots of what is known of a group, given those of its coarser group.
+  /// The roots of the conditional covariances of a group, given those of its coarser group.
   EffectRoots roots_of(Index g, const MatrixXd& outer_root) const {
     EffectRoots roots{
         .outer = outer_root, .coupling = MatrixXd::Zero(q_, s_), .inner = inner_root_};
@@ -345,7 +345,7 @@ Calibration calibrate(const FittedModel& fit,
     if (result.is_used[row]) rows.push_back(row);
   }
   if (rows.empty()) return result;
-  // The estimate says which variance function weighs the trees.
+  // The variance function of the estimate weights the trees.
   ModelSpecification specification = fit.specification;
   specification.variance = fit.variance.function();
   calibrator.update(NonlinearModel(specification, table.select(rows)), options.threads);

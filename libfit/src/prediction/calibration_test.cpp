@@ -37,7 +37,7 @@ struct Design {
   double residual = 0.25;  ///< standard deviation where the height is 1; grows by its square root
 };
 
-/// Trees of a height curve whose limit and rate differ by plot, and whose limit differs by stand.
+/// Trees of a height curve whose asymptote and rate differ by plot, and asymptote also by stand.
 Table trees_of(const Design& design) {
   Random random(design.seed);
   std::vector<NestedTree> trees;
@@ -111,7 +111,7 @@ TEST_CASE("calibration on a fit's own trees returns its own random effects") {
       CHECK(distance(in_order_of_fit(calibration, fit.random.back().effects.cols()),
                      fit.random.back().effects,
                      fit.random.back().covariance) < 1e-8);
-      // What the fit keeps is what calibration finds.
+      // The stored values of the fit equal those of the calibration.
       CHECK(calibration.random.back().uncertainty.covariances.isApprox(
           fit.random.back().uncertainty.covariances, 1e-7));
       CHECK(calibration.random.back().uncertainty.sensitivities.isApprox(
@@ -173,7 +173,7 @@ class WrittenOut {
 
 }  // namespace
 
-TEST_CASE("calibrated effects are where the density, written out, has no slope") {
+TEST_CASE("at the calibrated effects the gradient of the density vanishes") {
   const Table table = trees_of({.plots = 6});
   for (const Method method :
        {Method::kLindstromBates, Method::kFirstOrder, Method::kInteraction, Method::kLaplace}) {
@@ -355,7 +355,7 @@ TEST_CASE("conditional covariance and sensitivity are the inverse of Henderson's
   }
 }
 
-TEST_CASE("random effects follow the coefficients as their sensitivity says") {
+TEST_CASE("the sensitivity is the derivative of random effects by the coefficients") {
   const Table table = trees_of({.stands = 5, .plots = 4, .trees = 4});
   const Method method = GENERATE(
       Method::kLindstromBates, Method::kFirstOrder, Method::kInteraction, Method::kLaplace);
@@ -420,7 +420,7 @@ FittedModel that_has_seen(FittedModel fit, const Table& table) {
 
 }  // namespace
 
-TEST_CASE("earlier and new trees combine to what all of them together say") {
+TEST_CASE("calibration with earlier and new trees equals that with all trees together") {
   const bool is_nested = GENERATE(false, true);
   const FittedModel unseen = line(is_nested);
   const Table table = line_data(2);
@@ -456,7 +456,7 @@ TEST_CASE("earlier and new trees combine to what all of them together say") {
   }
 }
 
-TEST_CASE("by default a seen group keeps the fit's random effects, and a new one is calibrated") {
+TEST_CASE("by default a known group keeps the fit's random effects, and a new one is calibrated") {
   const Table table = line_data(2);
   const FittedModel seen =
       that_has_seen(line(true), table.select(std::vector<std::size_t>{0, 1, 2}));
@@ -475,7 +475,7 @@ TEST_CASE("by default a seen group keeps the fit's random effects, and a new one
       all.random.back().effects.rightCols(3), 1e-12));
 }
 
-TEST_CASE("a group without measured trees has what is known of any group") {
+TEST_CASE("a group without measured trees has the prior of any group") {
   FittedModel fit = line(false);
   Table table = line_data(1);
   std::vector<double> y(table.numbers("y").begin(), table.numbers("y").end());
@@ -503,7 +503,7 @@ TEST_CASE("calibration does not depend on the number of threads") {
   CHECK(one.random.back().effects.allFinite());
 }
 
-TEST_CASE("what cannot be calibrated is refused") {
+TEST_CASE("impossible calibrations are refused") {
   FittedModel fit = line(false);
   Table table = line_data(1);
   CHECK_THROWS_WITH(calibrate(fit, table, {.seen_groups = SeenGroups::kCombined}),
@@ -512,7 +512,7 @@ TEST_CASE("what cannot be calibrated is refused") {
   CHECK_THROWS_WITH(calibrate(fit, table), Contains("no random effects"));
 }
 
-TEST_CASE("a fit's file keeps what its data leave open of the random effects") {
+TEST_CASE("the file of a fit has the uncertainty of its random effects") {
   const FittedModel fit = fitted(trees_of({.stands = 6, .plots = 4}),
                                  {.random = "a | stand; a + b | plot", .variance = "power"});
   REQUIRE(fit.random.back().uncertainty.is_known());

@@ -34,7 +34,7 @@ using Open = CoefficientSets::Open;
                    place);
 }
 
-/// (p x names) which coefficients effects are added to.
+/// (p x names) the coefficients to which effects are added.
 MatrixXd placement(const FittedModel& fit, const std::vector<std::string>& names) {
   MatrixXd result = MatrixXd::Zero(fit.estimate.size(), static_cast<Index>(names.size()));
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -44,7 +44,7 @@ MatrixXd placement(const FittedModel& fit, const std::vector<std::string>& names
   return result;
 }
 
-/// Builds sets from effects that were estimated.
+/// Builds sets from estimated effects.
 class SetBuilder {
  public:
   SetBuilder(const FittedModel& fit, Index sets, bool with_covariances, CoefficientSets& result)
@@ -119,7 +119,7 @@ void require_uncertainty(const FittedModel& fit) {
       "need; an older version of silvafit wrote it; fit the model again");
 }
 
-/// What rows of groups that are not known have.
+/// The set for rows of unknown groups.
 class NewGroupRows {
  public:
   NewGroupRows(const FittedModel& fit,
@@ -232,7 +232,7 @@ class CalibratedSets {
   }
 
  private:
-  /// Which groups have trees, here or, where they count, in the fit.
+  /// The groups with trees in the table or, if these are used, in the fit.
   void find_known() {
     const bool counts_fitted = seen_ != SeenGroups::kNew;
     is_outer_known_.assign(outer_.labels.size(), false);
@@ -266,7 +266,7 @@ class CalibratedSets {
                          c);
       return;
     }
-    // A seen group without further trees keeps the fit's effects of its coarser group, too.
+    // A known group without further trees keeps the fit's effects of its coarser group, too.
     const Index k = inner_.fitted_group[static_cast<std::size_t>(g)];
     const Index fitted_c = c < 0 ? -1 : outer_.fitted_group[static_cast<std::size_t>(c)];
     builder_.set_inner(g,

@@ -42,7 +42,7 @@ std::optional<data::TextColumn> known_labels(const ColumnLevels& levels, const d
   return result;
 }
 
-/// Numbers stay numbers, since the formula may read them, too.
+/// Numbers remain numbers, because the formula may read them, too.
 std::vector<double> where_known(std::vector<double> numbers, const data::TextColumn& labels) {
   for (std::size_t row = 0; row < numbers.size(); ++row) {
     if (labels.is_missing(row)) numbers[row] = data::kMissing;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Values of factors that a fit has not seen.
+// Values of factors that are not in the data of a fit.
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace silvafit::fit {
 
-/// The table with values missing where a factor of the model has one that the fit has not seen: it
-/// has no coefficient, and the first level is no estimate of it. None where there are no such.
+/// The table with missing values for levels of factors that the fit does not have: they have no
+/// coefficient, and the first level is not an estimate of them. None if there are no such levels.
 std::optional<data::Table> without_unknown_levels(const FittedModel& fit, const data::Table& table);
 
 }  // namespace silvafit::fit

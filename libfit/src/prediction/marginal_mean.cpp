@@ -61,8 +61,8 @@ MarginalMean with_rule(const RowMean& mean,
   return result;
 }
 
-/// The means of rows by rules of growing size. A row stays at the last rule whose nodes its formula
-/// is defined at: those of larger rules lie further out and may leave where it is.
+/// The means of rows by rules of increasing size. A row keeps the last rule at whose nodes its
+/// formula is defined: those of larger rules are farther out and may be outside of its domain.
 class RowRules {
  public:
   explicit RowRules(Index rows)
@@ -70,7 +70,7 @@ class RowRules {
         difference_(VectorXd::Constant(rows, kInfinity)),
         points_(static_cast<std::size_t>(rows), 0) {}
 
-  /// \returns the largest relative difference to the rule before, of rows that the rule is good for
+  /// \returns the largest relative difference from the rule before, for rows with a valid rule
   double take(const VectorXd& next, int points) {
     double largest = 0.0;
     for (Index i = 0; i < next.size(); ++i) {
@@ -101,7 +101,7 @@ class RowRules {
   std::vector<int> points_;
 };
 
-/// Derivatives of each row by its own rule; NaN where none is good.
+/// Derivatives of each row by its own rule; NaN if none is valid.
 MatrixXd gradient_by(const RowMean& mean,
                      const MatrixXd& arguments,
                      const MatrixXd& root,

@@ -9,9 +9,9 @@
 namespace silvafit::fit {
 
 struct MarginalMean {
-  Eigen::VectorXd value{};     ///< (N) E f(phi + A b), NaN where f is not defined around b = 0
-  Eigen::MatrixXd gradient{};  ///< (N x p) its derivative by the coefficients, if wanted
-  /// Largest relative difference of the last two rules of a row; infinite if it has but one.
+  Eigen::VectorXd value{};     ///< (N) E f(phi + A b), NaN if f is not defined around b = 0
+  Eigen::MatrixXd gradient{};  ///< (N x p) its derivative by the coefficients, if requested
+  /// Largest relative difference of the last two rules of a row; infinite if it has only one.
   double difference = 0.0;
 };
 

@@ -26,7 +26,7 @@ TEST_CASE("marginal means are the expectations over random effects") {
     CHECK(prediction.value[0] == Approx(std::exp(0.7 + 0.125)).epsilon(1e-9));
     CHECK(prediction.marginal_difference < 1e-8);
   }
-  SECTION("of a curve that is not defined where five standard deviations lead") {
+  SECTION("of a curve that is not defined at five standard deviations") {
     FittedModel fit = model("h ~ a*(1 - exp(-b*dbh))^1.5", {"a", "b"}, "b | plot");
     fit.estimate = Eigen::Vector2d(25.0, 0.05);
     fit.covariance = MatrixXd::Identity(2, 2) * 1e-4;
@@ -34,7 +34,7 @@ TEST_CASE("marginal means are the expectations over random effects") {
     Table table;
     table.set("dbh", std::vector<double>{20.0});
     const Prediction prediction = predict(fit, table, Level::kMarginal, {.standard_errors = true});
-    // By the trapezoidal rule over where b is positive; half a millionth of all plots is not there.
+    // By the trapezoidal rule over positive b; half a millionth of all plots has a negative one.
     double expected = 0.0;
     constexpr double kStep = 1e-3;
     for (double z = -5.0 + kStep; z < 8.0; z += kStep) {
@@ -42,7 +42,7 @@ TEST_CASE("marginal means are the expectations over random effects") {
       expected += kStep * std::exp(-0.5 * z * z) / std::sqrt(2.0 * std::numbers::pi) * 25.0 *
                   std::pow(1.0 - std::exp(-b * 20.0), 1.5);
     }
-    // Seven points are the last that stay on this side.
+    // Seven points are the largest rule within the domain.
     CHECK(prediction.value[0] == Approx(expected).epsilon(1e-5));
     CHECK(prediction.marginal_difference > 1e-8);
     CHECK(prediction.marginal_difference < 1e-3);

@@ -36,7 +36,7 @@ struct ValueAndSlope {
 /// to 1e-12: mixtures need them for hundreds of components at each step.
 class NormalTable {
  public:
-  static constexpr double kEnd = 8.5;  // less than 1e-16 is behind it
+  static constexpr double kEnd = 8.5;  // the probability beyond is less than 1e-16
 
   NormalTable() {
     for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -122,7 +122,7 @@ void NormalMixture::assign(const Values& means,
     third += weights_[k] * from_center * (square + 3.0 * own);
   }
   deviation_ = std::sqrt(variance);
-  // Of strongly skewed mixtures the expansion of quantiles that uses it says nothing.
+  // For strongly skewed mixtures the expansion of quantiles is useless.
   skewness_ = std::clamp(third / (variance * deviation_), -1.0, 1.0);
 }
 
@@ -149,11 +149,11 @@ double NormalMixture::quantile(double probability) const {
   const NormalDistribution normal;
   const double score = boost::math::quantile(normal, probability);
   constexpr int kSteps = 200;
-  // Within so few standard deviations of the narrowest component, no component bends much: what is
-  // left of a step is about its third power.
+  // Within so few standard deviations of the narrowest component the curvature is small: the error
+  // after a step is about its third power.
   constexpr double kShortStep = 5e-3;
   constexpr double kSmallScore = 1e-2;
-  // Farther away, a heavy tail bends the score much, and the probability itself is used.
+  // Farther away, the score of a heavy tail is strongly curved, and the probability itself is used.
   constexpr double kNear = 1.0;
   constexpr double kAccuracy = 1e-10;
   double low = low_;
@@ -174,7 +174,7 @@ double NormalMixture::quantile(double probability) const {
       // The second derivative of the score over twice the first.
       const double bend = 0.5 * (here.slope / here.density + own * slope);
       const double divisor = 1.0 - newton * bend;
-      // Where the bend is strong, Newton's step is longer and safer.
+      // With strong curvature, Newton's step is longer and safer.
       next = y - (divisor > 0.5 && divisor < 2.0 ? newton / divisor : newton);
     }
     const bool is_inside = next > low && next < high;

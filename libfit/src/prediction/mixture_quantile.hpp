@@ -20,7 +20,7 @@ class NormalMixture {
                 double least_tail);
   /// A mixture of no components, for assign().
   NormalMixture() = default;
-  /// Makes it another mixture, in the memory that it has.
+  /// Replaces the mixture, using the same memory.
   void assign(const Values& means,
               const Values& deviations,
               const Values& weights,
@@ -34,7 +34,7 @@ class NormalMixture {
 
   std::vector<double> means_{};
   std::vector<double> inverses_{};                        ///< of standard deviations
-  std::vector<double> weights_{};                         ///< add up to 1
+  std::vector<double> weights_{};                         ///< their sum is 1
   double low_ = std::numeric_limits<double>::infinity();  ///< all quantiles are between these
   double high_ = -std::numeric_limits<double>::infinity();
   double center_ = 0.0;

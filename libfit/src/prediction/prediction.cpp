@@ -28,7 +28,7 @@ void check(const PredictionOptions& options) {
   }
 }
 
-/// Puts marginal means in the place of values, for the rows whose sets ask for them.
+/// Replaces values by marginal means, for the rows whose sets require them.
 class MarginalRows {
  public:
   MarginalRows(const FittedModel& fit,
@@ -43,7 +43,7 @@ class MarginalRows {
       replace(open, result);
     }
   }
-  /// (N x p) derivatives by the coefficients; empty where no row is marginal.
+  /// (N x p) derivatives by the coefficients; empty if no row is marginal.
   const MatrixXd& gradients() const { return gradients_; }
 
  private:

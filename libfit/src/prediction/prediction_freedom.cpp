@@ -18,11 +18,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Groups whose trees say less of a direction than this share of its variance say nothing of it.
+// Groups with a smaller reliability in a direction give no information about it.
 constexpr double kLeastReliability = 1e-6;
 
 /// Degrees of freedom of the residual variance: those of the t tests within the finest groups, but
-/// no more than the observations leave beside the groups. Coefficients that are held have none.
+/// at most the number of observations less that of groups. Held coefficients have none.
 double residual_freedom(const FittedModel& fit) {
   double freedom = 1.0;
   for (const double value : fit.degrees_of_freedom) {
@@ -35,7 +35,7 @@ double residual_freedom(const FittedModel& fit) {
   return freedom;
 }
 
-/// Degrees of freedom between the units of a grouping: those that the layout has, less one for each
+/// Degrees of freedom between the units of a grouping: those of the layout, less one for each
 /// coefficient that is estimated between them.
 /// \param level  0: the coarsest grouping
 double freedom_between(const FittedModel& fit, std::size_t level, double of_layout) {
@@ -50,8 +50,8 @@ MatrixXd inverse_reliability(const MatrixXd& reliability) {
   return of.vectors * inverse.asDiagonal() * of.vectors.transpose();
 }
 
-/// What is left open of the effects of the finer groups if those of the coarser ones are known, as
-/// in the comparison of groups within coarser ones.
+/// The conditional covariance of the effects of the finer groups if those of the coarser ones are
+/// known, as in the comparison of groups within coarser ones.
 EffectUncertainty within_outer(const FittedModel& fit) {
   EffectUncertainty result = finer(fit).uncertainty;
   if (!result.is_known() || !coarser(fit).uncertainty.is_known()) return result;
@@ -149,7 +149,7 @@ VarianceParts Freedom::of_fixed(const Eigen::Ref<const VectorXd>& slope, double 
 double Freedom::value(const VarianceParts& parts, const Eigen::Ref<const VectorXd>& slope) const {
   double left = parts.total;
   double squares = 0.0;
-  // The errors of the coarser groups' own curves, which take the spread of the finer groups in.
+  // The errors of the coarser groups' own curves, including the variance of the finer groups.
   double errors = 0.0;
   const auto take = [&](const Grouping& grouping, double part) {
     if (!(part > 0.0)) return;

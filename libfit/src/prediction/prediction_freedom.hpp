@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Degrees of freedom of the variances that predictions are made of.
+// Degrees of freedom of the variances of predictions.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,14 +10,14 @@
 
 namespace silvafit::fit {
 
-/// The variance of one prediction, and the parts of it that go with the spread between groups.
+/// The variance of one prediction, and its parts that are proportional to the variance between
+/// groups.
 ///
-/// A part that goes with Psi is Psi dV/dPsi, what V loses, to first order, as Psi shrinks to
-/// nothing. V is homogeneous in Psi and sigma^2, so that the parts and sigma^2 dV/dsigma^2 add up
-/// to V.
+/// The part of Psi is Psi dV/dPsi, to first order the decrease of V if Psi goes to zero. V is
+/// homogeneous in Psi and sigma^2, so that the parts and sigma^2 dV/dsigma^2 sum to V.
 struct VarianceParts {
   double total = 0.0;
-  double inner = 0.0;  ///< goes with the covariance of the effects of groups
+  double inner = 0.0;  ///< part of the covariance of the effects of groups
   double outer = 0.0;  ///< of coarser groups
 };
 
@@ -29,11 +29,11 @@ struct VarianceParts {
 /// the independent estimates are the variance between the curves of the groups (in a balanced
 /// layout the mean square between groups) and the residual variance within groups. The former is
 /// the sum of Psi and of the error of the estimated curves. The part V_b, which is proportional to
-/// Psi, therefore takes V_b / reliability of the variance, with the reliability the share of Psi in
-/// that sum. Shares are not negative: the degrees of freedom are at least the smallest of the
+/// Psi, therefore belongs to the variance V_b / reliability, with the reliability the proportion of
+/// Psi in that sum. Parts are not negative: the degrees of freedom are at least the smallest of the
 /// estimates.
-/// In the balanced one-way layout all of this is exact to the order of Satterthwaite's
-/// approximation, and confidence intervals of the mean are those of the t test.
+/// In the balanced one-way layout this is exact to the order of Satterthwaite's approximation, and
+/// confidence intervals of the mean are those of the t test.
 /// Source: Satterthwaite 1946, Biometrics Bulletin 2, 110-114.
 class Freedom {
  public:
@@ -53,7 +53,7 @@ class Freedom {
     double freedom = 0.0;       ///< 0 if there is no such grouping
     Eigen::MatrixXd effects{};  ///< (p x p) Psi among the coefficients
     Eigen::MatrixXd spread{};   ///< (p x p) of the groups' own curves: Psi and their errors
-    /// (p x p) what of the coefficients' covariance goes with Psi.
+    /// (p x p) the part of Psi in the coefficients' covariance.
     Eigen::MatrixXd in_fixed{};
   };
   static Grouping grouping(const FittedModel& fit,

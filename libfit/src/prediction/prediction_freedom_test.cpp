@@ -20,8 +20,8 @@ using namespace silvafit::fit;
 
 namespace {
 
-// How close the variances that maximize the restricted likelihood come to those that analysis of
-// variance gives: what the search leaves, 1e-7 of them, times the largest factor on the way.
+// Relative difference of the variances by restricted likelihood from those of the analysis of
+// variance: the error of the search, 1e-7, times the largest factor in the computation.
 constexpr double kSearch = 1e-5;
 
 double t_quantile(double freedom, double coverage) {
@@ -150,7 +150,7 @@ TEST_CASE("intervals of a line are those of R") {
   }
 }
 
-TEST_CASE("with a variance function but no random effects the residual's freedom is all there is") {
+TEST_CASE("without random effects the degrees of freedom are those of the residual") {
   Random random(2);
   Table table;
   std::vector<double> x;
@@ -232,7 +232,7 @@ TEST_CASE("a covariate of plots has the confidence interval of the line through 
   CHECK(mean.upper[0] == Approx(center + t_quantile(5.0, 0.95) * error).epsilon(kSearch));
 }
 
-TEST_CASE("covariates of trees take no degrees of freedom from groups") {
+TEST_CASE("covariates of trees do not reduce the degrees of freedom of groups") {
   Random random(4);
   constexpr int kPlots = 20;
   Table table = layout({.plots = kPlots, .trees = 2, .sd_plot = 1.0, .sd_tree = 1.0}, random);
@@ -255,7 +255,7 @@ TEST_CASE("covariates of trees take no degrees of freedom from groups") {
         Approx(kPlots - 1.0).epsilon(kSearch));
 }
 
-TEST_CASE("a covariate of plots in stands takes a degree of freedom from them") {
+TEST_CASE("a covariate of plots in stands reduces their degrees of freedom by one") {
   Random random(12);
   const Layout of{
       .stands = 6, .plots = 4, .trees = 3, .sd_stand = 2.0, .sd_plot = 1.0, .sd_tree = 0.5};
@@ -284,7 +284,7 @@ TEST_CASE("a covariate of plots in stands takes a degree of freedom from them") 
         Approx(expected).epsilon(kSearch));
 }
 
-TEST_CASE("a fit that leaves sigma open has no intervals of width zero") {
+TEST_CASE("a fit without degrees of freedom of sigma has no intervals of width zero") {
   Table table;
   table.set("x", std::vector<double>{1.0, 2.0, 3.0});
   table.set("y", std::vector<double>{2.0, 3.5, 5.5});
@@ -297,7 +297,7 @@ TEST_CASE("a fit that leaves sigma open has no intervals of width zero") {
   CHECK(std::isnan(mean.upper[0]));
 }
 
-TEST_CASE("intervals from four plots hold what they say", "[slow]") {
+TEST_CASE("intervals from four plots have their stated coverage", "[slow]") {
   // Plots differ ten times as much as trees, so that the t distribution with three degrees of
   // freedom is all but exact for a tree of another plot. Restricted likelihood: the variances have
   // no bias.

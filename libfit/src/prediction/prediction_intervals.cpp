@@ -24,7 +24,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Open = CoefficientSets::Open;
 
-// Rows at a time, so that what is kept of them stays in memory.
+// Rows per block, which limits the memory.
 constexpr std::size_t kChunk = 4096;
 
 /// Some rows of the table.
@@ -152,7 +152,7 @@ class Chunk {
     return result;
   }
 
-  /// s' V s without memory of its own.
+  /// s' V s without temporary memory.
   static double variance_along(const VectorXd& slope, const Eigen::Ref<const MatrixXd>& variance) {
     double sum = 0.0;
     for (Index j = 0; j < slope.size(); ++j) sum += slope[j] * variance.col(j).dot(slope);
@@ -203,11 +203,11 @@ class Chunk {
     }
   }
 
-  /// What goes with the spread between groups of a variance that is left of what was estimated.
+  /// The part of the variance between groups in the conditional variance of estimated effects.
   ///
-  /// Of a group's or coarser group's own effects, v = psi s / (psi + s) in one dimension is left,
-  /// with s the error variance of the effects that its trees alone would give, of which
-  /// psi dv/dpsi = v^2 / psi goes with psi.
+  /// In one dimension the conditional variance of the effects of a group or coarser group is
+  /// v = psi s / (psi + s), with s the error variance of the effects estimated from its trees only.
+  /// The part of psi is psi dv/dpsi = v^2 / psi.
   /// \param slope       (p) derivatives of the row's mean by the coefficients
   /// \param inner, all  variances of the mean over the effects of groups, and with coarser ones
   VarianceParts known_parts(
@@ -232,7 +232,8 @@ class Chunk {
     return t_quantiles_->at(result_.degrees_of_freedom[begin_ + row]);
   }
 
-  /// Ends in the direction in which the mean changes most: values that it can take.
+  /// Limits from the direction in which the mean changes most; they are possible values of the
+  /// mean.
   void confidence() {
     MatrixXd low = arguments_;
     MatrixXd high = arguments_;
@@ -240,7 +241,7 @@ class Chunk {
       const VectorXd slope = gradient_.row(row);
       const VectorXd direction = spread(row, known_covariance(row), false) * slope;
       const double error = std::sqrt(slope.dot(direction));
-      // Where the error is not known, neither are the ends.
+      // If the error is unknown, the limits are unknown.
       if (error == 0.0) continue;
       const VectorXd step = t_quantile(row) / error * direction;
       low.row(row) -= step.transpose();
@@ -251,14 +252,14 @@ class Chunk {
     for (Index row = 0; row < rows_; ++row) {
       const Index at = begin_ + row;
       const double margin = t_quantile(row) * result_.mean_error[at];
-      // A marginal mean is no value of the curve at any coefficients.
+      // A marginal mean is not a value of the curve at any coefficients.
       const bool is_curve = !is_marginal(row) && std::isfinite(lower[row] + upper[row]);
       result_.lower[at] = is_curve ? std::min(lower[row], upper[row]) : result_.value[at] - margin;
       result_.upper[at] = is_curve ? std::max(lower[row], upper[row]) : result_.value[at] + margin;
     }
   }
 
-  /// Ends by quadrature over what is not known of the arguments.
+  /// Limits by quadrature over the errors of the arguments.
   void prediction() {
     const MatrixXd open_inner = open_covariance(fit_, Open::kInner);
     const MatrixXd open_all = open_covariance(fit_, Open::kAll);
@@ -270,7 +271,7 @@ class Chunk {
     MatrixXd last_of;
     MatrixXd root;
     for (Index row = 0; row < rows_; ++row) {
-      // Many rows in a row are of the same group, or of the population.
+      // Many consecutive rows are of the same group, or of the population.
       const Index set = set_of_row_[static_cast<std::size_t>(row)];
       if (set != last_set) {
         covariance = known_covariance(row);

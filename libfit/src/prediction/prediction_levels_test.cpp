@@ -43,7 +43,7 @@ FittedModel one_way() {
   return fit;
 }
 
-/// A height curve with random limit and rate, so many plots that t is all but normal.
+/// A height curve with random asymptote and rate, and so many plots that t is nearly normal.
 FittedModel curve() {
   FittedModel fit = model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"a", "b"}, "a + b | plot");
   fit.estimate = Eigen::Vector2d(25.0, 0.06);
@@ -111,7 +111,7 @@ TEST_CASE("in the one-way layout errors and intervals are those of theory") {
   CHECK(mean.degrees_of_freedom[4] == Approx(5.0));
 }
 
-TEST_CASE("population prediction intervals hold what simulation draws") {
+TEST_CASE("population prediction intervals have their coverage in simulations") {
   const FittedModel fit = curve();
   Table table;
   const std::vector<double> diameters{6.0, 20.0, 45.0};
@@ -142,7 +142,7 @@ TEST_CASE("population prediction intervals hold what simulation draws") {
   }
 }
 
-TEST_CASE("calibrated intervals hold new trees of many simulated plots") {
+TEST_CASE("calibrated intervals have their coverage for new trees of simulated plots") {
   const FittedModel fit = curve();
   const MatrixXd of_fixed = fit.covariance.llt().matrixL();
   const MatrixXd of_random = fit.random.back().covariance.llt().matrixL();
@@ -187,7 +187,7 @@ TEST_CASE("calibrated intervals hold new trees of many simulated plots") {
   }
 }
 
-TEST_CASE("the error of a predictor that is a prediction is in errors and intervals") {
+TEST_CASE("errors and intervals include the error of a predicted predictor") {
   FittedModel fit = model("hcb ~ c + d*h", {"c", "d"}, "c | plot");
   fit.estimate = Eigen::Vector2d(1.0, 0.5);
   fit.covariance = Eigen::Matrix2d{{0.04, 0.0}, {0.0, 0.0001}};
@@ -225,7 +225,7 @@ TEST_CASE("confidence intervals stay within the range of the curve") {
   CHECK(prediction.upper[0] == Approx(20.0 / (1.0 + std::exp(0.3 - 2.0 * t))));
 }
 
-TEST_CASE("without a known error a mean has no interval, without any error one of no width") {
+TEST_CASE("a mean with an unknown error has no interval, without error one of width zero") {
   FittedModel fit = model("y ~ sqrt(a*x)", {"a"}, "a | plot");
   fit.estimate = VectorXd::Constant(1, 4.0);
   fit.covariance.setConstant(1.0);
@@ -245,7 +245,7 @@ TEST_CASE("without a known error a mean has no interval, without any error one o
   CHECK(exact.upper[0] == 2.0);
 }
 
-TEST_CASE("groups of which nothing is known are what the option says") {
+TEST_CASE("predictions of unknown groups follow the option") {
   const FittedModel fit = curve();
   Table table;
   table.set("plot", texts({"new", "old"}));
@@ -263,7 +263,7 @@ TEST_CASE("groups of which nothing is known are what the option says") {
   CHECK_THROWS_WITH(at(NewGroups::kError), Contains("no measured tree"));
 }
 
-TEST_CASE("an interval needs a sensible level and a fit that keeps what it needs") {
+TEST_CASE("an interval needs a valid level and a fit with the necessary data") {
   FittedModel fit = one_way();
   Table table;
   table.set("plot", texts({"1"}));
@@ -276,7 +276,7 @@ TEST_CASE("an interval needs a sensible level and a fit that keeps what it needs
                     Contains("fit the model again"));
 }
 
-TEST_CASE("quantiles of a mixture are where its distribution function says") {
+TEST_CASE("quantiles of a mixture agree with its distribution function") {
   const Eigen::Vector3d means(0.0, 5.0, -2.0);
   const Eigen::Vector3d deviations(1.0, 0.5, 3.0);
   const Eigen::Vector3d weights(0.5, 0.3, 0.2);
@@ -363,7 +363,7 @@ VectorXd probabilities_below(const FittedModel& fit, double dbh, const VectorXd&
 
 }  // namespace
 
-TEST_CASE("predicted intervals of unseen groups are normal ones however far groups are apart") {
+TEST_CASE("predicted intervals of new groups are normal ones for any variance of groups") {
   const double between = GENERATE(0.0, 0.1, 0.4, 1.0, 5.0, 20.0, 1000.0);
   const FittedModel fit = separated(between);
   Table table;
@@ -380,7 +380,7 @@ TEST_CASE("predicted intervals of unseen groups are normal ones however far grou
   }
 }
 
-TEST_CASE("predicted intervals of a bent curve hold what a very fine quadrature says") {
+TEST_CASE("predicted intervals of a nonlinear curve agree with a very fine quadrature") {
   FittedModel fit = naslund();
   fit.sigma *= GENERATE(0.01, 0.3, 1.0, 3.0);
   const double dbh = GENERATE(5.0, 20.3, 40.0);
@@ -399,7 +399,7 @@ TEST_CASE("predicted intervals of a bent curve hold what a very fine quadrature 
   }
 }
 
-TEST_CASE("predicted intervals of unseen plots end where simulated pines do") {
+TEST_CASE("limits of intervals of new plots agree with the quantiles of simulated pines") {
   Table table;
   table.set("dbh", std::vector<double>{20.3});
   // Of 2,000,000 trees simulated in R, with the standard errors of these quantiles.

@@ -18,18 +18,18 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Points in the direction in which the mean changes most where the residual is wide enough to close
-// the gaps between them, and in each other direction.
+// Points in the main direction if the residual is wide enough to close the gaps between them, and
+// in each other direction.
 constexpr int kMainPoints = 15;
 constexpr int kFewPoints = 3;
 // Many points, by the number of directions: a product of many would take too long.
 constexpr std::array kManyPoints{1, 1, 11, 7, 5};
-// Other directions whose points are a product, and the points that more of them share.
+// Maximum number of other directions with a product rule, and the common points of more of them.
 constexpr Index kProduct = 3;
 constexpr int kSharedPoints = 500;
-// How much the mean may change, in residual standard deviations per standard deviation of the main
-// direction, before the main points show as steps of the distribution function, and before dense
-// points do.
+// Largest changes of the mean, in residual standard deviations per standard deviation of the main
+// direction, for which the distribution function has no visible steps with the main points and
+// with dense points.
 constexpr double kSteepForFew = 0.5;
 constexpr double kSteepForDense = 4.0;
 

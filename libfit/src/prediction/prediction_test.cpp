@@ -62,7 +62,7 @@ TEST_CASE("the conditional prediction adds the effects of the row's group") {
   CHECK(prediction.is_new_group == std::vector<bool>{false, false, false, true, false});
 }
 
-TEST_CASE("groups that the fit has not seen are an explicit choice") {
+TEST_CASE("the prediction of new groups is an explicit choice") {
   const Prediction missing =
       predict(power_curve(), trees(), Level::kConditional, {.new_groups = NewGroups::kMissing});
   CHECK(std::isnan(missing.value[3]));
@@ -82,7 +82,7 @@ TEST_CASE("without random effects both levels are the same") {
   CHECK(prediction.value[0] == Approx(height(1.6, 10.0)).epsilon(1e-14));
 }
 
-TEST_CASE("a level that a factor of the fit has not seen has no prediction") {
+TEST_CASE("a level that is not in the fit has no prediction") {
   data::Table table(4);
   table.set("y", std::vector<double>{10, 20, 12, 22});
   data::TextColumn kind;
@@ -117,13 +117,13 @@ TEST_CASE("the variance may follow a column") {
   CHECK(prediction.residual_sd[1] == Approx(0.5 * 400.0).epsilon(1e-14));
 }
 
-TEST_CASE("a missing value cannot be hidden by the formula") {
+TEST_CASE("a missing value gives a missing prediction for any formula") {
   FittedModel fit = power_curve();
   fit.specification.formula = data::parse_formula("h ~ a*b*ifelse(dbh > 5, 2, 3)");
   CHECK(std::isnan(predict(fit, trees(), Level::kPopulation).value[2]));
 }
 
-TEST_CASE("nested groups have the effects of both groupings, as far as they are known") {
+TEST_CASE("nested groups have the known effects of both groupings") {
   FittedModel fit = power_curve();
   fit.specification.random = parse_random_effects("b | stand; a | plot");
   fit.random.insert(
@@ -159,12 +159,12 @@ TEST_CASE("effects of a coarser group are found in spite of a slash in its label
   CHECK(prediction.value[1] == Approx(12.2).epsilon(1e-15));
 }
 
-TEST_CASE("what only the variance function reads may be missing: predictions go on") {
+TEST_CASE("predictions do not need columns that only the variance function reads") {
   FittedModel fit = power_curve();
   fit.degrees_of_freedom = Eigen::Vector3d::Constant(50.0);
   fit.covariance = Eigen::Vector3d(0.01, 0.01, 1e-4).asDiagonal();
   fit.random.back().covariance = Eigen::MatrixXd::Constant(1, 1, 0.02);
-  SECTION("a column that is not there") {
+  SECTION("a missing column") {
     fit.variance.factors[0].factor.column = "noise";
     const Prediction prediction = predict(fit, trees(), Level::kPopulation, {.interval = 0.95});
     CHECK(prediction.value[1] == Approx(height(1.7, 20.0)).epsilon(1e-14));
@@ -172,7 +172,7 @@ TEST_CASE("what only the variance function reads may be missing: predictions go 
     CHECK(prediction.lower.array().isNaN().all());
     CHECK(prediction.upper.array().isNaN().all());
     CHECK(prediction.residual_gap == std::vector<std::string>(5, "missing noise"));
-    // The mean has its interval all the same.
+    // The mean still has its interval.
     const Prediction mean = predict(fit,
                                     trees(),
                                     Level::kPopulation,
@@ -180,7 +180,7 @@ TEST_CASE("what only the variance function reads may be missing: predictions go 
     CHECK(mean.lower[1] < mean.value[1]);
     CHECK(mean.value[1] < mean.upper[1]);
   }
-  SECTION("a stratum that the fit has not seen, or none") {
+  SECTION("a stratum that is not in the fit, or none") {
     fit.variance = VarianceEstimate::missing(parse_variance_function("stratum(species)"));
     fit.variance.factors[0].strata = {"fir", "oak"};
     fit.variance.factors[0].ratio = Eigen::Vector2d(1.0, 1.6);

@@ -24,7 +24,7 @@ bool has_columns(const VarianceFactor& factor, const data::Table& table) {
   return has(column_of(factor.column)) && has(factor.stratum);
 }
 
-/// Adds what rows lack of a factor's own column.
+/// Adds the rows with missing values in a factor's column.
 void add_values(const VarianceFactor& factor,
                 const data::Table& table,
                 std::vector<std::string>& gaps) {
@@ -39,7 +39,7 @@ void add_values(const VarianceFactor& factor,
   }
 }
 
-/// Adds what rows lack of a factor's stratum.
+/// Adds the rows with missing or unknown strata of a factor.
 void add_strata(const VarianceFactorEstimate& estimate,
                 const data::Table& table,
                 std::vector<std::string>& gaps) {

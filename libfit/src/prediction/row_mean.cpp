@@ -44,7 +44,8 @@ RowMean::RowMean(const ModelSpecification& specification,
   for (const std::string& name : specification.predictors()) {
     columns_.push_back(data::variable_values(name, table));
     inputs.push_back({.name = name});
-    // A formula may hide a missing value, as min() and ifelse() do; a prediction may not.
+    // A formula may ignore a missing value (min(), ifelse()); the prediction is missing
+    // nevertheless.
     for (std::size_t row = 0; row < table.rows(); ++row) {
       if (std::isnan(columns_.back()[row])) is_complete_[row] = false;
     }

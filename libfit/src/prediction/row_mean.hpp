@@ -17,7 +17,7 @@ namespace silvafit::fit {
 /// N rows, p coefficients, K parameters of the formula, U uncertain columns.
 class RowMean {
  public:
-  /// \throws UsageError if a column is not there
+  /// \throws UsageError if a column is missing
   RowMean(const ModelSpecification& specification,
           const data::Table& table,
           const std::vector<std::string>& uncertain = {});
@@ -31,7 +31,7 @@ class RowMean {
   Eigen::Index parameter_of(Eigen::Index coefficient) const {
     return slots_[static_cast<std::size_t>(coefficient)].parameter;
   }
-  /// (N) what a coefficient is multiplied by in its parameter.
+  /// (N) the factor of a coefficient in its parameter.
   const Eigen::ArrayXd& multiplier(Eigen::Index coefficient) const {
     return slots_[static_cast<std::size_t>(coefficient)].multiplier;
   }
@@ -40,7 +40,7 @@ class RowMean {
   /// \param set_of_row    (N) column of coefficients of each row
   Eigen::MatrixXd arguments(const Eigen::MatrixXd& coefficients,
                             const std::vector<Eigen::Index>& set_of_row) const;
-  /// (N) the mean; NaN where a column that it needs is missing.
+  /// (N) the mean; NaN if a column that it needs is missing.
   Eigen::VectorXd mean(const Eigen::MatrixXd& arguments) const;
   /// (N x K + U) its derivatives by the arguments.
   Eigen::MatrixXd gradient(const Eigen::MatrixXd& arguments) const;

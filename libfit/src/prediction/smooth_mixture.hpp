@@ -22,9 +22,9 @@ QuadratureRule dense_rule(const QuadratureRule& others);
 /// weights of the points are those of the first; the outermost points have none.
 QuadratureRule gapless_rule(const QuadratureRule& others);
 
-/// Widens the components of a mixture at the points of gapless_rule by what f changes around each
-/// point. What results is a mixture without steps however small s is: if f is linear and s
-/// constant it is the normal distribution to 1e-6. Components without finite neighbors stay.
+/// Widens the components of a mixture at the points of gapless_rule by the change of f around each
+/// point. The result is a mixture without steps for any s: if f is linear and s constant it is the
+/// normal distribution to 1e-6. Components without finite neighbors are unchanged.
 /// \param means       (K) f at the points; become means over the neighborhood of the points
 /// \param deviations  (K) s at the points; become standard deviations of f + s e there
 /// \param stride      others.weights.size()

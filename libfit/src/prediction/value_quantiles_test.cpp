@@ -119,23 +119,23 @@ TEST_CASE("directions in which the mean is linear need no points") {
   FittedModel fit = model(straight_line(8), names(9));
   fit.covariance = correlated(9);
   const double deviation = std::sqrt(variances(table, fit.covariance)[0]);
-  SECTION("all of a linear model") {
+  SECTION("all directions of a linear model") {
     const NonlinearDirections found = directions(fit, table, true);
     CHECK(found.root.cols() == 0);
     CHECK(found.linear == Approx(deviation).epsilon(1e-12));
   }
-  SECTION("but one, where the residual's spread follows the mean") {
+  SECTION("all but one if the residual standard deviation depends on the mean") {
     const NonlinearDirections found = directions(fit, table, false);
     REQUIRE(found.root.cols() == 1);
     CHECK(found.linear == Approx(0.0).margin(1e-12));
   }
-  SECTION("but that of a function of one sum") {
+  SECTION("all but that of a function of one sum") {
     fit.specification.formula = silvafit::data::parse_formula("y ~ exp(" + straight_line(8) + ")");
     const NonlinearDirections found = directions(fit, table, true);
     CHECK(found.root.cols() == 1);
     CHECK(found.linear == Approx(0.0).margin(1e-9));
   }
-  SECTION("but nonlinear directions do") {
+  SECTION("nonlinear directions need points") {
     fit.specification.formula =
         silvafit::data::parse_formula("y ~ " + straight_line(7) + " + b8^2");
     fit.covariance = MatrixXd::Identity(9, 9);
@@ -204,7 +204,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("many nonlinear directions take a bounded number of points") {
+TEST_CASE("many nonlinear directions have a bounded number of points") {
   // A sum of squares of standard normal variables is chi-squared.
   const int count = GENERATE(3, 5, 6, 12, 30);
   std::string sum = "0*x1";

@@ -27,15 +27,15 @@ using Eigen::VectorXd;
 /// In the order of the enumeration.
 constexpr std::array<std::string_view, 2> kResampleNames{"parametric", "cases"};
 
-/// What one replicate ended in.
+/// The result of one replicate.
 struct Replicate {
-  std::vector<NamedValue> values{};  ///< empty where it failed
-  std::string failure{};             ///< why
+  std::vector<NamedValue> values{};  ///< empty if it failed
+  std::string failure{};             ///< the reason
   std::vector<std::string> boundary{};
 };
 
-/// Ratios and sigma relative to the stratum that an earlier fit relates them to: that of the first
-/// row, which need not be in front in other data. They are NaN if the data do not have it.
+/// Ratios and sigma relative to the reference stratum of an earlier fit, which is that of its first
+/// row and may be another one in other data. They are NaN if the data do not have it.
 void take_reference(const VarianceEstimate& earlier, FittedModel& fit) {
   for (std::size_t k = 0; k < fit.variance.factors.size(); ++k) {
     VarianceFactorEstimate& factor = fit.variance.factors[k];
@@ -64,7 +64,7 @@ const RandomEffects& outermost(const ModelSpecification& specification) {
   return specification.random.front();
 }
 
-/// Gives groups that were drawn the name that they have in the file, by which parameters are known.
+/// Replaces the names of drawn groups by those in the file, for messages.
 void name_groups_as_in(const FittedModel& original, const std::string& drawn, FittedModel& fit) {
   const std::string& own = outermost(original.specification).group;
   outermost(fit.specification).group = own;
@@ -202,7 +202,7 @@ std::vector<Replicate> run(const FittedModel& fit,
     try {
       result = refitted(parametric ? parametric->draw(random) : cases->draw(random), fit, refit);
     } catch (const Error& error) {
-      // An error with the data of one replicate does not concern the others.
+      // An error with the data of one replicate does not stop the others.
       result = {.failure = error.message()};
     }
     if (options.progress) options.progress(++done, options.replicates);

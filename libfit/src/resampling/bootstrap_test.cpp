@@ -218,7 +218,7 @@ TEST_CASE("drawn groups have the names of the file in reasons of failure") {
   CHECK(names_stands);
 }
 
-TEST_CASE("parameters have the names that people read") {
+TEST_CASE("parameters have their reported names") {
   const data::Table table = stands();
   const FittedModel fit = stands_fit(table, "a + b | stand/number", Method::kLindstromBates);
   std::vector<std::string> names;
@@ -236,7 +236,7 @@ TEST_CASE("parameters have the names that people read") {
   CHECK(static_cast<int>(names.size()) == fit.parameter_count);
 }
 
-TEST_CASE("a bootstrap refuses what it cannot do") {
+TEST_CASE("impossible bootstraps are refused") {
   const data::Table table = one_way();
   FittedModel fit = one_way_fit(table);
   CHECK_THROWS_AS(bootstrap(fit, table, {.replicates = 1}), UsageError);
@@ -283,7 +283,7 @@ bool has_parameter(const Bootstrap& bootstrap, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("ratios of strata keep their reference whichever a replicate has in front") {
+TEST_CASE("ratios of strata keep their reference for any order of strata in a replicate") {
   const data::Table table = two_species(10, 10);
   const FittedModel fit = two_species_fit(table);
   REQUIRE(fit.convergence.converged());

@@ -36,7 +36,7 @@ std::string group_column(const FittedModel& fit, const CrossValidationOptions& o
       "plot");
 }
 
-/// The fold of each group: dealt in turn after shuffling.
+/// The fold of each group: assigned in turn after shuffling.
 std::vector<std::size_t> dealt(std::size_t groups, std::size_t folds, std::uint64_t seed) {
   std::vector<std::size_t> order(groups);
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -69,12 +69,12 @@ Observations observations_of(const data::Table& table,
   return result;
 }
 
-/// What is known of the rows of one fold.
+/// The predictions of the rows of one fold.
 struct FoldPrediction {
   VectorXd predicted{};
   VectorXd calibrated{};
   VectorXd log_density{};
-  std::string failure{};  ///< empty where the fit converged
+  std::string failure{};  ///< empty if the fit converged
 };
 
 std::string bytes_of_fold(const FoldPrediction& fold) {
@@ -114,8 +114,8 @@ VectorXd log_densities(const FittedModel& fit, const data::Table& rows, const Pr
   return result;
 }
 
-/// Which observations count as measured when their group is left out: some of each group of the
-/// random effects, the finer grouping's.
+/// The observations that are used as measured if their group is left out: some of each group of
+/// the random effects (of the finer grouping).
 std::vector<bool> drawn_measured(const NonlinearModel& model,
                                  const CrossValidationOptions& options) {
   std::vector<bool> is_measured(static_cast<std::size_t>(model.observations()), false);
@@ -192,7 +192,7 @@ FitModelOptions refit_options(const FittedModel& fit, const CrossValidationOptio
 }
 
 /// Statistics of the observations that have a prediction.
-/// \param where  observations without one here do not count either
+/// \param where  observations without a value here are skipped, too
 FitStatistics statistics_of(const VectorXd& observed,
                             const VectorXd& predicted,
                             const VectorXd& where,
@@ -278,7 +278,7 @@ std::vector<FoldPrediction> predicted_folds(const FittedModel& fit,
   return folds;
 }
 
-/// Puts what is known of each fold at its rows.
+/// Copies the predictions of each fold to its rows.
 void collect(const std::vector<FoldPrediction>& folds,
              const std::vector<std::vector<std::size_t>>& left_out,
              CrossValidation& result) {

@@ -50,7 +50,7 @@ FittedModel height_fit(const data::Table& table, const char* random) {
 
 }  // namespace
 
-TEST_CASE("rows whose variance the other folds do not tell have no density, and are counted") {
+TEST_CASE("rows with a stratum that the other folds lack have no density, and are counted") {
   data::Table table = line();
   data::TextColumn part;
   data::TextColumn kind;
@@ -135,7 +135,7 @@ TEST_CASE("each prediction is that of a fit without its group") {
   CHECK(result.statistics.rmse > fit.conditional.rmse);
 }
 
-TEST_CASE("groups are dealt to folds evenly, by the seed, whatever the threads") {
+TEST_CASE("groups are assigned to folds evenly, by the seed, for any number of threads") {
   const data::Table table = stands_to_leave_out();
   const FittedModel fit = height_fit(table, "a | plot");
   CrossValidationOptions options{.folds = 5, .seed = 11, .threads = 1};
@@ -163,7 +163,7 @@ TEST_CASE("groups are dealt to folds evenly, by the seed, whatever the threads")
 }
 
 TEST_CASE("folds that fail are named") {
-  // Without group B nothing is left to tell a and b apart.
+  // Without group B, a and b are not identifiable.
   data::Table table;
   table.set("x", std::vector<double>{1.0, 1.0, 2.0, 3.0, 4.0});
   table.set("y", std::vector<double>{1.0, 1.4, 2.0, 3.5, 3.9});
@@ -179,7 +179,7 @@ TEST_CASE("folds that fail are named") {
   CHECK(std::isnan(result.predicted[4]));
 }
 
-TEST_CASE("cross-validation has to know its groups") {
+TEST_CASE("cross-validation needs groups") {
   const data::Table table = line();
   const FittedModel fit = fit_model(specify_model("y ~ a + b*x", {}, table), table).fit;
   CHECK_THROWS_WITH(cross_validate(fit, table), Contains("name their column"));
@@ -188,7 +188,7 @@ TEST_CASE("cross-validation has to know its groups") {
   CHECK_THROWS_WITH(cross_validate(fit, single, {.group = "one"}), Contains("one has one"));
 }
 
-TEST_CASE("measured trees of a left-out group calibrate a linear model as BLUP theory has it") {
+TEST_CASE("calibration with measured trees of a left-out group agrees with BLUP theory") {
   // Random intercepts: the predicted effect of a plot is psi m / (psi m + sigma^2) times the mean
   // residual of its m measured trees from the line.
   const data::Table table = stands_to_leave_out();

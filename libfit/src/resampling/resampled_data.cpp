@@ -25,7 +25,7 @@ MatrixXd drawn_effects(const MatrixXd& root, Index groups, Random& random) {
   return root * normal;
 }
 
-/// Columns that the groups of a replicate have; no file's column has a blank in front.
+/// Columns of the groups of a replicate; names of columns in files do not begin with a blank.
 std::string drawn_name(const std::string& group) { return " drawn " + group; }
 
 std::vector<std::size_t> numbers(Index begin, Index end) {
@@ -145,7 +145,7 @@ Resampled CaseDraw::draw(Random& random) const {
   return result;
 }
 
-/// A group that was drawn twice is two groups, each of which starts from the effects of the first.
+/// A group that was drawn twice is two groups, which both start from its effects.
 void CaseDraw::relabel(const std::vector<std::size_t>& drawn, Resampled& result) const {
   std::string& group = result.specification.random.front().group;
   group = drawn_name(group);

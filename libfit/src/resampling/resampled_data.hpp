@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The data of a bootstrap's replicates, and where their fits start.
+// The data of a bootstrap's replicates, and the starts of their fits.
 #pragma once
 
 #include <string>
@@ -41,9 +41,9 @@ class ParametricDraw {
 /// Draws groups of a fit's data with replacement.
 class CaseDraw {
  public:
-  /// \param group  column of what is drawn, if not the outermost grouping of the random effects or,
-  ///   without these, single rows
-  /// \throws UsageError if a group of the random effects is in several of these, or there is but
+  /// \param group  column of the drawn groups; default: the outermost grouping of the random
+  ///   effects or, without these, single rows
+  /// \throws UsageError if a group of the random effects is in several of these, or there is only
   ///   one; InputError if a row has none
   CaseDraw(const FittedModel& fit, const data::Table& table, const std::string& group);
 

@@ -69,7 +69,7 @@ TEST_CASE("simulated responses have the mean and the variances of the fit", "[si
   CHECK(covariance(first, second) == Approx(0.0).margin(error_of_variance));
 }
 
-TEST_CASE("a simulated replicate depends on the seed and its number only", "[simulation]") {
+TEST_CASE("a simulated replicate depends only on the seed and its number", "[simulation]") {
   const data::Table table = alternating_plots();
   const FittedModel fit = known_fit(table);
   const SimulatedResponses few = simulate_responses(fit, table, 2, 8);
@@ -78,7 +78,7 @@ TEST_CASE("a simulated replicate depends on the seed and its number only", "[sim
   CHECK(few.values != simulate_responses(fit, table, 2, 9).values);
 }
 
-TEST_CASE("nothing is simulated from a fit that has not converged", "[simulation]") {
+TEST_CASE("a fit that has not converged cannot be simulated", "[simulation]") {
   const data::Table table = alternating_plots();
   FittedModel fit = known_fit(table);
   fit.convergence.status = ConvergenceStatus::kDiverged;

@@ -73,11 +73,11 @@ TEST_CASE("a converged fit with a parameter at its bound is a boundary fit") {
   CHECK(failed.status == ConvergenceStatus::kIterationLimit);
 }
 
-TEST_CASE("a fit's status says how it ended, and its evidence what that concerns") {
+TEST_CASE("a fit has its status, and the parameters of the status as evidence") {
   CHECK(fitted("y ~ a + b*x").convergence.status == ConvergenceStatus::kConverged);
 
-  // The groups do not differ more than chance: in most draws, as in this one, the ML estimate of
-  // their standard deviation is 0.
+  // There is no variance between groups: in most draws, as in this one, the ML estimate of their
+  // standard deviation is 0.
   const FittedModel singular = fitted("y ~ a + b*x", "a | group");
   CHECK(singular.convergence.status == ConvergenceStatus::kBoundary);
   CHECK(singular.convergence.has(Evidence::Kind::kBoundary, "sd(a)"));

@@ -31,7 +31,7 @@ std::optional<VectorXd> coefficients_of(const FittedModel& earlier, const Nonlin
   return result.allFinite() ? std::optional(result) : std::nullopt;
 }
 
-/// (S) values by stratum, the mean of those that are known for others.
+/// (S) values by stratum; unknown strata get the mean of the known ones.
 VectorXd by_stratum(const VarianceFactorEstimate& earlier,
                     const VectorXd& values,
                     const std::vector<std::string>& strata) {

@@ -27,7 +27,7 @@ MatrixXd correlation_of(const MatrixXd& covariance) {
 
 MatrixXd EstimatedEffects::correlation() const { return correlation_of(covariance); }
 
-// Published fits may not say how many parameters they count; without them there are no criteria.
+// Published fits may lack the number of parameters; then there are no criteria.
 double Estimates::aic() const {
   return parameter_count > 0 ? fit::aic(log_likelihood, parameter_count) : kNaN;
 }

@@ -21,7 +21,7 @@ namespace {
 using data::JsonReader;
 using Eigen::Index;
 
-/// What a text of the file means; complaints about the text get the place of its key.
+/// The meaning of a text of the file; errors in the text get the place of its key.
 template <class Parse>
 auto read_with(const JsonReader& json, Parse parse) {
   const std::string text = json.text();
@@ -127,7 +127,7 @@ std::optional<JsonReader> cross_covariances(const JsonReader& term) {
   return term.find("eblup_outer_covariance");  // silvafit-fit/1
 }
 
-/// What a fit keeps of the uncertainty of its random effects; nothing of an older one.
+/// The uncertainty of random effects; empty for older files.
 /// \param coarser  effects of the term before, 0 of the first
 EffectUncertainty read_uncertainty(const JsonReader& json,
                                    const EstimatedEffects& term,
@@ -211,7 +211,7 @@ void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
   }
 }
 
-/// One value, or one a stratum.
+/// One value, or one per stratum.
 Eigen::VectorXd read_by_stratum(const JsonReader& json, VarianceFactorEstimate& factor) {
   if (factor.factor.stratum.empty()) return Eigen::VectorXd::Constant(1, json.number_or_missing());
   const auto members = json.members();
@@ -274,7 +274,7 @@ FitStatistics read_statistics(const JsonReader& json) {
           .mae = json.at("mae").number_or_missing()};
 }
 
-/// "a = 60, its upper bound" or "sd(b) = 0", as files of earlier versions have them.
+/// "a = 60, its upper bound" or "sd(b) = 0", as in files of earlier versions.
 Evidence boundary_of_text(const std::string& text) {
   for (const auto kind : {Evidence::Kind::kLowerBound, Evidence::Kind::kUpperBound}) {
     const std::string_view end =

@@ -107,7 +107,7 @@ std::string without(const std::string& key) {
 
 }  // namespace
 
-TEST_CASE("a fit comes back from JSON bit by bit, and as the same bytes") {
+TEST_CASE("a fit read back from JSON is identical, and gives the same bytes") {
   for (const char* variance : {"none", "exponential", "power(dbh)", "constant-plus-power"}) {
     const FittedModel fit = mixed_fit(variance);
     INFO(variance << ": " << fit.convergence.verdict);
@@ -117,7 +117,7 @@ TEST_CASE("a fit comes back from JSON bit by bit, and as the same bytes") {
   }
 }
 
-TEST_CASE("a fit from JSON predicts what the fit itself predicts") {
+TEST_CASE("a fit from JSON has the predictions of the original fit") {
   const data::Table table = stand();
   const FittedModel fit = mixed_fit("power");
   const FittedModel read = round_trip(fit);
@@ -129,7 +129,7 @@ TEST_CASE("a fit from JSON predicts what the fit itself predicts") {
   }
 }
 
-TEST_CASE("factors and products come back from JSON") {
+TEST_CASE("factors and products are read back from JSON") {
   const data::Table table = stand();
   const ModelSpecification specification =
       specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ C*species", "a ~ I(C^2)"}, table);
@@ -315,13 +315,13 @@ TEST_CASE("fits of the first schema are read") {
   }
 }
 
-TEST_CASE("a variance that has become constant keeps its meaning") {
+TEST_CASE("a variance that has become constant is read back as constant") {
   FittedModel fit = mixed_fit("constant-plus-power");
   fit.variance.factors[0].constant[0] = INFINITY;
   CHECK(std::isinf(round_trip(fit).variance.constant()));
 }
 
-TEST_CASE("what does not fit is named by file and key") {
+TEST_CASE("inconsistent content is reported with file and key") {
   CHECK_THROWS_WITH(from_json("{\n\"schema\": ", "a.json"), Contains("a.json:2: not valid JSON"));
   CHECK_THROWS_WITH(from_json("[]", "a.json"), Contains("a.json: must be an object"));
   CHECK_THROWS_WITH(
@@ -345,7 +345,7 @@ TEST_CASE("what does not fit is named by file and key") {
                     Contains("a.json: fixed: must name the coefficients"));
 }
 
-TEST_CASE("a fit of more random effects than a group can have is refused") {
+TEST_CASE("a fit with too many random effects is refused") {
   ordered_json json = ordered_json::parse(to_json(mixed_fit("none")));
   json["random"][0]["effects"] = std::vector<std::string>(13, "a");
   json["random"][0]["covariance"] =

@@ -95,8 +95,8 @@ ordered_json fixed(const FittedModel& fit) {
   return result;
 }
 
-/// An object with a member for each group. Labels differ, so that none has to be looked for among
-/// those before it, as the class of objects would.
+/// An object with a member for each group. Labels are distinct, so that no search for an existing
+/// member is needed.
 template <class ValueOf>
 ordered_json by_label(const std::vector<std::string>& labels, ValueOf value_of) {
   ordered_json::object_t result;
@@ -230,8 +230,8 @@ ordered_json text_or_null(const std::string& text) {
   return text.empty() ? ordered_json(nullptr) : ordered_json(text);
 }
 
-/// A fit that never began has no sizes yet: its coefficients are those of the model, and all values
-/// missing.
+/// A fit that never began has no sizes: its coefficients are those of the model, with missing
+/// values.
 FittedModel with_sizes(FittedModel fit) {
   if (fit.estimate.size() > 0) return fit;
   fit.coefficient_names = fit.specification.coefficient_names();

@@ -20,7 +20,7 @@ FitStatistics fit_statistics(const Eigen::Ref<const Eigen::VectorXd>& observed,
   const double spread =
       n > 1 ? (error - mean_error).square().sum() / static_cast<double>(n - 1) : 0.0;
   const double total = (observed.array() - observed.mean()).square().sum();
-  // Where observations do not differ, there is nothing to explain.
+  // Equal observations have no variance to explain.
   const double r2 =
       total > 0.0 ? 1.0 - error.square().sum() / total : std::numeric_limits<double>::quiet_NaN();
   return {.r2 = r2,

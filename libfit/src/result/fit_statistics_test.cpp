@@ -17,14 +17,14 @@ TEST_CASE("statistics by hand") {
   CHECK(statistics.mae == 0.5);
 }
 
-TEST_CASE("of observations that do not differ there is no R2") {
+TEST_CASE("equal observations have no R2") {
   const FitStatistics statistics =
       fit_statistics(Eigen::Vector3d(5.0, 5.0, 5.0), Eigen::Vector3d(5.0, 5.0, 6.0));
   CHECK(std::isnan(statistics.r2));
   CHECK(statistics.mae == Approx(1.0 / 3.0).epsilon(1e-15));
 }
 
-TEST_CASE("the paper's RMSE give back its log-likelihoods") {
+TEST_CASE("the log-likelihoods follow from the paper's RMSE") {
   // Wang et al. 2023, equations 5, 8 and 11. Their E is near zero, so that RMSE^2 = SSE / (n - 1).
   // RMSE has five digits: its rounding moves the log-likelihood by up to 0.02.
   struct Published {

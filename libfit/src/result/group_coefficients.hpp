@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What random effects add to the coefficients of each group of a model's data.
+// The random effects of each group of a model's data, as additions to the coefficients.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace silvafit::fit {
 
-/// (q x labels) effects of the groups with these labels; zero where the label is not known.
+/// (q x labels) effects of the groups with these labels; zero if the label is not known.
 Eigen::MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
                                  const Eigen::MatrixXd& known_effects,
                                  const std::vector<std::string>& labels);
@@ -29,8 +29,8 @@ void add_group_effects(const NonlinearModel& model,
                        const GroupingEffects& outer,
                        Eigen::MatrixXd& sum);
 
-/// (p x G) estimated effects of both groupings by the groups' labels; zero for groups that the fit
-/// has not seen.
+/// (p x G) estimated effects of both groupings by the groups' labels; zero for groups that are not
+/// in the fit.
 Eigen::MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model);
 
 }  // namespace silvafit::fit

@@ -20,11 +20,11 @@ using nlohmann::ordered_json;
 constexpr std::array<std::string_view, 5> kKinds{
     "fixed", "standard deviation", "correlation", "variance function", "sigma"};
 
-// What null stands for.
+// The meanings of null.
 constexpr std::string_view kUnbounded = "unbounded";
 constexpr std::string_view kUnknown = "unknown";
 
-/// A limit, and a key of its own that says what null means.
+/// A limit, and a separate key with the meaning of null.
 void add_limit(const std::string& key, double value, ordered_json& target) {
   target[key] = std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
   if (!std::isfinite(value)) target[key + "_is"] = std::isinf(value) ? kUnbounded : kUnknown;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The estimated terms of a model as the engines have them: one grouping, or two nested ones.
+// The estimated terms of a model: one grouping, or two nested ones.
 #pragma once
 
 #include "silvafit/fit/estimates.hpp"
@@ -12,7 +12,7 @@ const EstimatedEffects& finer(const Estimates& estimates);
 /// The estimates of the coarser of two nested groupings; empty ones without it.
 const EstimatedEffects& coarser(const Estimates& estimates);
 
-/// Names and labels of a model's terms. Values stay as they are.
+/// Sets names and labels of a model's terms. Values are unchanged.
 void name_terms(const NonlinearModel& model, Estimates& estimates);
 /// The terms of a model with missing values.
 std::vector<EstimatedEffects> missing_terms(const NonlinearModel& model);

@@ -17,9 +17,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Takes from each row of a cluster what the rows before say of it: the rows of L^-1 e, without the
-/// covariance itself. The effects given the rows so far are normal with mean m and covariance P;
-/// those of a finer group begin anew with it.
+/// Subtracts from each row of a cluster its expectation given the rows before: the rows of L^-1 e,
+/// without forming the covariance. The effects given the rows so far are normal with mean m and
+/// covariance P; those of a finer group are reset at its start.
 class Decorrelation {
  public:
   Decorrelation(const FittedModel& fit, const NonlinearModel& model)
@@ -98,7 +98,7 @@ std::vector<std::string> group_labels(const NonlinearModel& model) {
   return labels;
 }
 
-/// Puts results in the order of the table's rows.
+/// Sorts results in the order of the table's rows.
 class TableOrder {
  public:
   explicit TableOrder(const std::vector<std::size_t>& rows) : order_(rows.size()) {

@@ -93,7 +93,7 @@ TEST_CASE("squares of marginal residuals are those of the linearized likelihood"
   CHECK(all.marginal.squaredNorm() == Approx(static_cast<double>(table.rows())).epsilon(1e-6));
 }
 
-TEST_CASE("residuals keep the order of the table, and groups that are not known count with b = 0") {
+TEST_CASE("residuals are in the order of the table, and unknown groups have b = 0") {
   const data::Table table = stands();
   const FittedModel fit = line_fit(table, "a | plot");
   std::vector<std::size_t> reversed;
@@ -112,7 +112,7 @@ TEST_CASE("residuals keep the order of the table, and groups that are not known 
   CHECK(strange.conditional.fitted == strange.population.fitted);
 }
 
-TEST_CASE("R2 of a linear random-intercept model are worked from its variances") {
+TEST_CASE("R2 of a linear random-intercept model follow from its variances") {
   const data::Table table = stands();
   ModelSpecification model = specify_model("h ~ a + b*dbh", {}, table);
   add_random_effects(model, "a | plot", table);

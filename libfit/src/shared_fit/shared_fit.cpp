@@ -49,7 +49,7 @@ void check(const ModelSpecification& specification, const FitModelOptions& optio
   }
 }
 
-/// Rows without missing values, for which a model can be made at all.
+/// Rows without missing values, which a model can use.
 bool has_observations(const ModelSpecification& specification, const data::Table& table) {
   std::vector<std::string> columns = specification.predictors();
   columns.push_back(specification.formula.left);
@@ -69,7 +69,7 @@ bool has_observations(const ModelSpecification& specification, const data::Table
   return false;
 }
 
-/// Labels decide which columns a factor has, so that all ranks need the same ones.
+/// Labels determine the columns of a factor, so that all ranks need the same ones.
 void check_levels(const NonlinearModel& own, const NonlinearModel& sample) {
   for (const auto& [column, labels] : own.levels()) {
     const auto known = sample.levels().find(column);
@@ -136,7 +136,7 @@ class SharedFit {
   }
 
  private:
-  /// A rank without observations computes with the sample, none of whose clusters count.
+  /// A rank without observations has the model of the sample with zero clusters.
   const NonlinearModel& model() const { return own_ ? *own_ : sample_; }
   SharedModel shared() const { return {.model = model(), .clusters = clusters_}; }
 
@@ -194,8 +194,8 @@ class SharedFit {
     return fit;
   }
 
-  /// A standard error that as few groups as the sample has cannot give would be taken for one of a
-  /// singular information matrix: the covariance is that of the sample's size.
+  /// Scales the covariance to the size of the sample: otherwise small standard errors, impossible
+  /// with so few groups, would be treated as those of a singular information matrix.
   void judge_with_sample(const Obstacle& obstacle, MixedEffectsFit& fit) const {
     const double size = counts_[0] / static_cast<double>(sample_.group_count());
     const MatrixXd covariance = fit.covariance;
@@ -217,7 +217,7 @@ class SharedFit {
     return result;
   }
 
-  /// What does not need the names of the groups.
+  /// The results that do not need the names of the groups.
   void add_shared_statistics_of(const MixedEffectsFit& local, FittedModel& fit) {
     fit.excluded = static_cast<Index>(counts_[2]);
     fit.response_fingerprint =

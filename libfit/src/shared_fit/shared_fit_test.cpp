@@ -51,7 +51,7 @@ ModelSpecification meyer(const data::Table& table) {
 }
 
 TEST_CASE("a small sample leads to the maximum of all data, and does not limit its precision") {
-  // A mean of 5000 groups is known 14 times better than 25 groups allow.
+  // The standard error of a mean of 5000 groups is 14 times smaller than of 25 groups.
   const data::Table all = heights(5000);
   const FitModelOptions options{.method = Method::kLaplace};
   const ModelSpecification model = meyer(all);
@@ -74,7 +74,7 @@ TEST_CASE("a small sample leads to the maximum of all data, and does not limit i
   CHECK((shared.random.back().effects - alone.random.back().effects).cwiseAbs().maxCoeff() < 1e-5);
 }
 
-TEST_CASE("the parts decide the order of sums, and nothing else") {
+TEST_CASE("the parts determine only the order of sums") {
   const data::Table all = heights(200);
   const FitModelOptions options{.method = Method::kInteraction};
   const auto fit = [&](std::size_t rows) {
@@ -87,7 +87,7 @@ TEST_CASE("the parts decide the order of sums, and nothing else") {
   CHECK(fine.population.rmse == Approx(coarse.population.rmse).epsilon(1e-10));
 }
 
-TEST_CASE("what cannot be shared is refused") {
+TEST_CASE("models that cannot be shared are refused") {
   const data::Table all = heights(20);
   const auto fit = [&](const ModelTexts& texts, const FitModelOptions& options) {
     return fit_shared(specify_model(texts, all), {.sample = all}, options);

@@ -40,7 +40,7 @@ VectorXd sum_of_rows(const SharedModel& shared, const MatrixXd& columns) {
     const Index first = model.group_begin(model.cluster_begin(begin[b]));
     const Index end = model.group_begin(model.cluster_begin(begin[b + 1]));
     VectorXd& sums = blocks.emplace_back(columns.cols());
-    // Eigen's sums depend on where in the memory of the process the rows are.
+    // Eigen's sums depend on the memory alignment of the rows.
     for (Index k = 0; k < columns.cols(); ++k) {
       sums[k] = data::sum(columns.col(k).data() + first, static_cast<std::size_t>(end - first));
     }

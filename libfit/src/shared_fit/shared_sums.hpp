@@ -15,12 +15,12 @@
 
 namespace silvafit::fit {
 
-/// A rank's model and which of its clusters count.
+/// A rank's model and the range of its clusters.
 struct SharedModel {
   const NonlinearModel& model;
   const SharedClusters& clusters;
 
-  /// Groups of this rank that count.
+  /// Groups of these clusters.
   Eigen::Index group_count() const { return model.cluster_begin(clusters.block_begin.back()); }
 };
 
@@ -34,7 +34,7 @@ std::vector<std::string> joined_texts(const std::vector<std::string>& own);
 /// \param own  (rows x any)
 Eigen::MatrixXd joined_columns(const Eigen::MatrixXd& own);
 
-/// Fills in what describes the fit to all observations: R2, errors, shares of the variance.
+/// Sets the statistics of the fit to all observations: R2, errors, shares of the variance.
 /// \param local  the fit with the fitted values of this rank
 void add_shared_statistics(const SharedModel& shared,
                            const MixedEffectsFit& local,

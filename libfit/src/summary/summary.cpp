@@ -40,7 +40,7 @@ void append_random_structure(std::string& text,
          covariance_text(random.covariance));
 }
 
-/// The coarser groups first, as --random has them.
+/// The coarser groups first, as in --random.
 void append_random_structures(std::string& text, const ModelSpecification& specification) {
   std::string within;
   for (const RandomEffects& term : specification.random) {
@@ -102,7 +102,7 @@ void append_fixed_effects(std::string& text, const FittedModel& fit) {
   append(text, "\n");
 }
 
-/// For each effect the block that it is in; effects of different blocks have no correlation.
+/// The block of each effect; effects of different blocks have no correlation.
 std::vector<std::size_t> blocks_of(const RandomEffects& random, std::size_t effects) {
   std::vector<std::size_t> blocks;
   const std::vector<int> sizes = random.block_sizes();
@@ -210,7 +210,7 @@ std::string limit_text(double value) {
   return fmt::format("{:.6g}", value);
 }
 
-/// Groups that fit on a screen; `--json` has them all.
+/// Maximum number of printed groups; `--json` lists all.
 constexpr std::size_t kMostGroups = 40;
 
 void append_effects(std::string& text, const std::string& group, const EstimatedEffects& term) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Lines and numbers of tables for people; unknown values are dashes.
+// Lines and numbers of text tables; unknown values are dashes.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,12 +17,12 @@ void append(std::string& text, fmt::format_string<Values...> format, Values&&...
   fmt::format_to(std::back_inserter(text), format, std::forward<Values>(values)...);
 }
 
-/// With so many significant digits.
+/// With a number of significant digits.
 inline std::string significant(double value, int digits = 6) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}g}", value, digits);
 }
 
-/// With so many digits behind the point.
+/// With a number of decimals.
 inline std::string decimals(double value, int digits = 4) {
   return std::isnan(value) ? "-" : fmt::format("{:.{}f}", value, digits);
 }

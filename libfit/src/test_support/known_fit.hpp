@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fits whose figures a test sets itself.
+// Fits with estimates set by a test.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ inline data::TextColumn texts(const std::vector<std::string>& labels) {
   return column;
 }
 
-/// A fit by Laplace's method without an error of its coefficients, sigma 1; the rest is the test's.
+/// A fit by Laplace's method with coefficients without error and sigma 1; tests set the rest.
 inline FittedModel model(const std::string& formula,
                          const std::vector<std::string>& coefficients,
                          const std::string& random) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Taking model texts apart while keeping the places of their parts.
+// Parts of model texts with their positions.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace silvafit::fit {
 
-/// A stretch of a text, without the blanks around it.
+/// A part of a text, without the blanks around it.
 struct Part {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -18,20 +18,20 @@ Part trimmed(std::string_view text, std::size_t begin, std::size_t end);
 
 std::string_view of(std::string_view text, Part part);
 
-/// Tells what is quoted, byte by byte: between backquotes or quotation marks, single or double.
+/// Determines byte by byte what is quoted: by backquotes, or single or double quotation marks.
 class Quotes {
  public:
   /// Whether the next byte of the text is quoted, the marks included.
   bool cover(char byte);
 
  private:
-  char open_ = '\0';  ///< the mark that ends the quotation, none outside
+  char open_ = '\0';  ///< the mark that ends the quotation; 0 outside
 };
 
-/// The place of the first of some characters outside parentheses and quotes, or the end.
+/// The position of the first of some characters outside parentheses and quotes, or the end.
 std::size_t find_outside(std::string_view text, Part part, std::string_view characters);
 
-/// Parts between separators that stand outside parentheses and quotes.
+/// Parts between separators outside parentheses and quotes.
 std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator);
 
 }  // namespace silvafit::fit

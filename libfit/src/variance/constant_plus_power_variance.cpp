@@ -21,10 +21,10 @@ using Eigen::VectorXd;
 /// Whether the internal constant is an angle, not a root.
 bool is_angle(const VarianceFactor& factor) { return factor.stratum.empty() && !factor.delta; }
 
-/// Whether a constant has outgrown the power at every observation.
+/// Whether the constant is dominant at all observations.
 bool is_without_power(const InternalFactor& internal, double delta) {
-  // Below this share of the power at any observation, a constant variance cannot be told from
-  // constant-plus-power.
+  // If the power is below this share at all observations, constant-plus-power is not
+  // distinguishable from a constant variance.
   constexpr double kNoPower = 1e-10;
   const ArrayXd shares = (internal.values.array().abs() / internal.typical).max(kSmallestShare);
   const double growth =
@@ -90,7 +90,7 @@ class ConstantPlusPowerVariance : public VarianceKind {
   }
 
   double log_offset(const VarianceFactorEstimate& estimate, double typical) const override {
-    // An infinite constant stands for the factor 1.
+    // An infinite constant represents the factor 1.
     if (std::isinf(estimate.constant[0])) return 0.0;
     // With tan^2 phi = c / v0^delta, c + |v|^delta is (c + v0^delta) times the internal function.
     return std::log(estimate.constant[0] + std::pow(typical, estimate.delta[0]));

@@ -116,7 +116,7 @@ std::string arguments_text(const VarianceFactor& factor) {
   return text;
 }
 
-/// (N) the number of the stratum of each row, -1 where the factor does not know it.
+/// (N) the number of the stratum of each row, -1 if the factor does not have it.
 std::vector<Index> strata_of(const VarianceFactorEstimate& estimate, const data::Table& table) {
   std::vector<Index> strata(table.rows(), 0);
   if (estimate.factor.stratum.empty()) return strata;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What sets one kind of variance function apart from the others: each has a file of its own, and
-// variance_kind.cpp lists them.
+// The interface of a kind of variance function: each has its own file, and variance_kind.cpp lists
+// them.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +20,7 @@ enum class VarianceQuantity { kDelta, kConstant, kLogRatio };
 /// |v| below this share of its typical value would let one observation decide the power.
 inline constexpr double kSmallestShare = 1e-4;
 
-/// From what the expression of log g of a factor is made.
+/// The parts of the expression of log g of a factor.
 class LogScaleTerms {
  public:
   LogScaleTerms(const VarianceFactor& factor, double typical)
@@ -31,18 +31,18 @@ class LogScaleTerms {
 
   const VarianceFactor& factor() const { return factor_; }
   double typical() const { return typical_; }
-  /// Whether sigma must not depend on the parameters of the factor: then v counts as it is, else
+  /// Whether sigma must not depend on the parameters of the factor: then v is used unscaled, else
   /// relative to its typical value.
   bool is_plain() const;
 
-  /// What the factor is a function of, v.
+  /// The variable of the factor, v.
   virtual data::Expression value() const = 0;
   /// log |v|, or log |v/v0| unless is_plain().
   virtual data::Expression logarithm() = 0;
-  /// A variable for a number that is estimated.
-  /// \param at_constant  its value where the variance is constant
+  /// A variable for an estimated number.
+  /// \param at_constant  its value for a constant variance
   virtual data::Expression estimated(VarianceQuantity kind, double start, double at_constant) = 0;
-  /// delta, or the number that it is held at in units of `scale`.
+  /// delta, or its held value in units of `scale`.
   data::Expression delta(double scale = 1.0);
 
  private:
@@ -50,7 +50,7 @@ class LogScaleTerms {
   double typical_;
 };
 
-/// Estimated numbers of a factor as VarianceModel has them, one a stratum, and what tells their
+/// Estimated numbers of a factor as in VarianceModel, one per stratum, and the data for their
 /// units.
 struct InternalFactor {
   const VarianceFactor& factor;
@@ -65,7 +65,7 @@ class VarianceKind {
  public:
   virtual ~VarianceKind() = default;
 
-  /// As users write it.
+  /// Its name in texts.
   virtual std::string_view name() const = 0;
   /// Whether g is a function of the fitted value or a column.
   virtual bool reads_value() const { return true; }
@@ -86,7 +86,7 @@ class VarianceKind {
   virtual data::Expression log_scale(LogScaleTerms& terms) const = 0;
   /// Sets the parameters of an estimate whose strata are known.
   virtual void estimate(const InternalFactor& internal, VarianceFactorEstimate& result) const = 0;
-  /// The internal numbers of an estimate, one a stratum.
+  /// The internal numbers of an estimate, one per stratum.
   virtual Eigen::VectorXd internal(VarianceQuantity kind,
                                    const VarianceFactorEstimate& estimate,
                                    double typical) const = 0;
@@ -109,11 +109,11 @@ inline const VarianceKind& kind_of(const VarianceFactor& factor) { return kind_o
 /// Between a constant variance and one that grows in proportion.
 inline constexpr double kStartExponent = 0.5;
 
-/// The internal deltas of a factor or the value that delta is held at, one a stratum.
+/// The internal deltas of a factor or the held value of delta, one per stratum.
 Eigen::VectorXd internal_or_held_delta(const InternalFactor& internal, Eigen::Index strata);
 
 /// A text with its variables substituted. A substituted column may have the name of a variable of
-/// the text, so these first get names in parentheses, which no column of a formula has.
+/// the text. Therefore these first get names in parentheses, which no column of a formula has.
 data::Expression filled(std::string_view text,
                         const std::vector<std::pair<std::string_view, data::Expression>>& parts);
 

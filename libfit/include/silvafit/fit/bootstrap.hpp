@@ -16,7 +16,7 @@
 
 namespace silvafit::fit {
 
-/// Where the data of a replicate come from.
+/// The source of the data of a replicate.
 enum class Resample {
   kParametric,  ///< random effects and residuals are drawn from the fit, on the same design
   kCases,       ///< whole groups of the outermost grouping are drawn with replacement; variance
@@ -24,7 +24,7 @@ enum class Resample {
                 ///< neither ratios nor sigma
 };
 std::string resample_text(Resample resample);
-/// \throws UsageError if there is no such way; the message lists those there are
+/// \throws UsageError with the available names
 Resample parse_resample(std::string_view text);
 
 struct BootstrapOptions {
@@ -32,14 +32,15 @@ struct BootstrapOptions {
   Resample resample = Resample::kParametric;
   double level = 0.95;  ///< of the intervals
   std::uint64_t seed = 1;
-  unsigned threads = 0;  ///< over replicates; 0: as many as there are cores
-  /// The column of the groups that kCases draws, each of which holds whole groups of the random
-  /// effects. Empty: those of the outermost grouping, single observations without random effects.
+  unsigned threads = 0;  ///< over replicates; 0: all cores
+  /// The column of the groups that kCases draws, each of which consists of whole groups of the
+  /// random effects. Empty: those of the outermost grouping, single observations without random
+  /// effects.
   std::string group{};
-  /// Held coefficients, bounds and iterations, as the fit had them, and the stop token. Method,
-  /// restricted likelihood and points of quadrature are those of the fit whatever is here.
+  /// Held coefficients, bounds and iterations of the fit, and the stop token. Method, restricted
+  /// likelihood and points of quadrature are always those of the fit.
   FitModelOptions refit{};
-  /// Called as replicates are done, if given; may come from several threads.
+  /// Called after each replicate, if given, possibly from several threads.
   std::function<void(std::size_t done, std::size_t total)> progress{};
 };
 
@@ -48,18 +49,18 @@ struct Interval {
   double high = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Bootstrap results of one parameter, theta* of those where it has a value.
+/// Bootstrap results of one parameter; theta* are its values in the replicates that have one.
 struct BootstrapParameter {
-  std::string name{};           ///< as parameter_values() has it
+  std::string name{};           ///< as in parameter_values()
   double estimate = 0.0;        ///< theta of the fit
-  std::size_t replicates = 0;   ///< how many have a value
+  std::size_t replicates = 0;   ///< number of values
   double bias = 0.0;            ///< mean theta* - theta
   double standard_error = 0.0;  ///< standard deviation of theta*
   Interval percentile{};        ///< quantiles of theta*
   Interval basic{};             ///< 2 theta - quantiles of theta*
 };
 
-/// Replicates for a reason in words, numbers in it shown as "#".
+/// Number of replicates with a reason, a text in which numbers are replaced by "#".
 struct CountedReason {
   std::string reason{};
   std::size_t replicates = 0;
@@ -71,27 +72,27 @@ struct Bootstrap {
   double level = 0.0;
   std::size_t replicates = 0;
   std::size_t converged = 0;
-  /// Those of parameter_values() but ratios of first strata, which are 1 by definition.
+  /// Those of parameter_values() except ratios of first strata, which are 1 by definition.
   std::vector<BootstrapParameter> parameters{};
-  /// (parameters x replicates) every theta*, in the order of the replicates; NaN where there is
-  /// none.
+  /// (parameters x replicates) all theta*, in the order of the replicates; NaN if there is none.
   Eigen::MatrixXd values{};
-  /// Replicates without a converged fit, by verdict, commonest first; they count in no figure
-  /// above.
+  /// Replicates without a converged fit, by convergence message, the most frequent first; they are
+  /// not in the results above.
   std::vector<CountedReason> failures{};
-  /// Converged boundary (singular) replicates, by the parameter at the boundary; they count above.
+  /// Converged boundary (singular) replicates, by the parameter at the boundary; they are included
+  /// above.
   std::vector<CountedReason> at_boundary{};
 };
 
 /// Refits a model to resampled data.
 ///
-/// Each replicate has a random stream of its own, so that results do not depend on the number of
-/// threads; it starts from the fit, and from scratch where that does not converge. Quantiles
+/// Each replicate has its own random stream, so that results do not depend on the number of
+/// threads; it starts from the fit, and without it if that does not converge. Quantiles
 /// interpolate between order statistics at (R + 1) p, and are the extremes beyond these.
 /// \param table  the data of the fit
 /// \throws UsageError if the fit has not converged, options are out of range, groups are named for
-///   the parametric bootstrap, or a group of the random effects is in several of those to be drawn;
-///   InputError if a row has none of these; as fit_model for the table
+///   the parametric bootstrap, or a group of the random effects is in several of the drawn groups;
+///   InputError if a row has no drawn group; as fit_model for the table
 /// Source: Davison and Hinkley 1997, Bootstrap methods and their application, chapters 2 and 5;
 /// van der Leeden, Meijer and Busing 2008, Handbook of multilevel analysis, chapter 11.
 Bootstrap bootstrap(const FittedModel& fit,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A fit that knows other groups than those it was fitted to.
+// A fit with the random effects of other groups than those of its data.
 #pragma once
 
 #include "silvafit/fit/calibration.hpp"
@@ -7,8 +7,8 @@
 
 namespace silvafit::fit {
 
-/// The fit with the groups of a calibration in place of its own, so that its conditional
-/// predictions are calibrated ones. A group whose mode was not found counts as never seen.
+/// The fit with the groups of a calibration instead of its own, so that its conditional predictions
+/// are calibrated ones. A group whose mode was not found is treated as unknown.
 FittedModel with_groups(const FittedModel& fit, const Calibration& calibration);
 
 }  // namespace silvafit::fit

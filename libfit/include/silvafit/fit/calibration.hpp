@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Random effects of the groups of a table from the trees that were measured there, without a refit.
+// Random effects of the groups of a table from its measured trees, without a refit.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,13 +14,13 @@ namespace silvafit::fit {
 
 /// Random effects of a group that was in the fit.
 enum class SeenGroups {
-  /// The fit's own random effects. Its trees in the table are taken for those that were fitted to,
-  /// and do not count a second time.
+  /// The fit's own random effects. Its trees in the table are assumed to be those of the fit, and
+  /// are not used a second time.
   kFitted,
-  /// The trees of the table alone, as if the fit had not seen the group.
+  /// Only the trees of the table, as if the group were not in the fit.
   kNew,
   /// Both: the trees of the table are further ones, and the fit's random effects with their
-  /// conditional covariance stand for the earlier trees.
+  /// conditional covariance represent the earlier trees.
   kCombined,
 };
 
@@ -34,7 +34,7 @@ struct CalibrationOptions {
 /// was not found are NaN.
 struct CalibratedEffects {
   std::vector<std::string> labels{};          ///< (G) as in EstimatedEffects
-  std::vector<Eigen::Index> group_of_row{};   ///< (N) -1 where the group is missing
+  std::vector<Eigen::Index> group_of_row{};   ///< (N) -1 if the group is missing
   std::vector<Eigen::Index> coarser_group{};  ///< (G) that of the term before; -1 in the first
   std::vector<Eigen::Index> fitted_group{};   ///< (G) its number in the fit, -1 if not seen
   Eigen::MatrixXd effects{};                  ///< (q x G) EBLUPs
@@ -50,20 +50,20 @@ struct Calibration {
   std::vector<bool> is_used{};
 };
 
-/// The EBLUPs of every group of a table, from the rows whose response and predictors are there.
+/// The EBLUPs of every group of a table, from the rows with response and predictors.
 ///
-/// The coefficients, covariances and variance parameters stay those of the fit. Random effects are
-/// what they are for the fit's own groups: for lb the solution of penalized least squares with
-/// weights at its fitted values, for the methods of marginal likelihood the mode of the random
-/// effects' density. On the rows that were fitted to, SeenGroups::kNew returns the fit's own
+/// Coefficients, covariances and variance parameters are those of the fit. Random effects have the
+/// same definition as in the fit: for lb the solution of penalized least squares with weights at
+/// its fitted values, for the methods of marginal likelihood the mode of the random effects'
+/// density. For the data of the fit, SeenGroups::kNew returns the fit's own
 /// EBLUPs. Conditional covariances are those of the linearized model for lb and the inverse
 /// curvature of the density for the other methods. A group without a measured tree has effects
-/// zero with covariance Psi; a new group in a coarser group that the fit has seen starts from what
-/// the fit knows of that. Psi may be singular. Groups are independent tasks, so that the result
-/// does not depend on the number of threads.
+/// zero with covariance Psi; a new group in a known coarser group starts from the fit's effects of
+/// the coarser group. Psi may be singular. Groups are independent tasks, so that the result does
+/// not depend on the number of threads.
 /// \throws UsageError if the fit has no random effects or no estimates, if the column of groups or
-///   one that the model needs is not there, or if SeenGroups asks for conditional covariances that
-///   the fit (of an older file) does not keep
+///   one that the model needs is missing, or if SeenGroups needs conditional covariances that the
+///   fit (of an older file) does not have
 /// Source: Lindstrom and Bates 1990, Biometrics 46, 673-687; Lappi 1991; docs/prediction.md.
 Calibration calibrate(const FittedModel& fit,
                       const data::Table& table,

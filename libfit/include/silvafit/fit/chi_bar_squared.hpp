@@ -10,11 +10,11 @@
 namespace silvafit::fit {
 
 /// A mixture of chi-squared distributions: weights[i] is the probability of i degrees of freedom
-/// above `base`. The reference of a likelihood ratio where parameters are at a boundary of
-/// their range under the hypothesis, such as variances at zero.
+/// above `base`. The reference of a likelihood ratio if parameters are at a bound under the
+/// hypothesis, such as variances at zero.
 struct ChiBarSquared {
   int base = 0;
-  std::vector<double> weights{1.0};  ///< add up to one
+  std::vector<double> weights{1.0};  ///< their sum is one
 
   /// P(mixture >= x); a component without degrees of freedom is a point mass at 0.
   double upper_tail(double x) const;

@@ -9,8 +9,8 @@
 namespace silvafit::fit {
 
 /// (q x G) conditional standard errors of the random effects of each group, given its data and the
-/// estimates: the roots of the diagonals of V. What the estimation of the coefficients adds is not
-/// in them; see EffectUncertainty.
+/// estimates: the roots of the diagonals of V, without the error of the coefficients; see
+/// EffectUncertainty.
 /// \param uncertainty  known
 /// \param q            effects of a group
 inline Eigen::MatrixXd conditional_errors(const EffectUncertainty& uncertainty, Eigen::Index q) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What data leave open of random effects.
+// Uncertainty of random effects given the data.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace silvafit::fit {
 
-/// How well the random effects of each group of one grouping are known from its observations.
+/// Conditional covariances of the random effects of each group of one grouping.
 ///
 /// q random effects, p coefficients, G groups; for the finer of two nested groupings, s effects of
 /// the coarser one. With beta-hat the estimate of the coefficients and b-hat(beta) the random

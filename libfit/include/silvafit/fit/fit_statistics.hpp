@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// How well predictions agree with observations.
+// Agreement of predictions with observations.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,14 +8,14 @@ namespace silvafit::fit {
 
 /// With residuals e = y - prediction of n observations.
 struct FitStatistics {
-  double r2 = 0.0;          ///< 1 - sum e^2 / sum (y - mean y)^2; NaN where y is constant
+  double r2 = 0.0;          ///< 1 - sum e^2 / sum (y - mean y)^2; NaN if y is constant
   double mean_error = 0.0;  ///< E = mean e
   double rmse = 0.0;        ///< sqrt(E^2 + sum (e - E)^2 / (n - 1))
   double mae = 0.0;         ///< mean |e|
 };
 
-/// \param observed, predicted  (N), N >= 1; for N = 1 the spread of the errors counts as zero
-/// Source: Wang et al. 2023, Forests 14, 639 (definitions that its published figures obey).
+/// \param observed, predicted  (N), N >= 1; for N = 1 the standard deviation of the errors is zero
+/// Source: Wang et al. 2023, Forests 14, 639 (definitions that agree with its published values).
 FitStatistics fit_statistics(const Eigen::Ref<const Eigen::VectorXd>& observed,
                              const Eigen::Ref<const Eigen::VectorXd>& predicted);
 
@@ -24,7 +24,7 @@ double least_squares_log_likelihood(double sum_of_squares, Eigen::Index observat
 
 /// Information criteria; k counts all estimated parameters, sigma among them.
 double aic(double log_likelihood, int parameters);
-/// With the small-sample correction 2k(k+1)/(n-k-1); infinite where n <= k + 1.
+/// With the small-sample correction 2k(k+1)/(n-k-1); infinite if n <= k + 1.
 double aicc(double log_likelihood, int parameters, Eigen::Index observations);
 double bic(double log_likelihood, int parameters, Eigen::Index observations);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One fit of any method, as it is shown, stored and predicted from.
+// A fit by any method, for output, storage and predictions.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@
 
 namespace silvafit::fit {
 
-/// How a model is fitted.
+/// The method of a fit.
 enum class Method {
   kOrdinary,        ///< ordinary least squares, "ols"
   kGeneralized,     ///< with a variance function, without random effects, "gnls"
@@ -35,9 +35,9 @@ enum class Method {
 /// Whether a method estimates random effects.
 bool is_mixed(Method method);
 std::string method_text(Method method);
-/// \throws UsageError if there is no such method; the message lists those there are
+/// \throws UsageError with the available names if there is no such method
 Method parse_method(std::string_view text);
-/// The method that a specification asks for: lb with random effects, else gnls with a variance
+/// The default method of a specification: lb with random effects, else gnls with a variance
 /// function, else ols.
 Method default_method(const ModelSpecification& specification);
 
@@ -48,14 +48,14 @@ struct ColumnRange {
   double high = 0.0;
 };
 
-/// What a column that the mean compares with text, such as `species == "SM"`, says in the rows of a
-/// fit.
+/// The values, in the rows of a fit, of a column that the mean compares with text, such as
+/// `species == "SM"`.
 struct ColumnLevels {
   std::string column{};
   std::vector<std::string> labels{};  ///< in alphabetical order
 };
 
-/// Everything that is kept of a fit: what was fitted, how, to which data, and the estimates.
+/// The complete stored fit: model, method, description of the data, and the estimates.
 struct FittedModel : Estimates {
   explicit FittedModel(ModelSpecification fitted) : specification(std::move(fitted)) {}
 
@@ -63,13 +63,13 @@ struct FittedModel : Estimates {
   ModelSpecification specification;
   Method method = Method::kOrdinary;
   bool reml = false;          ///< restricted maximum likelihood
-  int quadrature_points = 0;  ///< a random effect; 0 but for agq
+  int quadrature_points = 0;  ///< per random effect; 0 for methods other than agq
   Eigen::Index excluded = 0;  ///< rows with missing values
-  /// Of the response in the rows used, whatever their order: fits with the same one can be compared
-  /// by their likelihoods. Empty in files of earlier versions.
+  /// Of the response in the rows used, independent of their order: likelihoods of fits with the
+  /// same one are comparable. Empty in files of earlier versions.
   std::string response_fingerprint{};
   std::vector<ColumnRange> ranges{};   ///< of the numeric columns that the mean uses
-  std::vector<ColumnLevels> levels{};  ///< not known in older files
+  std::vector<ColumnLevels> levels{};  ///< unknown in older files
 
   FitStatistics population{};   ///< of f(beta)
   FitStatistics conditional{};  ///< of f(beta + b); only with random effects
@@ -77,7 +77,7 @@ struct FittedModel : Estimates {
   /// Schielzeth 2013, Johnson 2014; docs/mixed-effects.md); NaN without random effects.
   double r2_marginal = std::numeric_limits<double>::quiet_NaN();
   double r2_conditional = std::numeric_limits<double>::quiet_NaN();
-  std::optional<Intervals> intervals{};  ///< where they were asked for: confidence_intervals()
+  std::optional<Intervals> intervals{};  ///< if requested: confidence_intervals()
   double seconds = 0.0;
 
   /// (N) residual standard deviation of a table's rows by the variance function.
@@ -95,7 +95,7 @@ struct FitResult {
   Eigen::VectorXd residual_sd{};         ///< (N) standard deviation of the residual
 };
 
-/// The range that a coefficient is kept in, ends included, as docs/fit-command.md explains.
+/// The bounds of a coefficient, inclusive; see docs/fit-command.md.
 struct Bounds {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -103,33 +103,32 @@ struct Bounds {
 
 struct FitModelOptions {
   std::optional<Method> method{};         ///< default_method unless given
-  std::map<std::string, double> start{};  ///< by coefficient, never needed
-  /// An earlier fit of the same specification, or of that with a constant variance, perhaps to
-  /// other data, if given: its coefficients,
-  /// covariance and variance parameters and, by the groups' labels, random effects are where the
-  /// fit starts. Other starts follow only if this does not converge. It has to
-  /// live as long as the call.
+  std::map<std::string, double> start{};  ///< by coefficient, optional
+  /// An earlier fit of the same specification, or of that with a constant variance, to the same or
+  /// other data, if given. The fit starts from its coefficients, covariance and variance parameters
+  /// and, by the groups' labels, random effects. Other starts are used only if this one does not
+  /// converge. It must live as long as the call.
   const FittedModel* from = nullptr;
   std::map<std::string, double> rule{};           ///< by parameter, from the catalogue
   SearchEffort effort = SearchEffort::kThorough;  ///< of mixed and generalized fits
   int spread_starts = 0;                          ///< further starts of a thorough search
-  std::map<std::string, double> fixed{};          ///< coefficients that are held at a value
+  std::map<std::string, double> fixed{};          ///< coefficients held at a value
   std::map<std::string, Bounds> bounds{};         ///< by coefficient
   int maximum_iterations = 200;                   ///< alternations of lb and gnls
   bool reml = false;                              ///< for lb and gnls; see MixedEffectsOptions
-  int quadrature_points = 7;                      ///< for agq, a random effect
+  int quadrature_points = 7;                      ///< for agq, per random effect
   unsigned threads = 1;                           ///< over rows and groups; 0: all cores
   /// Called with one line for each iteration, if given.
   std::function<void(const std::string&)> trace{};
-  /// Ends the fit by the exception Stopped, within a few passes over the data, if given.
+  /// Stops the fit with the exception Stopped, within a few passes over the data, if given.
   std::stop_token stop{};
 };
 
-/// Fits a model to the rows of a table where all of its columns have values. Mixed and generalized
-/// fits start from the least-squares fit. A fit that fails is a result that says so.
+/// Fits a model to the rows of a table without missing values in its columns. Mixed and generalized
+/// fits start from the least-squares fit. A failed fit is returned with its convergence message.
 /// \throws UsageError if the method does not suit the specification, a start value, a held value or
-///   a bound is for no coefficient, or is for one with a random effect; UsageError, InputError,
-///   DomainError as NonlinearModel and fit_least_squares; Stopped if the caller has asked for it
+///   a bound is not for a coefficient, or is for one with a random effect; UsageError, InputError,
+///   DomainError as NonlinearModel and fit_least_squares; Stopped if the caller has requested it
 FitResult fit_model(const ModelSpecification& specification,
                     const data::Table& table,
                     const FitModelOptions& options = {});

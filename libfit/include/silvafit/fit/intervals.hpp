@@ -14,7 +14,7 @@ struct FittedModel;
 struct IntervalOptions {
   IntervalMethod method = IntervalMethod::kWald;
   double level = 0.95;   ///< of confidence, between 0 and 1
-  unsigned threads = 1;  ///< over parameters; 0 as many as there are cores
+  unsigned threads = 1;  ///< over parameters; 0: all cores
   /// Ends the search for the limits of profiles by the exception Stopped, if given.
   std::stop_token stop{};
 };
@@ -24,15 +24,16 @@ struct IntervalOptions {
 ///
 /// Wald: coefficients by t with the fit's standard errors and degrees of freedom, the others from
 /// the observed information on the scales of R nlme's intervals(). Profile: the values c at which
-/// twice the fall of the log-likelihood, maximized with the parameter held at c, is the quantile of
-/// chi-squared with one degree of freedom; for ols that of the squared t, as R's confint() of nls.
-/// Where an estimate is at its boundary (a standard deviation of 0, a correlation of 1),
-/// the interval has one limit only, and the reference is the half-and-half mixture of chi-squared
-/// with 0 and 1 degrees of freedom. docs/inference.md says which likelihood a method has.
-/// \param table  the rows that the fit was made of
+/// twice the decrease of the log-likelihood, maximized with the parameter held at c, is the
+/// quantile of chi-squared with one degree of freedom; for ols that of the squared t, as R's
+/// confint() of nls. Where an estimate is at its boundary (a standard deviation of 0, a correlation
+/// of 1), the interval has only one limit, and the reference is the half-and-half mixture of
+/// chi-squared with 0 and 1 degrees of freedom. docs/inference.md lists the likelihoods of the
+/// methods. Parameters are processed in parallel; the result does not depend on the number of
+/// threads.
+/// \param table  the rows of the fit
 /// \throws UsageError if the fit did not converge, the table is another one, or the level is not
 ///   between 0 and 1
-/// Parameters are worked on in parallel; the result does not depend on the number of threads.
 /// Source: Pinheiro and Bates 2000, sections 2.4.3 and 7.5.2; Venzon and Moolgavkar 1988, Applied
 /// Statistics 37, 87-94; Self and Liang 1987, J. Am. Stat. Assoc. 82, 605-610.
 Intervals confidence_intervals(const FittedModel& fit,

@@ -13,13 +13,13 @@
 namespace silvafit::fit {
 
 struct LeastSquaresOptions {
-  /// Values to start from, by coefficient name; those not named are searched.
+  /// Start values by coefficient name; the others are searched.
   std::map<std::string, double> start{};
   /// One more start by parameter name: the catalogue's rules, evaluated on the data (see
   /// study::start_values).
   std::map<std::string, double> rule{};
   int maximum_iterations = 500;
-  /// Whether further minima are looked for: starts of mixed models.
+  /// Whether further minima are searched, as starts of mixed models.
   bool other_minima = false;
   int further_starts = 0;  ///< of the search, besides its own
 };
@@ -29,8 +29,8 @@ struct LeastSquaresOptions {
 struct LeastSquaresFit : Estimates {
   double sum_of_squares = 0.0;
   Eigen::VectorXd fitted{};  ///< (N) in model order
-  /// (p) each: where exchanged terms fit as well, then other minima up to twice as high, if asked
-  /// for
+  /// (p) each: equivalent minima with exchanged terms, then other minima up to twice as high, if
+  /// requested
   std::vector<Eigen::VectorXd> other_minima{};
 
   /// n - p.
@@ -40,14 +40,14 @@ struct LeastSquaresFit : Estimates {
 /// Fits a model by least squares; random effects and the variance function of its specification are
 /// ignored.
 ///
-/// Coefficients that enter linearly are solved for (variable projection; their start values do not
-/// matter). A start that names all coefficients decides the minimum; else the rules and a
-/// deterministic search, scaled by the data, give several. Levenberg-Marquardt (Ceres) follows the
-/// best, and Newton steps add the last digits. A model with covariates starts from the fit without
-/// them, so that it never fits worse. A fit that fails is a result with converged = false and a
-/// verdict, not an exception; docs/least-squares.md lists the verdicts. Of a formula without
-/// coefficients, where all are held, only sigma is estimated.
-/// \throws DomainError if a row has no finite mean or slope whatever the coefficients (it is named)
+/// Coefficients that enter linearly are solved for (variable projection; their start values are not
+/// used). A start with all coefficients determines the minimum; else the rules and a deterministic
+/// search, scaled by the data, give several. Levenberg-Marquardt (Ceres) minimizes from the best,
+/// and Newton steps add the last digits. A model with covariates starts from the fit without them,
+/// so that it never fits worse. A failed fit is a result with converged = false and a convergence
+/// message, not an exception; docs/least-squares.md lists the messages. For a formula whose
+/// coefficients are all held, only sigma is estimated.
+/// \throws DomainError with the row if its mean or derivative is not finite for any coefficients
 LeastSquaresFit fit_least_squares(const NonlinearModel& model,
                                   const LeastSquaresOptions& options = {});
 

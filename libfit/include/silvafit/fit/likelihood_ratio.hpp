@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Likelihood-ratio tests of nested fits, with the right reference.
+// Likelihood-ratio tests of nested fits, with mixture references for variances at zero.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,19 +15,19 @@ namespace silvafit::fit {
 struct NestedTest {
   double statistic = 0.0;  ///< twice the gain in log-likelihood
   int degrees_of_freedom = 0;
-  double p_chi_squared = 1.0;  ///< by chi-squared with as many degrees of freedom
-  /// By the reference that fits the hypothesis; the same as above where no variance is tested.
+  double p_chi_squared = 1.0;  ///< by chi-squared with these degrees of freedom
+  /// By the reference of the hypothesis; the same as above if no variance is tested.
   double p = 1.0;
   ChiBarSquared reference{};
-  std::string note{};  ///< what to know of the reference and of the fits, or empty
+  std::string note{};  ///< a note on the reference or the fits, or empty
 };
 
-/// The test of two fits to the same observations by the same method. Where the larger model goes
-/// through all observations, the statistic is infinite and p is 0.
-/// \param variances  covariance of the variances that are tested if there are several independent
-///   effects (see covariance_of_variances); without it they count as independent
-/// \throws UsageError if there is no such test: the fits did not converge, are not nested, are to
-///   other data or by other methods, or by restricted likelihood with other fixed effects
+/// The test of two fits to the same observations by the same method. If the larger model fits all
+/// observations exactly, the statistic is infinite and p is 0.
+/// \param variances  covariance of the tested variances if there are several independent effects
+///   (see covariance_of_variances); without it they are treated as independent
+/// \throws UsageError if there is no such test: the fits did not converge, are not nested, have
+///   other data or methods, or are by restricted likelihood with other fixed effects
 /// Source: Self and Liang 1987, J. Am. Stat. Assoc. 82, 605-610; Stram and Lee 1994, Biometrics 50,
 /// 1171-1177.
 NestedTest likelihood_ratio_test(const FittedModel& larger,

@@ -12,25 +12,25 @@
 
 namespace silvafit::fit {
 
-/// How far a search for the highest maximum goes.
+/// The extent of a search for the highest maximum.
 enum class SearchEffort {
   /// By lb, one run from the pooled least-squares fit and from each given start; as kQuick by other
   /// methods.
   kBrief,
-  /// From the pooled least-squares fit, and from others only where that does not converge.
+  /// From the pooled least-squares fit, and from others only if that does not converge.
   kQuick,
-  /// From all starting points that are known, with checks of the maximum; docs/local-maxima.md.
+  /// From all known starting points, with checks of the maximum; docs/local-maxima.md.
   kThorough,
 };
 
 struct MixedEffectsOptions {
-  /// (p) further coefficients to start from; the fit with the highest likelihood is taken.
+  /// (p) further start values; the result is the fit with the highest likelihood.
   std::vector<Eigen::VectorXd> starts{};
   int maximum_iterations = 200;  ///< alternations of the two steps
   /// Restricted maximum likelihood instead of maximum likelihood: of the model that is linear
   /// around the estimates (R nlme's REML).
   bool reml = false;
-  /// Whether a start is given up where the first run from it does not converge, instead of trying
+  /// Whether there is only one run from a start, even if it does not converge, instead of runs with
   /// other variance components.
   bool is_brief = false;
   /// Called with one line for each iteration, if given.
@@ -42,11 +42,11 @@ struct MixedEffectsFit : Estimates {
   Eigen::VectorXd fitted_population{};   ///< (N) f(beta)
   Eigen::VectorXd fitted_conditional{};  ///< (N) f(beta + b)
   Eigen::VectorXd residual_sd{};         ///< (N) sigma g
-  /// Fitted values too near zero for a power, which were floored.
+  /// Number of fitted values too near zero for a power, which were floored.
   Eigen::Index floored_variances = 0;
 };
 
-/// How the random effects are integrated out of the likelihood.
+/// The method of integrating the random effects out of the likelihood.
 enum class Integration {
   kFirstOrder,   ///< FOCE: first order around the modes, residual variance at b = 0
   kInteraction,  ///< FOCEI: the same with the residual variance at the modes
@@ -55,19 +55,19 @@ enum class Integration {
 };
 
 struct MarginalOptions {
-  /// (p) further coefficients to start from, as in MixedEffectsOptions.
+  /// (p) further start values, as in MixedEffectsOptions.
   std::vector<Eigen::VectorXd> starts{};
-  int quadrature_points = 7;  ///< a random effect
+  int quadrature_points = 7;  ///< per random effect
   /// Called with one line for each value of the likelihood, if given.
   std::function<void(const std::string&)> trace{};
 };
 
 /// Fits by maximum marginal likelihood.
 ///
-/// Starts from a fit by Lindstrom and Bates' method, converged or not, and follows the exact
-/// gradient of the likelihood to where the Newton decrement vanishes. Standard errors are those of
-/// the observed information. A fit that fails is a result with converged = false and a verdict.
-/// \param start  (p) coefficients to start from: the pooled least-squares fit
+/// Starts from a fit by Lindstrom and Bates' method, converged or not, and maximizes the likelihood
+/// with its exact gradient until the Newton decrement vanishes. Standard errors are those of the
+/// observed information. A failed fit is a result with converged = false and a message.
+/// \param start  (p) start values: the pooled least-squares fit
 /// \throws UsageError without random effects, or if there are too many for quadrature, which takes
 ///   at most 3, of one grouping, and 20,000 points over them
 /// Source: docs/marginal-likelihood.md.
@@ -80,12 +80,12 @@ MixedEffectsFit fit_marginal(const NonlinearModel& model,
 /// objective, by maximum or restricted maximum likelihood.
 ///
 /// Alternates penalized nonlinear least squares in beta and b with the profile likelihood of the
-/// model that is linear around them, until both leave the estimates unchanged. Psi = sigma^2 L L'
+/// model that is linear around them, until both do not change the estimates. Psi = sigma^2 L L'
 /// is never inverted, so that a singular Psi is an ordinary point; the reported log-likelihood is
-/// that of the linearized model, as nlme's. Without random effects it is generalized nonlinear
-/// least squares (nlme's gnls). A fit that fails is a result with converged = false and a verdict,
+/// that of the linearized model, as in nlme. Without random effects it is generalized nonlinear
+/// least squares (nlme's gnls). A failed fit is a result with converged = false and a message,
 /// not an exception.
-/// \param start  (p) coefficients to start from: the pooled least-squares fit
+/// \param start  (p) start values: the pooled least-squares fit
 /// Source: Lindstrom and Bates 1990, Biometrics 46, 673-687; Pinheiro and Bates 2000, chapters 5
 /// and 7.
 MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,

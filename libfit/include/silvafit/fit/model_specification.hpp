@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a model is, before any data: a formula, linear sub-models of its parameters, random effects,
-// variance.
+// A model without data: a formula, linear sub-models of its parameters, random effects, variance.
 #pragma once
 
 #include <string>
@@ -38,61 +37,61 @@ struct ParameterModel {
 struct ModelSpecification {
   data::Formula formula;
   std::vector<ParameterModel> parameters{};
-  /// Terms, as lme4's: one grouping, or two nested ones with the coarser one first, within whose
-  /// groups those of the second are told apart. Empty without random effects.
+  /// Terms as in lme4: one grouping, or two nested ones with the coarser one first, whose groups
+  /// contain those of the second. Empty without random effects.
   std::vector<RandomEffects> random{};
   VarianceFunction variance{};
-  /// Columns that sub-models use as factors: other values than those of the fit have no prediction.
+  /// Columns that sub-models use as factors: values that the fit does not have give no prediction.
   std::vector<std::string> factors{};
 
   /// All coefficients in the order of the parameters.
   std::vector<std::string> coefficient_names() const;
-  /// What the mean reads from the data: columns of the formula, then those of covariates. The
+  /// The columns that the mean reads: those of the formula, then those of covariates. The
   /// comparison of a column with text is one of them; see data::is_text_match.
   std::vector<std::string> predictors() const;
-  /// Columns whose values are names, not numbers: groups, strata, and what is compared with text,
-  /// but for those that the model also reads as numbers.
+  /// Columns whose values are names, not numbers: groups, strata, and columns compared with text,
+  /// except those that the model also reads as numbers.
   std::vector<std::string> label_columns() const;
 };
 
-/// A model of a formula: the names in it that are no columns of the table are its parameters, in
+/// A model of a formula: the names in it that are not columns of the table are its parameters, in
 /// the order of their first appearance, each constant unless a sub-model is given for it.
 ///
-/// The formula is arithmetic. The right sides of sub-models mean what they mean in R: terms of
+/// The formula is arithmetic. The right sides of sub-models have the meaning of R: terms of
 /// variables, with + - : * ( ) and ^ of sums; columns of text and factor(column) are factors with
-/// contrasts to their first level. What R reads otherwise than as arithmetic (x^2, x/10) is refused
-/// outside of I(...) and function calls. docs/formula-language.md has the rules.
+/// contrasts to their first level. Operators with another meaning in R than in arithmetic (x^2,
+/// x/10) are refused outside of I(...) and function calls. docs/formula-language.md has the rules.
 /// \param sub_models  texts such as "b ~ 1 + C + U", "b ~ C*species" or "b ~ 0 + I(dbh^2)"
 /// \throws FormulaError if a text cannot be read, the formula has no parameter, or a sub-model is
-///   for none of them; InputError if a covariate is no column, or a factor none that can be coded
+///   for none of them; InputError if a covariate is not a column, or a factor cannot be coded
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
                                  const data::Table& table);
 
-/// Makes sure that there is something to fit to; a model to simulate from needs no response.
-/// \throws InputError if the response is no column of the table; FormulaError if the mean or a
+/// Checks the response, which a model for simulation does not need.
+/// \throws InputError if the response is not a column of the table; FormulaError if the mean or a
 ///   sub-model depends on it
 void check_response(const ModelSpecification& specification, const data::Table& table);
 
-/// Reads one sub-model without a table: all columns are taken for numbers.
+/// Reads one sub-model without a table: all columns are assumed to be numeric.
 /// \throws FormulaError also if there is a factor()
 ParameterModel parse_parameter_model(std::string_view text);
 
-/// Reads what ParameterModel::text() wrote: columns joined by +, one coefficient each, where `:` is
-/// a product and all else arithmetic.
+/// Reads the text of ParameterModel::text(): columns joined by +, one coefficient each, where `:`
+/// is a product and all else arithmetic.
 ParameterModel parse_stored_parameter_model(const std::string& name, std::string_view columns);
 
 /// The columns that a sub-model reads.
 struct SubModelColumns {
-  std::vector<std::string> as_numbers{};  ///< or as factors, if they hold text
-  std::vector<std::string> as_names{};    ///< factor(column), and what is compared with text
+  std::vector<std::string> as_numbers{};  ///< or as factors, if they contain text
+  std::vector<std::string> as_names{};    ///< factor(column), and columns compared with text
 };
 /// \throws FormulaError if the text cannot be read
 SubModelColumns sub_model_columns(std::string_view text);
 
-/// Gives a model the random effects of a text.
-/// \throws FormulaError that points at what is no coefficient of the model or is named twice;
-///   InputError if the group is no column of the table
+/// Sets the random effects of a model from a text.
+/// \throws FormulaError with the position of a name that is not a coefficient of the model or is
+///   given twice; InputError if the group is not a column of the table
 void add_random_effects(ModelSpecification& specification,
                         std::string_view text,
                         const data::Table& table);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A model as texts, as the program, R and Python take it.
+// A model as texts, for the program, R and Python.
 #pragma once
 
 #include <string>
@@ -23,7 +23,7 @@ struct ModelTexts {
 
 /// The model of the texts for a table.
 /// \throws FormulaError if a text cannot be read; UsageError if `covariance` has another length
-///   than the groupings; InputError if a column is missing or has text in place of numbers
+///   than the groupings; InputError if a column is missing or has text instead of numbers
 ModelSpecification specify_model(const ModelTexts& texts, const data::Table& table);
 
 }  // namespace silvafit::fit

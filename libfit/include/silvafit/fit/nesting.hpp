@@ -8,19 +8,19 @@
 
 namespace silvafit::fit {
 
-/// How two fits relate.
+/// The relation of two fits.
 struct Nesting {
   bool is_nested = false;
-  std::string reason{};  ///< why there is no test, in words
-  /// Number of coefficients, and of variances and covariances of effects that both have, that the
-  /// larger model estimates more. Parameters of the variance function are not counted.
+  std::string reason{};  ///< reason why there is no test
+  /// Number of additional estimated coefficients, and variances and covariances of common effects,
+  /// of the larger model. Parameters of the variance function are not counted.
   int regular = 0;
   /// Random effects that only the larger model has, and whose covariances with others (of old and
   /// of new ones) are free.
   int correlated_effects = 0;
   /// Random effects that only the larger model has, independent of all others.
   int independent_effects = 0;
-  /// The smaller model has a parameter of the variance function at the end of its range.
+  /// The smaller model has a parameter of the variance function at a bound.
   bool has_other_edge = false;
   /// A coefficient that the larger model estimates is at a bound in the smaller.
   bool has_bounded = false;
@@ -31,10 +31,10 @@ struct Nesting {
 /// variance function.
 ///
 /// A coefficient that is held or at a bound (it has no variance) is a special case of one that is
-/// estimated or held at the same value; one that a model does not have counts as held at 0. Random
-/// effects by a column are compared only where the labels of the groups show that both fits have
-/// the same groups. A variance function is left out of the smaller model only if the larger one's
-/// can be constant.
+/// estimated or held at the same value; a missing coefficient is treated as held at 0. Random
+/// effects by a column are compared only if the labels of the groups show that both fits have the
+/// same groups. The smaller model may lack a variance function only if that of the larger one can
+/// be constant.
 Nesting nesting(const FittedModel& larger, const FittedModel& smaller);
 
 }  // namespace silvafit::fit

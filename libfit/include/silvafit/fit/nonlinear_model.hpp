@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A model bound to data: complete rows, sorted by group, and the mean with its derivatives.
+// A model with data: complete rows, sorted by group, and the mean with its derivatives.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,28 +23,27 @@ namespace silvafit::fit {
 /// The mean function f(phi; data) of a model on the rows of a table, with phi linear in the
 /// coefficients.
 ///
-/// N observations, p coefficients, G groups. Rows where the response, a column of the formula, a
-/// covariate, a stratum or the group is missing are left out. Rows are kept sorted by group (groups
-/// in the order of their first appearance, rows within a group in file order); without random
-/// effects all rows are one group. With two nested groupings the groups are those of the finer one,
-/// told apart within each group of the coarser one and sorted by it. Immutable; evaluate() may run
-/// on several threads, each with a Workspace of its own.
+/// N observations, p coefficients, G groups. Rows without response, a column of the formula, a
+/// covariate, a stratum or the group are skipped. Rows are sorted by group (groups in the order of
+/// their first appearance, rows within a group in file order); without random effects all rows are
+/// one group. With two nested groupings the groups are those of the finer one, distinguished within
+/// each group of the coarser one and sorted by it. Immutable; evaluate() may run on several
+/// threads, each with its own Workspace.
 ///
-/// What is computed from a model may use several threads; no result depends on how many.
+/// Computations with a model may use several threads; results do not depend on their number.
 class NonlinearModel {
  public:
-  /// Scratch memory of one caller.
+  /// Working memory of one caller.
   struct Workspace {
     data::Program::Workspace program{};
     Eigen::MatrixXd parameters{};   ///< (rows x K) parameter values of a block of rows
     Eigen::MatrixXd derivatives{};  ///< (rows x K) df/dphi
   };
 
-  /// \param threads  to compute with; 0 as many as the machine has cores
-  /// \param stop     ends what is computed from the model; see check_stop()
-  /// \throws UsageError if a column is not there, or if a group has more than 12 random effects
-  /// over
-  ///   both groupings; InputError if no complete row is left, or a column of the data has an
+  /// \param threads  number of threads; 0: all cores
+  /// \param stop     stops computations with the model; see check_stop()
+  /// \throws UsageError if a column is missing, or if a group has more than 12 random effects over
+  ///   both groupings; InputError if there is no complete row, or a column of the data has an
   ///   infinite value
   NonlinearModel(ModelSpecification specification,
                  const data::Table& table,
@@ -54,17 +53,17 @@ class NonlinearModel {
   const ModelSpecification& specification() const { return specification_; }
   unsigned threads() const { return threads_; }
   /// Called before each pass over the data, which all searches consist of.
-  /// \throws Stopped if the caller has asked to stop
+  /// \throws Stopped if the caller has requested it
   void check_stop() const { silvafit::check_stop(stop_); }
   Eigen::Index observations() const { return response_.size(); }
   Eigen::Index coefficient_count() const { return static_cast<Eigen::Index>(names_.size()); }
   const std::vector<std::string>& coefficient_names() const { return names_; }
   /// Position of a coefficient.
-  /// \throws UsageError if there is none of that name
+  /// \throws UsageError if there is no coefficient of that name
   Eigen::Index coefficient_index(std::string_view name) const;
 
   /// Positions of the coefficients that have random effects in a term; none for null.
-  /// \throws UsageError if one is no coefficient of the model
+  /// \throws UsageError if one is not a coefficient of the model
   std::vector<Eigen::Index> coefficients_of(const RandomEffects* term) const;
 
   /// (N) the response, in model order.
@@ -72,8 +71,8 @@ class NonlinearModel {
   /// (N) the table's row of each observation.
   const std::vector<std::size_t>& rows() const { return rows_; }
   std::size_t excluded() const { return excluded_; }
-  /// Labels of each column that the mean compares with text, in alphabetical order; of part() those
-  /// of the whole.
+  /// Labels of each column that the mean compares with text, in alphabetical order; for part()
+  /// those of the whole model.
   const std::map<std::string, std::set<std::string>>& levels() const { return levels_; }
 
   Eigen::Index group_count() const { return static_cast<Eigen::Index>(group_labels_.size()); }
@@ -90,7 +89,7 @@ class NonlinearModel {
   /// Labels of the coarser grouping's groups; empty without one.
   const std::vector<std::string>& outer_labels() const { return outer_labels_; }
 
-  /// (N) a numeric column of the data in model order, as far as the model uses it.
+  /// (N) a numeric column of the data in model order that the model uses.
   /// \throws UsageError if the model does not use it
   Eigen::VectorXd column(std::string_view name) const;
 
@@ -109,7 +108,7 @@ class NonlinearModel {
 
   /// The parameter of a coefficient, by its number in the specification.
   Eigen::Index parameter_of(Eigen::Index coefficient) const;
-  /// (N) what a coefficient is multiplied by in its parameter: the covariate, 1 for an intercept.
+  /// (N) the factor of a coefficient in its parameter: the covariate, 1 for an intercept.
   Eigen::VectorXd multiplier(Eigen::Index coefficient) const;
   /// The same as a pointer to N values, null for an intercept.
   const double* multiplier_values(Eigen::Index coefficient) const;
@@ -123,7 +122,7 @@ class NonlinearModel {
                 Eigen::MatrixXd* jacobian,
                 Workspace& workspace) const;
 
-  /// True where the second derivative of f by the coefficients (i, j) is zero for all data: a
+  /// True if the second derivative of f by the coefficients (i, j) is zero for all data: a
   /// coefficient with (j, j) zero enters linearly, and two such enter jointly linearly if (i, j) is
   /// zero.
   bool is_bilinear(Eigen::Index i, Eigen::Index j) const;
@@ -144,11 +143,11 @@ class NonlinearModel {
   /// \param terms  of the same groupings, or none: all rows are then one group
   NonlinearModel with_random_effects(std::vector<RandomEffects> terms) const;
 
-  /// Where an observation came from: the file and the line, as far as the table knew them.
+  /// The source of an observation: file and line, if the table has them.
   Place place(Eigen::Index observation) const;
 
  private:
-  struct Slot {  ///< where a coefficient acts
+  struct Slot {  ///< parameter and covariate of a coefficient
     Eigen::Index parameter = 0;
     Eigen::Index covariate = -1;  ///< column of covariates_, -1 for an intercept
   };
@@ -177,7 +176,7 @@ class NonlinearModel {
   std::vector<Slot> slots_;
   std::string file_;
   std::vector<std::size_t> rows_;
-  std::vector<std::uint32_t> lines_;  ///< (N) of the file, 0 where unknown
+  std::vector<std::uint32_t> lines_;  ///< (N) of the file, 0 if unknown
   std::size_t excluded_ = 0;
   std::map<std::string, std::set<std::string>> levels_;
   std::vector<std::string> group_labels_;

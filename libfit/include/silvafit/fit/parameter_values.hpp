@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// All estimated parameters of a fit under the names that people read.
+// All estimated parameters of a fit with their reported names.
 #pragma once
 
 #include <string>
@@ -14,11 +14,11 @@ struct NamedValue {
   double value = 0.0;
 };
 
-/// Coefficients, `sd(a)` and `cor(a, b)` of the random effects (`sd(a | stand)` where there are two
-/// groupings), parameters of the variance function that are not held (`delta`, `constant`, `ratio`,
-/// each `of` its stratum; with several factors the factor's text comes first), and `sigma`.
+/// Coefficients, `sd(a)` and `cor(a, b)` of the random effects (`sd(a | stand)` for two groupings),
+/// parameters of the variance function that are not held (`delta`, `constant`, `ratio`, each `of`
+/// its stratum; with several factors after the factor's text), and `sigma`.
 ///
-/// A correlation is NaN where a standard deviation is zero.
+/// A correlation is NaN if a standard deviation is zero.
 std::vector<NamedValue> parameter_values(const FittedModel& fit);
 
 }  // namespace silvafit::fit

@@ -13,16 +13,16 @@
 
 namespace silvafit::fit {
 
-/// Which random effects a prediction has. docs/prediction.md has the formulas.
+/// The random effects of a prediction. docs/prediction.md has the formulas.
 enum class Level {
-  kPopulation,   ///< f(beta): those of a group of which nothing is known, b = 0
-  kConditional,  ///< f(beta + b): those estimated for the group when the model was fitted
-  kCalibrated,   ///< f(beta + b): those that the trees measured in the table say; see calibrate
+  kPopulation,   ///< f(beta): b = 0
+  kConditional,  ///< f(beta + b): b of the group in the fit
+  kCalibrated,   ///< f(beta + b): b from the measured trees of the table; see calibrate
   kMarginal,     ///< the mean of f(beta + b) over all groups, b ~ N(0, Psi)
 };
 
-/// What a conditional prediction is for a group that the fit has not seen, and a calibrated one for
-/// such a group without a measured tree.
+/// The conditional prediction for a group that is not in the fit, and the calibrated one for such a
+/// group without a measured tree.
 enum class NewGroups {
   kPopulation,  ///< that of the population, or of the coarser group if that is known
   kMarginal,    ///< the mean over all groups, or over those of the coarser group if that is known
@@ -30,10 +30,10 @@ enum class NewGroups {
   kError,       ///< none: InputError at the first such row
 };
 
-/// What an interval is to hold.
+/// The quantity of an interval.
 enum class IntervalKind {
   kPrediction,  ///< a new tree's value
-  kConfidence,  ///< the mean of such trees, as the level defines it
+  kConfidence,  ///< the mean of such trees at the level
 };
 
 /// A column that is itself a prediction: heights that a crown-base model needs.
@@ -49,25 +49,26 @@ struct PredictionOptions {
   /// Coverage of intervals, in (0, 1); none without.
   std::optional<double> interval{};
   IntervalKind interval_kind = IntervalKind::kPrediction;
-  bool standard_errors = false;  ///< whether they are wanted without intervals
+  bool standard_errors = false;  ///< compute standard errors also without intervals
   std::vector<UncertainColumn> uncertain{};
-  /// Of marginal means: how far two quadratures of growing size may differ, relative to the value.
+  /// Of marginal means: tolerance for the relative difference of two quadratures of increasing
+  /// size.
   double marginal_accuracy = 1e-8;
   unsigned threads = 1;
 };
 
 /// Predictions for N rows of a table, in its order.
 struct Prediction {
-  Eigen::VectorXd value{};        ///< (N) NaN where a column that the mean needs is missing
+  Eigen::VectorXd value{};        ///< (N) NaN if a column that the mean needs is missing
   Eigen::VectorXd residual_sd{};  ///< (N) of an observation around its prediction
-  /// (N) what the variance function lacks of a row, so that it has no residual_sd and no prediction
-  /// interval: "missing noise", "unknown species"; empty where it lacks nothing.
+  /// (N) the reason why a row has no residual_sd and no prediction interval: "missing noise",
+  /// "unknown species"; else empty.
   std::vector<std::string> residual_gap{};
-  /// (N) true where the row's group is missing, or was not seen by the fit and has no measured tree
-  /// that counts; all false at the population and marginal levels and without random effects.
+  /// (N) true if the row's group is missing, or is not in the fit and has no measured tree; all
+  /// false at the population and marginal levels and without random effects.
   std::vector<bool> is_new_group{};
-  /// (N) measured trees of the row's group that calibrated it, -1 where it has the fit's own
-  /// random effects; empty but for calibrated predictions.
+  /// (N) number of measured trees of the row's group for the calibration, -1 if it has the fit's
+  /// own random effects; empty except for calibrated predictions.
   std::vector<Eigen::Index> calibrated_from{};
   // With intervals or standard errors:
   Eigen::VectorXd mean_error{};          ///< (N) standard error of the mean
@@ -86,14 +87,14 @@ struct Prediction {
 /// distribution of a new tree, a mixture of normal distributions over the errors of the
 /// coefficients, by quadrature, widened for the degrees of freedom. Those of confidence intervals
 /// are values of the mean at coefficients t standard deviations away in the direction in which it
-/// changes most. They follow the mean function and are asymmetric where it is nonlinear.
-/// Coefficients without a standard error (fixed ones) count as known.
+/// changes most. They are asymmetric if the mean function is nonlinear. Coefficients without a
+/// standard error (fixed ones) are treated as known.
 ///
 /// A column that only the variance function reads may be missing: residual_sd and prediction
-/// intervals are NaN then. Only calibration from measured trees, which it weighs, needs it.
-/// \throws UsageError if a column that the mean, the group or calibration needs is not there, if
-///   the interval is not in (0, 1), or if intervals at the conditional level need what an older
-///   file does not keep; InputError for new groups where the options say so
+/// intervals are then NaN. Only calibration needs it, for the weights of the measured trees.
+/// \throws UsageError if a column that the mean, the group or calibration needs is missing, if the
+///   interval is not in (0, 1), or if an older file lacks data for intervals at the conditional
+///   level; InputError for new groups with NewGroups::kError
 Prediction predict(const FittedModel& fit,
                    const data::Table& table,
                    Level level,

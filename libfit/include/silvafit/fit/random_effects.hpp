@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which coefficients vary between groups, and the form of their covariance.
+// The coefficients that vary between groups, and the form of their covariance.
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@ struct RandomEffects {
   std::vector<std::string> coefficients{};
   std::string group{};  ///< the column whose values are the groups
   Covariance covariance = Covariance::kGeneral;
-  /// For kBlock: how many coefficients each block has, in their order. Effects of different blocks
-  /// are independent.
+  /// For kBlock: number of coefficients of each block, in order. Effects of different blocks are
+  /// independent.
   std::vector<int> blocks{};
 
   /// Sizes of the blocks within which covariances are free: all in one for the general form, ones
@@ -30,7 +30,7 @@ struct RandomEffects {
 /// Reads `a + b + b:C | plot`; parentheses make blocks, as in `(a + b) + c | plot`. Two nested
 /// groupings: `a | stand/plot` gives both the same effects, `a | stand; a + b | plot` each its own.
 /// \returns one element, or two with the coarser grouping first
-/// \throws FormulaError that points at what cannot be read
+/// \throws FormulaError with the position of the error
 std::vector<RandomEffects> parse_random_effects(std::string_view text);
 
 /// The label of a group within a coarser one, `outer/inner`. A slash of the coarser label becomes
@@ -39,13 +39,13 @@ std::string nested_label(std::string_view outer, std::string_view inner);
 
 /// The labels in a nested one.
 struct NestedParts {
-  std::string_view outer{};  ///< as outer_part() writes it; empty where there is no slash
+  std::string_view outer{};  ///< in the form of outer_part(); empty if there is no slash
   std::string_view inner{};
 };
 
-/// Cuts a label as nested_label() writes it; the parts are views of it.
+/// Splits a label of nested_label(); the parts are views of it.
 NestedParts nested_parts(std::string_view label);
-/// The label of a coarser group as nested labels have it, with `%2F` for a slash.
+/// The label of a coarser group in the form of nested labels, with `%2F` for a slash.
 std::string outer_part(std::string_view outer);
 
 /// Reads general, diagonal or identity; blocks are made in the text of random effects.

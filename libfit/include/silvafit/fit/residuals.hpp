@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Residuals of a fit, at the levels of prediction and on the scales that plots and tests need.
+// Residuals of a fit, at the levels of prediction and on several scales for plots and tests.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,16 +29,16 @@ struct Residuals {
   /// the residuals' correlation (nlme's "normalized"). Residuals are independent given b here, so
   /// that these are the standardized ones.
   Eigen::VectorXd normalized{};
-  /// (N) residuals of the model linear around the estimates with the random effects not taken out,
+  /// (N) residuals of the model linear around the estimates, including the random effects,
   /// L^-1 (y - f(beta + b) + Z b) with L L' = Z Psi Z' + sigma^2 G^2 of a group, rows in the order
   /// of its observations: independent and standard normal if the model holds.
   Eigen::VectorXd marginal{};
 };
 
-/// The residuals of the rows of a table where all columns of the model have values.
+/// The residuals of the complete rows of a table.
 ///
-/// g is taken at the conditional fitted values at both levels, as nlme does. Groups that the fit
-/// has not seen count with b = 0.
+/// g is evaluated at the conditional fitted values at both levels, as in nlme. Groups that are not
+/// in the fit have b = 0.
 /// \throws as NonlinearModel for the table
 /// Source: Pinheiro and Bates 2000, sections 4.3 and 5.3.
 Residuals residuals(const FittedModel& fit, const data::Table& table);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One model fitted to data of which each rank of a job has a part.
+// Fit of one model to data that are distributed over the ranks of a job.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ struct SharedData {
   /// Whole groups from all parts of the data, the same on all ranks, with all labels of the text
   /// columns that the model uses.
   data::Table sample{};
-  /// The rows of this rank, in whole groups; nothing if it has none. The rows of rank r are before
+  /// The rows of this rank, in whole groups; no value if it has none. The rows of rank r are before
   /// those of rank r + 1.
   std::optional<data::Table> own{};
   /// For each row of `own` the number of its part, ascending. Parts are of whole groups, and the
@@ -29,14 +29,14 @@ struct SharedData {
 /// ranks.
 ///
 /// All ranks must call it with the same model and options; all get the same fit. Start values and
-/// scales come from a fit to the sample, which each rank computes. From there, the likelihood of
+/// scales are those of a fit to the sample, which each rank computes. From there, the likelihood of
 /// all data is maximized: each rank has the data and the conditional modes of its own groups, and
 /// the sums of the parts are added in order, so that the result has the same bytes on any number of
-/// ranks and threads. Whether parameters are identifiable is judged with the sample.
+/// ranks and threads. Identifiability of parameters is tested with the sample.
 ///
 /// Memory of a rank: its data, and the estimated random effects of all groups with their
 /// uncertainty.
-/// \param data  is used up
+/// \param data  is consumed
 /// \throws UsageError for another method, two nested groupings, strata of the variance function, or
 ///   coefficients that are held or bounded; InputError if a text column has a label that the sample
 ///   lacks; else as fit_model()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Responses that are drawn from a fit, on the design of a table.
+// Responses drawn from a fit, with the design of a table.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,16 +14,16 @@ namespace silvafit::fit {
 
 /// N rows of a table in its order, R replicates.
 struct SimulatedResponses {
-  std::vector<std::size_t> rows{};  ///< (N) those where all columns of the model have values
+  std::vector<std::size_t> rows{};  ///< (N) the complete rows
   Eigen::MatrixXd values{};         ///< (N x R)
 };
 
 /// Draws new random effects for each group and new residuals, as the parametric bootstrap does.
 ///
-/// Each replicate has a random stream of its own: replicate r of a bootstrap with the same seed
-/// refits to column r.
+/// Each replicate has its own random stream: replicate r of a bootstrap with the same seed is
+/// fitted to column r.
 /// \throws UsageError without converged estimates; NumericalError if the mean is not finite with
-///   the effects that were drawn; as NonlinearModel for the table
+///   the drawn effects; as NonlinearModel for the table
 SimulatedResponses simulate_responses(const FittedModel& fit,
                                       const data::Table& table,
                                       std::size_t replicates,

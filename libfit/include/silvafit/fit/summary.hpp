@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Results as tables for people, as `silvafit fit` and `silvafit compare` print them. Names that
-// come from data are in them as they are, with any control characters.
+// Text tables of results, as printed by `silvafit fit` and `silvafit compare`. Names from data are
+// unchanged, including control characters.
 #pragma once
 
 #include <string>
@@ -14,11 +14,11 @@
 
 namespace silvafit::fit {
 
-/// One fit in full: the verdict first, then estimates, variances, statistics, EBLUPs of up to 40
+/// A complete fit: convergence message, estimates, variances, statistics, EBLUPs of up to 40
 /// groups, and intervals if it has them.
 std::string summary(const FittedModel& fit);
 
-/// Several fits, those that converged by AIC, those that failed at the end with the reason.
+/// Several fits: converged ones by AIC, then failed ones with the reason.
 std::string ranking(const std::vector<const FittedModel*>& fits);
 
 std::string summary(const Bootstrap& bootstrap);
