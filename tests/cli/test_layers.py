@@ -233,7 +233,7 @@ class Reading(LayerTest):
         self.write("mixed.geojson", json.dumps(mixed))
         layer_files.write_sqlite(self.folder / "plain.sqlite", [("trees", "plot, tree, dbh REAL", [(1, 1, 20.0)])])
         for arguments, status, words in (
-                (("a.gpkg", "--layer", "forest"), 3, "a.gpkg: there is no layer 'forest'; available: 'trees' (points, 100 rows)"),
+                (("a.gpkg", "--layer", "forest"), 3, "a.gpkg: unknown layer 'forest'; available: 'trees' (points, 100 rows)"),
                 (("a.gpkg", "--sql", "select dbhh from trees"), 3, "a.gpkg: the query of --sql failed: no such column: dbhh; available: 'trees'"),
                 (("a.gpkg", "--sql", "select * from forest"), 3, "the query of --sql failed: no such table: forest; available: 'trees'"),
                 (("a.gpkg", "--sql", "delete from trees"), 2, "--sql: must be one query that begins with select or with"),
@@ -448,7 +448,7 @@ class Database(LayerTest):
         self.assertIn('the query of --sql failed: column "dbhh" does not exist; available: ', said)
         # Passwords are not shown.
         _, said = self.indices(f"PG:{self.address} password=secret", "--layer", "forest", status=3)
-        self.assertIn("password=...: there is no layer 'forest'", said)
+        self.assertIn("password=...: unknown layer 'forest'", said)
         self.assertNotIn("secret", said)
         _, said = self.indices(f"PG:host=127.0.0.1 port={self.port} dbname=nothing user=forester", status=3)
         self.assertIn('the database cannot be opened: ', said)

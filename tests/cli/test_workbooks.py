@@ -69,7 +69,7 @@ class Workbooks(ProgramTest):
                       said)
         self.assert_same_units(book, "--layer", "Trees 2024")
         _, said = self.indices(book, "--layer", "trees", status=3)
-        self.assertIn("there is no sheet 'trees'; available: 'Trees 2024'", said)
+        self.assertIn("unknown sheet 'trees'; available: 'Trees 2024'", said)
         # A query has the types and the header that GDAL finds.
         self.assert_same_units(book, "--sql", "select * from \"Trees 2024\"")
 
