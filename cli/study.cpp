@@ -145,6 +145,7 @@ study::StudyRecord make_record(const StudyArguments& arguments,
   const TreeTable trees =
       open_inventory(arguments.inventory, arguments.table, settings.units, arguments.common);
   coordinates = trees.coordinates;
+  open_plots(arguments.plots, trees, arguments.common, settings.sampling);
   Progress progress(arguments.common);
   return study::whole_study(
       trees.table, catalogue, settings, callbacks(arguments.common, progress));
@@ -212,6 +213,7 @@ void run(const CLI::App& command, StudyArguments& arguments) {
   refuse_idle_unit_options(command, units, study::further_indices(arguments.settings));
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},
                      {"--window", units.window},
+                     {"--plots", arguments.plots.file},
                      {"--config", arguments.configuration}},
                     files_in({"--out", arguments.out},
                              {"library.json",
@@ -272,6 +274,12 @@ void add_study_command(CLI::App& program) {
   command->add_option("--group", arguments->settings.study.group, "Column of the random effects")
       ->capture_default_str();
   command
+      ->add_option("--period",
+                   arguments->settings.study.period,
+                   "Column of the year or date of repeated measurements: the rows of all times are "
+                   "used, with random effects of the times within the groups")
+      ->type_name("COLUMN");
+  command
       ->add_option("--criterion",
                    arguments->criterion,
                    "Criterion for all levels, without tests: aic, aicc, bic or cv (prediction "
@@ -283,6 +291,7 @@ void add_study_command(CLI::App& program) {
                    arguments->settings.study.minimum_trees,
                    "Minimum number of measured trees of a species")
       ->capture_default_str();
+  add_sampling_options(*command, arguments->settings.sampling, arguments->plots);
   add_unit_options(*command, arguments->settings.units);
   add_window_layer_option(*command, arguments->table);
   add_common_options(*command, arguments->common);

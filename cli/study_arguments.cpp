@@ -27,6 +27,7 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
   keep("--responses", given.study.responses, file.study.responses);
   keep("--covariates", given.study.covariates, file.study.covariates);
   keep("--group", given.study.group, file.study.group);
+  keep("--period", given.study.period, file.study.period);
   keep("--minimum-trees", given.study.minimum_trees, file.study.minimum_trees);
   keep("--columns", given.reading.columns, file.reading.columns);
   keep("--trust-units", given.reading.trust_units, file.reading.trust_units);
@@ -49,6 +50,16 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
   keep("--further", given.units.further, file.units.further);
   keep("--competition-radius", given.units.competition_radius_m, file.units.competition_radius_m);
   keep("--open-grown", given.units.open_grown, file.units.open_grown);
+  // A table of plots of the command line replaces that of the file.
+  if (arguments.plots.file.empty()) arguments.plots.file = file.sampling.plots_file;
+  keep("--plots-columns", given.sampling.plots_columns, file.sampling.plots_columns);
+  keep("--circles", given.sampling.circles, file.sampling.circles);
+  keep("--angle-count", given.sampling.angle_count, file.sampling.angle_count);
+  keep("--smallest-dbh", given.sampling.smallest_dbh_cm, file.sampling.smallest_dbh_cm);
+  keep("--expansion", given.sampling.expansion, file.sampling.expansion);
+  keep("--subplots", given.sampling.subplots, file.sampling.subplots);
+  keep("--subplot", given.sampling.subplot, file.sampling.subplot);
+  keep("--slope-correction", given.sampling.slope_correction, file.sampling.slope_correction);
   given = std::move(file);
 }
 
@@ -56,6 +67,7 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
 
 void apply_settings(const CLI::App& command, StudyArguments& arguments) {
   if (!arguments.configuration.empty()) apply_configuration(command, arguments);
+  arguments.settings.sampling.plots_file = arguments.plots.file;
   apply_criterion(arguments.criterion, arguments.settings.study);
 }
 

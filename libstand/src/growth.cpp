@@ -19,6 +19,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/plots_at_times.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -31,7 +32,7 @@ double& part_of(GrowthParts& parts, GrowthPart part) {
 
 /// A plot's name at a time, also for messages.
 std::string label_of(const MeasuredPlot& plot, std::size_t occasion) {
-  return fmt::format("{} ({})", plot.plot, plot.occasions[occasion].text);
+  return label_at_time(plot.plot, plot.occasions[occasion].text);
 }
 
 /// A tree in a period, with its rows of the living trees.
@@ -65,8 +66,7 @@ class GrowthMaker {
   void follow_plot(std::size_t number, LivingTrees& living);
   void follow_trees();
   void find_areas();
-  SamplingDesign design_of_occasions() const;
-  std::vector<NamedWindow> windows_of_occasions() const;
+  std::vector<PlotAtTime> plots_at_occasions() const;
   void add_trees();
   void add_tree(const Period& period, const TreeInPeriod& tree);
   GrowthParts parts_of_value(const Period& period,
@@ -171,44 +171,14 @@ void GrowthMaker::follow_trees() {
                                       data::list_of(once)));
 }
 
-/// The table of plots with a row for each time of each plot.
-SamplingDesign GrowthMaker::design_of_occasions() const {
-  SamplingDesign design = options_.design;
-  if (!design.plots) return design;
-  design.plots->plots.clear();
-  std::unordered_map<std::string, const MeasuredPlot*> by_name;
-  for (const MeasuredPlot& plot : plots_) by_name.emplace(plot.plot, &plot);
-  for (const PlotRecord& record : options_.design.plots->plots) {
-    const auto found = by_name.find(record.plot);
-    const auto add = [&](const std::string& label) {
-      design.plots->plots.push_back(record);
-      design.plots->plots.back().plot = label;
-    };
-    if (found == by_name.end()) {
-      add(record.plot);
-      continue;
-    }
-    const MeasuredPlot& plot = *found->second;
-    const auto own = record.time.empty() ? std::nullopt : occasion_at(plot, record.time);
-    for (std::size_t k = 0; k < plot.occasions.size(); ++k) {
-      if (!own || *own == k) add(label_of(plot, k));
+std::vector<PlotAtTime> GrowthMaker::plots_at_occasions() const {
+  std::vector<PlotAtTime> plots;
+  for (const MeasuredPlot& plot : plots_) {
+    for (const Occasion& one : plot.occasions) {
+      plots.push_back({.plot = plot.plot, .time = one.text});
     }
   }
-  return design;
-}
-
-std::vector<NamedWindow> GrowthMaker::windows_of_occasions() const {
-  std::vector<NamedWindow> windows;
-  for (const NamedWindow& window : options_.units.windows) {
-    if (window.plot == kEveryPlot) windows.push_back(window);
-    for (const MeasuredPlot& plot : plots_) {
-      const bool is_own = window.plot ? *window.plot == plot.plot : plots_.size() == 1;
-      for (std::size_t k = 0; is_own && k < plot.occasions.size(); ++k) {
-        windows.push_back({.plot = label_of(plot, k), .window = window.window});
-      }
-    }
-  }
-  return windows;
+  return plots;
 }
 
 void GrowthMaker::find_areas() {
@@ -216,10 +186,12 @@ void GrowthMaker::find_areas() {
   if (options_.plot_area_m2) {
     areas = sampled_areas(living_, *options_.plot_area_m2);
   } else if (!options_.units.windows.empty()) {
-    const std::vector<NamedWindow> given = windows_of_occasions();
+    const std::vector<NamedWindow> given =
+        windows_at_times(options_.units.windows, plots_at_occasions());
     areas = sampled_areas(living_, plot_windows(living_, given, SearchScope::kPlot), given);
   } else if (options_.design.is_given()) {
-    DesignedSample sample = sample_of(living_, design_of_occasions());
+    DesignedSample sample =
+        sample_of(living_, design_at_times(options_.design, plots_at_occasions()));
     living_.represented = std::move(sample.represented);
     areas = std::move(sample.areas);
     report_.notes.insert(report_.notes.end(), sample.notes.begin(), sample.notes.end());

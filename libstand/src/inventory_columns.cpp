@@ -192,6 +192,11 @@ Source Planner::source_of(const KnownColumn& column) {
 
 /// Field of the column year, else date, or of the source mapped to such a name.
 std::optional<std::size_t> Planner::time_field() const {
+  if (!options_.period.empty()) {
+    if (const auto field = field_named(options_.period)) return field;
+    throw InputError(data::no_such_column(options_.period, header_),
+                     {.file = file_, .column = "--period"});
+  }
   for (const std::string_view name : {"year", "date"}) {
     if (const ColumnMapping* const mapping = mapping_to(name)) return field_named(mapping->source);
     if (const auto field = field_in_any_case(name, header_)) return field;

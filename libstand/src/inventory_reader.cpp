@@ -11,6 +11,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/stand/plots_at_times.hpp"
 #include "silvafit/stand/similar_plots.hpp"
 
 namespace silvafit::stand {
@@ -155,6 +156,10 @@ void InventoryReader::complete(InventoryRow& row) const {
   if (!plan_.labels[kPlot].exists()) row.labels[kPlot] = kOnlyPlot;
   if (!plan_.labels[kTree].exists()) row.labels[kTree] = fmt::format("{}", row_count_);
   if (!plan_.labels[kSpecies].exists()) row.labels[kSpecies] = kOnlySpecies;
+  if (options_.period.empty()) return;
+  row.measured_plot = row.labels[kPlot];
+  if (is_missing(row.time) || is_missing(row.measured_plot)) return;
+  row.labels[kPlot] = label_at_time(row.measured_plot, row.time);
 }
 
 void InventoryReader::exclude(const InventoryRow& row,
@@ -177,6 +182,10 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
             plan_.labels[label].text,
             row.labels[label],
             fmt::format("the {} is missing", known_label(label).meaning));
+    excluded = true;
+  }
+  if (!options_.period.empty() && is_missing(row.time)) {
+    exclude(row, options_.period, row.time, "the time of measurement is missing");
     excluded = true;
   }
   return excluded;
@@ -257,7 +266,10 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   } else {
     inventory.species.append(row.labels[kSpecies]);
   }
-  if (plan_.time_field) {
+  if (!options_.period.empty()) {
+    inventory.measured_plot.append(row.measured_plot);
+    inventory.time.append(row.time);
+  } else if (plan_.time_field) {
     is_missing(row.time) ? times_.append_missing() : times_.append(row.time);
   }
   if (options_.keeps_measurements && plan_.status_field) inventory.status.push_back(status);

@@ -31,9 +31,10 @@ namespace silvafit::stand {
 struct InventoryRow {
   std::size_t line = 0;
   std::array<std::string, kLabelCount> labels{};
-  std::string time{};    ///< as written; empty if there is no such column
-  std::string stand{};   ///< as time
-  std::string status{};  ///< as time
+  std::string time{};           ///< as written; empty if there is no such column
+  std::string stand{};          ///< as time
+  std::string status{};         ///< as time
+  std::string measured_plot{};  ///< with InventoryOptions::period: the plot, without the time
   Measures measures{};
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
 };

@@ -217,7 +217,9 @@ void keep_rows(const std::vector<std::size_t>& rows,
   select_text(inventory.plot);
   select_text(inventory.tree);
   select_text(inventory.species);
-  if (inventory.time.size() > 0) select_text(inventory.time);
+  for (data::TextColumn* const column : {&inventory.time, &inventory.measured_plot}) {
+    if (column->size() > 0) select_text(*column);
+  }
 }
 
 }  // namespace

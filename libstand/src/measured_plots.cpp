@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <unordered_map>
 
@@ -13,9 +12,6 @@
 
 namespace silvafit::stand {
 namespace {
-
-/// Half a day.
-constexpr double kSameTime = 0.5 / 365.25;
 
 double time_in(const std::string& text, const Place& place) {
   const std::optional<double> years = years_of(text);
@@ -29,29 +25,19 @@ double time_in(const std::string& text, const Place& place) {
 }
 
 void add_occasion(MeasuredPlot& plot, double years, const std::string& text) {
-  const auto is_same = [years](const Occasion& one) {
-    return std::abs(one.years - years) < kSameTime;
-  };
+  const auto is_same = [years](const Occasion& one) { return is_same_time(one.years, years); };
   if (std::ranges::any_of(plot.occasions, is_same)) return;
   plot.occasions.push_back({.years = years, .text = text});
 }
-
-bool is_year(double years) { return years == std::floor(years); }
 
 }  // namespace
 
 std::optional<std::size_t> occasion_at(const MeasuredPlot& plot, const std::string& time) {
   const std::optional<double> years = years_of(time);
   if (!years) return std::nullopt;
-  for (std::size_t i = 0; i < plot.occasions.size(); ++i) {
-    if (std::abs(plot.occasions[i].years - *years) < kSameTime) return i;
-  }
-  for (std::size_t i = 0; i < plot.occasions.size(); ++i) {
-    const double own = plot.occasions[i].years;
-    const bool has_year = is_year(own) != is_year(*years);
-    if (has_year && std::floor(own) == std::floor(*years)) return i;
-  }
-  return std::nullopt;
+  std::vector<double> occasions;
+  for (const Occasion& one : plot.occasions) occasions.push_back(one.years);
+  return same_time(occasions, *years);
 }
 
 std::vector<MeasuredPlot> measured_plots(const Inventory& inventory, const PlotTable* plots) {

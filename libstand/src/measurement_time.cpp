@@ -2,9 +2,11 @@
 #include "measurement_time.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <string>
 
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -49,6 +51,8 @@ std::optional<double> years_of_day(int year, int month, int day) {
   return kYearOfDayZero + static_cast<double>(days) / kDaysPerYear;
 }
 
+bool is_year(double years) { return years == std::floor(years); }
+
 }  // namespace
 
 std::optional<double> years_of(std::string_view text) {
@@ -65,6 +69,31 @@ std::optional<double> years_of(std::string_view text) {
   double year = 0.0;
   if (data::parse_number(text, year) && year >= 1000.0 && year < 3000.0) return year;
   return std::nullopt;
+}
+
+bool is_same_time(double left, double right) {
+  constexpr double kHalfADay = 0.5 / 365.25;
+  return std::abs(left - right) < kHalfADay;
+}
+
+std::optional<std::size_t> same_time(const std::vector<double>& years, double time) {
+  for (std::size_t i = 0; i < years.size(); ++i) {
+    if (is_same_time(years[i], time)) return i;
+  }
+  for (std::size_t i = 0; i < years.size(); ++i) {
+    const bool has_year = is_year(years[i]) != is_year(time);
+    if (has_year && std::floor(years[i]) == std::floor(time)) return i;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::size_t> same_time(const std::vector<std::string>& times, std::string_view time) {
+  const std::optional<double> own = years_of(time);
+  if (!own) return std::nullopt;
+  // Texts that are no times are no times of any plot.
+  std::vector<double> years;
+  for (const std::string& text : times) years.push_back(years_of(text).value_or(data::kMissing));
+  return same_time(years, *own);
 }
 
 }  // namespace silvafit::stand

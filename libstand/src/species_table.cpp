@@ -118,6 +118,10 @@ void TableMaker::check() const {
   if (!is_ascending) {
     throw UsageError("layer limits must be above 0 m and increasing", {.column = "--layers"});
   }
+  if (!(options_.dominant_trees_per_ha > 0.0) || std::isinf(options_.dominant_trees_per_ha)) {
+    throw UsageError(fmt::format("{} trees per ha must be above 0", options_.dominant_trees_per_ha),
+                     {.column = "--dominant-trees"});
+  }
   if (!(options_.quadrat_m >= 0.0) || std::isinf(options_.quadrat_m)) {
     throw UsageError(fmt::format("{} m must be 0 or more", options_.quadrat_m),
                      {.column = "--quadrat"});

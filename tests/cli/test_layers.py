@@ -331,6 +331,12 @@ class Writing(LayerTest):
         categories = [node.get("value") for node in style.iter("category")]
         self.assertEqual(sorted(categories), ["", "BI", "OF", "SM"])
         self.assertEqual(len(list(style.iter("symbol"))), 4)
+        # GDAL's own program reads the layers and their system.
+        seen = subprocess.run(["ogrinfo", "-ro", "-al", "-so", "out.gpkg"], cwd=self.folder, capture_output=True, text=True, check=True).stdout
+        layers = {part.splitlines()[0].strip(): part for part in seen.split("Layer name: ")[1:]}
+        for name, kind, count in (("trees", "Point", 100), ("plots", "Multi Polygon", 4)):
+            self.assertIn(f"Geometry: {kind}\nFeature Count: {count}\n", layers[name])
+            self.assertIn('ID["EPSG",32633]', layers[name])
         # The points are where the trees were.
         again, _ = self.indices("out.gpkg", "--layer", "trees")
         self.assert_same_units(again, expected)

@@ -2,7 +2,9 @@
 """Sampled plots and growth from the built program (docs/plots.md, docs/growth.md)."""
 
 import csv
+import json
 import math
+import random
 import unittest
 
 from silvafit_program import ProgramTest
@@ -87,6 +89,58 @@ class Growth(ProgramTest):
         self.write("once.csv", "plot,tree,species,dbh\n1,1,A,20\n")
         message = self.run_program("stand", "once.csv", "--growth", status=3).stderr
         self.assertIn("--columns year=COLUMN", message)
+
+
+class RepeatedStudies(ProgramTest):
+    """Six plots of 0.04 ha, twice with 15 trees; heights differ between plots and between the years of a plot."""
+
+    def setUp(self):
+        super().setUp()
+        draw = random.Random(8)
+        rows = ["plot,tree,species,year,dbh,h"]
+        for plot in range(1, 7):
+            limit = draw.gauss(25, 2)
+            dbh = [draw.uniform(8, 40) for _ in range(15)]
+            for year in (2010, 2020):
+                own = limit + draw.gauss(0, 1.5)
+                for tree, thickness in enumerate(dbh):
+                    height = 1.3 + own * (1 - math.exp(-0.05 * thickness)) + draw.gauss(0, 0.4)
+                    rows.append(f"{plot},{tree + 1},SM,{year},{thickness:.1f},{height:.2f}")
+                dbh = [thickness + 2 for thickness in dbh]
+        self.write("trees.csv", "\n".join(rows) + "\n")
+        self.write("plots.csv", "plot,area\n" + "".join(f"{plot},400\n" for plot in range(1, 7)))
+
+    def study(self, out, *arguments):
+        return self.run_json("study", "trees.csv", *arguments, "--out", out)["results"][0]
+
+    def test_all_times_are_used_with_periods_and_repeated_by_the_record(self):
+        settings = ["--responses", "h", "--minimum-trees", "50", "--plots", "plots.csv"]
+        once = self.study("once", *settings)
+        self.assertEqual(once["n"], 90)
+        both = self.study("both", *settings, "--period", "year")
+        self.assertEqual(both["n"], 180)
+        self.assertRegex(both["random"], r"\| plot; .* \| year")
+        with open(self.folder / "both/tables/species.csv", newline="", encoding="utf-8") as file:
+            species = next(csv.DictReader(file))
+        self.assertAlmostEqual(float(species["stems_per_ha"]), 15 / 0.04, delta=1e-9)
+        with open(self.folder / "both/predictions.csv", newline="", encoding="utf-8") as file:
+            predicted = list(csv.DictReader(file))
+        self.assertEqual({(row["plot"], row["year"]) for row in predicted}, {(str(plot), year) for plot in range(1, 7) for year in ("2010", "2020")})
+        options = json.loads((self.folder / "both/run.json").read_text(encoding="utf-8"))["options"]
+        self.assertEqual((options["period"], options["plots"]), ("year", "../plots.csv"))
+        self.study("again", "--config", "both/run.json")
+        for name in ("library.json", "predictions.csv", "tables/variance_components.csv"):
+            self.assertEqual((self.folder / "again" / name).read_bytes(), (self.folder / "both" / name).read_bytes(), name)
+        # The library predicts the rows of each time as the study did.
+        rows = self.run_program("predict", "both/library.json", "trees.csv", "--level", "conditional").stdout
+        for row, own in zip(csv.DictReader(rows.splitlines()), predicted):
+            self.assertAlmostEqual(float(row["h_pred"]), float(own["h_conditional"]), delta=1e-3)
+
+    def test_what_cannot_be_a_period_is_refused(self):
+        error = self.run_program("study", "trees.csv", "--period", "jahr", "--out", "out", status=3).stderr
+        self.assertIn("--period: unknown column 'jahr'", error)
+        error = self.run_program("study", "trees.csv", "--period", "plot", "--out", "out", status=2).stderr
+        self.assertIn("--period", error)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import { extent } from "./classes.js";
 import { figure, titled } from "./figure.js";
 import { listing, plural, significant } from "./format.js";
+import { groupTitle } from "./head.js";
 import { numeric, table } from "./table.js";
 
 /** Normal quantile of 95 % intervals. */
@@ -14,16 +15,22 @@ const LEAST_ROW_HEIGHT = 4;
 const GREATEST_HEIGHT = 900;
 const AXIS_HEIGHT = 62;
 
-/** @param {import("./types.js").Result} result  null without random effects */
-export function randomFigure({ fits: { nlme }, outlying = [] }) {
-  const random = nlme?.random.at(-1);
+/**
+ * @param {import("./types.js").Result} result
+ * @param {number} index  of the grouping, the coarser of two first
+ * @returns null without random effects of this grouping
+ */
+export function randomFigure({ fits: { nlme }, outlying = [] }, index = 0) {
+  const random = nlme?.random[index];
   const groups = Object.keys(random?.eblup ?? {});
   if (random === undefined || groups.length === 0) return null;
   const hasErrors = random.eblup_se !== undefined;
-  const panels = random.effects.map((effect, index) => panel(random, effect, random.sd[index], new Set(outlying.map(({ plot }) => plot))));
+  // Only plots are compared with each other.
+  const outliers = new Set(index === 0 ? outlying.map(({ plot }) => plot) : []);
+  const panels = random.effects.map((effect, place) => panel(random, effect, random.sd[place], outliers));
   return figure({
-    title: `Random effects by ${random.group}`,
-    legend: [["dot-nlme", `EBLUP of each ${random.group}`], ...(hasErrors ? [["nlme", "95 % interval"]] : []), ["limit", "two standard deviations of the random effect"], ...(outlying.length > 0 ? [["dot-ols", `outlying ${random.group}`]] : [])],
+    title: `Random effects by ${groupTitle(nlme.random, index)}`,
+    legend: [["dot-nlme", `EBLUP of each ${random.group}`], ...(hasErrors ? [["nlme", "95 % interval"]] : []), ["limit", "two standard deviations of the random effect"], ...(outliers.size > 0 ? [["dot-ols", `outlying ${random.group}`]] : [])],
     note: hasErrors
       ? `The deviation of each ${random.group} from the coefficient. The intervals are conditional: given the estimates.`
       : `The deviation of each ${random.group} from the coefficient. Intervals need standard errors of the random effects, which this fit does not have.`,

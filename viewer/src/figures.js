@@ -11,5 +11,6 @@ import { sides } from "./observations.js";
 export function figures(result) {
   if (result.observations.observed.length === 0) return [element("p", { class: "note" }, "There are no trees to draw.")];
   const ofFits = sides(result).length === 0 ? [] : [boxFigure, residualFigure, quantileFigure, predictionFigure];
-  return [curveFigure, classFigure, ...ofFits, randomFigure].map((draw) => draw(result)).filter((figure) => figure !== null);
+  const byPeriod = (one) => randomFigure(one, 1);
+  return [curveFigure, classFigure, ...ofFits, randomFigure, byPeriod].map((draw) => draw(result)).filter((figure) => figure !== null);
 }

@@ -57,4 +57,7 @@ export function listing(items) {
   return items.length < 2 ? items.join("") : `${items.slice(0, -1).join(", ")} and ${items.at(-1)}`;
 }
 
+/** Coefficients with a sign between them; the texts of two groupings, "a | plot", are separate. */
+export const joinedEffects = (effects, sign) => effects.join(effects.some((effect) => effect.includes(" | ")) ? "; " : sign);
+
 export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);

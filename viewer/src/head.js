@@ -147,8 +147,16 @@ export function varianceText(variance) {
 
 /** "random: a + b | plot" of each term; a finer grouping is within the one before it. */
 export function randomTexts(terms) {
-  const within = (index) => (index === 0 ? "" : ` within ${terms[index - 1].group}`);
-  return terms.map(({ effects, group }, index) => `random: ${effects.join(" + ")} | ${group}${within(index)}`);
+  return terms.map(({ effects }, index) => `random: ${effects.join(" + ")} | ${groupTitle(terms, index)}`);
+}
+
+/** "plot", or "year within plot" of a finer grouping. */
+export const groupTitle = (terms, index) => terms[index].group + (index === 0 ? "" : ` within ${terms[index - 1].group}`);
+
+/** "a, b", of two groupings "a, b | plot; a | year". */
+function effectsText(terms) {
+  const text = ({ effects, group }) => effects.join(", ") + (terms.length > 1 ? ` | ${group}` : "");
+  return terms.length > 0 ? terms.map(text).join("; ") : MISSING;
 }
 
 function summary(report) {
@@ -172,7 +180,7 @@ function summary(report) {
     length("RMSE NLME conditional", (result) => stat(result.fits.nlme, "conditional", "rmse")),
     { title: "Base model", text: true, value: ({ base }) => baseText(chosen(base)) },
     { title: "Covariates", text: true, value: covariateText },
-    { title: "Random effects", text: true, value: ({ fits }) => fits.nlme?.random.at(-1)?.effects.join(", ") ?? MISSING },
+    { title: "Random effects", text: true, value: ({ fits }) => effectsText(fits.nlme?.random ?? []) },
     { title: "Variance function", text: true, value: ({ fits }) => varianceText(fits.nlme?.variance ?? null) },
     numeric("Trees", ({ n }) => n, count),
   ];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The candidates of each level, best first, below a line with the chosen one.
 import { disclosure, element } from "./dom.js";
-import { count, criterion, decimals, plural, probability, r2, significant, withMinusSigns } from "./format.js";
+import { count, criterion, decimals, joinedEffects, plural, probability, r2, significant, withMinusSigns } from "./format.js";
 import { varianceText } from "./head.js";
 import { byRank, numeric, table } from "./table.js";
 
@@ -55,7 +55,7 @@ function level(title, rows, name, columns) {
 }
 
 const parameters = ({ parameters }) => (parameters.length > 0 ? parameters.join("; ") : "base model");
-const effects = ({ effects, covariance }) => effects.join(", ") + (covariance === "general" ? "" : ` (${covariance})`);
+const effects = ({ effects, covariance }) => joinedEffects(effects, ", ") + (covariance === "general" ? "" : ` (${covariance})`);
 
 /** @param {import("./types.js").Result} result */
 export function levels(result) {

@@ -2,7 +2,7 @@
 // The chosen models: formulas, accuracy, coefficients, variance components, random effects.
 import { element, verdictMark } from "./dom.js";
 import { columnName, count, criterion, decimals, inUnit, listing, probability, r2, significant, withMinusSigns } from "./format.js";
-import { randomTexts, varianceText } from "./head.js";
+import { groupTitle, randomTexts, varianceText } from "./head.js";
 import { numeric, table } from "./table.js";
 
 const FITS = [
@@ -92,9 +92,23 @@ function coefficients(fits) {
 }
 
 function components(fit, unit) {
-  const random = fit?.random.at(-1);
-  if (random === undefined) return [];
-  const { effects, sd, correlation } = random;
+  const terms = fit?.random ?? [];
+  if (terms.length === 0) return [];
+  const { variance, sigma } = fit;
+  const parts = [
+    `Residual sigma ${significant(sigma)}${variance.function === "none" ? ` ${unit}`.trimEnd() : ""}`,
+    `variance function ${varianceText(variance)}`,
+    variance.delta === null ? null : `delta ${significant(variance.delta)}`,
+    variance.constant === null ? null : `constant ${significant(variance.constant)}`,
+  ].filter((part) => part !== null);
+  return [
+    ...terms.map((term, index) => componentsOfTerm(term, terms.length > 1 ? groupTitle(terms, index) : "")),
+    element("p", { class: "small" }, `${parts.join("; ")}.`),
+    terms.some(({ correlation }) => nearlyOne(correlation)) ? element("p", { class: "note" }, NEARLY_ONE) : null,
+  ].filter((part) => part !== null);
+}
+
+function componentsOfTerm({ effects, sd, correlation }, group) {
   const rows = effects.map((effect, index) => ({ effect, sd: sd[index], correlation: correlation[index] ?? [], index }));
   const columns = [
     { title: "Random effect on", text: true, value: ({ effect }) => element("code", {}, effect) },
@@ -104,18 +118,7 @@ function components(fit, unit) {
       value: (row) => (column < row.index ? decimals(row.correlation[column], 3) : ""),
     })),
   ];
-  const { variance, sigma } = fit;
-  const parts = [
-    `Residual sigma ${significant(sigma)}${variance.function === "none" ? ` ${unit}`.trimEnd() : ""}`,
-    `variance function ${varianceText(variance)}`,
-    variance.delta === null ? null : `delta ${significant(variance.delta)}`,
-    variance.constant === null ? null : `constant ${significant(variance.constant)}`,
-  ].filter((part) => part !== null);
-  return [
-    table("Variance components", columns, rows),
-    element("p", { class: "small" }, `${parts.join("; ")}.`),
-    nearlyOne(correlation) ? element("p", { class: "note" }, NEARLY_ONE) : null,
-  ].filter((part) => part !== null);
+  return table(group === "" ? "Variance components" : `Variance components, ${group}`, columns, rows);
 }
 
 const NEARLY_ONE =

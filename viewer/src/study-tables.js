@@ -2,7 +2,7 @@
 // The tables of the whole study as files, with the names and columns of those in its folder `tables`.
 import { csvText, downloadButton } from "./csv.js";
 import { disclosure, element } from "./dom.js";
-import { count, criterion, decimals, plural, probability, significant } from "./format.js";
+import { count, criterion, decimals, joinedEffects, plural, probability, significant } from "./format.js";
 import { numeric, table } from "./table.js";
 
 /** @typedef {import("./types.js").Result} Result */
@@ -20,19 +20,22 @@ function candidates(results) {
 }
 
 const covariates = (results) => rowsOf(results, "covariates").map((row) => ({ ...row, sub_models: row.parameters.join("; ") }));
-const randomEffects = (results) => rowsOf(results, "random").map((row) => ({ ...row, random_effects: row.effects.join(" + ") }));
+const randomEffects = (results) => rowsOf(results, "random").map((row) => ({ ...row, random_effects: joinedEffects(row.effects, " + ") }));
 
 const estimates = (results) =>
   fitsOf(results).flatMap(({ fit, ...subject }) => Object.entries(fit.fixed).map(([coefficient, values]) => ({ ...subject, coefficient, ...values })));
 
 function components({ species, response, fits: { nlme } }) {
-  const random = nlme?.random.at(-1);
-  if (random === undefined) return [];
-  const { effects, sd, correlation } = random;
-  const pairs = effects.flatMap((effect, row) => effects.slice(0, row).map((other, column) => [`cor(${other}, ${effect})`, correlation[row][column]]));
+  const terms = nlme?.random ?? [];
+  if (terms.length === 0) return [];
   const variance = [["delta", nlme.variance.delta], ["constant", nlme.variance.constant]].filter(([, value]) => value !== null);
-  const values = [...effects.map((effect, row) => [`sd(${effect})`, sd[row]]), ...pairs, ["sigma", nlme.sigma], ...variance];
+  const values = [...terms.flatMap((term) => componentsOfTerm(term, terms.length > 1 ? ` | ${term.group}` : "")), ["sigma", nlme.sigma], ...variance];
   return values.map(([component, value]) => ({ species, response, component, value }));
+}
+
+function componentsOfTerm({ effects, sd, correlation }, group) {
+  const pairs = effects.flatMap((effect, row) => effects.slice(0, row).map((other, column) => [`cor(${other}, ${effect}${group})`, correlation[row][column]]));
+  return [...effects.map((effect, row) => [`sd(${effect}${group})`, sd[row]]), ...pairs];
 }
 
 const statistics = (results) =>

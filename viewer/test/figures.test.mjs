@@ -106,6 +106,24 @@ test("random effects are sorted, and have intervals only where standard errors a
   });
 });
 
+test("periods within plots have a figure and a table of their own", { skip }, async () => {
+  const data = example();
+  const terms = data.results[0].fits.nlme.random;
+  const periods = Object.keys(terms[0].eblup).flatMap((plot) => [[`${plot}/2010`, { a: 0.25 }], [`${plot}/2020`, { a: -0.5 }]]);
+  terms.push({ group: "year", effects: ["a"], form: "general", covariance: [[0.49]], sd: [0.7], correlation: [[1]], eblup: Object.fromEntries(periods) });
+  await withPage(data, {}, async (page) => {
+    const figure = figureOf(page, "#result-1", "Random effects by year within plot");
+    await open(figure);
+    const rows = await tableRows(figure, "Random effects of each year");
+    assert.equal(rows.length, periods.length);
+    assert.equal(await figureOf(page, "#result-1", "Random effects by plot").count(), 1);
+    await page.locator("#result-1 details:not([open]) > summary").evaluateAll((all) => all.forEach((summary) => summary.click()));
+    const captions = await page.locator("#result-1 caption").allTextContents();
+    for (const group of ["plot", "year within plot"]) assert.ok(captions.some((text) => text.includes(`Variance components, ${group}`)), group);
+    assert.match(await page.locator("#summary").textContent(), /a, b, b:C \| plot; a \| year/);
+  });
+});
+
 test("the theme can be chosen against the system, is kept, and paper stays light", { skip }, () =>
   withPage(example(), { colorScheme: "light" }, async (page) => {
     const paper = () => page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--paper"));

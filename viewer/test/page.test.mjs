@@ -12,7 +12,7 @@ const { skip, withPage } = inBrowser();
 const CHARTS_OF_FITS = 1 + 2 + 2 + 2 + 2;
 /** One chart for the gains of all. */
 const CHARTS_OF_ALL = 1;
-const chartsOf = ({ fits, curves }) => CHARTS_OF_FITS + (curves?.by_class.length ?? 0) + (fits.nlme?.random.at(-1)?.effects.length ?? 0);
+const chartsOf = ({ fits, curves }) => CHARTS_OF_FITS + (curves?.by_class.length ?? 0) + (fits.nlme?.random ?? []).reduce((sum, { effects }) => sum + effects.length, 0);
 const chartsIn = ({ results }) => CHARTS_OF_ALL + results.reduce((sum, result) => sum + chartsOf(result), 0);
 
 /** What is closed is only made when it is opened. */

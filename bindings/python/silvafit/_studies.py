@@ -351,17 +351,19 @@ class Library:
         role : {"ols", "covariates", "nlme"}, optional
             Which model of a study; default: nlme, or the next simpler one where a column is missing.
         **options
-            How the table is read. ``columns={"C": "C"}`` computes an index as in the study.
+            How the table is read. ``columns={"C": "C"}`` computes an index as in the study. equations and
+            equation_files as in `stand_summary`; predicted heights are used where none is measured.
 
         Returns
         -------
         DataFrame
-            ``h_pred``, with an interval ``h_lower`` and ``h_upper``, ..., and ``flag``, with the index
-            of `trees`. Rows of dead trees are not in it.
+            ``h_pred``, with an interval ``h_lower`` and ``h_upper``, ..., those of equations such as
+            ``volume_m3``, and ``flag``, with the index of `trees`. Rows of dead trees are not in it.
         """
         source, frame = source_of(trees)
         keywords = {"level": level, "interval": interval, "coverage": coverage, "standard_errors": standard_errors,
-                    "new_groups": new_groups, "seen_groups": seen_groups, "role": role, "threads": threads, **options}
+                    "new_groups": new_groups, "seen_groups": seen_groups, "role": role, "threads": threads,
+                    **sampling_arguments(options)}
         with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
             found = self._core.predict(source, _location.catalogue(), keywords, listener)
         result = data_frame(found["table"], _index_of(frame, found["rows"]))
@@ -468,7 +470,8 @@ def study(
     progress : bool, optional
         Show a bar (tqdm); None: on a terminal.
     **options
-        Keys of study.json: species, responses, candidates, covariates, edge, buffer, ...
+        Keys of study.json: species, responses, candidates, covariates, period, edge, buffer, ...; plots and
+        circles also as in `structural_units`.
 
     Returns
     -------
@@ -476,11 +479,14 @@ def study(
     """
     source, frame = source_of(trees)
     given = window_arguments(window)
+    call = _call(out, settings, window, options)
+    options = sampling_arguments(options)
+    plots = options.pop("plots", None)
     with tempfile.TemporaryDirectory() as folder, Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
         file = _settings_file(settings, dict(options, **{k: _absolute(v) for k, v in given.items() if k == "window"}),
                               pathlib.Path(folder))
         keywords = {"settings": file, "out": None if out is None else os.fspath(out), "threads": threads,
-                    "call": _call(out, settings, window, options), "windows": given.get("windows"),
+                    "call": call, "plots": plots, "windows": given.get("windows"),
                     "page": _location.page("report.html") if out is not None else None}
         found = _core.study(source, _location.catalogue(), keywords, listener)
     return Study(found, frame, None if out is None else os.fspath(out), listener.notes)

@@ -170,7 +170,8 @@ study::ModelLibrary library_of(const std::vector<FitPointer>& fits) {
 
 study::PredictionSettings prediction_settings(const py::dict& keywords) {
   Arguments arguments(keywords);
-  study::PredictionSettings settings{.reading = take_reading(arguments)};
+  study::PredictionSettings settings{.reading = take_reading(arguments),
+                                     .equations = take_equations(arguments)};
   double coverage = 0.95;
   std::string interval;
   arguments.take("level", settings.level);
@@ -213,12 +214,15 @@ struct StudyRequest {
   std::string call{};      ///< as the report shows it
   unsigned threads = 0;
   std::vector<stand::NamedWindow> windows{};
+  std::optional<data::TableSource> plots{};  ///< in memory
 };
 
 StudyRequest study_request(const py::dict& keywords) {
   Arguments arguments(keywords);
   StudyRequest request;
   py::object windows = py::none();
+  py::object plots = py::none();
+  arguments.take("plots", plots);
   arguments.take("settings", request.settings);
   arguments.take("out", request.out);
   arguments.take("page", request.page);
@@ -227,6 +231,7 @@ StudyRequest study_request(const py::dict& keywords) {
   arguments.take("windows", windows);
   arguments.finish();
   request.windows = windows_of(windows);
+  if (!plots.is_none()) request.plots = source_of(plots);
   return request;
 }
 
@@ -245,6 +250,7 @@ StudyResult study_of(const data::TableSource& source,
       study::read_study_configuration(request.settings, &catalogue);
   settings.study.threads = request.threads;
   settings.units.windows = std::move(request.windows);
+  if (request.plots) settings.sampling.plots = std::move(request.plots);
   study::StudyRecord record = study::whole_study(source, catalogue, settings, work.callbacks());
   record.command = request.call;
   if (!request.out.empty()) study::write_study(record, catalogue, request.page, request.out);

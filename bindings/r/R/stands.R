@@ -266,12 +266,14 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #' From an inventory to structural indices, models at three levels (least squares, covariates, random effects), a model library, predictions and a
 #' report, which are written to a folder.
 #'
-#' @inheritParams inventory-arguments
+#' @inheritParams structural_units
 #' @param out folder for the results
 #' @param species species to study; all with enough trees by default
 #' @param responses responses to model
 #' @param covariates covariates of level 2: structural indices or columns
 #' @param group column of the random effects
+#' @param period column of the year or date of repeated measurements: the rows of all times are used, with random effects of the times within the
+#'   groups
 #' @param minimum_trees number of measured trees that a species needs
 #' @param config path of a study.json whose settings replace those of inventories above
 #' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `notes`; the paths `out` and `report`.
@@ -287,13 +289,13 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #' study <- fit_study(trees, tempfile("study"), responses = "h", progress = FALSE)
 #' study
 #' }
-fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"), covariates = c("W", "M", "C", "U"), group = "plot", minimum_trees = 100,
-                      window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL, dead = "leave-out",
+fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"), covariates = c("W", "M", "C", "U"), group = "plot", period = NULL,
+                      minimum_trees = 100, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL, dead = "leave-out",
                       trust_units = FALSE, config = NULL, threads = 0, progress = interactive(), ...) {
   if (missing(out)) stop_usage("`out` is missing: the folder for the results")
-  settings <- c(unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...)),
-                list(species = species, responses = responses, covariates = covariates, group = group, minimum_trees = minimum_trees, config = config,
-                     out = path.expand(out), data_folder = data_folder()))
+  settings <- c(unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), sampling_names),
+                list(species = species, responses = responses, covariates = covariates, group = group, period = period, minimum_trees = minimum_trees,
+                     config = config, out = path.expand(out), data_folder = data_folder()))
   result <- engine(.Call(C_study_of, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(list(results = study_results(result$summary$results), out = result$summary$out, report = result$summary$report, fits = result$summary$fits,
@@ -327,10 +329,11 @@ print.silvafit_study <- function(x, ...) {
 #' @param newdata data frame or path of a CSV file
 #' @param level,interval,coverage,se.fit,new_groups,seen_groups,threads as in [predict.silvafit()]
 #' @param role `"ols"`, `"covariates"` or `"nlme"`; by default `"nlme"`, or the next simpler model if a column is missing
+#' @param equations,equation_files equations of volume, biomass and carbon, as in [stand_summary()]; predicted heights are used where none is measured
 #' @param columns,trust_units,progress as in [structural_units()]
 #' @param ... not used
 #' @return `read_library()`: list of class `silvafit_library` with the data frame `models`. `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
-#'   `h_upper`, `h_se`, `h_trees` and `flag`.
+#'   `h_upper`, `h_se`, `h_trees`, those of equations such as `volume_m3`, and `flag`.
 #' @export
 #' @examples
 #' library <- read_library("shanxia-2023")
@@ -364,13 +367,14 @@ print.silvafit_library <- function(x, ...) {
 #' @rdname read_library
 #' @export
 predict.silvafit_library <- function(object, newdata, level = "population", interval = c("none", "prediction", "confidence"), coverage = 0.95, se.fit = FALSE,
-                                     new_groups = "population", seen_groups = "fitted", role = "", columns = NULL, trust_units = FALSE, threads = 0,
-                                     progress = interactive(), ...) {
+                                     new_groups = "population", seen_groups = "fitted", role = "", equations = NULL, equation_files = NULL, columns = NULL,
+                                     trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   interval <- match.arg(interval)
   settings <- c(reading_arguments(columns, NULL, trust_units),
                 list(level = level, new_groups = new_groups, seen_groups = seen_groups, coverage = if (interval != "none") coverage,
-                     interval = if (interval == "none") "prediction" else interval, standard_errors = se.fit, role = role, threads = threads, progress = progress,
-                     data_folder = data_folder()))
+                     interval = if (interval == "none") "prediction" else interval, standard_errors = se.fit, role = role,
+                     equations = if (!is.null(equations)) equation_names(equations), equation_files = equation_files,
+                     threads = threads, progress = progress, data_folder = data_folder()))
   result <- engine(.Call(C_predict_library, object$json, tree_source(newdata), settings))
   tell_notes(result$notes)
   predicted <- as.data.frame(result$columns, check.names = FALSE)

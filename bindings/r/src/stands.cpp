@@ -143,7 +143,8 @@ SEXP study_of(SEXP source, SEXP settings) {
   const data::TableSource trees = source_of(source);
   const study::Catalogue catalogue = catalogue_of(arguments);
   study::StudyConfiguration configuration{.reading = reading_settings(arguments),
-                                          .units = unit_settings(arguments)};
+                                          .units = unit_settings(arguments),
+                                          .sampling = sampling_settings(arguments)};
   if (arguments.has("config")) {
     configuration = study::read_study_configuration(text_of(arguments["config"]), &catalogue);
   }
@@ -152,6 +153,7 @@ SEXP study_of(SEXP source, SEXP settings) {
   arguments.read("responses", options.responses);
   arguments.read("covariates", options.covariates);
   arguments.read("group", options.group);
+  arguments.read("period", options.period);
   arguments.read("minimum_trees", options.minimum_trees);
   arguments.read("threads", options.threads);
   const std::filesystem::path folder = text_of(arguments["out"]);
@@ -200,7 +202,8 @@ SEXP predict_library(SEXP library, SEXP source, SEXP settings) {
   const study::Catalogue catalogue = catalogue_of(arguments);
   const study::ModelLibrary models =
       study::read_library(data::JsonReader::parse(text_of(library), "the library"));
-  study::PredictionSettings options{.reading = reading_settings(arguments)};
+  study::PredictionSettings options{.reading = reading_settings(arguments),
+                                    .equations = equation_settings(arguments)};
   arguments.read("level", options.level);
   arguments.read("new_groups", options.new_groups);
   arguments.read("seen_groups", options.seen_groups);

@@ -312,7 +312,10 @@ ordered_json inventory_object(const StudyRecord& record) {
   const stand::Inventory& inventory = record.inventory.inventory;
   return {{"file", std::filesystem::path(inventory.file).filename().string()},
           {"trees", inventory.size() + record.inventory.excluded_tree_count},
-          {"plots", inventory.plot.levels().size()},
+          {"plots",
+           (record.study.options.period.empty() ? inventory.plot : inventory.measured_plot)
+               .levels()
+               .size()},
           {"excluded", record.inventory.excluded_tree_count},
           {"species", species_rows(record)}};
 }
@@ -386,6 +389,9 @@ std::string report_data(const StudyRecord& record, const Catalogue& catalogue) {
   }
   std::vector<std::string> notes = record.study.notes;
   notes.insert(notes.end(), record.inventory.notes.begin(), record.inventory.notes.end());
+  if (record.sample) {
+    notes.insert(notes.end(), record.sample->notes.begin(), record.sample->notes.end());
+  }
   if (record.units) {
     notes.insert(notes.end(), record.units->notes.begin(), record.units->notes.end());
   }

@@ -35,6 +35,11 @@ std::vector<ChosenFit> distinct_fits(const ResponseStudy& result) {
   return fits;
 }
 
+std::string grouping_suffix(const fit::FittedModel& fit, std::size_t grouping) {
+  if (fit.random.size() < 2) return "";
+  return " | " + fit.specification.random[grouping].group;
+}
+
 std::optional<LikelihoodRatioTest> test_against_before(const std::vector<ChosenFit>& fits,
                                                        std::size_t index) {
   if (index == 0) return std::nullopt;

@@ -22,6 +22,10 @@ std::vector<ChosenFit> chosen_fits(const ResponseStudy& result);
 /// The same without a model of level 2 that has no covariates: it is that of level 1.
 std::vector<ChosenFit> distinct_fits(const ResponseStudy& result);
 
+/// What tells the random effects of a grouping from those of another, " | plot"; empty if the fit
+/// has one grouping.
+std::string grouping_suffix(const fit::FittedModel& fit, std::size_t grouping);
+
 /// The likelihood-ratio test of a chosen model against the one before it; nothing for the first.
 std::optional<LikelihoodRatioTest> test_against_before(const std::vector<ChosenFit>& fits,
                                                        std::size_t index);

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <map>
 #include <utility>
 
 #include "silvafit/fit/conditional_errors.hpp"
+#include "silvafit/fit/random_effects.hpp"
 #include "study/chosen_fits.hpp"
 #include "study/outlying_plots.hpp"
 
@@ -108,32 +110,44 @@ void add_component_columns(std::size_t effects, FormattedTable& table) {
   }
 }
 
-/// The random effects of the plots; empty for a fit without random effects.
-fit::EstimatedEffects plot_effects(const fit::FittedModel& fit) {
-  return fit.has_random_effects() ? fit.random.back() : fit::EstimatedEffects{};
+/// A random effect by its position among those of all groupings, the coarser ones first.
+struct EffectAtPosition {
+  const fit::EstimatedEffects* term = nullptr;
+  Eigen::Index at = 0;
+  std::string name{};  ///< "a", of two groupings "a | plot"
+};
+
+std::vector<EffectAtPosition> random_effects_of(const fit::FittedModel& fit) {
+  std::vector<EffectAtPosition> effects;
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    const fit::EstimatedEffects& term = fit.random[k];
+    const std::string group = grouping_suffix(fit, k);
+    for (std::size_t i = 0; i < term.names.size(); ++i) {
+      effects.push_back(
+          {.term = &term, .at = static_cast<Eigen::Index>(i), .name = term.names[i] + group});
+    }
+  }
+  return effects;
 }
 
 /// The variance of a random effect; zero if it differs from zero by rounding only.
-double variance_of(const fit::FittedModel& fit,
-                   const fit::EstimatedEffects& term,
-                   Eigen::Index effect) {
-  const std::string zero = fmt::format("sd({}) = 0", term.names[static_cast<std::size_t>(effect)]);
+double variance_of(const fit::FittedModel& fit, const EffectAtPosition& effect) {
+  const std::string zero = fmt::format("sd({}) = 0", effect.name);
   const Names& boundary = fit.convergence.boundary();
   const bool is_zero = std::ranges::find(boundary, zero) != boundary.end();
-  return is_zero ? 0.0 : term.covariance(effect, effect);
+  return is_zero ? 0.0 : effect.term->covariance(effect.at, effect.at);
 }
 
 void add_components(const fit::FittedModel& fit, std::size_t effects, TableRow& row) {
-  const fit::EstimatedEffects term = plot_effects(fit);
-  const Eigen::MatrixXd correlation = term.correlation();
-  const auto own = static_cast<Eigen::Index>(term.names.size());
-  const auto all = static_cast<Eigen::Index>(effects);
-  for (Eigen::Index i = 0; i < all; ++i) {
-    row.emplace_back(i < own ? variance_of(fit, term, i) : kNoValue);
+  const std::vector<EffectAtPosition> own = random_effects_of(fit);
+  for (std::size_t i = 0; i < effects; ++i) {
+    row.emplace_back(i < own.size() ? variance_of(fit, own[i]) : kNoValue);
   }
-  for (Eigen::Index i = 1; i < all; ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) {
-      row.emplace_back(i < own ? correlation(i, j) : kNoValue);
+  for (std::size_t i = 1; i < effects; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const bool have_correlation = i < own.size() && own[i].term == own[j].term;
+      row.emplace_back(have_correlation ? own[i].term->correlation()(own[i].at, own[j].at)
+                                        : kNoValue);
     }
   }
 }
@@ -165,30 +179,44 @@ TableRow left_out_cells(const ResponseStudy& result, const std::string& level) {
 std::size_t most_random_effects(const Study& study) {
   std::size_t most = 0;
   for (const ResponseStudy& result : study.results) {
-    if (result.nlme) most = std::max(most, plot_effects(result.nlme->fit).names.size());
+    if (result.nlme) most = std::max(most, random_effects_of(result.nlme->fit).size());
   }
   return most;
 }
 
-void add_plot_effects(const ResponseStudy& result, FormattedTable& table) {
+/// The rows of one grouping. Only the coarser groups, the plots, are compared with each other.
+void add_plot_effects(const ResponseStudy& result, std::size_t grouping, FormattedTable& table) {
   const fit::FittedModel& fit = result.nlme->fit;
-  const fit::EstimatedEffects& term = fit.random.back();
-  const std::vector<PlotDistance> distances = plot_distances(fit);
+  const fit::EstimatedEffects& term = fit.random[grouping];
+  const std::vector<PlotDistance> distances =
+      grouping == 0 ? plot_distances(fit) : std::vector<PlotDistance>(term.labels.size());
   const auto q = static_cast<Eigen::Index>(term.names.size());
   const bool is_known = term.uncertainty.is_known();
   const Eigen::MatrixXd errors =
       is_known ? fit::conditional_errors(term.uncertainty, q) : Eigen::MatrixXd();
+  std::map<std::string, std::string, std::less<>> coarser;
+  for (const std::string& label : fit.random.front().labels) {
+    coarser.emplace(fit::outer_part(label), label);
+  }
   for (std::size_t plot = 0; plot < term.labels.size(); ++plot) {
+    const std::string& label = term.labels[plot];
     for (Eigen::Index effect = 0; effect < q; ++effect) {
       const auto column = static_cast<Eigen::Index>(plot);
-      table.rows.push_back({result.species,
-                            result.response,
-                            term.labels[plot],
-                            term.names[static_cast<std::size_t>(effect)],
-                            term.effects(effect, column),
-                            is_known ? errors(effect, column) : kNoValue,
-                            distances[plot].distance,
-                            distances[plot].p});
+      TableRow row{result.species, result.response};
+      if (grouping == 0) {
+        row.emplace_back(label);
+        if (!result.period.empty()) row.emplace_back(std::string());
+      } else {
+        const fit::NestedParts parts = fit::nested_parts(label);
+        row.insert(row.end(), {coarser.find(parts.outer)->second, std::string(parts.inner)});
+      }
+      row.insert(row.end(),
+                 {term.names[static_cast<std::size_t>(effect)],
+                  term.effects(effect, column),
+                  is_known ? errors(effect, column) : kNoValue,
+                  distances[plot].distance,
+                  distances[plot].p});
+      table.rows.push_back(std::move(row));
     }
   }
 }
@@ -256,7 +284,9 @@ FormattedTable variance_and_fit_table(const Study& study) {
     for (const ChosenFit& chosen : distinct_fits(result)) {
       const fit::FittedModel& fit = *chosen.fit;
       TableRow row = model_cells(result, chosen);
-      row.emplace_back(fmt::format("{}", fmt::join(plot_effects(fit).names, ", ")));
+      Names names;
+      for (const EffectAtPosition& effect : random_effects_of(fit)) names.push_back(effect.name);
+      row.emplace_back(fmt::format("{}", fmt::join(names, ", ")));
       row.emplace_back(fit.sigma * fit.sigma);
       add_components(fit, effects, row);
       const fit::FitStatistics& values =
@@ -271,22 +301,26 @@ FormattedTable variance_and_fit_table(const Study& study) {
 }
 
 FormattedTable plot_effects_table(const Study& study) {
+  const StudyOptions& options = study.options;
   FormattedTable table{
       .name = "plot_effects",
       .caption =
           "Random effects of each plot: EBLUP, its conditional standard error, and the "
           "distance of the plot from the others with its p-value (Bonferroni)",
-      .columns = {
-          {"species", "Species"},
-          {"response", "Response"},
-          {study.options.group, study.options.group == "plot" ? "Plot" : study.options.group},
-          {"effect", "Random effect on"},
-          {"eblup", "EBLUP", ColumnKind::kEstimate},
-          {"se", "Standard error", ColumnKind::kEstimate},
-          {"distance", "Distance", ColumnKind::kCriterion},
-          {"p", "p", ColumnKind::kP}}};
+      .columns = {{"species", "Species"},
+                  {"response", "Response"},
+                  {options.group, options.group == "plot" ? "Plot" : options.group}}};
+  if (!options.period.empty()) table.columns.push_back({options.period, options.period});
+  const std::vector<TableColumn> values{{"effect", "Random effect on"},
+                                        {"eblup", "EBLUP", ColumnKind::kEstimate},
+                                        {"se", "Standard error", ColumnKind::kEstimate},
+                                        {"distance", "Distance", ColumnKind::kCriterion},
+                                        {"p", "p", ColumnKind::kP}};
+  table.columns.insert(table.columns.end(), values.begin(), values.end());
   for (const ResponseStudy& result : study.results) {
-    if (result.nlme) add_plot_effects(result, table);
+    for (std::size_t k = 0; result.nlme && k < result.nlme->fit.random.size(); ++k) {
+      add_plot_effects(result, k, table);
+    }
   }
   return table;
 }

@@ -60,8 +60,8 @@ Eigen::MatrixXd standardized_effects(const fit::EstimatedEffects& term) {
 
 std::vector<PlotDistance> plot_distances(const fit::FittedModel& fit) {
   std::vector<PlotDistance> result;
-  for (const std::string& plot : fit.random.back().labels) result.push_back({.plot = plot});
-  const Eigen::MatrixXd effects = standardized_effects(fit.random.back());
+  for (const std::string& plot : fit.random.front().labels) result.push_back({.plot = plot});
+  const Eigen::MatrixXd effects = standardized_effects(fit.random.front());
   const auto r = static_cast<double>(effects.rows());
   const auto plots = static_cast<double>(effects.cols());
   const double freedom = plots - r - 1.0;

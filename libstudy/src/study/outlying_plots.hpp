@@ -20,7 +20,7 @@ struct PlotDistance {
   double p = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// The distances of all plots, in the order of the fit's groups.
+/// The distances of all plots, in the order of the fit's groups, the coarser of two groupings.
 ///
 /// The EBLUPs of a plot are standardized by their covariance Psi - V, V the conditional covariance
 /// given the plot's trees. Directions without variance in Psi are left out. Each plot is left out

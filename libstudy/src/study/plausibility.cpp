@@ -6,12 +6,16 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <span>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include "silvafit/base/median.hpp"
 #include "silvafit/fit/prediction.hpp"
+#include "silvafit/fit/random_effects.hpp"
 #include "silvafit/study/study.hpp"
 
 namespace silvafit::study {
@@ -126,20 +130,24 @@ std::map<std::string, double> parameters_of(const fit::FittedModel& fit,
   return values;
 }
 
-/// Fixed effects with the random effects of a group, if the group is in the fit.
-Eigen::VectorXd coefficients_of(const fit::FittedModel& fit, std::string_view group) {
-  Eigen::VectorXd coefficients = fit.estimate;
-  if (!fit.has_random_effects()) return coefficients;
-  const fit::EstimatedEffects& term = fit.random.back();
-  const auto seen = std::ranges::find(term.labels, group);
-  if (seen == term.labels.end()) return coefficients;
-  const Eigen::Index at = seen - term.labels.begin();
-  for (std::size_t k = 0; k < term.names.size(); ++k) {
-    const auto place = std::ranges::find(fit.coefficient_names, term.names[k]);
-    coefficients[place - fit.coefficient_names.begin()] +=
-        term.effects(static_cast<Eigen::Index>(k), at);
+/// Adds the random effects of one grouping to the coefficients of rows with these labels.
+void add_effects(const fit::FittedModel& fit,
+                 const fit::EstimatedEffects& term,
+                 const std::vector<std::string>& labels,
+                 Eigen::MatrixXd& coefficients) {
+  std::unordered_map<std::string_view, Eigen::Index> numbers;
+  for (const std::string& label : term.labels) {
+    numbers.emplace(label, static_cast<Eigen::Index>(numbers.size()));
   }
-  return coefficients;
+  for (std::size_t row = 0; row < labels.size(); ++row) {
+    const auto known = numbers.find(labels[row]);
+    if (known == numbers.end()) continue;
+    for (std::size_t k = 0; k < term.names.size(); ++k) {
+      const auto place = std::ranges::find(fit.coefficient_names, term.names[k]);
+      coefficients(place - fit.coefficient_names.begin(), static_cast<Eigen::Index>(row)) +=
+          term.effects(static_cast<Eigen::Index>(k), known->second);
+    }
+  }
 }
 
 /// "a = 12.3, b = -0.04".
@@ -153,20 +161,15 @@ std::string list_of(const std::map<std::string, double>& parameters) {
 
 }  // namespace
 
-Plausibility::Plausibility(std::string response, const data::Table& trees, std::string group)
-    : response_(std::move(response)), trees_(&trees), group_(std::move(group)) {
-  const data::TextColumn labels = trees.labels(group_);
-  strata_.resize(1 + labels.levels().size());
-  strata_[0].name = "the population";
-  for (std::size_t k = 0; k < labels.levels().size(); ++k) {
-    strata_[k + 1].name = fmt::format("{} {}", group_, labels.levels()[k]);
-  }
-  for (std::size_t row = 0; row < trees.rows(); ++row) {
-    strata_[0].rows.push_back(row);
-    if (!labels.is_missing(row)) strata_[labels.code(row) + 1].rows.push_back(row);
-  }
-  std::erase_if(strata_, [](const Stratum& stratum) { return stratum.rows.empty(); });
-  for (Stratum& stratum : strata_) stratum.row = typical_row(trees, stratum.rows);
+Plausibility::Plausibility(std::string response,
+                           const data::Table& trees,
+                           std::string group,
+                           std::string period)
+    : response_(std::move(response)),
+      trees_(&trees),
+      group_(std::move(group)),
+      period_(std::move(period)) {
+  add_strata();
   if (trees.rows() == 0) return;
   const std::span<const double> values = trees.numbers(response_);
   largest_ = *std::ranges::max_element(values);
@@ -180,6 +183,37 @@ Plausibility::Plausibility(std::string response, const data::Table& trees, std::
     dbh_cm_.push_back(top_dbh_cm_ * static_cast<double>(i) / static_cast<double>(kPoints - 1));
   }
   if (trees.has("h") && trees.is_numeric("h")) h_m_ = heights_at(dbh_cm_, trees);
+}
+
+/// The population, each group and, with periods, each period of a group.
+void Plausibility::add_strata() {
+  const data::TextColumn groups = trees_->labels(group_);
+  const data::TextColumn periods = period_.empty() ? data::TextColumn() : trees_->labels(period_);
+  strata_.resize(1 + groups.levels().size());
+  strata_[0].name = "the population";
+  for (std::size_t k = 0; k < groups.levels().size(); ++k) {
+    strata_[k + 1].group = groups.levels()[k];
+    strata_[k + 1].name = fmt::format("{} {}", group_, groups.levels()[k]);
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> number_of_period;
+  for (std::size_t row = 0; row < trees_->rows(); ++row) {
+    strata_[0].rows.push_back(row);
+    if (groups.is_missing(row)) continue;
+    const std::size_t group = groups.code(row) + 1;
+    strata_[group].rows.push_back(row);
+    if (period_.empty() || periods.is_missing(row)) continue;
+    const auto [found, is_new] =
+        number_of_period.try_emplace({groups.code(row), periods.code(row)}, strata_.size());
+    if (is_new) {
+      Stratum own{.name = fmt::format("{}, {} {}", strata_[group].name, period_, periods[row]),
+                  .group = strata_[group].group,
+                  .period = std::string(periods[row])};
+      strata_.push_back(std::move(own));
+    }
+    strata_[found->second].rows.push_back(row);
+  }
+  std::erase_if(strata_, [](const Stratum& stratum) { return stratum.rows.empty(); });
+  for (Stratum& stratum : strata_) stratum.row = typical_row(*trees_, stratum.rows);
 }
 
 bool Plausibility::is_tree_measure() const { return !unit_of(response_).empty(); }
@@ -208,22 +242,44 @@ data::Table Plausibility::typical_trees(const fit::FittedModel& fit) const {
     }
     table.set(name, std::move(medians));
   }
-  // The population belongs to no group.
-  const data::TextColumn labels = table.labels(group_);
-  data::TextColumn groups;
-  groups.append_missing();
-  for (std::size_t k = 1; k < count; ++k) groups.append(labels[k]);
-  table.set(group_, std::move(groups));
+  // The population belongs to no group, and a group as a whole to no period.
+  const auto set_labels = [&](const std::string& name, std::string Stratum::*label) {
+    data::TextColumn labels;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::string& own = strata_[k].*label;
+      own.empty() ? labels.append_missing() : labels.append(own);
+    }
+    table.set(name, std::move(labels));
+  };
+  set_labels(group_, &Stratum::group);
+  if (!period_.empty()) set_labels(period_, &Stratum::period);
   return table;
+}
+
+Eigen::MatrixXd Plausibility::coefficients_of_strata(const fit::FittedModel& fit,
+                                                     std::size_t count) const {
+  Eigen::MatrixXd coefficients = fit.estimate.replicate(1, static_cast<Eigen::Index>(count));
+  if (!fit.has_random_effects()) return coefficients;
+  std::vector<std::string> groups;
+  std::vector<std::string> periods;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Stratum& stratum = strata_[k];
+    groups.push_back(stratum.group);
+    periods.push_back(stratum.period.empty() ? std::string()
+                                             : fit::nested_label(stratum.group, stratum.period));
+  }
+  add_effects(fit, fit.random.front(), groups, coefficients);
+  if (fit.random.size() > 1) add_effects(fit, fit.random.back(), periods, coefficients);
+  return coefficients;
 }
 
 std::string Plausibility::objection_to_parameters(const fit::FittedModel& fit,
                                                   const BaseModel& entry,
                                                   const data::Table& typical) const {
-  const data::TextColumn groups = typical.labels(group_);
+  const Eigen::MatrixXd coefficients = coefficients_of_strata(fit, typical.rows());
   for (std::size_t k = 0; k < typical.rows(); ++k) {
     const auto parameters =
-        parameters_of(fit, coefficients_of(fit, k == 0 ? "" : groups[k]), typical, k);
+        parameters_of(fit, coefficients.col(static_cast<Eigen::Index>(k)), typical, k);
     std::string nonsense = entry.nonsense(parameters, top_dbh_cm_);
     if (nonsense.empty()) nonsense = flaw_of_limit(entry, parameters);
     if (nonsense.empty()) continue;

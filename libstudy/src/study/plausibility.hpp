@@ -28,8 +28,12 @@ namespace silvafit::study {
 class Plausibility {
  public:
   /// \param trees  the rows of the fits, with all columns that these read; must outlive this
-  /// \param group  column of the random effects
-  Plausibility(std::string response, const data::Table& trees, std::string group);
+  /// \param group   column of the random effects
+  /// \param period  that of finer groups within them; empty: none
+  Plausibility(std::string response,
+               const data::Table& trees,
+               std::string group,
+               std::string period = {});
 
   /// The first fault of a fit and its place, as a sentence; empty if there is none.
   /// \param entry  of the catalogue; nullptr for a formula of the user
@@ -38,10 +42,14 @@ class Plausibility {
  private:
   /// The trees of one curve.
   struct Stratum {
-    std::string name{};               ///< "the population", or "plot 7"
+    std::string name{};               ///< "the population", "plot 7" or "plot 7, year 2019"
+    std::string group{};              ///< its label; empty: the population
+    std::string period{};             ///< its label; empty: all periods
     std::size_t row = 0;              ///< a typical tree: that of the median DBH
     std::vector<std::size_t> rows{};  ///< its trees
   };
+
+  void add_strata();
 
   std::string objection_to_values(const fit::FittedModel& fit) const;
   std::string objection_to_parameters(const fit::FittedModel& fit,
@@ -55,6 +63,8 @@ class Plausibility {
   std::string flaw_of_curve(const double* values) const;
   /// One row for each stratum: medians of the numeric columns that a fit reads.
   data::Table typical_trees(const fit::FittedModel& fit) const;
+  /// (p x count) fixed effects with the random effects of the first strata.
+  Eigen::MatrixXd coefficients_of_strata(const fit::FittedModel& fit, std::size_t count) const;
   data::Table grid(const data::Table& typical, std::size_t begin, std::size_t end) const;
   /// The fault of a value at a point of a curve; empty if there is none.
   std::string flaw_of_point(std::size_t point, double value) const;
@@ -67,6 +77,7 @@ class Plausibility {
   std::string response_;
   const data::Table* trees_;
   std::string group_;
+  std::string period_;
   std::vector<Stratum> strata_;  ///< the population first
   std::vector<double> dbh_cm_;   ///< of each point of a curve
   std::vector<double> h_m_;      ///< Naslund's height there; empty where there are no heights

@@ -19,9 +19,11 @@ const std::vector<std::pair<Level, std::string>> kLevels{
     {&ResponseStudy::random, "random effects"},
     {&ResponseStudy::variance, "variance function"}};
 
+/// Sub-models, and the random effects of two groupings, are separate; coefficients are a sum.
 std::string joined_terms(const Candidate& candidate, Level level) {
-  return fmt::format(
-      "{}", fmt::join(candidate.terms, level == &ResponseStudy::covariates ? "; " : " + "));
+  const bool are_separate =
+      level == &ResponseStudy::covariates || candidate.fit.specification.random.size() > 1;
+  return fmt::format("{}", fmt::join(candidate.terms, are_separate ? "; " : " + "));
 }
 
 }  // namespace

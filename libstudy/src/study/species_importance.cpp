@@ -31,6 +31,7 @@ void add_layer_columns(const stand::Layers& layers, FormattedTable& table) {
 
 std::vector<stand::SampledArea> areas_of(const StudyRecord& record) {
   const stand::Inventory& inventory = record.inventory.inventory;
+  if (record.sample) return record.sample->areas;
   std::vector<stand::SampledArea> areas;
   if (record.units) areas = stand::sampled_areas(inventory, record.units->windows, {});
   return areas.empty() ? stand::plots_of_unknown_area(inventory) : areas;

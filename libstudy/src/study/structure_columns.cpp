@@ -111,27 +111,16 @@ std::vector<double> unit_column(const stand::StructuralUnits& units, std::string
   return further->values;
 }
 
-void add_plot_columns(const std::vector<std::string>& names,
-                      const stand::Inventory& inventory,
-                      const stand::StructuralUnitOptions& options,
-                      data::Table& table,
-                      std::vector<std::string>& notes) {
+void add_columns_of_windows(const std::vector<std::string>& names,
+                            const stand::Inventory& inventory,
+                            const stand::StructuralUnitOptions& options,
+                            data::Table& table,
+                            std::vector<std::string>& notes) {
   const stand::PlotWindows windows = stand::plot_windows(inventory, options.windows, options.scope);
   if (windows.is_assumed) {
     notes.emplace_back("per-hectare values use convex hulls, which are smaller than the plots");
   }
-  const auto areas = stand::sampled_areas(inventory, windows, {});
-  for (const std::string& name : names) {
-    const PlotColumn* column = plot_column(name);
-    if (column == nullptr) continue;
-    std::vector<double> values(table.rows(), data::kMissing);
-    for (const stand::SampledArea& area : areas) {
-      const double value =
-          stand::stand_figures(inventory, area.trees, area.area_m2).*(column->member);
-      for (const std::size_t tree : area.trees) values[tree] = value;
-    }
-    table.set(name, std::move(values));
-  }
+  add_plot_columns(names, inventory, stand::sampled_areas(inventory, windows, {}), table);
 }
 
 /// The name at a position in a text; moves the position behind it.
@@ -217,8 +206,25 @@ std::vector<std::string> add_structure_columns(const std::vector<std::string>& n
       if (plot_column(name) == nullptr) table.set(name, unit_column(units, name));
     }
   }
-  if (needs_plots) add_plot_columns(wanted, inventory, options, table, notes);
+  if (needs_plots) add_columns_of_windows(wanted, inventory, options, table, notes);
   return notes;
+}
+
+void add_plot_columns(const std::vector<std::string>& names,
+                      const stand::Inventory& inventory,
+                      const std::vector<stand::SampledArea>& areas,
+                      data::Table& table) {
+  for (const std::string& name : names) {
+    const PlotColumn* column = plot_column(name);
+    if (column == nullptr || table.has(name)) continue;
+    std::vector<double> values(table.rows(), data::kMissing);
+    for (const stand::SampledArea& area : areas) {
+      const double value =
+          stand::stand_figures(inventory, area.trees, area.area_m2).*(column->member);
+      for (const std::size_t tree : area.trees) values[tree] = value;
+    }
+    table.set(name, std::move(values));
+  }
 }
 
 }  // namespace silvafit::study

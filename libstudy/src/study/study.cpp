@@ -69,8 +69,8 @@ void note_covariates(const data::Table& table, Study& study) {
       covariates, [&](const std::string& name) { return has_numbers(table, name); });
   if (!has_any && covariates == StudyOptions{}.covariates) {
     study.notes.emplace_back(
-        "The inventory has no tree positions, so there are no structural units: level 2 was "
-        "skipped.");
+        "The inventory has no tree positions or no core trees, so there are no structural units: "
+        "level 2 was skipped.");
     return;
   }
   const bool has_units = table.has("W") || table.has("M");

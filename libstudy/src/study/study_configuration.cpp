@@ -57,6 +57,11 @@ void read_criteria(const JsonReader& json, LevelCriteria& criteria) {
   read("variance", criteria.variance);
 }
 
+/// The name of a column, or null for none.
+void read_column(const JsonReader& json, std::string_view key, std::string& column) {
+  if (const auto value = json.find(key); value && !value->is_null()) column = value->text();
+}
+
 void read_variance_functions(const JsonReader& json, StudyOptions& options) {
   options.variance_functions.clear();
   for (const JsonReader& item : json.items()) {
@@ -74,6 +79,7 @@ void read_search(const JsonReader& json, const Catalogue* catalogue, StudyOption
     options.covariate_parameters = static_cast<std::size_t>(value->number_between(1, 2));
   }
   if (const auto value = json.find("group")) options.group = value->text();
+  read_column(json, "period", options.period);
   if (const auto value = json.find("maximum_random_effects")) {
     options.maximum_random_effects = value->count();
   }
@@ -133,6 +139,30 @@ void read_edge(const JsonReader& json, const std::filesystem::path& folder, Unit
   if (const auto list = json.find("further")) units.further = list->texts();
 }
 
+SamplingSettings read_sampling(const JsonReader& json, const std::filesystem::path& folder) {
+  SamplingSettings settings;
+  if (const auto value = json.find("plots"); value && !value->is_null()) {
+    settings.plots_file = (folder / value->text()).string();
+  }
+  if (const auto columns = json.find("plots_columns")) {
+    for (const auto& [name, source] : columns->members_by_name()) {
+      settings.plots_columns.push_back(name + "=" + source.text());
+    }
+  }
+  if (const auto list = json.find("circles")) settings.circles = list->texts();
+  if (const auto value = json.find("angle_count")) settings.angle_count = value->not_negative();
+  if (const auto value = json.find("smallest_dbh")) {
+    settings.smallest_dbh_cm = value->not_negative();
+  }
+  read_column(json, "expansion", settings.expansion);
+  if (const auto value = json.find("subplots")) settings.subplots = value->count();
+  read_column(json, "subplot", settings.subplot);
+  if (const auto value = json.find("slope_correction")) {
+    settings.slope_correction = value->boolean();
+  }
+  return settings;
+}
+
 /// The settings of a document: all of a study.json, a part of a run.json.
 JsonReader settings_of(const JsonReader& json) {
   const auto schema = json.find("schema");
@@ -153,6 +183,7 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                    "covariates",
                    "covariate_parameters",
                    "group",
+                   "period",
                    "maximum_random_effects",
                    "variance_functions",
                    "criteria",
@@ -178,21 +209,32 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                    "crowding",
                    "further",
                    "competition_radius",
-                   "open_grown"});
+                   "open_grown",
+                   "plots",
+                   "plots_columns",
+                   "circles",
+                   "angle_count",
+                   "smallest_dbh",
+                   "expansion",
+                   "subplots",
+                   "subplot",
+                   "slope_correction"});
   StudyConfiguration configuration;
   read_search(json, catalogue, configuration.study);
   read_choice(json, configuration.study);
   configuration.reading = read_reading_settings(json);
   configuration.units = read_unit_settings(json);
   read_edge(json, path.parent_path(), configuration.units);
+  configuration.sampling = read_sampling(json, path.parent_path());
   return configuration;
 }
 
 StudyConfiguration seen_from(const std::filesystem::path& folder, StudyConfiguration settings) {
-  std::string& window = settings.units.window;
-  if (window.empty() || std::filesystem::path(window).is_absolute()) return settings;
   const std::filesystem::path from = followed(folder.empty() ? "." : folder);
-  window = followed(window).lexically_proximate(from).string();
+  for (std::string* const file : {&settings.units.window, &settings.sampling.plots_file}) {
+    if (file->empty() || std::filesystem::path(*file).is_absolute()) continue;
+    *file = followed(*file).lexically_proximate(from).string();
+  }
   return settings;
 }
 

@@ -49,7 +49,9 @@ TEST_CASE("a configuration may have all keys, and comments") {
     "criteria": {"base": "bic", "variance": "aicc"}, "choice": "parsimonious", "equally_good": 4,
     "significance": 0.01, "compared_trees": 5000,
     "columns": {"dbh": "DBH_cm"}, "window": "plots.geojson", "edge": "hanisch", "buffer": 3,
-    "per": "stand", "neighbors": 6})json");
+    "per": "stand", "neighbors": 6, "period": "year",
+    "plots": "plots.csv", "plots_columns": {"area": "SIZE"}, "circles": ["7=4", "30=12"],
+    "subplots": 4, "subplot": "sub", "slope_correction": true})json");
   const StudyOptions& study = configuration.study;
   CHECK(study.species == std::vector<std::string>{"SM"});
   CHECK(study.minimum_trees == 30);
@@ -72,6 +74,14 @@ TEST_CASE("a configuration may have all keys, and comments") {
   CHECK(configuration.units.buffer_m == 3.0);
   CHECK(configuration.units.per == "stand");
   CHECK(configuration.units.neighbors == 6U);
+  CHECK(study.period == "year");
+  const SamplingSettings& sampling = configuration.sampling;
+  CHECK_THAT(sampling.plots_file, Catch::Matchers::EndsWith("/plots.csv"));
+  CHECK(sampling.plots_columns == std::vector<std::string>{"area=SIZE"});
+  CHECK(sampling.circles == std::vector<std::string>{"7=4", "30=12"});
+  CHECK(sampling.subplots == 4);
+  CHECK(sampling.subplot == "sub");
+  CHECK(sampling.slope_correction);
 }
 
 TEST_CASE("one criterion may apply to all levels, without tests") {
@@ -99,7 +109,7 @@ TEST_CASE("the generated configuration has the default settings") {
   CHECK_THAT(text, Contains("SM (240)"));
   CHECK_THAT(text, Contains("\"M4\",  // Meyer: h ~ 1.3 + a*(1 - exp(-b*dbh))"));
   const StudyConfiguration configuration = read(text);
-  CHECK(data::JsonReader::parse(text, "study.json", true).members_by_name().size() == 33);
+  CHECK(data::JsonReader::parse(text, "study.json", true).members_by_name().size() == 43);
   const StudyOptions& study = configuration.study;
   CHECK(study.species.empty());
   CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has no other response

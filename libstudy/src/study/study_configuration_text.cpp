@@ -188,6 +188,9 @@ void describe_models(const data::Table& table,
   json.blank();
   json.comment("Random effects by the groups of a column, on at most this many coefficients.");
   json.add("group", values.at("group"));
+  json.add("period",
+           values.at("period"),
+           "column of the times of repeated measurements, as periods within the groups");
   json.add("maximum_random_effects", values.at("maximum_random_effects"));
   json.add("variance_functions", values.at("variance_functions"));
 }
@@ -233,9 +236,19 @@ std::string describe_inventory(const ordered_json& values, CommentedJson& json) 
   add("crowding", "crowns in C: mean or facing");
   add("further", "indices: CO, T, Hegyi, BAL, CCF or all");
   add("competition_radius", "of Hegyi's index in meters; 0: the neighbors");
-  return json.finish("open_grown",
-                     values.at("open_grown"),
-                     "for CCF: crown width of an open-grown tree, such as \"0.9 + 0.22*dbh\"");
+  add("open_grown", "for CCF: crown width of an open-grown tree, such as \"0.9 + 0.22*dbh\"");
+  json.blank();
+  json.comment("Sampled plots; see docs/plots.md.");
+  add("plots", "table of plots: a CSV file");
+  add("plots_columns", "where its columns come from, such as {\"area\": \"SIZE*100\"}");
+  add("circles", "concentric circles, such as [\"7=4\", \"30=12\"] (cm and m)");
+  add("angle_count", "basal area factor of angle counts in m2/ha; 0: none");
+  add("smallest_dbh", "of angle counts in cm");
+  add("expansion", "column with the number of trees per ha that each tree stands for");
+  add("subplots", "circles of a plot");
+  add("subplot", "column with the subplot of each tree");
+  return json.finish(
+      "slope_correction", values.at("slope_correction"), "distances were measured along the slope");
 }
 
 }  // namespace

@@ -165,6 +165,12 @@ class CurveGrid {
     data::TextColumn column;
     for (std::size_t i = 0; i < kGridPoints; ++i) column.append(plot);
     table_.set(record_.study.options.group, std::move(column));
+    const std::string& period = record_.study.options.period;
+    if (period.empty()) return;
+    // The curve of a plot, without the effects of one of its periods.
+    data::TextColumn none;
+    for (std::size_t i = 0; i < kGridPoints; ++i) none.append_missing();
+    table_.set(period, std::move(none));
   }
 
   const ResponseStudy& result_;
@@ -221,7 +227,7 @@ std::optional<Curves> curves_of(const ResponseStudy& result, const StudyRecord& 
   const fit::FittedModel& mixed = result.nlme->fit;
   curves.population = predicted(mixed, grid.table(), fit::Level::kPopulation);
   curves.population_band = band_of(mixed, grid.table());
-  for (const std::string& plot : mixed.random.back().labels) {
+  for (const std::string& plot : mixed.random.front().labels) {
     const auto [low, high] = grid.range_of(plot);
     std::vector<double> values = predicted(mixed, grid.for_plot(plot), fit::Level::kConditional);
     for (std::size_t i = 0; i < values.size(); ++i) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "study/study_levels.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -256,6 +258,23 @@ std::vector<Trial> random_effect_trials(const fit::FittedModel& fixed,
     trials.push_back(std::move(trial));
   }
   std::ranges::stable_sort(trials, {}, [](const Trial& trial) { return trial.terms.size(); });
+  return trials;
+}
+
+std::vector<Trial> period_trials(const Candidate& mixed,
+                                 const std::string& period,
+                                 std::size_t largest) {
+  const fit::ModelSpecification& of_groups = mixed.fit.specification;
+  std::vector<Trial> trials;
+  for (Trial& trial : random_effect_trials(mixed.fit, period, largest)) {
+    const fit::RandomEffects own = trial.specification.random.front();
+    trial.specification.random = {of_groups.random.front(), own};
+    trial.terms.clear();
+    for (const fit::RandomEffects& term : trial.specification.random) {
+      trial.terms.push_back(fmt::format("{} | {}", term.text(), term.group));
+    }
+    trials.push_back(std::move(trial));
+  }
   return trials;
 }
 

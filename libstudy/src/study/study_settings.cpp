@@ -29,6 +29,7 @@ ordered_json search_json(const StudyOptions& options) {
           {"covariates", options.covariates},
           {"covariate_parameters", options.covariate_parameters},
           {"group", options.group},
+          {"period", text_or_null(options.period)},
           {"maximum_random_effects", options.maximum_random_effects},
           {"variance_functions", options.variance_functions},
           {"criteria",
@@ -41,6 +42,18 @@ ordered_json search_json(const StudyOptions& options) {
           {"tests", options.needs_tests ? "required" : "shown"},
           {"significance", options.significance},
           {"compared_trees", options.compared_trees}};
+}
+
+ordered_json sampling_json(const SamplingSettings& settings) {
+  return {{"plots", text_or_null(settings.plots_file)},
+          {"plots_columns", columns_json(settings.plots_columns)},
+          {"circles", settings.circles},
+          {"angle_count", settings.angle_count},
+          {"smallest_dbh", settings.smallest_dbh_cm},
+          {"expansion", text_or_null(settings.expansion)},
+          {"subplots", settings.subplots},
+          {"subplot", text_or_null(settings.subplot)},
+          {"slope_correction", settings.slope_correction}};
 }
 
 }  // namespace
@@ -60,6 +73,7 @@ ordered_json settings_json(const StudyConfiguration& settings) {
   json["buffer"] = settings.units.buffer_m;
   json["further"] = settings.units.further;
   json.update(unit_settings_json(settings.units));
+  json.update(sampling_json(settings.sampling));
   return json;
 }
 

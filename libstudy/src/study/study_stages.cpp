@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
@@ -252,11 +253,62 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
     });
     if (settled) {
       result.nlme = settled->result;
-      note_edge(result.nlme->fit, result.notes);
     } else {
       doubt_mixed_models(result);
     }
   });
+}
+
+/// Chooses between the mixed models of the groups, which have been settled, and those with periods
+/// from a place in the list on.
+void settle_periods(const Work& work,
+                    const LevelFits& level,
+                    std::size_t index,
+                    std::size_t begin,
+                    const StudyOptions& options,
+                    ResponseStudy& result) {
+  const Examination examine = mixed_models_of(work, result.random, smaller_random_effects(work));
+  while (const auto chosen = choose_random_effects(result.random, options, examine)) {
+    if (*chosen < begin) return;
+    fit::FitResult final = level.result(index, *chosen - begin);
+    Candidate& candidate = result.random[*chosen];
+    candidate.objection = objection_to_final_fit(work, final.fit);
+    if (!work.is_sampled()) candidate.fit = final.fit;
+    if (!candidate.objection.empty()) continue;
+    result.nlme = std::move(final);
+    return;
+  }
+}
+
+/// Adds random effects of the periods to the chosen ones of the groups. Every pair of subsets of
+/// the coefficients would be too many fits.
+void run_periods(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
+  if (study.options.period.empty()) return;
+  LevelFits level(
+      "random effects of periods", works, study.options.criteria.random, study.options.group);
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    for (const Candidate& candidate : works[i].result.random) {
+      if (!candidate.chosen || !works[i].result.nlme) continue;
+      level.add(
+          i, period_trials(candidate, study.options.period, study.options.maximum_random_effects));
+    }
+  }
+  level.run(study.options.threads, progress, study.stages);
+  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
+    ResponseStudy& result = works[i].result;
+    std::vector<Candidate> nested = level.candidates(i);
+    if (nested.empty()) return;
+    if (works[i].compared) add_random_effect_tests(nested, *works[i].compared);
+    const std::size_t begin = result.random.size();
+    std::ranges::move(nested, std::back_inserter(result.random));
+    settle_periods(works[i], level, i, begin, study.options, result);
+  });
+}
+
+void note_boundary_fits(std::vector<Work>& works) {
+  for (Work& work : works) {
+    if (work.result.nlme) note_edge(work.result.nlme->fit, work.result.notes);
+  }
 }
 
 void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
@@ -351,11 +403,14 @@ void note_outlying_plots(std::vector<Work>& works) {
 
 void run_levels(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   for (Work& work : works) {
-    work.plausibility.emplace(work.result.response, work.table, study.options.group);
+    work.plausibility.emplace(
+        work.result.response, work.table, study.options.group, study.options.period);
   }
   run_base(works, study, progress);
   run_covariates(works, study, progress);
   run_random_effects(works, study, progress);
+  run_periods(works, study, progress);
+  note_boundary_fits(works);
   run_variance(works, study, progress);
 }
 
@@ -387,6 +442,7 @@ ResponseStudy without_levels(const ResponseStudy& result, std::vector<std::strin
           .response = result.response,
           .rows = result.rows,
           .group = result.group,
+          .period = result.period,
           .plots = result.plots,
           .notes = std::move(notes)};
 }

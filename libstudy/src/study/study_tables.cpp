@@ -142,9 +142,9 @@ FormattedTable random_effects_table(const Study& study) {
     for (const Candidate& candidate : result.random) {
       const fit::Covariance form = candidate.fit.specification.random.back().covariance;
       table.rows.push_back(joined(
-          joined(
-              joined(subject(result), {joined_terms(candidate, " + "), fit::covariance_text(form)}),
-              test_cells(candidate.test)),
+          joined(joined(subject(result),
+                        {name_of(candidate, &ResponseStudy::random), fit::covariance_text(form)}),
+                 test_cells(candidate.test)),
           criteria(candidate)));
     }
   }
@@ -212,16 +212,19 @@ void add_components(const ResponseStudy& result,
   const auto add = [&](const std::string& component, double value) {
     table.rows.push_back(joined(subject(result), {component, value}));
   };
-  const fit::EstimatedEffects& term = fit.random.back();
-  const Eigen::VectorXd deviations = term.sd();
-  const Eigen::MatrixXd correlation = term.correlation();
-  for (std::size_t i = 0; i < term.names.size(); ++i) {
-    add(fmt::format("sd({})", term.names[i]), deviations[static_cast<Eigen::Index>(i)]);
-  }
-  for (std::size_t i = 0; i < term.names.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      add(fmt::format("cor({}, {})", term.names[j], term.names[i]),
-          correlation(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+  for (std::size_t k = 0; k < fit.random.size(); ++k) {
+    const fit::EstimatedEffects& term = fit.random[k];
+    const std::string group = grouping_suffix(fit, k);
+    const Eigen::VectorXd deviations = term.sd();
+    const Eigen::MatrixXd correlation = term.correlation();
+    for (std::size_t i = 0; i < term.names.size(); ++i) {
+      add(fmt::format("sd({}{})", term.names[i], group), deviations[static_cast<Eigen::Index>(i)]);
+    }
+    for (std::size_t i = 0; i < term.names.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        add(fmt::format("cor({}, {}{})", term.names[j], term.names[i], group),
+            correlation(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+      }
     }
   }
   add("sigma", fit.sigma);

@@ -87,6 +87,22 @@ std::size_t count_groups(const data::Table& table, const std::string& group) {
   return table.labels(group).levels().size();
 }
 
+/// \throws UsageError if a column of groups is used as a number
+void refuse_number(const std::vector<std::string>& numbers,
+                   const std::string& group,
+                   const std::string& option,
+                   const std::string& response,
+                   const std::string& file) {
+  if (std::ranges::find(numbers, group) == numbers.end()) return;
+  throw UsageError(
+      fmt::format("the models for {} use '{}' as a number, so it cannot define the groups of the "
+                  "random effects; name another column with {}",
+                  response,
+                  group,
+                  option),
+      {.file = file, .column = option});
+}
+
 bool is_formula(const std::string& text) { return text.find('~') != std::string::npos; }
 
 /// \throws UsageError if a candidate is neither in the catalogue nor a formula, or is for another
@@ -179,6 +195,8 @@ Work prepared(const data::Table& table,
   for (const BaseCandidate& candidate : work.candidates) {
     for (const std::string& name : candidate.columns(table)) columns.push_back(name);
   }
+  // Periods are text, with which the models would be skipped.
+  refuse_number(columns, options.period, "--period", response, table.file());
   if (!std::ranges::all_of(columns,
                            [&](const std::string& name) { return has_numbers(table, name); })) {
     return work;
@@ -195,15 +213,9 @@ Work prepared(const data::Table& table,
                                         "tree without a structural unit was excluded.",
                                         "trees without a structural unit were excluded."));
   }
-  if (std::ranges::find(columns, options.group) != columns.end()) {
-    throw UsageError(
-        fmt::format("the models for {} use '{}' as a number, so it cannot define the groups of the "
-                    "random effects; name a column such as plot or stand with --group",
-                    response,
-                    options.group),
-        {.file = table.file(), .column = "--group"});
-  }
+  refuse_number(columns, options.group, "--group", response, table.file());
   columns.push_back(options.group);
+  if (!options.period.empty()) columns.push_back(options.period);
   for (const std::string& name : variance_columns(options)) columns.push_back(name);
   // With all columns, a study of a million trees would store each column nine times.
   work.table = with_columns(table, columns).select(work.result.rows);
@@ -217,6 +229,7 @@ Work prepared(const data::Table& table,
                     work.table.rows()));
   }
   work.result.group = options.group;
+  work.result.period = options.period;
   work.result.plots = count_groups(work.table, options.group);
   return work;
 }

@@ -93,13 +93,18 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
     design.circles.push_back({.from_dbh_cm = number_in(part.substr(0, sign), "--circles", kWhat),
                               .radius_m = number_in(part.substr(sign + 1), "--circles", kWhat)});
   }
-  if (settings.plots) {
+  if (settings.plots || !settings.plots_file.empty()) {
     design.plots = stand::read_plot_table(
-        *settings.plots,
+        settings.plots ? *settings.plots : data::TableSource(settings.plots_file),
         stand::parse_column_mappings(fmt::format("{}", fmt::join(settings.plots_columns, ","))));
   }
   stand::check_design(design);
   return design;
+}
+
+bool has_design(const SamplingSettings& settings) {
+  return settings.plots || !settings.plots_file.empty() || !settings.circles.empty() ||
+         settings.angle_count != 0.0 || !settings.expansion.empty();
 }
 
 std::vector<std::string> columns_of(const SamplingSettings& settings) {

@@ -2,9 +2,12 @@
 #include "workflow/study_decisions.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 namespace silvafit::study {
 namespace {
@@ -68,9 +71,12 @@ void add_level_decisions(const StudyRecord& record, Decisions& decisions) {
   }
   decisions.emplace_back(
       "Level 3",
-      fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {} on up to {} "
+      fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {}{} on up to {} "
                   "coefficients by {}, then variance function by {}{}",
                   options.group,
+                  options.period.empty()
+                      ? ""
+                      : fmt::format(", and of {} within {},", options.period, options.group),
                   options.maximum_random_effects,
                   best(criteria.random),
                   best(criteria.variance),
@@ -83,13 +89,41 @@ std::string window_text(const UnitSettings& units) {
   return fmt::format("convex hull of {}", units.per == "stand" ? "the stand" : "each plot");
 }
 
+/// "circles 7=4, 30=12; table of plots plots.csv".
+std::string design_text(const SamplingSettings& sampling) {
+  std::vector<std::string> parts;
+  if (!sampling.circles.empty()) {
+    parts.push_back(fmt::format("circles {}", fmt::join(sampling.circles, ", ")));
+  }
+  if (sampling.angle_count > 0.0) {
+    parts.push_back(fmt::format("angle count {:g} m2/ha", sampling.angle_count));
+  }
+  if (!sampling.expansion.empty()) parts.push_back("expansion factors " + sampling.expansion);
+  if (sampling.subplots > 1) parts.push_back(fmt::format("{} subplots", sampling.subplots));
+  if (!sampling.plots_file.empty()) {
+    parts.push_back("table of plots " +
+                    std::filesystem::path(sampling.plots_file).filename().string());
+  } else if (sampling.plots) {
+    parts.emplace_back("a table of plots");
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+std::string window_text(const StudyRecord& record) {
+  if (record.sample) return "circle of the smallest counted dbh of each plot";
+  return window_text(record.settings.units);
+}
+
 }  // namespace
 
 Decisions decisions_of(const StudyRecord& record) {
   Decisions decisions;
+  if (record.sample) {
+    decisions.emplace_back("Sampling design", design_text(record.settings.sampling));
+  }
   if (record.units) {
     const UnitSettings& units = record.settings.units;
-    decisions.emplace_back("Window", window_text(units));
+    decisions.emplace_back("Window", window_text(record));
     decisions.emplace_back(
         "Edge correction",
         units.edge == "buffer" ? fmt::format("buffer of {} m", units.buffer_m) : units.edge);

@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_values.hpp"
+#include "silvafit/stand/plots_at_times.hpp"
+#include "silvafit/stand/sampling_design.hpp"
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_files.hpp"
@@ -20,9 +23,11 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Columns of the file that a study reads besides those of an inventory: covariates, the group, and
-/// the variables of user-defined formulas. Names that are not columns are parameters there.
-std::vector<std::string> other_columns(const StudyOptions& options) {
+/// Columns of the file that a study reads besides those of an inventory: covariates, the group,
+/// those of the sampling design, and the variables of user-defined formulas. Names that are not
+/// columns are parameters there.
+std::vector<std::string> other_columns(const StudyConfiguration& settings) {
+  const StudyOptions& options = settings.study;
   constexpr std::size_t kMostCovariates = 8;
   if (options.covariates.size() > kMostCovariates) {
     throw UsageError(fmt::format("{} covariates have too many subsets; the maximum is {}",
@@ -30,7 +35,7 @@ std::vector<std::string> other_columns(const StudyOptions& options) {
                                  kMostCovariates),
                      {.column = "--covariates"});
   }
-  std::vector<std::string> names;
+  std::vector<std::string> names = columns_of(settings.sampling);
   for (const std::string& name : options.covariates) {
     if (!is_structure_name(name)) names.push_back(name);
   }
@@ -53,22 +58,66 @@ bool has_own_candidates(const StudyOptions& options) {
   });
 }
 
-/// The structural units and a table with them.
+/// The plots as they were sampled; nothing without a design.
+std::optional<stand::DesignedSample> sample_of(const StudyConfiguration& settings,
+                                               const stand::Inventory& inventory) {
+  if (!has_design(settings.sampling)) return std::nullopt;
+  stand::SamplingDesign design = sampling_design(settings.sampling);
+  if (!settings.study.period.empty()) {
+    design = stand::design_at_times(std::move(design), stand::plots_at_times(inventory));
+  }
+  return stand::sample_of(inventory, design);
+}
+
+stand::StructuralUnitOptions unit_options_of(const StudyConfiguration& settings,
+                                             const stand::Inventory& inventory) {
+  stand::StructuralUnitOptions options = unit_options(settings.units, settings.study.threads);
+  options.further = further_indices(settings);
+  if (!settings.study.period.empty()) {
+    options.windows = stand::windows_at_times(options.windows, stand::plots_at_times(inventory));
+  }
+  return options;
+}
+
+/// Structural units of sampled plots, if some of their neighborhoods are complete.
+void add_units_of_sample(const stand::StructuralUnitOptions& options, StudyRecord& record) {
+  const stand::Inventory& inventory = record.inventory.inventory;
+  stand::StructuralUnits units =
+      stand::structural_units_of_sample(inventory, *record.sample, options);
+  const bool has_core =
+      std::ranges::any_of(units.core, [](const auto is_core) { return is_core != 0; });
+  if (has_core) {
+    record.units = std::move(units);
+  } else {
+    record.sample->notes.emplace_back(
+        "no tree has a complete neighborhood within its sampled plot; structural units are "
+        "skipped, and models use all trees");
+  }
+}
+
+/// The structural units, if trees have positions, and a table with them.
 void add_structure(const StudyConfiguration& settings,
                    const Callbacks& callbacks,
                    StudyRecord& record) {
   const stand::Inventory& inventory = record.inventory.inventory;
-  stand::StructuralUnitOptions options = unit_options(settings.units, settings.study.threads);
-  options.further = further_indices(settings);
+  const stand::StructuralUnitOptions options = unit_options_of(settings, inventory);
+  const auto& covariates = settings.study.covariates;
   const bool has_positions = inventory.has_coordinates();
-  if (has_positions) {
+  record.sample = sample_of(settings, inventory);
+  if (record.sample) {
+    if (has_positions) add_units_of_sample(options, record);
+    give_notes(record.sample->notes, callbacks.note);
+  } else if (has_positions) {
     record.units = stand::structural_units(inventory, options);
-    give_notes(record.units->notes, callbacks.note);
   }
+  if (record.units) give_notes(record.units->notes, callbacks.note);
   record.table = inventory_table(inventory, record.units);
+  if (record.sample) {
+    record.inventory.inventory.represented = record.sample->represented;
+    return add_plot_columns(covariates, inventory, record.sample->areas, record.table);
+  }
   if (!has_positions) return;
   // Without crown widths there is no C, and computing the units again would not change that.
-  const auto& covariates = settings.study.covariates;
   const bool wants_crowding = std::ranges::find(covariates, "C") != covariates.end();
   if (wants_crowding && !record.table.has("C")) {
     record.table.set("C", std::vector<double>(record.table.rows(), data::kMissing));
@@ -76,6 +125,27 @@ void add_structure(const StudyConfiguration& settings,
   give_notes(
       add_structure_columns(structure_names_in(covariates, record.table), record.table, options),
       callbacks.note);
+}
+
+/// In the table, plots and times are columns of their own.
+void separate_periods(const std::string& period, StudyRecord& record) {
+  if (period.empty()) return;
+  record.table.set("plot", record.inventory.inventory.measured_plot);
+  record.table.set(period, record.inventory.inventory.time);
+}
+
+/// \throws UsageError if times cannot be used as periods of the groups
+void check_period(const StudyConfiguration& settings) {
+  if (settings.study.period.empty()) return;
+  if (settings.study.period == settings.study.group) {
+    throw UsageError("the periods need another column than the groups of the random effects",
+                     {.column = "--period"});
+  }
+  if (settings.units.per == "stand") {
+    throw UsageError(
+        "with periods, neighbors are searched within each plot and time; use --per plot",
+        {.column = "--per"});
+  }
 }
 
 ordered_json left_out_json(const ResponseStudy& result) {
@@ -120,13 +190,16 @@ StudyRecord whole_study(const data::TableSource& inventory,
                         const Catalogue& catalogue,
                         const StudyConfiguration& settings,
                         const Callbacks& callbacks) {
+  check_period(settings);
   StudyRecord record{.version = SILVAFIT_VERSION, .settings = settings};
-  record.inventory = read_inventory(
-      inventory,
-      settings.reading,
-      {.keep = other_columns(settings.study), .keep_all = has_own_candidates(settings.study)},
-      callbacks.note);
+  record.inventory = read_inventory(inventory,
+                                    settings.reading,
+                                    {.keep = other_columns(settings),
+                                     .keep_all = has_own_candidates(settings.study),
+                                     .period = settings.study.period},
+                                    callbacks.note);
   add_structure(settings, callbacks, record);
+  separate_periods(settings.study.period, record);
   record.study = run_study(record.table, catalogue, settings.study, callbacks.progress);
   give_notes(record.study.notes, callbacks.note);
   record.decisions = decisions_of(record);

@@ -62,8 +62,12 @@ struct Inventory {
 
   /// Of repeated measurements only (InventoryOptions::keeps_measurements): year or date of each
   /// row, as written, and whether the tree was alive then; none if the file has no such column.
+  /// With InventoryOptions::period `time` has the times, too.
   data::TextColumn time{};
   std::vector<TreeStatus> status{};
+  /// With InventoryOptions::period only: the plot of each row in the file, as `plot` is then the
+  /// plot at a time, by label_at_time().
+  data::TextColumn measured_plot{};
 
   /// Plots of the file all of whose rows were skipped: their trees are unknown.
   std::vector<std::string> plots_left_out{};
@@ -156,6 +160,9 @@ struct InventoryOptions {
   /// Keep the rows of all dates and of dead and cut trees, with Inventory::time and status, for
   /// growth. Otherwise later measurements of a tree are skipped.
   bool keeps_measurements = false;
+  /// Column of the time of measurement, if each plot and time is to be a plot of its own: then the
+  /// rows of all times are kept, and dead and cut trees as without it. Empty: no.
+  std::string period{};
   bool is_part = false;  ///< a part of an inventory: all its trees may lack dbh
 };
 

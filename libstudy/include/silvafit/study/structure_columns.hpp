@@ -36,4 +36,11 @@ std::vector<std::string> add_structure_columns(const std::vector<std::string>& n
                                                data::Table& table,
                                                stand::StructuralUnitOptions options = {});
 
+/// Adds the figures of plots among the names (stems_per_ha, ...) from the plots' own areas and
+/// trees, as far as the table lacks them.
+void add_plot_columns(const std::vector<std::string>& names,
+                      const stand::Inventory& inventory,
+                      const std::vector<stand::SampledArea>& areas,
+                      data::Table& table);
+
 }  // namespace silvafit::study

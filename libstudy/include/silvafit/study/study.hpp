@@ -49,6 +49,9 @@ struct StudyOptions {
   std::vector<std::string> covariates{"W", "M", "C", "U"};  ///< as far as the table has them
   std::size_t covariate_parameters = 1;  ///< parameters that may have covariates at once, 1 or 2
   std::string group = "plot";            ///< column of the random effects
+  /// Column of the times of repeated measurements, whose values are groups within those of `group`.
+  /// Empty: none.
+  std::string period{};
   std::vector<std::string> variance_functions{
       "none", "exponential", "power", "constant-plus-power"};
   LevelCriteria criteria{};
@@ -127,7 +130,8 @@ struct ResponseStudy {
   std::string response{};
   std::vector<std::size_t> rows{};  ///< rows of the table that all of its fits use
   std::string group = "plot";       ///< column of the random effects
-  std::size_t plots = 0;            ///< its values
+  std::string period{};             ///< that of the times within its groups; empty: none
+  std::size_t plots = 0;            ///< values of `group`
   std::vector<std::string> notes{};
   std::vector<Candidate> base{};                    ///< level 1
   std::vector<Candidate> covariates{};              ///< level 2, empty if left out
@@ -175,11 +179,13 @@ struct Study {
 /// pairs of them; lowest BIC, where its likelihood-ratio test against level 1 is significant at
 /// 5 %; the chosen one also without intercept. Level 3: random effects of the group on every subset
 /// of the coefficients (at most maximum_random_effects), lowest BIC of those that are not
-/// boundary (singular) fits; then the variance functions, lowest AIC where the test against a
-/// constant variance is significant at 5 %. Candidates with implausible curves, and mixed models
-/// that are less likely than a model that they contain, are rejected (docs/study.md). The options
-/// change criteria and thresholds. All fits of a species and response use the same trees.
-/// Deterministic whatever the number of threads. A fit that fails is listed with its reason.
+/// boundary (singular) fits; with periods then also random effects of the periods within the
+/// groups, on every subset of the coefficients, beside the chosen ones of the groups; then the
+/// variance functions, lowest AIC where the test against a constant variance is significant at 5 %.
+/// Candidates with implausible curves, and mixed models that are less likely than a model that they
+/// contain, are rejected (docs/study.md). The options change criteria and thresholds. All fits of a
+/// species and response use the same trees. Deterministic whatever the number of threads. A fit
+/// that fails is listed with its reason.
 ///
 /// \param table  an inventory with our column names, optionally W, M, U, C and `core` (only rows
 ///   with 1 count); a response that it does not have is left out with a note

@@ -12,23 +12,25 @@
 
 namespace silvafit::study {
 
-/// All settings of a study: how the inventory is read, its structural units, and its models.
+/// All settings of a study: how the inventory is read and sampled, its structural units, and its
+/// models.
 struct StudyConfiguration {
   StudyOptions study{};
   ReadingSettings reading{};
   UnitSettings units{};
+  SamplingSettings sampling{};
 };
 
 /// Reads a study.json; docs/study.md lists its keys. Missing keys have their defaults.
-/// A window is relative to the folder of the file. Comments (`//`) are allowed. The run.json of a
-/// study serves as well: its options are settings.
-/// \param catalogue  has the models that candidates may name; null: they are not looked up
-/// \throws InputError that names file and key where a key is unknown or a value cannot be used
+/// A window and a table of plots are relative to the folder of the file. Comments (`//`) are
+/// allowed. The run.json of a study serves as well: its options are settings. \param catalogue  has
+/// the models that candidates may name; null: they are not looked up \throws InputError that names
+/// file and key where a key is unknown or a value cannot be used
 StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                                             const Catalogue* catalogue = nullptr);
 
-/// The same settings for a file in another folder: a window becomes relative to it; an absolute
-/// path is unchanged.
+/// The same settings for a file in another folder: a window and a table of plots become relative to
+/// it; an absolute path is unchanged.
 /// \param folder  empty: the current one
 StudyConfiguration seen_from(const std::filesystem::path& folder, StudyConfiguration settings);
 

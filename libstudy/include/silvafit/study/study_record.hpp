@@ -9,6 +9,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/sampling_design.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/study.hpp"
 #include "silvafit/study/study_configuration.hpp"
@@ -25,6 +26,8 @@ struct StudyRecord {
   /// Decisions before fitting, for the report: window, edge correction, ...
   std::vector<std::pair<std::string, std::string>> decisions{};
   stand::CheckedInventory inventory{};
+  /// Of sampled plots: the areas, and which trees were counted.
+  std::optional<stand::DesignedSample> sample{};
   std::optional<stand::StructuralUnits> units{};
   data::Table table{};  ///< inventory_table() of the two
   Study study{};

@@ -44,7 +44,8 @@ struct UnitSettings {
 
 /// Sampling of plots and trees; stand::SamplingDesign explains the values.
 struct SamplingSettings {
-  std::optional<data::TableSource> plots{};  ///< table of plots
+  std::string plots_file{};                  ///< table of plots, a CSV file
+  std::optional<data::TableSource> plots{};  ///< the table itself, instead of the file
   std::vector<std::string> plots_columns{};  ///< `area=SIZE_M2`: where its columns come from
   std::vector<std::string> circles{};        ///< `7=4`: trees from 7 cm up to 4 m
   double angle_count = 0.0;                  ///< basal area factor [m2/ha]
@@ -59,6 +60,9 @@ struct SamplingSettings {
 /// \throws UsageError if a text cannot be read or the design contradicts itself; else as
 ///   stand::read_plot_table
 stand::SamplingDesign sampling_design(const SamplingSettings& settings);
+
+/// Whether plots or trees are sampled by a design.
+bool has_design(const SamplingSettings& settings);
 
 /// Columns of the inventory that a design needs.
 std::vector<std::string> columns_of(const SamplingSettings& settings);
