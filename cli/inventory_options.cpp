@@ -83,7 +83,7 @@ void add_dead_option(CLI::App& command, study::ReadingSettings& settings) {
       .add_option("--dead",
                   settings.dead,
                   "Standing dead trees, by a column of the status: leave-out; neighbors (they are "
-                  "neighbors of living trees, but in no figure and no model); include (as living "
+                  "neighbors of living trees, but not in summaries or models); include (as living "
                   "ones; cut and fallen trees, too)")
       ->check(CLI::IsMember({"leave-out", "neighbors", "include"}))
       ->capture_default_str();

@@ -108,7 +108,7 @@ void print_summary(const SceneArguments& arguments, const study::Scenes& scenes)
 void make_scenes(SceneArguments arguments) {
   refuse_same_files({{"LIBRARY", arguments.library}}, {{"--out", arguments.out}});
   if (arguments.common.json && arguments.out.empty()) {
-    throw UsageError("--json prints a summary; say with --out where the trees go");
+    throw UsageError("--json prints a summary; name the file of the trees with --out");
   }
   arguments.options.dbh_cm = diameters(arguments.dbh);
   const study::Scenes scenes =

@@ -230,7 +230,7 @@ void run_tile(const RunArguments& arguments, std::vector<std::string> words) {
         "note: " + describe({.file = result.file},
                             advice_on_halo(result.marked, result.halo_m, plan.settings.halo_m)));
   }
-  if (result.was_there) say(arguments.common, "note: " + result.file + " is there already");
+  if (result.was_there) say(arguments.common, "note: " + result.file + " already exists");
   if (!arguments.common.json) return;
   print_json_value({{"schema", "silvafit-tile/1"},
                     {"silvafit", version()},

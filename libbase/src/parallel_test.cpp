@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-TEST_CASE("every task runs once, whatever the number of threads") {
+TEST_CASE("every task runs once, for any number of threads") {
   for (const unsigned threads : {0U, 1U, 2U, 5U}) {
     std::vector<int> runs(1000, 0);
     silvafit::parallel_for(runs.size(), threads, [&](std::size_t i) { ++runs[i]; });

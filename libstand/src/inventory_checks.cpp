@@ -57,8 +57,8 @@ void RowChecker::check_required(bool needs_coordinates) {
     add(kDbh, "is missing, and a tree without dbh and position cannot be used");
   }
   if (!needs_coordinates) return;
-  if (!is_known(row_[kX])) add(kX, "is missing, so the tree has no place");
-  if (!is_known(row_[kY])) add(kY, "is missing, so the tree has no place");
+  if (!is_known(row_[kX])) add(kX, "is missing, so the tree has no position");
+  if (!is_known(row_[kY])) add(kY, "is missing, so the tree has no position");
 }
 
 void RowChecker::check_stem() {

@@ -298,7 +298,8 @@ std::vector<std::string> RepeatedNumbers::notes() const {
   }
   if (stems > 0) {
     notes.push_back(fmt::format(
-        "{} at the place of the other tree and differ{} from it in dbh, as stems of one stool do; "
+        "{} at the position of the other tree and differ{} from it in dbh, as stems of one stool "
+        "do; "
         "if they are later measurements of a tree, name the column of the time: --columns "
         "year=COLUMN",
         counted(stems, "of these stands", "of these stand"),

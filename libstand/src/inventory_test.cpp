@@ -79,7 +79,7 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
             "4 hcb: -1 m is below the ground",
             "5 hcb: 15 m is not below h 15 m",
             "7 x: the value is not finite",
-            "8 x: is missing, so the tree has no place",
+            "8 x: is missing, so the tree has no position",
             "9 tree: the tree number is missing",
             "10 plot: the plot is missing",
             "10 dbh: '20,5' is not a number; decimals need a point",
@@ -177,7 +177,7 @@ TEST_CASE("stems of one stool with one number and position are separate trees") 
   CHECK(inventory.tree[3] == "2");
   CHECK(inventory.dbh_cm == std::vector<double>{20, 12, 8, 20});
   CHECK(has_note(checked, "2 trees have the number of another tree of the same plot"));
-  CHECK(has_note(checked, "2 of these stand at the place of the other tree and differ from it"));
+  CHECK(has_note(checked, "2 of these stand at the position of the other tree and differ from it"));
 }
 
 TEST_CASE("a tree that was measured again in another year is the same tree") {
@@ -198,7 +198,7 @@ TEST_CASE("a tree that was measured again in another year is the same tree") {
     const CheckedInventory checked = read_inventory_text(column + rows);
     CHECK(problems(checked) == expected);
     CHECK(checked.inventory.dbh_cm == std::vector<double>{20, 12, 20, 21});
-    CHECK(has_note(checked, "1 of these stands at the place of the other tree"));
+    CHECK(has_note(checked, "1 of these stands at the position of the other tree"));
   }
   CHECK(problems(read_inventory_text("Jahr" + rows, with_columns("year=Jahr"))) == expected);
   // Without a time they could be stems of one stool, as the note states.
@@ -269,8 +269,9 @@ TEST_CASE("missing-value codes in coordinates give no position") {
   const CheckedInventory checked = read_inventory_text(text, {.needs_coordinates = true});
   CHECK(checked.inventory.x == std::vector<double>{-999, 1});
   CHECK(std::isnan(checked.inventory.z[1]));
-  CHECK(problems(checked) == std::vector<std::string>{"2 x: is missing, so the tree has no place",
-                                                      "4 y: is missing, so the tree has no place"});
+  CHECK(problems(checked) ==
+        std::vector<std::string>{"2 x: is missing, so the tree has no position",
+                                 "4 y: is missing, so the tree has no position"});
   CHECK(has_note(checked, "codes read as missing values: x 1 (-9999), y 1 (-99999), z 1 (-9999)"));
   CHECK(read_inventory_text(text).inventory.size() == 4);
 }

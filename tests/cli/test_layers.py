@@ -102,7 +102,7 @@ class Reading(LayerTest):
                 key = lambda row: (row["plot"], int(row["tree"]))
                 plot = lambda row: {**row, "plot": f"{int(row['plot']):02d}"}
                 self.assert_same_units(sorted(map(plot, units), key=key), plain)
-                self.assertNotIn("rows left out", said)
+                self.assertNotIn("rows skipped", said)
         self.assertTrue((self.folder / "a.prj").exists())
 
     def test_geographic_and_distorting_systems_are_projected(self):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The same input, seed and options give the same bytes, whatever the number of threads.
+"""The same input, seed and options give the same bytes, for any number of threads.
 
 SILVAFIT_OTHER_PROGRAM, if it is set, is another build of the program: its bytes are compared, too.
 """

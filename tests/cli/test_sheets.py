@@ -43,7 +43,7 @@ class Sheets(ProgramTest):
         rows, said = self.indices("plain.csv")
         self.assertEqual(len(rows), TREES)
         self.assertEqual(self.recognized("plain.csv"), [])
-        self.assertNotIn("rows left out", said)
+        self.assertNotIn("rows skipped", said)
 
     def test_german_with_decimal_commas_and_millimeters(self):
         said = self.assert_same_units("german.csv")
@@ -98,7 +98,7 @@ class Sheets(ProgramTest):
         plain, _ = self.indices("plain.csv")
         rows, said = self.indices("codes.csv")
         self.assertEqual([row["nn1"] for row in rows], [row["nn1"] for row in plain])
-        self.assertNotIn("rows left out", said)
+        self.assertNotIn("rows skipped", said)
         self.assertIn("codes read as missing values: h 9 (-, n/a, #N/A, ?, ., k.A., -999, -9999, 0), hcb 9 ", said)
 
     def test_further_codes(self):

@@ -49,7 +49,7 @@ function verdict(report) {
   return element(
     "section",
     { id: "verdict", class: doubtful.length > 0 || report.results.length === 0 ? "panel warn" : "panel", "aria-labelledby": "verdict-title" },
-    element("h2", { id: "verdict-title" }, "Verdict"),
+    element("h2", { id: "verdict-title" }, "Sound and doubtful models"),
     element("p", { class: "headline" }, headline(report.results)),
     soundList(report.results, doubtful),
     doubtful.length > 0 ? element("ul", {}, ...doubtful.map(doubt)) : null,

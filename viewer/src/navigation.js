@@ -42,7 +42,7 @@ export function reportNavigation(report) {
     element("li", { class: "group" }, element("span", { class: "species" }, species), element("ul", {}, ...entries.map(entry))),
   );
   const start = [
-    ["#verdict", "Verdict"],
+    ["#verdict", "Sound and doubtful models"],
     ["#summary", "Summary"],
     ...((report.tables ?? []).length > 0 ? [["#models", "Species and models"]] : []),
     ...(report.results.length > 0 ? [["#convergence", "Convergence"]] : []),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fits with bounds, from the formula to the verdict, against R and against fits with held values.
+// Fits with bounds, compared with R and with fits with held values.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -98,7 +98,7 @@ TEST_CASE("bounded least squares are those of R's nls with algorithm port") {
        {60.0, 0.0142205360204, 1.1218746473738},
        -54.1020990076,
        {"a = 60, its upper bound"}},
-      // With c at its bound a comes back inside, though the free fit has it outside.
+      // With c at its bound a is inside, although it is outside in the free fit.
       {kChapmanRichards,
        {{"a", {5.0, 60.0}}, {"c", {1.3, 2.0}}},
        {42.2316817904010, 0.0250604796332, 1.3},
@@ -127,7 +127,7 @@ TEST_CASE("bounded least squares are those of R's nls with algorithm port") {
     const FittedModel fit = fit_model(model, table, {.bounds = expected.bounds}).fit;
     REQUIRE(fit.convergence.converged());
     CHECK(fit.convergence.boundary() == expected.boundary);
-    // Port stops where the sum of squares stands still to ten digits, so that the coefficients have
+    // Port stops if the sum of squares is constant to ten digits, so that the coefficients have
     // half as many at least.
     CHECK(fit.log_likelihood == Approx(expected.log_likelihood).epsilon(1e-10));
     for (Eigen::Index j = 0; j < 3; ++j) {
@@ -147,7 +147,7 @@ TEST_CASE("a range that is far off neither stops a fit nor is forgotten") {
   CHECK_THAT(fit.convergence.verdict, Contains("c = 1.3, its lower bound"));
 }
 
-TEST_CASE("a maximum within the bounds is found though the best fit of all lies outside") {
+TEST_CASE("a maximum within the bounds is found if the unbounded maximum is outside") {
   // sin(b x) has many frequencies that nearly fit; that of the data is 2.
   Random random(8);
   std::vector<double> x;
@@ -176,7 +176,7 @@ TEST_CASE("a maximum within the bounds is found though the best fit of all lies 
 
 TEST_CASE("a fit whose maximum is at infinity has not converged with a bound on the near side") {
   const data::Table table = trees();
-  // These heights bend upwards, as 1 - exp(-b dbh) never does: a straight line comes nearest.
+  // These heights are convex, but 1 - exp(-b dbh) is concave: a straight line is nearest.
   std::vector<double> height;
   height.reserve(kDbh.size());
   for (const double dbh : kDbh) height.push_back(1.3 + 0.5 * dbh + 0.002 * dbh * dbh);
@@ -190,7 +190,7 @@ TEST_CASE("a fit whose maximum is at infinity has not converged with a bound on 
   CHECK(closed.estimate[0] == 1000.0);
 }
 
-TEST_CASE("generalized least squares lie on the bound where the likelihood falls inwards") {
+TEST_CASE("generalized least squares are at the bound if the likelihood decreases inwards") {
   const data::Table table = trees();
   ModelSpecification model = specify_model(kChapmanRichards, {}, table);
   model.variance = parse_variance_function("power");
@@ -235,7 +235,7 @@ TEST_CASE("a bounded fit by restricted likelihood does not depend on the unit of
   }
 }
 
-TEST_CASE("a bound that the formula has no value at does not hide the fit outside") {
+TEST_CASE("a bound at which the formula is undefined does not prevent a fit") {
   Random random(8);
   std::vector<double> d;
   std::vector<double> y;
@@ -256,7 +256,7 @@ TEST_CASE("a bound that the formula has no value at does not hide the fit outsid
   CHECK(fit.estimate[2] == Approx(-1.0).margin(1.0));
 }
 
-TEST_CASE("mixed fits of all methods lie on the bound where the likelihood falls inwards") {
+TEST_CASE("mixed fits of all methods are at the bound if the likelihood decreases inwards") {
   const data::Table table = plots();
   const ModelSpecification model = mixed_model(table);
   for (const Method method : {Method::kLindstromBates,

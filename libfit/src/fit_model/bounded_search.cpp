@@ -83,7 +83,7 @@ BoundedSearch::Candidate BoundedSearch::candidate(const HeldValues& held,
   return result;
 }
 
-/// A slope that is not known counts as one that increases inwards.
+/// An unknown slope is treated as one that increases inwards.
 bool BoundedSearch::rises_inwards(const std::string& name, double slope, double at) const {
   if (!is_slope(slope)) return false;
   if (std::isnan(slope)) return true;
@@ -103,7 +103,7 @@ void BoundedSearch::branch_from(const Candidate& at, double limit) {
       if (std::isfinite(bound)) open(with(at.held, name, bound), limit);
     }
   }
-  // The sets that led here hold coefficients that perhaps should be free.
+  // The parent sets may hold coefficients that should be free.
   for (const std::string& name : at.rising) {
     open(without(at.held, name), std::numeric_limits<double>::infinity());
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which coefficients lie at a bound: branch and bound over fits with some of them held.
+// Selection of the coefficients at bounds: branch and bound over fits with some of them held.
 #pragma once
 
 #include <cstddef>
@@ -76,7 +76,7 @@ class BoundedSearch {
   bool has_maximum_between(const Candidate& end, const std::string& name) const;
   void halve(const Candidate& end, const std::string& name);
   FitResult conclusion();
-  // The results of a candidate that is shown, each with its verdict.
+  // The reported results of a candidate, each with its convergence message.
   FitResult on_bounds(Candidate candidate) const;
   FitResult unfinished(Candidate candidate) const;
   FitResult rising_inwards(Candidate candidate) const;

@@ -208,7 +208,7 @@ TEST_CASE("a fit that runs away does not keep a bounded one from its maximum") {
 }
 
 TEST_CASE("without a point that fulfils the conditions there is no convergence") {
-  // Rises for ever, so that nothing but infinity is the maximum above 0.
+  // Increases without bound, so that there is no finite maximum above 0.
   const Curve rising{.value = [](double x) { return std::log1p(std::exp(x)); },
                      .slope = [](double x) { return 1.0 / (1.0 + std::exp(-x)); },
                      .peak = std::nullopt};

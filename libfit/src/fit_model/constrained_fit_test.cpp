@@ -35,7 +35,7 @@ ModelSpecification plane_model(const data::Table& table) {
 
 }  // namespace
 
-TEST_CASE("a held coefficient leaves the least squares of the others") {
+TEST_CASE("with a held coefficient the others are least-squares estimates") {
   const data::Table table = plane();
   const FitModelOptions options{.fixed = {{"a:z", 0.4}}};
   const FittedModel fit = fit_model(plane_model(table), table, options).fit;
@@ -87,8 +87,8 @@ TEST_CASE("a coefficient that would cross its bound is held there and named") {
   CHECK_THAT(tight.convergence.verdict, Contains("At its bound") && Contains("b = 1.5"));
 }
 
-TEST_CASE("of several bounds only those that bind hold") {
-  // Alone, both slopes lie outside; with b at its bound, the slope of z comes back inside.
+TEST_CASE("only active bounds have an effect") {
+  // Without bounds both slopes are outside; with b at its bound, the slope of z is inside.
   const data::Table table = plane();
   const FitModelOptions options{.bounds = {{"b", {2.2, 3.0}}, {"a:z", {-1.0, 0.45}}}};
   const FittedModel fit = fit_model(plane_model(table), table, options).fit;
@@ -101,7 +101,7 @@ TEST_CASE("of several bounds only those that bind hold") {
   }
 }
 
-TEST_CASE("all coefficients may lie at bounds, so that the variance alone is estimated") {
+TEST_CASE("if all coefficients are at bounds, only the variance is estimated") {
   // y - 1.1 - 2.2 x - 0.6 z needs less of everything.
   const data::Table table = plane();
   const ModelSpecification model = plane_model(table);

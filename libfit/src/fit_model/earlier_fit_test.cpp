@@ -42,8 +42,8 @@ ModelSpecification height_curve(const data::Table& table,
   return model;
 }
 
-/// Where a refit ends beside the fit from scratch. Only a likelihood with several maxima has them
-/// end apart.
+/// The result of a refit relative to the fit without it. They differ only for a likelihood with
+/// several maxima.
 enum class End { kSame, kHigher, kLower };
 
 /// Checks that a refit converges where the fit from scratch does, and has its estimates if it ends
@@ -129,7 +129,7 @@ TEST_CASE("a variance function starts from the fit with a constant variance") {
     REQUIRE(found.convergence.converged());
     // Both end where an iteration changes theta by less than 1e-6 standard errors.
     CHECK(found.log_likelihood == Approx(scratch.log_likelihood).margin(1e-6));
-    // The other way round the weights would be lost.
+    // In the other order the weights would be lost.
     const ModelSpecification simpler = height_curve(table, "a | plot", "none");
     CHECK_FALSE(as_start(found, NonlinearModel(simpler, table)).has_value());
   }

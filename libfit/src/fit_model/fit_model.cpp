@@ -188,7 +188,7 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
   return fit_lindstrom_bates(model, pooled.estimate, alternation_options(model, options));
 }
 
-/// The fit that starts from an earlier one; nothing if there is none, or it does not converge.
+/// The fit that starts from an earlier one; no value if there is none, or it does not converge.
 std::optional<MixedEffectsFit> fit_from_earlier(const NonlinearModel& model,
                                                 Method method,
                                                 const FitModelOptions& options) {

@@ -104,7 +104,7 @@ TEST_CASE("residual standard deviations by stratum are those of the row's stratu
   const Eigen::VectorXd sd = fit.residual_sd(Eigen::Vector3d(4.0, 4.0, 4.0), table);
   CHECK(sd[0] == Approx(8.0).epsilon(1e-15));
   CHECK(sd[1] == Approx(4.0).epsilon(1e-15));
-  CHECK(std::isnan(sd[2]));  // of elm nothing is known
+  CHECK(std::isnan(sd[2]));  // elm is unknown
 }
 
 TEST_CASE("the method has to suit the model") {
@@ -130,7 +130,7 @@ TEST_CASE("the method has to suit the model") {
   for (const char* name : {"ols", "gnls", "lb"}) CHECK(method_text(parse_method(name)) == name);
 }
 
-TEST_CASE("a fit with nowhere to start says why") {
+TEST_CASE("a fit without possible start values has a message with the reason") {
   data::Table table;
   table.set("x", std::vector<double>{1.0, 2.0});
   table.set("y", std::vector<double>{1.0, 3.0});

@@ -89,7 +89,7 @@ FittedModel fitted(const Case& of, const data::Table& table, const std::string& 
 
 double error_of(const FittedModel& fit, Index j) { return std::sqrt(fit.covariance(j, j)); }
 
-/// Checks estimates and standard errors, but for those of constants that x = 0 defines.
+/// Checks estimates and standard errors, except those of constants at x = 0.
 void check_coefficients(const FittedModel& fit,
                         const FittedModel& other,
                         const Scale& scale,
@@ -109,7 +109,7 @@ void check_coefficients(const FittedModel& fit,
   }
 }
 
-/// Checks that two fits are one but for the scale of the second one's data.
+/// Checks that two fits are equal except for the scale of the second one's data.
 void check_same(const FittedModel& fit,
                 const FittedModel& other,
                 const Scale& scale,

@@ -8,7 +8,7 @@
 
 namespace silvafit::fit {
 
-/// Why it is not known whether a grouping of two fits has the same groups of observations; empty if
+/// The reason why groups of observations of two fits may differ in a grouping; empty if
 /// it has.
 ///
 /// A fit stores the labels of its groups, not their observations. With the same column and the same

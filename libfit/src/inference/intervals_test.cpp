@@ -72,7 +72,7 @@ void check_gradients(const FittedModel& fit, const data::Table& table) {
   const auto surface = make_surface(setting);
   const SurfaceLayout& layout = surface->layout();
   VectorXd x = surface->optimum();
-  // At the maximum the likelihood is the fit's, whatever way leads to it.
+  // At the maximum the likelihood is that of the fit.
   CHECK(-surface->value(x, nullptr) == Approx(fit.log_likelihood).epsilon(1e-8));
   Random random(5);
   for (double& value : x) value += 0.02 * random.normal();
@@ -252,7 +252,7 @@ TEST_CASE("intervals are refused for other data, wrong levels and fits that fail
   CHECK_THROWS_AS(confidence_intervals(fit, table), UsageError);
 }
 
-TEST_CASE("intervals come back from JSON, the unbounded ones too") {
+TEST_CASE("intervals are read back from JSON, also unbounded ones") {
   FittedModel fit = fitted_by_method(curves(), "a | plot", "none", "lb");
   fit.intervals = Intervals{.method = IntervalMethod::kProfile,
                             .level = 0.9,
@@ -279,7 +279,7 @@ TEST_CASE("intervals come back from JSON, the unbounded ones too") {
   CHECK(to_json(read) == to_json(fit));
 }
 
-TEST_CASE("profile intervals cover as often as they say", "[slow]") {
+TEST_CASE("profile intervals have their stated coverage", "[slow]") {
   // A random intercept in 40 plots of 5: large enough for the chi-squared reference. 300 data sets
   // tell 95 % from others with a standard error of 1.3 points.
   constexpr int kDataSets = 300;

@@ -135,7 +135,7 @@ TEST_CASE("weights of correlated variances agree with closed forms and with the 
         Approx(1.0).epsilon(1e-9));
 }
 
-TEST_CASE("one variance is tested by half and half, an effect beside others by Stram and Lee") {
+TEST_CASE("one variance has the half-and-half mixture, a further effect that of Stram and Lee") {
   const data::Table table = lines(0.4);
   const FittedModel none = fitted(table, {}, "");
   const FittedModel one = fitted(table, {}, "a | plot");
@@ -153,7 +153,7 @@ TEST_CASE("one variance is tested by half and half, an effect beside others by S
   CHECK(second.reference.weights == std::vector<double>{0.5, 0.5});
 }
 
-TEST_CASE("a covariate beside a variance shifts the mixture") {
+TEST_CASE("an additional covariate shifts the mixture") {
   const data::Table table = lines(0.5);
   const FittedModel smaller = fitted(table, {}, "");
   const FittedModel larger = fitted(table, {"a ~ 1 + z"}, "a | plot");
@@ -166,7 +166,7 @@ TEST_CASE("a covariate beside a variance shifts the mixture") {
   CHECK(regular.p == regular.p_chi_squared);
 }
 
-TEST_CASE("the note of a variance function's edge stays beside random effects") {
+TEST_CASE("the note on a variance function at its bound is kept with random effects") {
   const data::Table table = lines(0.5);
   FittedModel smaller = fitted(table, {}, "");
   smaller.specification.variance = parse_variance_function("power(x)");
@@ -205,7 +205,7 @@ TEST_CASE("a larger model that fits exactly has p = 0, one that is not more like
   CHECK(refusal(larger, smaller).find("has not converged") != std::string::npos);
 }
 
-TEST_CASE("several independent variances take binomial weights, or those of their covariance") {
+TEST_CASE("several independent variances have binomial weights, or those of their covariance") {
   const data::Table table = lines(0.5);
   const FittedModel none = fitted(table, {}, "");
   const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
@@ -230,7 +230,7 @@ TEST_CASE("several independent variances take binomial weights, or those of thei
   CHECK(test.note.empty());
 }
 
-TEST_CASE("variances that the data say nothing of, or do not tell apart, have no covariance") {
+TEST_CASE("variances that are not identifiable have no covariance") {
   data::Table table = lines(0.5);
   const FittedModel none = fitted(table, {}, "");
   const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
@@ -306,7 +306,7 @@ TEST_CASE("a comparison sorts by parameters and weighs by AIC") {
   CHECK_THROWS_AS(compare({&one}), UsageError);
 }
 
-TEST_CASE("a fit that does not say how many parameters it has is last and is not tested") {
+TEST_CASE("a fit with an unknown number of parameters is last and is not tested") {
   const data::Table table = lines(0.5);
   const FittedModel none = fitted(table, {}, "");
   const FittedModel one = fitted(table, {}, "a | plot");

@@ -76,7 +76,7 @@ FittedModel fitted_case(const data::Table& table, const Case& of) {
   const FittedModel fit = fit_model(model, table, options).fit;
   INFO(of.variance << ": " << fit.convergence.verdict);
   REQUIRE(fit.convergence.converged());
-  // What a file keeps has to be enough.
+  // The content of a file must be sufficient.
   return from_json(to_json(fit), "fit.json");
 }
 
@@ -86,14 +86,14 @@ TEST_CASE("groupings are one where their groups are, not where their columns are
   const data::Table table = stand_lines();
   const FittedModel within = fitted_case(table, {.random = "a | stand/plot"});
   REQUIRE(within.random.back().labels.size() == std::size_t{kStands} * kPlotsOfStand);
-  // Plot 1 of all stands together is no group of the nested model.
+  // Plot 1 of all stands together is not a group of the nested model.
   const FittedModel crossing = fitted_case(table, {.random = "a | plot"});
   REQUIRE(crossing.random.back().labels.size() == kPlotsOfStand);
   CHECK_FALSE(nesting(within, crossing).is_nested);
   CHECK_THAT(nesting(within, crossing).reason,
              Contains("plot within stand (20 groups)") && Contains("plot (4 groups)"));
   CHECK_THROWS_AS(likelihood_ratio_test(within, crossing), UsageError);
-  // Where each label is in one stand, the groups are the same with and without stands.
+  // If each label is in one stand, the groups are the same with and without stands.
   const FittedModel told_apart = fitted_case(table, {.random = "a | stand/place"});
   const FittedModel alone = fitted_case(table, {.random = "a | place"});
   CHECK(told_apart.log_likelihood == Approx(within.log_likelihood).epsilon(1e-9));
@@ -106,7 +106,7 @@ TEST_CASE("groupings are one where their groups are, not where their columns are
   CHECK_FALSE(nesting(alone, told_apart).is_nested);
 }
 
-TEST_CASE("labels with slashes tell groups apart as others do") {
+TEST_CASE("labels with slashes distinguish groups as others do") {
   const data::Table table = stand_lines("north/");
   const FittedModel told_apart = fitted_case(table, {.random = "a | stand/place"});
   CHECK(nesting(told_apart, fitted_case(table, {.random = "a | place"})).is_nested);
@@ -137,7 +137,7 @@ TEST_CASE("a column that is another one in the other fit makes no special case")
   CHECK(how.reason == "the column x differs between the fits: 1 to 36, and 1 to 6");
 }
 
-TEST_CASE("labels that may be of two stands prove nothing") {
+TEST_CASE("labels that may belong to two stands are not sufficient") {
   const data::Table table = stand_lines();
   FittedModel nested = fitted_case(table, {.random = "a | stand/place"});
   FittedModel alone = fitted_case(table, {.random = "a | place"});
@@ -231,7 +231,7 @@ TEST_CASE("a coefficient that a model does not have is at zero") {
   CHECK(nesting(at_zero, without).regular == 1);
 }
 
-TEST_CASE("without any variance it is not known which coefficients are held") {
+TEST_CASE("without any variance the held coefficients are unknown") {
   const data::Table table = stand_lines();
   const FittedModel larger = fitted_case(table, {.sub_models = {"a ~ 1 + z"}});
   FittedModel smaller = fitted_case(table, {});
@@ -250,7 +250,7 @@ TEST_CASE("a held exponent is no special case of a constant variance, nor contai
   CHECK_THAT(nesting(held, none).reason, Contains("fixes the exponent of power(x, delta = 0.5)"));
   CHECK_THROWS_AS(likelihood_ratio_test(held, none), UsageError);
   CHECK_FALSE(nesting(with("stratum(stand) * exponential(x, delta = 0.1)"), none).is_nested);
-  // With delta estimated, delta = 0 is the constant; a power held at 0 is nothing but one.
+  // With an estimated delta, delta = 0 is the constant; a power held at 0 is a constant, too.
   CHECK(nesting(with("stratum(stand) * power(x)"), none).is_nested);
   CHECK(nesting(with("stratum(stand) * power(x, delta = 0)"), none).is_nested);
   CHECK(

@@ -53,7 +53,7 @@ TEST_CASE("rates of absorption and elimination change places") {
   CHECK(found[0] == VectorXd(Eigen::Vector3d(0.4, -2.4, -3.2)));
 }
 
-TEST_CASE("curves without interchangeable terms have nothing to exchange") {
+TEST_CASE("curves without interchangeable terms have no exchanged minima") {
   CHECK(exchanged_minima(model_of("y ~ a*(1 - exp(-b*x))"), Eigen::Vector2d(2.0, 0.3)).empty());
   // A sign alone is no exchange: random effects turn with it.
   CHECK(exchanged_minima(model_of("y ~ x^2/(a + b*x)^2"), Eigen::Vector2d(2.0, 0.3)).empty());

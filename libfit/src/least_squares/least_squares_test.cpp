@@ -112,7 +112,7 @@ TEST_CASE("the residuals are orthogonal to the slopes at a solution") {
   CHECK(fit.convergence.rank == 2);
 }
 
-TEST_CASE("exact data give their coefficients back, and the verdict says that they are exact") {
+TEST_CASE("a fit to exact data has their coefficients, and a message on the exact fit") {
   const LeastSquaresFit fit = fitted(kMeyer, trees(0.0));
   CHECK(fit.estimate[0] == Approx(30.0).epsilon(1e-12));
   CHECK(fit.estimate[1] == Approx(0.04).epsilon(1e-12));
@@ -161,7 +161,7 @@ TEST_CASE("many copies of the data have the estimates of one") {
   }
 }
 
-TEST_CASE("a change of unit rescales the estimates and nothing else") {
+TEST_CASE("a change of unit only rescales the least-squares estimates") {
   struct Case {
     std::string formula;
     std::vector<double> powers;  ///< of the unit of dbh in a, b, c
@@ -226,7 +226,7 @@ TEST_CASE("two codings of the same groups are the same model") {
   CHECK(levels.estimate[2] == Approx(contrast.estimate[1] + contrast.estimate[2]).epsilon(1e-10));
 }
 
-TEST_CASE("a covariate can only improve the fit, and adds what it truly does") {
+TEST_CASE("a covariate can only improve the fit, and has its true effect") {
   Table table = trees(0.0);
   table.set("h", column(120, [&](double i) {
               const auto row = static_cast<std::size_t>(i);
@@ -253,14 +253,14 @@ TEST_CASE("a complete start decides which of several minima is found") {
   CHECK(fitted("y ~ sin(b*x)", table).estimate[0] == Approx(3.0).epsilon(0.01));
 }
 
-TEST_CASE("too few observations are a verdict") {
+TEST_CASE("too few observations give a convergence message") {
   const LeastSquaresFit fit = fitted("h ~ 1.3 + a*(1 - exp(-b*dbh))^c", trees(1.0, 2));
   CHECK_FALSE(fit.convergence.converged());
   CHECK_THAT(fit.convergence.verdict, Contains("3 coefficients need") && Contains("there are 2."));
   CHECK(fit.estimate.array().isNaN().all());
 }
 
-TEST_CASE("as many observations as coefficients leave no residual") {
+TEST_CASE("with as many observations as coefficients there are no residuals") {
   const LeastSquaresFit fit = fitted("h ~ a + b*dbh", trees(1.0, 2));
   CHECK(fit.convergence.converged());
   CHECK_THAT(fit.convergence.verdict, Contains("Perfect fit"));
@@ -308,12 +308,12 @@ TEST_CASE("a covariate without variation is named") {
   CHECK_THAT(fit.convergence.verdict, Contains("b:zero"));
   CHECK(fit.log_likelihood == Approx(without.log_likelihood).epsilon(1e-13));
   CHECK(std::isnan(fit.standard_errors()[2]));
-  // The others keep their standard errors, but for the degree of freedom that was spent.
+  // The others keep their standard errors, except for the used degree of freedom.
   CHECK(fit.standard_errors()[1] ==
         Approx(without.standard_errors()[1] * std::sqrt(118.0 / 117.0)).epsilon(1e-9));
 }
 
-TEST_CASE("coefficients that stand in for each other are named") {
+TEST_CASE("coefficients that are not separately identifiable are named") {
   const LeastSquaresFit fit = fitted("h ~ 1.3 + a*d*(1 - exp(-b*dbh))", trees(1.0));
   CHECK_FALSE(fit.convergence.converged());
   CHECK(fit.convergence.rank == 2);

@@ -110,7 +110,7 @@ std::string run_away(const NonlinearModel& model, const std::vector<Index>& coef
       one ? "it describes" : "they describe");
 }
 
-/// Fills in a status, its coefficients, and the verdict.
+/// Sets a status, its coefficients, and the convergence message.
 void conclude(const NonlinearModel& model,
               ConvergenceStatus status,
               Evidence::Kind kind,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The convergence of a least-squares fit from its evidence, with the verdict.
+// The convergence status and message of a least-squares fit from its evidence.
 #pragma once
 
 #include <Eigen/Core>

@@ -61,7 +61,7 @@ double frequency_error(const std::vector<double>& times) {
 
 }  // namespace
 
-TEST_CASE("frequencies that data tell apart reach up to Nyquist's") {
+TEST_CASE("identifiable frequencies are those up to Nyquist's") {
   const data::Table table = wave(regular(101, 0.1), 6.0, 1);
   const auto found = periodic_coefficients(bound(kWave, table));
   REQUIRE(found.size() == 1);
@@ -80,7 +80,7 @@ TEST_CASE("frequencies that data tell apart reach up to Nyquist's") {
   CHECK(period[0].contains(0.3));
   CHECK_FALSE(period[0].contains(0.1));
 
-  // A phase is no frequency, nor is what bends the argument.
+  // A phase is not a frequency, nor is a parameter in a nonlinear argument.
   CHECK(periodic_coefficients(bound("y ~ A*sin(s + t)", table)).empty());
   CHECK(periodic_coefficients(bound("y ~ A*exp(-k*t)", table)).empty());
   CHECK(periodic_coefficients(bound("y ~ A*sin(exp(k*t))", table)).empty());
@@ -117,7 +117,7 @@ TEST_CASE("a frequency is found in observations at irregular times, or as a peri
   }
 }
 
-TEST_CASE("a given frequency is a start, whatever Nyquist's is") {
+TEST_CASE("a given frequency is used as start for any Nyquist frequency") {
   const std::vector<double> times = regular(101, 0.1);
   const data::Table table = wave(times, 6.2, 1);
   const double alias = 6.2 + 2.0 * std::numbers::pi / 0.1;

@@ -354,7 +354,7 @@ void check_domain(const NonlinearModel& model) {
   const Index row = found - never_finite.begin();
   const Place place = model.place(row);
   throw DomainError(
-      fmt::format("the formula is not finite, or has no finite derivative, for {}, whatever the "
+      fmt::format("the formula is not finite, or has no finite derivative, for {} and any "
                   "coefficients; correct or exclude the row",
                   place.line ? "this row"
                              : fmt::format("row {} of the table",

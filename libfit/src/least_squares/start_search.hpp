@@ -17,7 +17,7 @@ struct StartSearchOptions {
   std::map<std::string, double> fixed{};
   /// One more candidate, by name; coefficients that it does not have are 1.
   std::map<std::string, double> rule{};
-  std::size_t count = 3;  ///< of starts that are wanted
+  std::size_t count = 3;  ///< number of requested starts
   int further_hops = 0;   ///< in addition to those of formulas with many coefficients
 };
 
@@ -50,7 +50,7 @@ std::vector<Eigen::VectorXd> complete_starts(const NonlinearModel& model,
 /// \return numbers of the observations, ascending
 std::vector<Eigen::Index> even_sample(const Eigen::VectorXd& response, Eigen::Index count);
 
-/// Looks for an observation whose mean or slope is not finite, whatever the coefficients.
+/// Searches an observation whose mean or derivative is not finite for any coefficients.
 /// \throws DomainError that names the first one
 void check_domain(const NonlinearModel& model);
 

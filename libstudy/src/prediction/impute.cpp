@@ -299,7 +299,8 @@ ImputeModels imputation_models(const data::Table& table,
   ImputeModels result;
   if (options.random.empty() && plot_column(table, options).empty()) {
     result.notes.emplace_back(
-        "there is no column 'plot' (--group names another), so the model has no random effects");
+        "the column 'plot' is missing (use --group to name another), so the model has no random "
+        "effects");
   }
   std::vector<Part> parts = parts_of(table, options);
   const auto place = [&labels](const Part& part) { return std::ranges::find(labels, part.label); };

@@ -426,11 +426,12 @@ TilePlan read_tile_plan(const std::filesystem::path& folder) {
     }
     plan.fingerprint = json.at("fingerprint");
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("is no plan of tiles ({}); cut the inventory again", error.what()),
-                     {.file = file.string()});
+    throw InputError(
+        fmt::format("is not a plan of tiles ({}); cut the inventory again", error.what()),
+        {.file = file.string()});
   }
   if (plan.head.kinds.size() != plan.head.header.size()) {
-    throw InputError("is no plan of tiles; cut the inventory again", {.file = file.string()});
+    throw InputError("is not a plan of tiles; cut the inventory again", {.file = file.string()});
   }
   return plan;
 }

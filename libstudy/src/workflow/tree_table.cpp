@@ -199,12 +199,12 @@ void TableReader::read_status() {
   }
   if (status.dead() + status.gone() == 0) return;
   const bool are_left_out = wishes_.leaves_out_dead && wishes_.settings.dead != "include";
-  note(fmt::format(
-      "the status of trees is read from column {}: {} dead, {} cut or gone, {}",
-      *column,
-      status.dead(),
-      status.gone(),
-      are_left_out ? "left out; --dead include uses them" : "which are used as living trees"));
+  note(fmt::format("the status of trees is read from column {}: {} dead, {} cut or gone, {}",
+                   *column,
+                   status.dead(),
+                   status.gone(),
+                   are_left_out ? "which are skipped; --dead include uses them"
+                                : "which are used as living trees"));
   if (are_left_out) result_.table = result_.table.select(alive);
 }
 

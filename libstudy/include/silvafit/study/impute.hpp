@@ -83,7 +83,7 @@ struct Imputation {
 /// Fits a model to the trees whose response was measured and predicts that of the others, with the
 /// random effects of their plot where it has measured trees. Measured values stay as they are.
 ///
-/// Deterministic whatever the number of threads.
+/// Deterministic for any number of threads.
 /// \throws UsageError for options that cannot be combined or unknown columns;
 ///   InputError if no tree is measured; NumericalError if no model converges
 /// Source: Mehtatalo, de-Miguel and Gregoire 2015, Canadian Journal of Forest Research 45, 826-837.

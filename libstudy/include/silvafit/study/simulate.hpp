@@ -122,7 +122,7 @@ struct SimulatedStand {
   std::size_t crowding_unsettled = 0;
 };
 
-/// Draws a stand. The same design and seed give the same stand, whatever the number of threads.
+/// Draws a stand. The same design and seed give the same stand, for any number of threads.
 ///
 /// Stems by sequential inhibition in species' patchy density; values rounded as measured (position
 /// and radii 0.01 m, DBH 0.1 cm, h and hcb 0.1 m) where they arise, so that C of the file is the C

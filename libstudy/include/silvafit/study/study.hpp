@@ -182,10 +182,10 @@ struct Study {
 /// boundary (singular) fits; with periods then also random effects of the periods within the
 /// groups, on every subset of the coefficients, beside the chosen ones of the groups; then the
 /// variance functions, lowest AIC where the test against a constant variance is significant at 5 %.
-/// Candidates with implausible curves, and mixed models that are less likely than a model that they
-/// contain, are rejected (docs/study.md). The options change criteria and thresholds. All fits of a
-/// species and response use the same trees. Deterministic whatever the number of threads. A fit
-/// that fails is listed with its reason.
+/// Candidates with implausible curves, and mixed models that are less likely than a nested model,
+/// are rejected (docs/study.md). The options change criteria and thresholds. All fits of a
+/// species and response use the same trees. Deterministic for any number of threads. A fit that
+/// fails is listed with its reason.
 ///
 /// \param table  an inventory with our column names, optionally W, M, U, C and `core` (only rows
 ///   with 1 count); a response that it does not have is left out with a note
