@@ -199,3 +199,12 @@ def test_biomass_and_carbon_by_equations():
     stand = sf.stand_summary(trees, plot_area=500, equations=["jenkins-pine", "ipcc-carbon"], trust_units=True)
     biomass = np.exp(-2.5356 + 2.4349 * np.log(trees["dbh"])).sum() * 20
     assert stand.plots["carbon_kg_per_ha"].iloc[0] == pytest.approx(0.47 * biomass, rel=1e-12)
+
+
+def test_predictions_of_biomass_and_carbon(mixed, stands):
+    library = sf.Library.of(mixed)
+    found = library.predict(stands, equations=["jenkins-pine", "ipcc-carbon"])
+    expected = 0.47 * np.exp(-2.5356 + 2.4349 * np.log(stands["dbh"].to_numpy()))
+    assert found["carbon_kg"].to_numpy() == pytest.approx(expected, rel=1e-12)
+    with pytest.raises(sf.UsageError, match="no-such"):
+        library.predict(stands, equations=["no-such"])

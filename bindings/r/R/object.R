@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The object of a fit: what R keeps of it.
 
-new_fit <- function(result, model, call, na.action) {
+new_fit <- function(result, model, call, options, na.action) {
   is_complete <- length(result$rows) == nrow(model$frame)
   omitted <- if (!is_complete) setdiff(seq_len(nrow(model$frame)), result$rows)
   structure(
@@ -12,6 +12,8 @@ new_fit <- function(result, model, call, na.action) {
            structure(omitted, names = row.names(model$frame)[omitted], class = na.action)
          },
          fitted_values = list(population = result$population, conditional = result$conditional),
+         # For refits to other data.
+         options = options[c("fixed", "lower", "upper", "maximum_iterations")],
          residual_sd = result$residual_sd, cpu_seconds = result$cpu_seconds),
     class = "silvafit")
 }

@@ -83,7 +83,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   frame <- model$frame
   omit <- check_missing(frame, na.action)
   result <- engine(.Call(C_fit_model, plain_columns(frame, names(frame)), model$texts, options))
-  object <- new_fit(result, model, call, na.action = omit)
+  object <- new_fit(result, model, call, options, na.action = omit)
   report_convergence(object)
   object
 }

@@ -13,6 +13,8 @@ SEXP predict_fit(SEXP json, SEXP columns, SEXP settings);
 SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP threads);
 SEXP compare_fits(SEXP json);
 SEXP simulate_fit(SEXP json, SEXP columns, SEXP replicates, SEXP seed);
+SEXP bootstrap_fit(SEXP json, SEXP columns, SEXP settings);
+SEXP cross_validate_fit(SEXP json, SEXP columns, SEXP settings);
 
 // Stands
 SEXP structural_units(SEXP source, SEXP settings);

@@ -12,6 +12,7 @@
 #include "conditions.hpp"
 #include "conversion.hpp"
 #include "entry_points.hpp"
+#include "settings.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -43,23 +44,6 @@ fit::ModelSpecification specification_of(const Arguments& model, const data::Tab
     }
   }
   return specification;
-}
-
-fit::FitModelOptions options_of(const Arguments& options) {
-  fit::FitModelOptions result;
-  if (options.has("method")) result.method = fit::parse_method(text_of(options["method"]));
-  result.start = named_numbers(options["start"]);
-  result.fixed = named_numbers(options["fixed"]);
-  for (const auto& [name, low] : named_numbers(options["lower"])) result.bounds[name].low = low;
-  for (const auto& [name, high] : named_numbers(options["upper"])) {
-    result.bounds[name].high = high;
-  }
-  options.read("starts", result.spread_starts);
-  options.read("reml", result.reml);
-  options.read("quadrature_points", result.quadrature_points);
-  options.read("maximum_iterations", result.maximum_iterations);
-  options.read("threads", result.threads);
-  return result;
 }
 
 /// Puts the results of a fit in the order of the table's rows.
@@ -204,7 +188,7 @@ SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   const data::Table table = table_of(cpp11::list(columns));
   const fit::ModelSpecification specification = specification_of(Arguments(model), table);
   const Arguments arguments(option_list);
-  fit::FitModelOptions options = options_of(arguments);
+  fit::FitModelOptions options = fit_options(arguments);
   bool is_traced = false;
   arguments.read("trace", is_traced);
   std::optional<fit::FitResult> fitted;

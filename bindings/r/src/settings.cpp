@@ -2,7 +2,9 @@
 #include "settings.hpp"
 
 #include <cpp11/list.hpp>
+#include <map>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -53,6 +55,24 @@ std::vector<stand::NamedWindow> named_windows(SEXP windows, const std::vector<st
 }
 
 }  // namespace
+
+fit::FitModelOptions fit_options(const Arguments& options) {
+  fit::FitModelOptions result;
+  const auto numbers = [&options](const char* name) {
+    return options.has(name) ? named_numbers(options[name]) : std::map<std::string, double>();
+  };
+  if (options.has("method")) result.method = fit::parse_method(text_of(options["method"]));
+  result.start = numbers("start");
+  result.fixed = numbers("fixed");
+  for (const auto& [name, low] : numbers("lower")) result.bounds[name].low = low;
+  for (const auto& [name, high] : numbers("upper")) result.bounds[name].high = high;
+  options.read("starts", result.spread_starts);
+  options.read("reml", result.reml);
+  options.read("quadrature_points", result.quadrature_points);
+  options.read("maximum_iterations", result.maximum_iterations);
+  options.read("threads", result.threads);
+  return result;
+}
 
 study::ReadingSettings reading_settings(const Arguments& arguments) {
   study::ReadingSettings settings;

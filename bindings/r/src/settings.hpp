@@ -5,10 +5,14 @@
 #include <filesystem>
 
 #include "conversion.hpp"
+#include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::r {
+
+/// How a model is fitted, by the arguments of silvafit().
+fit::FitModelOptions fit_options(const Arguments& options);
 
 study::ReadingSettings reading_settings(const Arguments& arguments);
 

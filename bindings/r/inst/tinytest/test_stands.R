@@ -67,6 +67,12 @@ expect_true(all(predicted$h_lower < predicted$h_pred & predicted$h_pred < predic
 expect_equal(class_of_error(read_library("no-such-library")), "silvafit_input_error")
 expect_true(nrow(read_library("shanxia-2023")$models) > 0)
 
+# Of repeated measurements the first are used, or those of all periods
+stems$tree <- seq_len(300)
+twice <- rbind(transform(stems, year = 2010), transform(stems, year = 2020, dbh = dbh + 1, h = h + 0.5))
+of <- function(...) suppressMessages(fit_study(twice, tempfile("study"), responses = "h", progress = FALSE, ...))$results$n
+expect_equal(c(of(), of(period = "year")), c(300, 600))
+
 # Trees in three dimensions
 figures <- transform(trees[1:3, ], hcb = h / 2, cw = 3)
 file <- tempfile(fileext = ".glb")
@@ -106,3 +112,12 @@ expect_equal(growth$growth_plots$stems_cut, 20 / 5)
 biomass <- exp(-2.5356 + 2.4349 * log(sampled$dbh))
 with_mass <- suppressMessages(stand_summary(sampled, plot_area = 500, equations = c("jenkins-pine", "ipcc-carbon"), trust_units = TRUE))
 expect_equal(with_mass$plots$carbon_kg_per_ha, as.vector(tapply(0.47 * biomass, sampled$plot, sum)) * 20)
+# Predictions have them, too, with the predicted height where none was measured.
+library <- read_library(study)
+new <- data.frame(plot = "x", species = "A", dbh = c(10, 20))
+predicted <- suppressMessages(predict(library, new, equations = c("laasasenaho-pine", "jenkins-pine", "ipcc-carbon")))
+expect_equal(predicted$carbon_kg, 0.47 * exp(-2.5356 + 2.4349 * log(c(10, 20))))
+with_height <- suppressMessages(predict(library, transform(new, h = predicted$h_pred), equations = "laasasenaho-pine"))
+expect_equal(predicted$volume_m3, with_height$volume_m3)
+expect_equal(class_of_error(stand_summary(sampled, plot_area = 500, dominant_trees = -1, trust_units = TRUE)), "silvafit_usage_error")
+expect_true(grepl("dominant_trees", message_of_error(stand_summary(sampled, plot_area = 500, dominant_trees = -1, trust_units = TRUE))))

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+# The bootstrap and cross-validation of fits.
+
+#' Bootstrap of a fit
+#'
+#' Refits the model to resampled data, for standard errors and intervals of all parameters. Replicates that do not converge are counted and
+#' are in no figure.
+#'
+#' @param object a fit of [silvafit()]
+#' @param replicates number of replicates
+#' @param resample `"parametric"`: random effects and residuals are drawn from the fit, on the same design. `"cases"`: whole groups of the
+#'   coarsest grouping are drawn with replacement, or rows if the model has no random effects
+#' @param level confidence level of the intervals
+#' @param seed seed of the random numbers; results do not depend on the number of threads
+#' @param group column of the groups that `"cases"` draws, instead of the coarsest grouping
+#' @param threads number of threads; 0 means all cores
+#' @param progress show the progress in the console
+#' @return List of class `silvafit_bootstrap`: `parameters`, a data frame with the estimate, the number of replicates that have a value, bias,
+#'   standard error, percentile and basic intervals of each parameter; `values`, a matrix with a row for each replicate; `replicates` and
+#'   `converged`, their numbers; `failures` and `boundary`, data frames of the reasons of replicates that did not converge, or are boundary
+#'   (singular) fits, with their numbers.
+#' @export
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' bootstrap(fit, 20, threads = 1)
+bootstrap <- function(object, replicates = 500, resample = c("parametric", "cases"), level = 0.95, seed = 1, group = "", threads = 0,
+                      progress = interactive()) {
+  needs_data(object, "bootstrap()")
+  check_count(replicates, "replicates", 1)
+  check_count(seed, "seed")
+  check_count(threads, "threads")
+  settings <- list(refit = object$options, replicates = replicates, resample = match.arg(resample), level = level, seed = seed, group = group,
+                   threads = threads, progress = progress)
+  result <- engine(.Call(C_bootstrap_fit, object$json, plain_columns(object$frame, names(object$frame)), settings))
+  names <- r_names(object, result$parameters$name)
+  result$parameters <- data.frame(lapply(result$parameters[-1], not_nan), row.names = names)
+  result$values <- not_nan(result$values)
+  colnames(result$values) <- names
+  for (kind in c("failures", "boundary")) {
+    result[[kind]]$reason <- r_names(object, in_words_of_r(as.character(result[[kind]]$reason)))
+    result[[kind]] <- as.data.frame(result[[kind]])
+  }
+  structure(c(result, resample = settings$resample, level = level, seed = seed), class = "silvafit_bootstrap")
+}
+
+#' @export
+print.silvafit_bootstrap <- function(x, digits = 4, ...) {
+  cat(x$resample, " bootstrap, ", x$converged, " of ", x$replicates, " replicates converged; ", 100 * x$level, "% intervals\n\n", sep = "")
+  print(x$parameters, digits = digits, ...)
+  for (kind in c("failures", "boundary")) {
+    if (nrow(x[[kind]]) > 0) print_notes(paste0(if (kind == "failures") "not converged" else "boundary", ": ", x[[kind]]$reason, " (", x[[kind]]$replicates, ")"))
+  }
+  invisible(x)
+}
+
+#' Cross-validation of a fit
+#'
+#' Predicts each group by a fit to the others.
+#'
+#' @param object a fit of [silvafit()]
+#' @param folds number of parts that the groups are dealt to; 0 leaves out one group at a time
+#' @param group column of the groups; by default the coarsest grouping of the random effects
+#' @param measured number of rows of each left-out group that calibrate the predictions of its other rows
+#' @param seed seed of the random numbers
+#' @param threads number of threads; 0 means all cores
+#' @param progress show the progress in the console
+#' @return Data frame with the rows of the fit and the columns `fold`, `observed`, `predicted` (random effects 0) and, with `measured`,
+#'   `calibrated` (NA for the measured rows). Attributes: `population` and `calibrated` have R2, mean error, RMSE and MAE, `mean_log_density` the mean
+#'   log predictive density, `failed` the folds without a fit.
+#' @export
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' attr(cross_validate(fit, 5, threads = 1), "population")
+cross_validate <- function(object, folds = 10, group = "", measured = 0, seed = 1, threads = 0, progress = interactive()) {
+  needs_data(object, "cross_validate()")
+  check_count(folds, "folds")
+  check_count(measured, "measured")
+  check_count(seed, "seed")
+  check_count(threads, "threads")
+  settings <- list(refit = object$options, folds = folds, group = group, measured = measured, seed = seed, threads = threads, progress = progress)
+  result <- engine(.Call(C_cross_validate_fit, object$json, plain_columns(object$frame, names(object$frame)), settings))
+  table <- data.frame(fold = result$fold, observed = result$observed, predicted = not_nan(result$predicted), row.names = row.names(object$frame)[result$rows])
+  if (measured > 0) table$calibrated <- not_nan(result$calibrated)
+  table <- table[order(result$rows), , drop = FALSE]
+  statistics <- function(values) vapply(values, number_or_na, 0)
+  attr(table, "population") <- statistics(result$population)
+  if (measured > 0) attr(table, "calibrated") <- statistics(result$calibrated_statistics)
+  attr(table, "mean_log_density") <- result$mean_log_density
+  attr(table, "failed") <- result$failed
+  table
+}
