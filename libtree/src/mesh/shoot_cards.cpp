@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mesh/crown_light.hpp"
+#include "mesh/jitter.hpp"
 #include "mesh/leaf_corner.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -64,20 +65,6 @@ OnAxis on_axis(std::span<const SkeletonPoint> points, double along_m) {
   }
   return {points.back().at, {0.0, 0.0, 1.0}};
 }
-
-/// Fast random numbers for details without effect on measurements.
-class CardJitter {
- public:
-  explicit CardJitter(Random& random) : state_(random.bits() | 1U) {}
-  /// In [-1, 1).
-  double next() {
-    state_ = state_ * 6364136223846793005U + 1442695040888963407U;
-    return static_cast<double>(static_cast<std::int64_t>(state_) >> 11) * 0x1.0p-52;
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 /// The position of a shoot.
 struct ShootSite {
@@ -140,7 +127,7 @@ void add_sites_along(const Skeleton& skeleton,
                      double leafy_m,
                      int number,
                      double size_m,
-                     CardJitter& places,
+                     Jitter& places,
                      std::vector<ShootSite>& sites) {
   if (number <= 0) return;
   const double step_m = leafy_m / number;
@@ -170,8 +157,7 @@ class CardWriter {
       : crown_(crown), shoots_(shoots), variation_(variation), light_(crown), build_(build) {}
 
   /// \param number  of the shoot, which gives its side of the branch
-  void add(
-      const OnAxis& place, double end, double size_m, std::uint32_t number, CardJitter& jitter) {
+  void add(const OnAxis& place, double end, double size_m, std::uint32_t number, Jitter& jitter) {
     const Point outward = light_.outward(place.at);
     const Point along = direction_of(place, end, outward, number, jitter);
     double size = size_m * (1.0 + 0.15 * jitter.next());
@@ -199,11 +185,8 @@ class CardWriter {
 
  private:
   /// The shoot at the end of a branch continues it, others turn off to all sides.
-  Point direction_of(const OnAxis& place,
-                     double end,
-                     Point outward,
-                     std::uint32_t number,
-                     CardJitter& jitter) const {
+  Point direction_of(
+      const OnAxis& place, double end, Point outward, std::uint32_t number, Jitter& jitter) const {
     const double angle = kRadian * shoots_.angle_deg * (1.0 - end) * (1.0 + 0.3 * jitter.next());
     const Point aside = direction(cross(place.along, {0.0, 0.0, 1.0}), {1.0, 0.0, 0.0});
     const double azimuth = kGoldenAngle * number + 0.4 * jitter.next();
@@ -217,7 +200,7 @@ class CardWriter {
   }
 
   /// The first card faces up, or outward where the shoot is steep.
-  Point upper_side(Point along, Point outward, CardJitter& jitter) const {
+  Point upper_side(Point along, Point outward, Jitter& jitter) const {
     const Point wanted = Point{0.0, 0.0, 1.0} + 0.5 * outward +
                          0.35 * Point{jitter.next(), jitter.next(), jitter.next()};
     const Point up = wanted - dot(wanted, along) * along;
@@ -331,7 +314,7 @@ void add_shoots(const Skeleton& skeleton,
   const ShootNumber number = number_of_shoots(shoots, crown, leafy_m);
   const double larger = std::sqrt(static_cast<double>(options.foliage_per));
   const double size_m = larger * number.scale * shoots.length_m;
-  CardJitter places(random);
+  Jitter places(random);
   std::vector<ShootSite> sites = sites_at_ends(skeleton, parts, size_m, options);
   const int rest = number.shoots - static_cast<int>(sites.size());
   add_sites_along(skeleton, parts, leafy_m, rest, size_m, places, sites);
@@ -340,7 +323,7 @@ void add_shoots(const Skeleton& skeleton,
   build.reserve(8 * drawn, 4 * drawn);
   CardWriter writer(crown, shoots, variation, build);
   for (std::uint32_t i = 0; i < sites.size(); ++i) {
-    CardJitter jitter(random);
+    Jitter jitter(random);
     if (i % static_cast<std::uint32_t>(options.foliage_per) != 0) continue;
     const ShootSite& site = sites[i];
     OnAxis place = on_axis(skeleton.points_of(skeleton.axes[site.axis]), site.along_m);
