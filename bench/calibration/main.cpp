@@ -167,7 +167,7 @@ fit::ModelSpecification model_of(const Arguments& arguments, const data::Table& 
   return model;
 }
 
-/// The rows of a file that have a response and are wanted.
+/// The requested rows of a file that have a response.
 data::Table measured_rows(const Arguments& arguments) {
   const data::Table table = data::read_csv_table(arguments.data);
   const std::string response = data::parse_formula(arguments.formula).left;

@@ -129,7 +129,7 @@ tree::Mesh fine_mesh(const FineLeaves& subject, const tree::Crown& crown, const 
                                   .twig_sides = fine.sides,
                                   .wood_order = kAllOrders};
   Random random(1);
-  // Leaves as ever; the wood that comes with them, as little as there can be, is replaced below.
+  // The usual leaves with a minimum of wood, which is replaced below.
   constexpr double kCoarse = 10.0;
   tree::Mesh mesh = tree::build_smooth_mesh(subject.skeleton,
                                             crown,
@@ -177,7 +177,7 @@ std::vector<Way> ways() {
                           {"hexagons and triangles", sides(12, 6, 3)}};
   for (int level = 1; level < tree::kLevelsOfDetail; ++level) {
     tree::MeshOptions options = tree::level_of_detail(level);
-    // Leaves and twigs are not what is compared here.
+    // Leaves and twigs are not compared here.
     options.foliage_per = 1;
     options.wood_order = kAllOrders;
     result.push_back({"level " + std::to_string(level), options});

@@ -46,7 +46,7 @@ double median_cpu_seconds(int repeats, const std::function<void()>& work) {
 
 namespace {
 
-/// What the child says: its result as text, or nothing if it failed.
+/// The output of the child: its result as text, or no value if it failed.
 std::string read_all(int descriptor) {
   std::string text;
   std::array<char, 4096> buffer{};

@@ -18,7 +18,7 @@ double median(std::vector<double> values);
 /// short, until a tenth of a second is spent.
 double median_cpu_seconds(int repeats, const std::function<void()>& work);
 
-/// Runs `work` in a process of its own, so that its memory and allocator are its own.
+/// Runs `work` in a separate process with its own memory and allocator.
 /// \returns what it returned, with "peak_rss_mb" added: the process's largest resident size [MB]
 /// \throws NumericalError if the process failed
 nlohmann::json in_own_process(const std::function<nlohmann::json()>& work);
@@ -29,7 +29,7 @@ int exit_status(const std::function<void()>& work);
 /// Least-squares slope of log(y) on log(x): the exponent of growth.
 double growth_exponent(const std::vector<double>& x, const std::vector<double>& y);
 
-/// The processor's name and the kernel's, as Linux tells them.
+/// The names of processor and kernel, from Linux.
 std::string machine();
 
 /// Writes the JSON to a file, or to standard output if the name is empty.

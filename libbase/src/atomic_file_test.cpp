@@ -41,14 +41,14 @@ TEST_CASE("a file appears only when it is committed") {
     CHECK_FALSE(fs::exists(target));
   }
   CHECK_FALSE(fs::exists(target));
-  // The folder was made for the file, and goes with it.
+  // The folder was created for the file, and is removed with it.
   CHECK(fs::is_empty(folder.path));
 
   silvafit::write_file(target, "whole\n");
   CHECK(silvafit::read_file(target) == "whole\n");
 }
 
-TEST_CASE("an abandoned file leaves the old content") {
+TEST_CASE("an abandoned file does not change the old content") {
   const Folder folder;
   const fs::path target = folder.path / "file.txt";
   silvafit::write_file(target, "old");
@@ -59,7 +59,7 @@ TEST_CASE("an abandoned file leaves the old content") {
   CHECK(silvafit::read_file(target) == "old");
 }
 
-TEST_CASE("a pipe is written to and stays a pipe") {
+TEST_CASE("writing to a pipe keeps the pipe") {
   const Folder folder;
   const fs::path pipe = folder.path / "pipe";
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
@@ -84,7 +84,7 @@ TEST_CASE("a replaced file keeps its permissions") {
   CHECK(fs::status(target).permissions() == (fs::perms::owner_read | fs::perms::owner_write));
 }
 
-TEST_CASE("what a link names is replaced, and the link stays") {
+TEST_CASE("the target of a link is replaced, and the link is kept") {
   const Folder folder;
   const fs::path target = folder.path / "target.txt";
   const fs::path link = folder.path / "link.txt";
@@ -171,7 +171,7 @@ TEST_CASE("a file that cannot be written or read is named") {
   CHECK_THROWS_AS(silvafit::read_file(std::string(300, 'n')), silvafit::InputError);
 }
 
-TEST_CASE("a temporary folder goes with all that is in it") {
+TEST_CASE("a temporary folder is removed with its content") {
   fs::path path;
   {
     const silvafit::TemporaryFolder folder("silvafit-test");

@@ -43,7 +43,7 @@ void check_sorted(std::vector<Record> records, std::size_t memory, std::size_t l
   CHECK_FALSE(sort.next(key, record));
 }
 
-TEST_CASE("records in memory and on disk come in the order of a stable sort") {
+TEST_CASE("records in memory and on disk are in the order of a stable sort") {
   const std::vector<Record> records = random_records(3000);
   check_sorted(records, std::size_t{1} << 20U, 0);
   check_sorted(records, 20000, 10);

@@ -27,7 +27,7 @@ TEST_CASE("no two tasks at work have the same worker") {
   }
 }
 
-TEST_CASE("a task that waits for a loop of its own keeps its worker to itself") {
+TEST_CASE("a task that waits for a nested loop does not share its worker") {
   for (const unsigned threads : {2U, 5U}) {
     std::vector<std::atomic<int>> at_work(silvafit::worker_count(threads));
     std::atomic<int> shared = 0;

@@ -35,7 +35,7 @@ TEST_CASE("names that the system cannot follow are errors of the input") {
   CHECK_THROWS_WITH(kind_of(loop), Catch::Matchers::Contains("loop: cannot read"));
 }
 
-TEST_CASE("the files of a folder come in alphabetical order") {
+TEST_CASE("the files of a folder are in alphabetical order") {
   const silvafit::TemporaryFolder folder("silvafit-paths");
   for (const char* name : {"b.json", "a.json", "c.txt"}) {
     silvafit::write_file(folder.path() / name, "x");

@@ -18,7 +18,7 @@ TEST_CASE("without a job, there is one rank that has its own bytes") {
   CHECK(ranks.gather("own") == std::vector<std::string>{"own"});
 }
 
-TEST_CASE("results of tasks come in order, also from tasks within tasks") {
+TEST_CASE("results of tasks are in order, also from nested tasks") {
   const auto outer = farm(5, 2, [](std::size_t i) {
     std::string text;
     for (const std::string& part : farm(i, 2, [](std::size_t k) { return std::to_string(k); })) {
@@ -30,7 +30,7 @@ TEST_CASE("results of tasks come in order, also from tasks within tasks") {
   CHECK(farm(0, 1, [](std::size_t) { return std::string("x"); }).empty());
 }
 
-TEST_CASE("numbers and texts come out of bytes as they went in") {
+TEST_CASE("numbers and texts are read back from bytes unchanged") {
   const double infinity = std::numeric_limits<double>::infinity();
   const std::vector<double> numbers{0.1, -0.0, infinity, 5e-324};
   std::string bytes;

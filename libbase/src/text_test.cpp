@@ -20,7 +20,7 @@ TEST_CASE("controls of the direction of text are seen and do nothing", "[base]")
   CHECK(with_visible_controls("\u2066a\u2069\u061C\u200F") == "\\u2066a\\u2069\\u061c\\u200f");
 }
 
-TEST_CASE("text without control characters stays as it is", "[base]") {
+TEST_CASE("text without control characters is unchanged", "[base]") {
   // U+00A0 and U+00E9 share a first byte with controls or have a second byte of their range.
   for (const std::string text : {"",
                                  "one\n\ttwo",

@@ -14,12 +14,12 @@ namespace silvafit::python {
 
 namespace py = pybind11;
 
-/// Takes values out of a dictionary by name; what is left at the end is not known.
+/// Removes values from a dictionary by name; the rest at the end are unknown arguments.
 class Arguments {
  public:
   explicit Arguments(const py::dict& values) : values_(values.attr("copy")()) {}
 
-  /// Leaves the field as it is where the argument is absent or None.
+  /// Does not change the field if the argument is absent or None.
   /// \throws UsageError if the value has another type
   template <class Field>
   void take(const char* name, Field& field) {

@@ -45,7 +45,7 @@ Request request_of(const py::dict& keywords) {
   return request;
 }
 
-/// Checks the data of a model of the catalogue, and takes over its formula and its start values.
+/// Checks the data of a model of the catalogue, and uses its formula and its start values.
 void use_catalogue(const study::BaseModel& model,
                    const data::Table& table,
                    Request& request,
@@ -160,7 +160,7 @@ py::dict statistics_of(const fit::FitStatistics& statistics) {
   return result;
 }
 
-/// Sub-models as text, but for parameters that are constants.
+/// Sub-models as text, except for parameters that are constants.
 py::list sub_models_of(const fit::FittedModel& fit) {
   py::list result;
   for (const fit::ParameterModel& parameter : fit.specification.parameters) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fits: making them, what they contain, and what follows from them and their data.
+// Fits: their computation, content and derived results.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -206,7 +206,7 @@ py::dict predict(const study::ModelLibrary& library,
   return result;
 }
 
-/// What a study takes besides its settings.
+/// Arguments of a study besides its settings.
 struct StudyRequest {
   std::string settings{};  ///< a study.json, or a file with the keywords
   std::string out{};       ///< empty: no files

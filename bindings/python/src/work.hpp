@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Long work on a thread of its own, so that other Python threads run and Ctrl-C ends it.
+// Long work on a separate thread, so that other Python threads run and Ctrl-C stops it.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -20,8 +20,8 @@ namespace silvafit::python {
 
 namespace py = pybind11;
 
-/// What a piece of work says while it runs. It is written by any thread and given to Python by the
-/// thread that called.
+/// Messages of a piece of work while it runs. They are written by any thread and given to Python by
+/// the thread that called.
 class Work {
  public:
   std::stop_token stop() const { return stop_.get_token(); }
@@ -29,14 +29,14 @@ class Work {
 
   void note(const std::string& text);
   void line(const std::string& text);
-  /// \throws Stopped if the caller wants no more
+  /// \throws Stopped if the caller has requested it
   void progress(const std::string& stage, std::size_t done, std::size_t total);
 
   study::Callbacks callbacks();
   /// For analyses of one stage.
   std::function<void(std::size_t, std::size_t)> progress_of(const std::string& stage);
 
-  /// Calls listener(kind, text, done, total) with what has come: "note", "line" and "progress". The
+  /// Calls listener(kind, text, done, total) with new messages: "note", "line" and "progress". The
   /// GIL is held.
   void tell(const py::object& listener);
 
@@ -54,13 +54,13 @@ class Work {
   std::stop_source stop_{};
   std::mutex mutex_{};
   std::vector<Message> messages_{};
-  std::optional<Stage> stage_{};  ///< the latest that was not told
+  std::optional<Stage> stage_{};  ///< the latest one that was not passed on
 };
 
-/// Runs a function on a thread without the GIL; this thread looks for Ctrl-C and tells the
+/// Runs a function on a thread without the GIL; this thread checks for Ctrl-C and informs the
 /// listener.
 /// \param listener  a callable, or None
-/// \throws what the function throws, and what the listener or a signal handler raises
+/// \throws exceptions of the function, the listener or a signal handler
 void run_work(Work& work, const py::object& listener, const std::function<void()>& function);
 
 /// The same with a result.

@@ -93,7 +93,7 @@ std::vector<std::string> run_in_background(const std::function<void(Reports&)>& 
       cpp11::check_user_interrupt();
     }
   } catch (const cpp11::unwind_exception&) {
-    // An interrupt, or the error of a time limit. R goes on with it when the work has ended.
+    // An interrupt, or the error of a time limit. R handles it after the work has ended.
     stop.request_stop();
     result.wait();
     throw;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Work on a thread of its own, so that the user can interrupt it.
+// Work on a separate thread, so that the user can interrupt it.
 #pragma once
 
 #include <cstddef>

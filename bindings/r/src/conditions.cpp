@@ -28,7 +28,7 @@ const char* kind_of(const Error& error) {
   const auto is = [&]<class Kind>(const Kind* /*kind*/) {
     return dynamic_cast<const Kind*>(&error) != nullptr;
   };
-  // The classes that derive from another one come first.
+  // Derived classes are first.
   if (is(static_cast<const FormulaError*>(nullptr))) return "formula";
   if (is(static_cast<const UsageError*>(nullptr))) return "usage";
   if (is(static_cast<const DomainError*>(nullptr))) return "domain";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Fits and what is computed from them.
+// Fits and derived results.
 #include <algorithm>
 #include <cpp11/list.hpp>
 #include <ctime>
@@ -92,7 +92,7 @@ void shorten_random_effects(nlohmann::ordered_json& random) {
   if (random.contains("outer")) shorten_random_effects(random["outer"]);
 }
 
-/// A fit as R keeps it: its text, and what is shown.
+/// A fit in R: its text, and the printed values.
 void add_fit(const fit::FittedModel& fit, NamedList& list) {
   nlohmann::ordered_json json = fit::json_of(fit);
   list.add("json", value_of(json_text(json)));

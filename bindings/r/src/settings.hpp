@@ -28,7 +28,7 @@ study::EquationSettings equation_settings(const Arguments& arguments);
 /// Whether the argument `progress` asks for a progress bar.
 bool shows_progress(const Arguments& arguments);
 
-/// The folder of the catalogue and the pages, which the R functions know.
+/// The folder of the catalogue and the pages, from the R functions.
 std::filesystem::path data_folder(const Arguments& arguments);
 
 }  // namespace silvafit::r

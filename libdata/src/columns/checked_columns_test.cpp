@@ -29,7 +29,7 @@ Table trees_to_check() {
 
 }  // namespace
 
-TEST_CASE("a condition chooses rows and does not hold where its values are missing") {
+TEST_CASE("a condition selects rows, and is false if its values are missing") {
   CHECK(rows_where("species == \"SM\"", trees_to_check()).rows() == 3);
   CHECK(rows_where("species == \"SM\" && dbh > 0", trees_to_check()).rows() == 1);
   // The missing dbh is neither below nor not below 15.

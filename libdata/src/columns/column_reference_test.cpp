@@ -21,7 +21,7 @@ TextColumn texts(const std::vector<std::string>& values) {
   return column;
 }
 
-/// Three trees; the height of the last is told in words.
+/// Three trees; the height of the last is a word.
 Table three_trees() {
   Table table(3);
   table.set("unit", texts({"m", "dm", "m"}));
@@ -32,7 +32,7 @@ Table three_trees() {
 
 }  // namespace
 
-TEST_CASE("a text that equals a column's name is that column, whatever signs it has") {
+TEST_CASE("a text that equals a column's name is that column, with any signs") {
   for (const char* name : {"BHD [cm]", "H.m", "a-b", "2021"}) {
     const ColumnReference reference = column_reference("dbh", name, kNames);
     CHECK(reference.text == name);
@@ -40,7 +40,7 @@ TEST_CASE("a text that equals a column's name is that column, whatever signs it 
   }
 }
 
-TEST_CASE("any other text is an expression, in which such names stand in backquotes") {
+TEST_CASE("any other text is an expression, in which such names have backquotes") {
   const ColumnReference reference = column_reference("dbh", "`BHD [cm]`/10 + a", kNames);
   REQUIRE(reference.expression);
   CHECK(reference.expression->variables() == std::vector<std::string>{"BHD [cm]", "a"});
@@ -48,7 +48,7 @@ TEST_CASE("any other text is an expression, in which such names stand in backquo
   CHECK(column_reference("dbh", "ifelse(plot == \"x\", a, b)", kNames).expression);
 }
 
-TEST_CASE("what is neither is refused with what to do") {
+TEST_CASE("other texts are refused with the remedy") {
   CHECK_THROWS_AS(column_reference("dbh", "BHD [cm]/10", kNames), FormulaError);
   CHECK_THROWS_WITH(column_reference("dbh", "BHD [cm]/10", kNames),
                     Contains("unexpected '['") && Contains("write `BHD [cm]`, in backquotes"));

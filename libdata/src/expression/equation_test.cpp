@@ -57,7 +57,7 @@ TEST_CASE("an equation is solved for the part with the unknowns") {
   }
 }
 
-TEST_CASE("an equation without unknowns stays as it is") {
+TEST_CASE("an equation without unknowns is unchanged") {
   const SolvedEquation result =
       solve_for(Expression::parse("1 + d"), {"a"}, Expression::variable("y"));
   CHECK(result.part.text() == Expression::parse("1 + d").text());

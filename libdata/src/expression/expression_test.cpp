@@ -49,7 +49,7 @@ TEST_CASE("names may be Chinese, dotted, or in backquotes") {
   CHECK(names == std::vector<std::string>{"胸径", "d.b_h2", "crown width [m]"});
 }
 
-TEST_CASE("a comparison with text is a variable of its own") {
+TEST_CASE("a comparison with text is a separate variable") {
   const Expression expression = Expression::parse("species == \"SM\" && 'MH' != species");
   const auto names = expression.variables();
   REQUIRE(names.size() == 2);
@@ -178,7 +178,7 @@ TEST_CASE("first derivatives equal complex steps") {
         for (const double b : {0.3, 1.2}) {
           for (const double x : {0.8, 7.5}) {
             CAPTURE(example.text, names[which], a, b, x);
-            // A few operations of rounding on each side; 1e-12 is what the project asks for.
+            // A few rounding errors on each side; 1e-12 is the requirement of the project.
             CHECK(derivative.value(names, {a, b, x}) ==
                   Approx(complex_step(example, which, a, b, x)).epsilon(1e-12).margin(1e-14));
           }
@@ -221,7 +221,7 @@ TEST_CASE("I() encloses arithmetic, as in R's formulas") {
   CHECK(Expression::parse("I*x").variables() == std::vector<std::string>{"I", "x"});
 }
 
-TEST_CASE("an expression knows where its slope jumps") {
+TEST_CASE("an expression has the discontinuities of its derivative") {
   const auto has_kink = [](const char* text) { return Expression::parse(text).has_kink_in("a"); };
   for (const char* text : {"max(a*x, 3)",
                            "x + min(x, exp(-a))",
@@ -260,7 +260,7 @@ TEST_CASE("slopes at the edge of a domain are the limits of those inside") {
   }
   const Expression korf = Expression::parse("A*exp(-m*m/x)").with_limits();
   CHECK(korf.derivative("m").value(names, at) == 0.0);
-  // Inside they are what they were.
+  // Inside they are unchanged.
   const std::vector<double> inside{3.0, 5.0, 2.0, -1.0, 0.5};
   for (const char* const name : {"A", "B", "m", "s"}) {
     CHECK(limits.derivative(name).value(names, inside) ==

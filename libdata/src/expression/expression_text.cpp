@@ -82,7 +82,7 @@ std::string call_text(const NodePointer& node) {
 }
 
 std::string operator_text(const NodePointer& node, const Operator& infix) {
-  // Left-associative but for powers; comparisons do not associate.
+  // Left-associative except powers; comparisons do not associate.
   const bool is_power = node->operation == Operation::kPower;
   const bool is_comparison = infix.binding == kComparison;
   const int left = infix.binding + (is_power || is_comparison ? 1 : 0);

@@ -72,14 +72,14 @@ TEST_CASE("a matrix has as many rows and columns as it must") {
                     "a.json: ragged[1]: must have 2 numbers, not 1");
 }
 
-TEST_CASE("members come in the order of the document, or by name") {
+TEST_CASE("members are in the order of the document, or by name") {
   const JsonReader json = of(R"({"b": 1, "c": 2, "a": 3})");
   CHECK(names_of(json.members()) == std::vector<std::string>{"b", "c", "a"});
   CHECK(names_of(json.members_by_name()) == std::vector<std::string>{"a", "b", "c"});
   CHECK(json.numbers_by_name().at("c") == 2.0);
 }
 
-TEST_CASE("keys and values that nobody knows are refused with those that are known") {
+TEST_CASE("unknown keys and values are refused with the known ones") {
   const JsonReader json = of(R"({"per": "plot", "edge": "round"})");
   CHECK_THROWS_WITH(json.allow_only({"per", "window"}),
                     "a.json: unknown key \"edge\"; available: per, window");

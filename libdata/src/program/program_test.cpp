@@ -204,7 +204,7 @@ TEST_CASE("text is compared with numbers by their value") {
   CHECK(std::isnan(holds("plot != \"01\"")[2]));
 }
 
-TEST_CASE("what a missing value decides over is missing") {
+TEST_CASE("the result of a missing condition is missing") {
   // Kleene's three-valued logic; R's <, ==, &, |, ! and ifelse give the same.
   const std::pair<const char*, double> cases[] = {{"m < 1", kNaN},
                                                   {"1 <= m", kNaN},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Single fields of CSV: what is missing, what is a number, what needs quotes.
+// Single fields of CSV: missing values, numbers, quotes.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -14,7 +14,7 @@ namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
-/// Blanks beyond ASCII that spreadsheets and web pages leave: no-break and ideographic space.
+/// Blanks beyond ASCII from spreadsheets and web pages: no-break and ideographic space.
 constexpr std::array<std::string_view, 2> kWideBlanks{"\xC2\xA0", "\xE3\x80\x80"};
 
 /// Texts for a value that was not measured, in capitals or not, and the errors of spreadsheets.

@@ -135,7 +135,7 @@ bool are_named(const Record& values, const Record& header) {
   return true;
 }
 
-/// Whether the first record can be taken for the header as it is.
+/// Whether the first record can be the header.
 bool begins_with_header(const std::vector<Record>& records) {
   if (records.size() < 2) return true;
   const Record& first = records[0];

@@ -80,8 +80,8 @@ struct CsvReader::State {
   std::vector<std::string> cells{};  // of the last row
   std::ifstream stream;
   std::vector<char> buffer = std::vector<char>(kBlock);
-  std::size_t begin = 0;  // of the record that comes next
-  std::size_t end = 0;    // of what has been read
+  std::size_t begin = 0;  // of the next record
+  std::size_t end = 0;    // of the bytes read so far
   bool at_end_of_file = false;
 
   char separator = ',';                  // of fields
@@ -154,7 +154,7 @@ void CsvReader::State::open_text(std::shared_ptr<const TableText> rows) {
   read_more();
 }
 
-/// The next bytes of the file or text; fewer than asked for at its end.
+/// The next bytes of the file or text; fewer than requested at its end.
 std::size_t CsvReader::State::read_bytes(char* target, std::size_t count) {
   if (sheet) {
     const std::size_t taken = sheet->text.copy(target, count, sheet_read);

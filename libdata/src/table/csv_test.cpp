@@ -66,7 +66,7 @@ TEST_CASE("a quote inside a plain field is a character like any other") {
   CHECK(read_text("a,b\n5\",6 \"x\"\n") == Records{{"a", "b"}, {"5\"", "6 \"x\""}});
 }
 
-TEST_CASE("the reader knows the line on which a record begins") {
+TEST_CASE("the reader has the line on which a record begins") {
   const ScratchFile file("a,b\n\n1,\"x\r\ny\"\r\n2,z\n");
   CsvReader reader(file.path());
   std::vector<std::string_view> fields;
@@ -91,7 +91,7 @@ TEST_CASE("records and fields longer than a block are whole") {
   CHECK(read_text(text) == expected);
 }
 
-TEST_CASE("what is no CSV is refused with its line") {
+TEST_CASE("invalid CSV is refused with its line") {
   CHECK_THAT(error_of(""), Contains("the file is empty"));
   CHECK_THAT(error_of("\n\n"), Contains("the file is empty"));
   CHECK(error_of("a,b,a\n") == "line 1: columns 1 and 3 have the same name 'a'");
@@ -104,13 +104,13 @@ TEST_CASE("what is no CSV is refused with its line") {
   CHECK_THAT(error_of("\xFF\xFE\x61"), Contains("UTF-16"));
 }
 
-TEST_CASE("semicolons and tabs come with decimal commas, and text keeps its spelling") {
+TEST_CASE("semicolons and tabs imply decimal commas, and text keeps its spelling") {
   using Rows = std::vector<std::vector<std::string>>;
   CHECK(read_text("plot;dbh;note\r\n07;12,5;a, b\r\n08;-,5;\"x;y\"\r\n") ==
         Rows{{"plot", "dbh", "note"}, {"07", "12,5", "a, b"}, {"08", "-,5", "x;y"}});
   CHECK(read_text("\n\"Plot; old\";\"BHD\"\n1;1,5E-05\n") ==
         Rows{{"Plot; old", "BHD"}, {"1", "1,5E-05"}});
-  // A comma in the header says that commas separate.
+  // With a comma in the header, commas are the separators.
   CHECK(read_text("a;b,c\n1;2,5\n") == Rows{{"a;b", "c"}, {"1;2", "5"}});
   CHECK_THAT(error_of("plot;dbh\n1,2\n"), Contains("fields found: 1, columns in the header: 2"));
 
@@ -133,7 +133,7 @@ TEST_CASE("semicolons and tabs come with decimal commas, and text keeps its spel
   CHECK_FALSE(CsvReader(commas.path()).parse_number("12,5", value));
 }
 
-TEST_CASE("a table of a file with decimal commas has numbers, and labels as they are written") {
+TEST_CASE("a table of a file with decimal commas has numbers, and unchanged labels") {
   const ScratchFile file(
       "plot;dbh;note;mixed\n1,2;12,5;\"3,1\";1,5\n1.2;13;NA;x\n\"1,2\";;4,0;2,5\n");
   const Table table = read_csv_table(file.path(), {.text_columns = {"plot"}});
@@ -145,7 +145,7 @@ TEST_CASE("a table of a file with decimal commas has numbers, and labels as they
   CHECK(table.text("mixed").levels() == std::vector<std::string>{"1,5", "x", "2,5"});
 }
 
-TEST_CASE("a line may say what separates, and other formats are named") {
+TEST_CASE("a line may name the separator, and messages name other formats") {
   using Rows = std::vector<std::vector<std::string>>;
   for (const char* line : {"sep=;\r\n", "\xEF\xBB\xBFSEP=;\n", "\"sep=;\"\r"}) {
     CHECK(read_text(std::string(line) + "a;b, c\n1;2,5\n") == Rows{{"a", "b, c"}, {"1", "2,5"}});
@@ -179,7 +179,7 @@ TEST_CASE("titles and comments above the header and units below it are ignored")
         "the header is on line 2, below 1 title or comment; the row below the header has units");
 }
 
-TEST_CASE("a table that begins on the first line is taken as it is") {
+TEST_CASE("a table that begins on the first line is read unchanged") {
   // Row names of R, a column without values, text below the header, units that are values.
   CHECK(read_text("\"\",dbh\n\"1\",20\n")[0] == std::vector<std::string>{"", "dbh"});
   CHECK(read_text("a,b\n1,m\n2,m\n").size() == 3);
@@ -190,7 +190,7 @@ TEST_CASE("a table that begins on the first line is taken as it is") {
   CHECK(read_text("\"Höhe\n[m]\",b\n1,2\n")[0][0] == "Höhe [m]");
 }
 
-TEST_CASE("codes are missing values in columns of numbers, and text elsewhere") {
+TEST_CASE("codes are missing values in columns of numbers, and text in others") {
   const ScratchFile file("h,grade,all,d\n-,-,-,1\n18,A,-,NaN\nn/a,?,-,-9\n#N/A,B,-,3\n");
   MissingCodes codes;
   const Table table = read_csv_table(file.path(), {.missing = {"-9"}}, &codes);
@@ -203,7 +203,7 @@ TEST_CASE("codes are missing values in columns of numbers, and text elsewhere") 
   CHECK(codes.text() == "h 3 (-, n/a, #N/A), d 1 (-9)");
 }
 
-TEST_CASE("empty fields take the value above where that is asked for") {
+TEST_CASE("empty fields get the value above on request") {
   const ScratchFile file("plot,dbh\nA,1\n,2\n ,3\nB,4\n,5\n");
   const Table table = read_csv_table(file.path(), {.fill_down = {0}});
   CHECK(table.text("plot")[2] == "A");
@@ -267,7 +267,7 @@ TEST_CASE("a column is numeric if all its values are, and text keeps its spellin
   CHECK(table.file() == file.path().string());
 }
 
-TEST_CASE("only the wanted columns are kept, in the wanted order") {
+TEST_CASE("only the requested columns are kept, in the requested order") {
   const ScratchFile file("a,b,c\n1,2,3\n");
   CHECK(read_csv_table(file.path(), {.columns = {"c", "a"}}).names() ==
         std::vector<std::string>{"c", "a"});

@@ -35,7 +35,7 @@ bool looks_chinese(std::string_view bytes) {
   return all > 0 && 4 * chinese >= 3 * all;
 }
 
-/// The command that converts a file, its name quoted for the shell where it has to be.
+/// The command that converts a file, with its name quoted for the shell if necessary.
 std::string command(std::string_view encoding, const std::string& file) {
   const std::size_t dot = file.rfind('.');
   const std::size_t slash = file.rfind('/');

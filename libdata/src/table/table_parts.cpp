@@ -48,7 +48,7 @@ class KindOfColumn {
 class GroupNumbers {
  public:
   std::size_t number_of(std::string_view label) {
-    // Labels of blanks are one group, whatever the number of blanks.
+    // Labels of blanks are one group for any number of blanks.
     Fingerprint hash;
     hash.add(trimmed(label));
     return numbers_.try_emplace(hash.value(), numbers_.size()).first->second;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows that do not come from CSV files: sheets as text, tables in memory, and layers.
+// Rows of other sources than CSV files: sheets as text, tables in memory, and layers.
 #include <catch2/catch.hpp>
 #include <memory>
 
@@ -25,7 +25,7 @@ std::shared_ptr<const Table> texts() {
   return std::make_shared<const Table>(std::move(table));
 }
 
-TEST_CASE("line n of a sheet's text is its row n, whatever is above the header") {
+TEST_CASE("line n of a sheet's text is its row n, with any rows above the header") {
   CsvReader reader(sheet("Forest;;\n\nplot;dbh;h\n1;20,5;\"a;b\"\n\n2;30;c\n"));
   CHECK(reader.file() == "a.xlsx (sheet Trees)");
   CHECK(reader.header() == std::vector<std::string>{"plot", "dbh", "h"});

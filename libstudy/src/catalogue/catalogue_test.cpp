@@ -74,7 +74,7 @@ Values values_of(const std::map<std::string, data::Expression>& expressions,
 
 }  // namespace
 
-TEST_CASE("the catalogue holds the 32 candidates in the order of their numbers") {
+TEST_CASE("the catalogue has the 32 candidates in the order of their numbers") {
   REQUIRE(catalogue().models().size() >= 32);
   for (std::size_t i = 0; i < 32; ++i) {
     CHECK(catalogue().models()[i].id == "M" + std::to_string(i + 1));

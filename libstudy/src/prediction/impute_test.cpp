@@ -182,7 +182,7 @@ TEST_CASE("a label without a measured tree is flagged") {
   CHECK(std::isfinite(result.value[7]));
 }
 
-TEST_CASE("species with enough trees have models of their own, the others share one") {
+TEST_CASE("species with enough trees have separate models, the others share one") {
   const data::Table table = inventory();
   const Imputation result = impute(table, catalogue(), {.by = "species", .minimum_trees = 50});
   REQUIRE(result.models.size() == 2);

@@ -140,7 +140,7 @@ TEST_CASE("a limit far above the measured values is an objection") {
              Contains("the asymptote, 3e+04 m, is far above"));
 }
 
-TEST_CASE("the curve of every plot is judged with its own random effect") {
+TEST_CASE("the curve of every plot is examined with its own random effect") {
   const fit::FittedModel typical = model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {18.0, 0.05});
   CHECK(objection(with_effects(typical, "b", 0.01, -0.01), "M4").empty());
   CHECK(objection(with_effects(typical, "b", 0.01, -0.06), "M4") ==
@@ -151,7 +151,7 @@ TEST_CASE("the curve of every plot is judged with its own random effect") {
       Contains("The curve of plot 2 falls from 1.29 m") && Contains("to -13.50 m at 60.0 cm"));
 }
 
-TEST_CASE("the curve of every plot is judged with its own covariates") {
+TEST_CASE("the curve of every plot is examined with its own covariates") {
   // b = 0.05 + 0.1 (0.4 - C): positive at the median of all, 0.5, and 0 and less from 0.9 on.
   const fit::FittedModel fit =
       model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {18.0, 0.14, -0.2}, {"b ~ 1 + C"});

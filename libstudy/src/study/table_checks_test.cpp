@@ -71,6 +71,6 @@ TEST_CASE("an impossible measured value is an error with its place") {
   CHECK_THROWS_AS(require_possible("hcb", table), DomainError);
 }
 
-TEST_CASE("the error about a missing structural index says how to compute it") {
+TEST_CASE("the error about a missing structural index has the remedy") {
   CHECK_THROWS_WITH(require_numbers(trees_to_check(), {"C"}), Contains("silvafit indices"));
 }

@@ -116,7 +116,7 @@ void TableReader::find_columns() {
 }
 
 void TableReader::read_table() {
-  // Plot 07 is not plot 7, whatever the name of the column.
+  // Plot 07 is not plot 7 for any name of the column.
   Names texts = wishes_.names;
   for (const Mappings* const mappings : {&result_.mapped, &usual_}) {
     for (const stand::ColumnMapping& mapping : *mappings) {

@@ -91,7 +91,7 @@ TEST_CASE("pictures are copied side by side") {
   CHECK(mean[2] == 1.0);
 }
 
-TEST_CASE("a preset's own pictures are ranked, whatever their order and size") {
+TEST_CASE("a preset's own pictures are ranked for any order and size") {
   // Opaque, packed with Python's zlib: 2 x 1 pixels (200, 220, 90) (180, 210, 80), and 1 x 1
   // of (20, 60, 15).
   const std::string bright = std::string(

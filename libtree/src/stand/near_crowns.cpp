@@ -73,7 +73,7 @@ constexpr std::size_t kMostNear = 500;
 constexpr std::size_t kMostNearOnAverage = 100;
 constexpr std::size_t kMostNearOfFew = 10000;
 
-/// Names the first tree at which the stand becomes too dense, whatever the threads found first.
+/// Names the first tree at which the stand becomes too dense, for any order of the threads.
 [[noreturn]] void refuse_density(const std::vector<CrownCircle>& crowns,
                                  const CrownSearch& search,
                                  std::size_t most_of_all) {
