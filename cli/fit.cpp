@@ -171,9 +171,9 @@ std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catal
 
 /// Names that are not columns are coefficients. A name similar to that of a column may be a typing
 /// error.
-void say_near_columns(const fit::ModelSpecification& specification,
-                      const data::Table& table,
-                      const CommonOptions& common) {
+void note_near_columns(const fit::ModelSpecification& specification,
+                       const data::Table& table,
+                       const CommonOptions& common) {
   for (const fit::ParameterModel& parameter : specification.parameters) {
     const auto column = std::ranges::find_if(
         table.names(), [&](const std::string& name) { return is_slip_of(parameter.name, name); });
@@ -194,7 +194,7 @@ std::vector<Task> tasks_of(const FitArguments& arguments,
   std::vector<Task> tasks;
   if (!arguments.formula.empty()) {
     tasks.push_back({.specification = specification_of(arguments.formula, arguments, table)});
-    say_near_columns(tasks.front().specification, table, arguments.common);
+    note_near_columns(tasks.front().specification, table, arguments.common);
     set_options(tasks.front(), arguments);
     return tasks;
   }
@@ -320,7 +320,7 @@ void refuse_idle_options(const CLI::App& command, const FitArguments& arguments)
 }
 
 /// Limits the number of folds to the number of groups.
-void say_fewer_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
+void note_fewer_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
   double asked = 0.0;
   if (!data::parse_number(arguments.resampling.cross_validate, asked)) return;
   for (const Resampling& one : resampling) {
@@ -400,7 +400,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   for (const Task& task : tasks) options.push_back(task.options);
   const std::vector<Resampling> resampling =
       resample(fits, options, table, arguments.resampling, arguments.common);
-  say_fewer_folds(resampling, arguments);
+  note_fewer_folds(resampling, arguments);
   write_residuals(fits, table, arguments.resampling);
   report(fits, resampling, read.recognized, arguments.common);
 }

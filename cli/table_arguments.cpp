@@ -9,7 +9,7 @@
 namespace silvafit::cli {
 namespace {
 
-void say_notes(const source::OpenedTable& opened, const CommonOptions& common) {
+void print_notes(const source::OpenedTable& opened, const CommonOptions& common) {
   for (const std::string& note : opened.notes) {
     say(common, "note: " + describe({.file = data::file_of(opened.table)}, note));
   }
@@ -49,7 +49,7 @@ TreeTable open_trees(const std::string& name,
                      const TableArguments& arguments,
                      const CommonOptions& common) {
   source::OpenedTable opened = source::open_table(name, arguments.choice);
-  say_notes(opened, common);
+  print_notes(opened, common);
   return {.table = std::move(opened.table), .coordinates = std::move(opened.coordinates)};
 }
 
@@ -59,7 +59,7 @@ data::TableSource open_further_table(const std::string& name,
                                      const CommonOptions& common) {
   source::OpenedTable opened =
       source::open_table(name, choice, source::GeometryUse::kPositions, trees.coordinates);
-  say_notes(opened, common);
+  print_notes(opened, common);
   return std::move(opened.table);
 }
 
@@ -84,7 +84,7 @@ TreeTable open_inventory(const std::string& name,
                                    .allow_network = trees.choice.allow_network};
   const source::OpenedTable windows =
       source::open_table(units.window, choice, source::GeometryUse::kAreas, opened.coordinates);
-  say_notes(windows, common);
+  print_notes(windows, common);
   units.windows = stand::windows_of_table(windows.table);
   return opened;
 }

@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 /// Never shrinks memory: if it grows again, it is filled with zeros.
-void make_room(std::vector<double>& memory, std::size_t count) {
+void enlarge(std::vector<double>& memory, std::size_t count) {
   if (memory.size() < count) memory.resize(count);
 }
 
@@ -274,8 +274,8 @@ void ObservationSums::run(const Task& task,
   // Weights come last, and are not summed.
   const auto width = static_cast<Index>(task.outputs) - (values.held != nullptr ? 1 : 0);
   sums.setZero(width, last - values.first);
-  make_room(workspace.inputs, (varying_.size() + values.weight_count()) * kProgramRows);
-  make_room(workspace.outputs, task.outputs * kProgramRows);
+  enlarge(workspace.inputs, (varying_.size() + values.weight_count()) * kProgramRows);
+  enlarge(workspace.outputs, task.outputs * kProgramRows);
   workspace.output_columns.resize(task.outputs);
   for (std::size_t k = 0; k < task.outputs; ++k) {
     workspace.output_columns[k] = workspace.outputs.data() + k * kProgramRows;
@@ -298,7 +298,7 @@ void ObservationSums::run(const Task& task,
       values.held->own.segment(row - values.held->first_row, rows) = own;
     }
     const std::size_t segments = workspace.begins.size() - 1;
-    make_room(workspace.sums, segments * task.outputs);
+    enlarge(workspace.sums, segments * task.outputs);
     data::segment_sums(columns, workspace.begins, workspace.sums.data());
     sums.middleCols(first_group - values.first, static_cast<Index>(segments)) +=
         Eigen::Map<const MatrixXd>(workspace.sums.data(), width, static_cast<Index>(segments));

@@ -33,7 +33,7 @@ CoefficientState state_of(const FittedModel& fit, const std::string& name) {
 
 /// Whether it is known which coefficients of a fit are estimated: at least one has a variance, or
 /// all are at their bounds. Without any variance, others may be held or have an unknown variance.
-bool tells_estimated(const FittedModel& fit) {
+bool has_known_estimates(const FittedModel& fit) {
   if (fit.covariance.rows() != std::ssize(fit.coefficient_names)) return false;
   return !fit.covariance.diagonal().array().isNaN().all() ||
          std::ranges::all_of(fit.coefficient_names,
@@ -129,7 +129,7 @@ class Comparer {
         fail(fmt::format("only the larger model has the parameter {}", large.name));
       }
     }
-    if (!tells_estimated(larger_fit_) || !tells_estimated(smaller_fit_)) {
+    if (!has_known_estimates(larger_fit_) || !has_known_estimates(smaller_fit_)) {
       fail("a fit does not store which coefficients were estimated and which were fixed");
       return;
     }

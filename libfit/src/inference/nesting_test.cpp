@@ -94,22 +94,22 @@ TEST_CASE("groupings are one where their groups are, not where their columns are
              Contains("plot within stand (20 groups)") && Contains("plot (4 groups)"));
   CHECK_THROWS_AS(likelihood_ratio_test(within, crossing), UsageError);
   // If each label is in one stand, the groups are the same with and without stands.
-  const FittedModel told_apart = fitted_case(table, {.random = "a | stand/place"});
+  const FittedModel distinguished = fitted_case(table, {.random = "a | stand/place"});
   const FittedModel alone = fitted_case(table, {.random = "a | place"});
-  CHECK(told_apart.log_likelihood == Approx(within.log_likelihood).epsilon(1e-9));
-  const Nesting how = nesting(told_apart, alone);
+  CHECK(distinguished.log_likelihood == Approx(within.log_likelihood).epsilon(1e-9));
+  const Nesting how = nesting(distinguished, alone);
   CHECK(how.is_nested);
   CHECK(how.independent_effects == 1);
   CHECK(how.regular == 0);
   // The coarser grouping has the same labels in both.
   CHECK(nesting(within, fitted_case(table, {.random = "a | stand"})).is_nested);
-  CHECK_FALSE(nesting(alone, told_apart).is_nested);
+  CHECK_FALSE(nesting(alone, distinguished).is_nested);
 }
 
 TEST_CASE("labels with slashes distinguish groups as others do") {
   const data::Table table = stand_lines("north/");
-  const FittedModel told_apart = fitted_case(table, {.random = "a | stand/place"});
-  CHECK(nesting(told_apart, fitted_case(table, {.random = "a | place"})).is_nested);
+  const FittedModel distinguished = fitted_case(table, {.random = "a | stand/place"});
+  CHECK(nesting(distinguished, fitted_case(table, {.random = "a | place"})).is_nested);
 }
 
 TEST_CASE("groups of the same column with other labels, or without, are not known to be the same") {

@@ -75,7 +75,7 @@ class ProfileSearch {
     ProfilePoint inside{.t = scale_.to(estimate_), .free = surface_.optimum()};
     std::optional<ProfilePoint> before;
     std::optional<ProfilePoint> outside;
-    bool is_at_wall = false;
+    bool is_blocked = false;
     double t = inside.t + sign * first_step(target);
     constexpr int kTrials = 60;
     for (int trial = 0; trial < kTrials; ++trial) {
@@ -89,7 +89,7 @@ class ProfileSearch {
                              (is_close || is_plausible(point, inside, before));
       if (!is_usable) {
         if (is_close) {
-          is_at_wall = true;
+          is_blocked = true;
           break;
         }
         t = 0.5 * (inside.t + t);
@@ -113,7 +113,7 @@ class ProfileSearch {
       }
     }
     if (outside) return at(outside->t);
-    if (is_at_wall) return {.is_cut_off = true};
+    if (is_blocked) return {.is_cut_off = true};
     return open(sign);
   }
 
@@ -129,11 +129,11 @@ class ProfileSearch {
     if (!std::isfinite(end)) return false;
     // A correlation of 1 - 2e-6 counts as 1.
     const double near = parameter_.form == Form::kCorrelation ? 2e-3 : 1e-4;
-    return std::abs(origin() - end) <= near * edge_unit();
+    return std::abs(origin() - end) <= near * boundary_unit();
   }
 
   /// Length of a step near the boundary, in units of the search scale.
-  double edge_unit() const {
+  double boundary_unit() const {
     const bool is_deviation =
         parameter_.form == Form::kDeviation || parameter_.form == Form::kIdentity;
     return is_deviation ? std::abs(parameter_.scale) : 1.0;
@@ -177,11 +177,11 @@ class ProfileSearch {
     const bool is_known = std::isfinite(variance_of) && variance_of > 0.0;
     const bool is_inside = !is_at_lower_bound() && !is_at_upper_bound();
     error_ = is_known && is_inside ? std::sqrt(variance_of) : 0.0;
-    span_ = error_ > 0.0 ? error_ : 0.1 * edge_unit();
+    span_ = error_ > 0.0 ? error_ : 0.1 * boundary_unit();
   }
 
   double first_step(double target) const {
-    return error_ > 0.0 ? error_ * target : 0.1 * edge_unit() * target;
+    return error_ > 0.0 ? error_ * target : 0.1 * boundary_unit() * target;
   }
 
   /// Start for the constrained maximum: extrapolated from the last two, or along the ridge of the

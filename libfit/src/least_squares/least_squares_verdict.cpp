@@ -100,7 +100,7 @@ bool is_identifiable(const NonlinearModel& model) {
 namespace {
 
 /// "a grows without bound: the data do not cover the part of the curve that it describes. ..."
-std::string run_away(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+std::string unbounded_text(const NonlinearModel& model, const std::vector<Index>& coefficients) {
   const bool one = coefficients.size() == 1;
   return fmt::format(
       "{} {} without bound: the data do not cover the part of the curve that {}. Use a model with "
@@ -133,7 +133,7 @@ void conclude_confounded(const NonlinearModel& model,
              ConvergenceStatus::kNoMaximum,
              kUnbounded,
              point.confounded,
-             "The sum of squares keeps decreasing while " + run_away(model, point.confounded),
+             "The sum of squares keeps decreasing while " + unbounded_text(model, point.confounded),
              result);
     return;
   }
@@ -164,13 +164,13 @@ void conclude_failure(const NonlinearModel& model,
   using enum Evidence::Kind;
   const std::vector<Index> loose = undetermined(model, point, sigma);
   if (!loose.empty()) {
-    conclude(
-        model,
-        ConvergenceStatus::kNoMaximum,
-        kUnbounded,
-        loose,
-        "The sum of squares keeps decreasing, ever more slowly, while " + run_away(model, loose),
-        result);
+    conclude(model,
+             ConvergenceStatus::kNoMaximum,
+             kUnbounded,
+             loose,
+             "The sum of squares keeps decreasing, ever more slowly, while " +
+                 unbounded_text(model, loose),
+             result);
     return;
   }
   const std::vector<Index> near = nearly_confounded(model, point);
@@ -243,7 +243,7 @@ Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool ex
              ConvergenceStatus::kNoMaximum,
              Evidence::Kind::kUnbounded,
              lost,
-             "Perfect fit, reached only while " + run_away(model, lost),
+             "Perfect fit, reached only while " + unbounded_text(model, lost),
              result);
   } else if (point.rank < model.coefficient_count()) {
     conclude_confounded(model, point, result);

@@ -103,7 +103,7 @@ class LindstromBates {
   LindstromBatesOutcome run(LindstromBatesState state, Alternation how);
   /// If a covariance is singular although the likelihood increases towards the interior, a state
   /// inside.
-  bool leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
+  bool leave_boundary(const LindstromBatesOutcome& outcome, LindstromBatesState& inside);
   /// The result in the model's own coordinates.
   MixedEffectsFit result(const LindstromBatesOutcome& outcome);
 

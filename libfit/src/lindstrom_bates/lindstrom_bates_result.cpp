@@ -38,7 +38,8 @@ MatrixXd inverse_information(const LinearMixedProfile& at) {
 
 }  // namespace
 
-bool LindstromBates::leave_edge(const LindstromBatesOutcome& outcome, LindstromBatesState& inside) {
+bool LindstromBates::leave_boundary(const LindstromBatesOutcome& outcome,
+                                    LindstromBatesState& inside) {
   if (random_.empty() || !outcome.is_valid) return false;
   inside = outcome.state;
   adopt_units(inside.scale, inside.mixing);

@@ -39,7 +39,7 @@ LindstromBatesOutcome run_from(LindstromBates& engine,
   LindstromBatesOutcome outcome = engine.run(start, how);
   LindstromBatesState inside;
   constexpr int kAttempts = 3;
-  for (int attempt = 0; attempt < kAttempts && engine.leave_edge(outcome, inside); ++attempt) {
+  for (int attempt = 0; attempt < kAttempts && engine.leave_boundary(outcome, inside); ++attempt) {
     LindstromBatesOutcome moved = engine.run(inside, how);
     if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + kSameLikelihood) break;
     outcome = std::move(moved);

@@ -134,7 +134,7 @@ std::string advice(const NonlinearModel& model, const std::string& usual) {
 }
 
 /// ", mostly in sd(b), and the evaluation limit is reached".
-std::string in_the_way(const Obstacle& obstacle) {
+std::string obstacle_text(const Obstacle& obstacle) {
   std::string result;
   if (!obstacle.moving.empty()) result = ", mostly in " + obstacle.moving;
   if (!obstacle.text.empty()) result += ", and " + obstacle.text;
@@ -158,7 +158,7 @@ std::string failure(const NonlinearModel& model,
         "Not converged after {}: the estimates still change{}{}. {}",
         counted(fit.convergence.iterations, "alternation", "alternations"),
         by,
-        in_the_way(obstacle),
+        obstacle_text(obstacle),
         advice(
             model,
             "the method focei or laplace, fewer random effects or a diagonal covariance matrix"));
@@ -171,7 +171,7 @@ std::string failure(const NonlinearModel& model,
       "Not converged after {} evaluations of the likelihood: {}{}. {}",
       fit.convergence.iterations,
       where,
-      in_the_way(obstacle),
+      obstacle_text(obstacle),
       advice(model,
              "fewer random effects, a diagonal covariance matrix or a simpler variance function"));
 }

@@ -68,10 +68,10 @@ Eigen::VectorXd gathered(const std::vector<double>& values, const std::vector<st
 
 /// Whether the mean is finite in a row but a slope is zero times infinity.
 /// \param columns  (N x k) values of the variables of the formula
-bool is_at_edge(const ModelSpecification& specification,
-                const std::vector<std::string>& variables,
-                const Eigen::MatrixXd& columns,
-                Index row) {
+bool is_at_singularity(const ModelSpecification& specification,
+                       const std::vector<std::string>& variables,
+                       const Eigen::MatrixXd& columns,
+                       Index row) {
   std::vector<std::string> names = variables;
   std::vector<double> values(columns.row(row).begin(), columns.row(row).end());
   for (const ParameterModel& parameter : specification.parameters) names.push_back(parameter.name);
@@ -96,7 +96,7 @@ bool has_edge(const ModelSpecification& specification,
     const auto column = columns.col(k);
     const auto zero = std::find(column.begin(), column.end(), 0.0);
     const bool is_there = zero != column.end();
-    if (is_there && is_at_edge(specification, variables, columns, zero - column.begin())) {
+    if (is_there && is_at_singularity(specification, variables, columns, zero - column.begin())) {
       return true;
     }
   }

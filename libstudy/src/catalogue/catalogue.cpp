@@ -280,7 +280,8 @@ double BaseModel::value(const std::map<std::string, double>& arguments,
   return evaluate(mean, all);
 }
 
-std::string BaseModel::nonsense(std::map<std::string, double> values, double top_dbh_cm) const {
+std::string BaseModel::violated_condition(std::map<std::string, double> values,
+                                          double top_dbh_cm) const {
   values[kTopDbh] = top_dbh_cm;
   for (const SensibleCondition& each : sensible) {
     if (evaluate(each.condition, values) != 1.0) return each.otherwise;

@@ -186,7 +186,7 @@ TEST_CASE("the parameters of reference points are sensible") {
   for (const BaseModel& model : catalogue().models()) {
     for (const study::ReferencePoint& point : model.reference_points) {
       INFO(model.id);
-      CHECK(model.nonsense(point.parameters, 72.0).empty());
+      CHECK(model.violated_condition(point.parameters, 72.0).empty());
     }
   }
 }
@@ -201,9 +201,9 @@ TEST_CASE("all sensible parameters give plausible curves") {
       const auto& point = model.reference_points[draw % model.reference_points.size()];
       Values parameters = point.parameters;
       for (auto& [name, value] : parameters) value *= random.uniform(-1.0, 2.5);
-      const std::string nonsense = model.nonsense(parameters, kTop);
-      if (!nonsense.empty()) {
-        broken.insert(nonsense);
+      const std::string violated_condition = model.violated_condition(parameters, kTop);
+      if (!violated_condition.empty()) {
+        broken.insert(violated_condition);
         continue;
       }
       ++sensible;

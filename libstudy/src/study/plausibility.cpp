@@ -280,10 +280,11 @@ std::string Plausibility::objection_to_parameters(const fit::FittedModel& fit,
   for (std::size_t k = 0; k < typical.rows(); ++k) {
     const auto parameters =
         parameters_of(fit, coefficients.col(static_cast<Eigen::Index>(k)), typical, k);
-    std::string nonsense = entry.nonsense(parameters, top_dbh_cm_);
-    if (nonsense.empty()) nonsense = flaw_of_limit(entry, parameters);
-    if (nonsense.empty()) continue;
-    return fmt::format("For {}, {} ({}).", strata_[k].name, nonsense, list_of(parameters));
+    std::string violated_condition = entry.violated_condition(parameters, top_dbh_cm_);
+    if (violated_condition.empty()) violated_condition = flaw_of_limit(entry, parameters);
+    if (violated_condition.empty()) continue;
+    return fmt::format(
+        "For {}, {} ({}).", strata_[k].name, violated_condition, list_of(parameters));
   }
   return "";
 }

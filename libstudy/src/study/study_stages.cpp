@@ -213,7 +213,7 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
 }
 
 /// A boundary (singular) fit is the best mixed model only if there is no other.
-void note_edge(const fit::FittedModel& fit, std::vector<std::string>& notes) {
+void add_boundary_note(const fit::FittedModel& fit, std::vector<std::string>& notes) {
   if (!fit.convergence.has_boundary()) return;
   notes.push_back(
       fmt::format("Every mixed model is a boundary (singular) fit ({}): these plots do not support "
@@ -307,7 +307,7 @@ void run_periods(std::vector<Work>& works, Study& study, const ProgressCallback&
 
 void note_boundary_fits(std::vector<Work>& works) {
   for (Work& work : works) {
-    if (work.result.nlme) note_edge(work.result.nlme->fit, work.result.notes);
+    if (work.result.nlme) add_boundary_note(work.result.nlme->fit, work.result.notes);
   }
 }
 

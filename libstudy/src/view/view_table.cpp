@@ -152,7 +152,7 @@ class StandReader {
     choose_rows();
     add_trees();
     for (const ReadVariant& variant : variants_) add_variant(variant);
-    say_what_is_missing();
+    note_missing_values();
     return std::move(stand_);
   }
 
@@ -255,9 +255,9 @@ class StandReader {
     stand_.variants.push_back(std::move(variant));
   }
 
-  void say_what_is_missing() {
+  void note_missing_values() {
     for (const ViewVariant& variant : stand_.variants) {
-      say_what_is_missing(variant);
+      note_missing_values(variant);
     }
     std::set<std::size_t> lines;
     for (const std::size_t row : rows_) lines.insert(table_.line(row));
@@ -271,7 +271,7 @@ class StandReader {
     }
   }
 
-  void say_what_is_missing(const ViewVariant& variant) {
+  void note_missing_values(const ViewVariant& variant) {
     const auto is_unknown = [](const ViewSizes& sizes) {
       return std::isnan(sizes.h_m) && std::isnan(sizes.hcb_m) && std::isnan(sizes.cw_m);
     };

@@ -6,8 +6,8 @@
 
 #include "silvafit/tree/bamboo.hpp"
 #include "test_support/bamboo_test_support.hpp"
+#include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"
-#include "test_support/promise_test_support.hpp"
 
 using namespace silvafit;
 using namespace silvafit::tree;
@@ -32,7 +32,7 @@ TEST_CASE("the mesh of any valid bamboo has its measurements, closed and inside 
     const MeshOptions base{.closed_branches = true, .textured = i % 2 == 0};
     const MeshOptions options = level_of_detail(i % kLevelsOfDetail, base);
     const SceneTree bamboo = grow_tree(tree, test::moso(), {.mesh = options});
-    test::check_promise(tree, bamboo);
+    test::check_mesh_measurements(tree, bamboo);
     for (const MeshPart& part : bamboo.mesh.parts) {
       INFO(part_name(part.kind));
       if (part.kind != PartKind::kFoliage) CHECK(test::open_edges(part) == 0);

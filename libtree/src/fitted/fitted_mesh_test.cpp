@@ -3,8 +3,8 @@
 #include "silvafit/tree/ifs.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 #include "test_support/fitted_test_support.hpp"
+#include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"
-#include "test_support/promise_test_support.hpp"
 
 using namespace silvafit;
 using namespace silvafit::tree;
@@ -12,7 +12,7 @@ using namespace silvafit::tree;
 namespace {
 
 void check_mesh(const Mesh& mesh, const TreeShape& shape, const Crown& crown) {
-  test::check_promise(shape, measure(mesh));
+  test::check_mesh_measurements(shape, measure(mesh));
   double farthest = 0.0;
   for (const MeshPart& part : mesh.parts) {
     if (part.kind == PartKind::kStem) continue;

@@ -9,8 +9,8 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"
-#include "test_support/promise_test_support.hpp"
 #include "test_support/tree_test_support.hpp"
 
 using namespace silvafit;
@@ -189,7 +189,7 @@ TEST_CASE("the mesh of any valid tree of any grammar has its measurements") {
       const Morphology tree = test::random_morphology(random, i);
       const int level = i % kLevelsOfDetail;
       const SceneTree grown = grow_tree(tree, *builder, {.mesh = level_of_detail(level)});
-      test::check_promise(tree, grown);
+      test::check_mesh_measurements(tree, grown);
       for (const MeshPart& part : grown.mesh.parts) {
         REQUIRE(test::least_doubled_area(part) > 0.0);
         if (part.kind != PartKind::kFoliage) REQUIRE(test::open_edges(part) == 0);
@@ -206,7 +206,7 @@ TEST_CASE("meshes of extreme but valid trees of grammars have their measurements
                                       sized(1900, 140, 0, 100),
                                       sized(80, 10, 9.99, 0.02),
                                       sized(10, 4, 0, 20)}) {
-      test::check_promise(extreme, grow_tree(extreme, *builder));
+      test::check_mesh_measurements(extreme, grow_tree(extreme, *builder));
     }
   }
 }
@@ -243,7 +243,7 @@ TEST_CASE("a user's grammar grows with the appearance of a preset") {
   CHECK(builder->name() == "maple");
   const Morphology tree = sized(20, 12, 3, 5);
   const SceneTree grown = grow_tree(tree, *builder);
-  test::check_promise(tree, grown);
+  test::check_mesh_measurements(tree, grown);
   Random random(1);
   const Skeleton free = builder->grow_freely(12.0, random);
   CHECK(free.axes.size() == 6);

@@ -9,8 +9,8 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
+#include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"
-#include "test_support/promise_test_support.hpp"
 #include "test_support/tree_test_support.hpp"
 
 using namespace silvafit;
@@ -38,7 +38,7 @@ void check_buffers(const MeshPart& part) {
 void check_mesh(const Morphology& tree, const Preset& preset, const MeshOptions& options) {
   INFO(preset.name << " dbh " << tree.dbh_cm << " h " << tree.h_m << " hcb " << tree.hcb_m);
   const SceneTree grown = grow_tree(tree, preset, {.mesh = options});
-  test::check_promise(tree, grown);
+  test::check_mesh_measurements(tree, grown);
   REQUIRE(grown.measured.radii.width_m() == Approx(test::radii_of(tree).width_m()).margin(0.01));
   for (const MeshPart& part : grown.mesh.parts) check_buffers(part);
 }
@@ -270,7 +270,8 @@ TEST_CASE("the number of sides and sections changes neither DBH nor height") {
   for (const int sides : {3, 7, 40}) {
     for (const double tolerance : {0.0, 0.0005, 1.0}) {
       const GrowOptions options{.mesh = {.stem_sides = sides, .stem_tolerance_m = tolerance}};
-      test::check_promise(test::paper_tree_1(), grow_tree(test::paper_tree_1(), preset, options));
+      test::check_mesh_measurements(test::paper_tree_1(),
+                                    grow_tree(test::paper_tree_1(), preset, options));
     }
   }
   const GrowOptions flat{.mesh = {.stem_sides = 2}};

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "silvafit/tree/builder.hpp"
+#include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"
-#include "test_support/promise_test_support.hpp"
 #include "test_support/tree_test_support.hpp"
 
 using namespace silvafit;
@@ -92,7 +92,7 @@ TEST_CASE("textured meshes of any tree of any builder have its measurements and 
         const Morphology tree = test::random_morphology(random, i);
         const MeshOptions options = level_of_detail(i % kLevelsOfDetail, {.textured = true});
         const SceneTree grown = grow_tree(tree, *builder, {.mesh = options});
-        test::check_promise(tree, grown);
+        test::check_mesh_measurements(tree, grown);
         const Crown crown(builder->shape_of(tree), builder->preset().crown_index);
         double outside = 0.0;
         for (const MeshPart& part : grown.mesh.parts) {

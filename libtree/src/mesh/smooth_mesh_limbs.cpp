@@ -29,7 +29,7 @@ Limbs::Limbs(const Skeleton& skeleton)
       first_of_(skeleton.axes.size(), 0),
       last_of_(skeleton.axes.size(), 0),
       is_needed_(skeleton.axes.size(), false) {
-  find_heirs();
+  find_continuations();
   mark_measured();
   limbs_.reserve(skeleton.axes.size());
   knots_.reserve(skeleton.points.size() + 2);
@@ -46,10 +46,10 @@ bool Limbs::is_wood(std::uint32_t axis) const {
 
 /// At most one axis continues an axis: the thickest that starts at its end, if it is as thick as
 /// the end or slightly thinner.
-void Limbs::find_heirs() {
+void Limbs::find_continuations() {
   constexpr double kThickest = 1.05;
   constexpr double kThinnest = 0.6;
-  heir_of_.assign(skeleton_.axes.size(), kNone);
+  continuation_of_.assign(skeleton_.axes.size(), kNone);
   for (std::uint32_t axis = 1; axis < skeleton_.axes.size(); ++axis) {
     const std::uint32_t parent = skeleton_.axes[axis].parent;
     if (parent == 0 || parent >= axis) continue;
@@ -59,9 +59,9 @@ void Limbs::find_heirs() {
     if (base.radius_m > kThickest * end.radius_m || base.radius_m < kThinnest * end.radius_m) {
       continue;
     }
-    std::uint32_t& heir = heir_of_[parent];
-    if (heir == kNone || base.radius_m > skeleton_.points[skeleton_.axes[heir].first].radius_m) {
-      heir = axis;
+    std::uint32_t& next = continuation_of_[parent];
+    if (next == kNone || base.radius_m > skeleton_.points[skeleton_.axes[next].first].radius_m) {
+      next = axis;
     }
   }
 }
@@ -212,7 +212,7 @@ void Limbs::add_limb(std::uint32_t axis) {
   Limb limb{.axis = axis, .first = static_cast<std::uint32_t>(knots_.size())};
   limbs_.push_back(limb);
   const auto number = static_cast<std::uint32_t>(limbs_.size() - 1);
-  for (std::uint32_t next = axis; next != kNone; next = heir_of_[next]) {
+  for (std::uint32_t next = axis; next != kNone; next = continuation_of_[next]) {
     add_knots(next, is_needed_[next] || next == 0 ? 0 : skeleton_.axes[next].order);
     limb_of_[next] = number;
   }
@@ -222,7 +222,8 @@ void Limbs::add_limb(std::uint32_t axis) {
     knots_.resize(limb.first);
     orders_.resize(limb.first);
     limbs_.pop_back();
-    for (std::uint32_t next = axis; next != kNone; next = heir_of_[next]) limb_of_[next] = kNone;
+    for (std::uint32_t next = axis; next != kNone; next = continuation_of_[next])
+      limb_of_[next] = kNone;
     return;
   }
   const std::span<HermiteKnot> knots{knots_.data() + limb.first, limb.count};

@@ -60,7 +60,7 @@ class Limbs {
     double share = 0.0;
   };
 
-  void find_heirs();
+  void find_continuations();
   void mark_measured();
   void mark(std::uint32_t axis);
   void add_limb(std::uint32_t axis);
@@ -81,8 +81,8 @@ class Limbs {
   std::vector<std::uint32_t> limb_of_;   ///< by axis; kNone if it is not wood
   std::vector<std::uint32_t> first_of_;  ///< by axis: index of its first knot in its limb
   std::vector<std::uint32_t> last_of_;   ///< and of its last one
-  std::vector<std::uint32_t> heir_of_;   ///< by axis: the one that continues it
-  std::vector<bool> is_needed_;          ///< by axis: a measurement of the tree ends on it
+  std::vector<std::uint32_t> continuation_of_;  ///< by axis: the one that continues it
+  std::vector<bool> is_needed_;                 ///< by axis: a measurement of the tree ends on it
 };
 
 }  // namespace silvafit::tree

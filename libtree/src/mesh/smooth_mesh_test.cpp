@@ -8,8 +8,8 @@
 #include "mesh/smooth_mesh_limbs.hpp"
 #include "mesh/smooth_mesh_tube.hpp"
 #include "silvafit/base/error.hpp"
+#include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"
-#include "test_support/promise_test_support.hpp"
 #include "test_support/tree_test_support.hpp"
 
 using namespace silvafit;
@@ -56,9 +56,9 @@ Mesh mesh_of(const test::Stages& stages,
       stages.skeleton, stages.crown, style_with(first, second), random, options);
 }
 
-void check_promise(const Morphology& tree, const Mesh& mesh) {
+void check_mesh_measurements(const Morphology& tree, const Mesh& mesh) {
   const Measurements measured = measure(mesh);
-  test::check_promise(tree, measured);
+  test::check_mesh_measurements(tree, measured);
   // Floats of places within a meter of the axis, and the section's own arithmetic.
   REQUIRE(measured.dbh_cm == Approx(tree.dbh_cm).epsilon(1e-5));
 }
@@ -176,14 +176,14 @@ TEST_CASE("the smooth mesh of any valid tree has its measurements") {
       for (int level = 0; level < kLevelsOfDetail; ++level) {
         INFO("level " << level);
         const Mesh mesh = mesh_of(stages, level_of_detail(level));
-        check_promise(tree, mesh);
+        check_mesh_measurements(tree, mesh);
         check_surfaces(mesh, stages.crown, 6);
       }
       const Mesh cards = mesh_of(stages,
                                  {.textured = true, .vertex_colors = true},
                                  LeafForm::kCard,
                                  LeafForm::kCrossedCards);
-      check_promise(tree, cards);
+      check_mesh_measurements(tree, cards);
       check_surfaces(cards, stages.crown, 6);
     }
   }

@@ -116,8 +116,8 @@ class RadiusBranches {
     std::vector<Obstacle> obstacles;
     for (const std::size_t j : near_[i]) {
       const Point stem = between(trees_[i].position, trees_[j].position);
-      const bool gives_way = is_weaker(trees_[i], trees_[j]);
-      const std::size_t number = gives_way ? lanes_[j]->size() : 1;
+      const bool must_avoid_branches = is_weaker(trees_[i], trees_[j]);
+      const std::size_t number = must_avoid_branches ? lanes_[j]->size() : 1;
       for (std::size_t k = 0; k < number; ++k) obstacles.push_back({&(*lanes_[j])[k], stem});
     }
     return obstacles;

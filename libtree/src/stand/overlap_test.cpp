@@ -8,7 +8,7 @@
 #include "fitted/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/crown_density.hpp"
-#include "test_support/promise_test_support.hpp"
+#include "test_support/measurement_test_support.hpp"
 #include "test_support/stand_test_support.hpp"
 
 using namespace silvafit;
@@ -146,9 +146,9 @@ class SurfaceCheck {
       const double shrink = distance > slack ? 1.0 - slack / distance : 0.0;
       const Point own = {p.x * shrink, p.y * shrink, p.z};
       const Point moved = q + (own - p);
-      const double from_theirs = std::hypot(moved.x, moved.y);
+      const double from_neighbor = std::hypot(moved.x, moved.y);
       // Points in the neighbor's crown by less than the tolerance are not counted.
-      if (outlines_[j].s(moved) * (1.0 + slack / std::max(from_theirs, slack)) >= 1.0) continue;
+      if (outlines_[j].s(moved) * (1.0 + slack / std::max(from_neighbor, slack)) >= 1.0) continue;
       const double still = excess(own, moved);
       if (still > kRounding && !in_lane(stand_.skeletons[i], radii_[i], p)) {
         ++found.beyond;
@@ -207,9 +207,9 @@ Breaches mesh_breaches(const GrownStand& stand, const Preset& preset) {
   return found;
 }
 
-void check_promises(const GrownStand& stand) {
+void check_all_meshes(const GrownStand& stand) {
   for (std::size_t i = 0; i < stand.grown.size(); ++i) {
-    test::check_promise(stand.morphologies[i], stand.grown[i]);
+    test::check_mesh_measurements(stand.morphologies[i], stand.grown[i]);
   }
 }
 
@@ -221,7 +221,7 @@ void check_resolved(const GrownStand& stand, const Preset& preset) {
   CHECK(triangles.points > 0);
   INFO("worst " << triangles.worst << " of " << triangles.points);
   CHECK(triangles.beyond == 0);
-  check_promises(stand);
+  check_all_meshes(stand);
 }
 
 /// A dense stand with so small minimum distances that stems are inside other crowns.
@@ -369,7 +369,7 @@ TEST_CASE("stems at one position keep their measurements, with a note on remaini
   Morphology twin = test::paper_tree_10();
   twin.tree = "10b";
   const GrownStand same = grow_stand({test::paper_tree_10(), twin});
-  check_promises(same);
+  check_all_meshes(same);
   CHECK(same.overlap.trees[0].crossing > 0);
   const auto& notes = same.grown[0].notes;
   CHECK(std::any_of(

@@ -87,7 +87,7 @@ struct BaseModel {
   /// The error of the first sensible condition that these parameters do not satisfy; empty if they
   /// satisfy all.
   /// \param top_dbh_cm  1.2 times the largest DBH
-  std::string nonsense(std::map<std::string, double> parameters, double top_dbh_cm) const;
+  std::string violated_condition(std::map<std::string, double> parameters, double top_dbh_cm) const;
 };
 
 /// All base models of a folder `models`.

@@ -20,7 +20,7 @@ inline tree::CrownRadii radii_of(const tree::TreeShape& shape) { return shape.ra
 /// To a centimeter, and DBH to a millimeter (docs/trees.md).
 /// \tparam Tree  a morphology, or the shape that completes one
 template <typename Tree>
-void check_promise(const Tree& tree, const tree::Measurements& measured) {
+void check_mesh_measurements(const Tree& tree, const tree::Measurements& measured) {
   const tree::CrownRadii radii = radii_of(tree);
   INFO("h " << tree.h_m << " hcb " << tree.hcb_m << " dbh " << tree.dbh_cm << " radii "
             << radii.east_m << ' ' << radii.west_m << ' ' << radii.south_m << ' ' << radii.north_m);
@@ -33,9 +33,9 @@ void check_promise(const Tree& tree, const tree::Measurements& measured) {
   REQUIRE(measured.radii.north_m == Approx(radii.north_m).margin(0.01));
 }
 
-inline void check_promise(const tree::Morphology& tree, const tree::SceneTree& grown) {
+inline void check_mesh_measurements(const tree::Morphology& tree, const tree::SceneTree& grown) {
   INFO(tree.plot << "-" << tree.tree << ' ' << grown.preset << " hc " << tree.hc_m.value_or(-1));
-  check_promise(tree, grown.measured);
+  check_mesh_measurements(tree, grown.measured);
 }
 
 }  // namespace silvafit::test
