@@ -208,3 +208,20 @@ def test_predictions_of_biomass_and_carbon(mixed, stands):
     assert found["carbon_kg"].to_numpy() == pytest.approx(expected, rel=1e-12)
     with pytest.raises(sf.UsageError, match="no-such"):
         library.predict(stands, equations=["no-such"])
+
+
+def test_studies_of_repeated_measurements_and_sampled_plots(source):
+    trees = pd.read_csv(source / "tests/reference/data/repeated.csv")
+    settings = {"responses": ["h"], "candidates": {"h": ["M4"]}, "variance_functions": ["none"], "progress": False}
+    plots = pd.DataFrame({"plot": np.arange(1, 11), "area": 400.0})
+    study = sf.study(trees, period="year", plots=plots, covariates=["stems_per_ha"], **settings)
+    assert study.results["n"].tolist() == [len(trees)] and "| year" in study.results["random"][0]
+    # Each plot has 14 trees at each time.
+    assert study.predictions["stems_per_ha"].unique() == pytest.approx([14 / 0.04], rel=1e-12)
+    assert len(sf.study(trees, **settings).predictions) == 140
+    circles = sf.study(trees, period="year", circles={7: 4, 15: 8}, covariates=["stems_per_ha"], **settings)
+    first = trees[(trees["plot"] == 1) & (trees["year"] == 2005)]
+    factors = np.where(first["dbh"] < 15, 1e4 / (np.pi * 16), 1e4 / (np.pi * 64))[first["dbh"] >= 7]
+    # Trees below the smallest dbh are not counted.
+    counted = first.index[first["dbh"] >= 7]
+    assert circles.predictions.loc[counted, "stems_per_ha"].to_numpy() == pytest.approx(factors.sum(), rel=1e-12)
