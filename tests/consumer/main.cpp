@@ -13,7 +13,7 @@
 
 namespace {
 
-/// Prints each value and counts those that are not what they must be.
+/// Prints each value and counts the wrong ones.
 class Checks {
  public:
   void near(const std::string& what, double value, double expected, double relative_tolerance) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a fuzz target is: something of the program that reads bytes it cannot trust.
+// A fuzz target: a reader of the program for untrusted bytes.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@
 namespace silvafit::fuzz {
 
 /// Reads the bytes as their reader does and uses the result. Each target defines it once.
-/// \throws Error as the reader says; anything else that happens is a finding
+/// \throws Error as the reader; any other failure is a finding
 void read(std::string_view bytes);
 
-/// Calls read(). An error of the program's own must say something; others end the process.
+/// Calls read(). An error of the program must have a message; others end the process.
 void read_checked(std::string_view bytes);
 
-/// A file in memory with the bytes, for readers that take a path. It is gone with the object.
+/// A file in memory with the bytes, for readers that need a path. It exists as long as the object.
 class FileOfBytes {
  public:
   explicit FileOfBytes(std::string_view bytes);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Likelihoods with ridges, several modes and steep variances, by what theory says of any data.
+// Likelihoods with ridges, several modes and steep variances, checked by theory for any data.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -98,7 +98,7 @@ TEST_CASE("a constant that outgrows a steep power is not taken for a constant va
         fitted_by(table, kLogisticOfX, "b | plot", "constant-plus-power", method);
     const fit::FittedModel& fit = result.fit;
     INFO(fit::method_text(method) << ": " << fit.convergence.verdict);
-    // What the estimates say is what the likelihood was computed with.
+    // The reported estimates are those of the likelihood.
     const Eigen::VectorXd fitted_values = result.fitted_conditional;
     const Eigen::VectorXd by_row = fit.residual_sd(fitted_values, table.select(result.rows));
     for (Eigen::Index i = 0; i < by_row.size(); ++i) {

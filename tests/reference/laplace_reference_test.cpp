@@ -44,7 +44,7 @@ fit::FitResult fitted_by_laplace(const json& reference,
   return fit::fit_model(specification, table, {.method = fit::Method::kLaplace, .start = start});
 }
 
-/// TMB's optimizer leaves a covariance on the edge of its range with a gradient of this size; its
+/// TMB's optimizer ends at a boundary covariance with a gradient of this size; its
 /// estimates are then no maximum to compare with.
 bool is_comparable_with_tmb(const json& reference) {
   return reference["converged"].get<bool>() && reference["max_abs_gradient"].get<double>() < 1e-6;

@@ -59,7 +59,7 @@ const std::vector<SubModelCase> kStudy{
     {"MH_cw_ssp", kCrownPower, {"a ~ 1 + C + M"}, {{"a:C", {"c"}}, {"a:M", {"d"}}}}};
 
 /// The same log-likelihood as R or a better one; where it is the same and R's own second algorithm
-/// agrees, the same estimates to what R's tolerances leave of its digits.
+/// agrees, the same estimates within R's tolerances.
 void check_against_nls(const json& reference, const LeastSquaresFit& fit, const Names& names = {}) {
   INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict);
   CHECK_FALSE(fit.convergence.verdict.empty());

@@ -41,7 +41,7 @@ FitResult fitted_as_nlme(const json& reference, const data::Table& table) {
   return fit::fit_model(specification, table);
 }
 
-/// Points of the likelihood where nlme's own tolerances leave digits to compare: tight control, a
+/// Points of the likelihood at which nlme's tolerances allow a comparison: tight control, a
 /// covariance well inside its range, general as ours, and the same maximum.
 bool is_comparable_with_nlme(const json& reference, double log_likelihood) {
   return reference["control"] == "tight" &&
@@ -55,7 +55,7 @@ void check_estimates(const json& reference, const json& ours) {
   for (const auto& [name, value] : reference["estimates"].items()) {
     INFO(name);
     const double error = reference["std_errors"][name].get<double>();
-    // To 1e-5 relative, or 1e-4 standard errors where nlme's stopping rule leaves no more.
+    // To 1e-5 relative, or 1e-4 standard errors because of nlme's stopping rule.
     const double tolerance = std::max(1e-5 * std::abs(value.get<double>()), 1e-4 * error);
     CHECK(ours["fixed"][name]["estimate"].get<double>() ==
           Approx(value.get<double>()).margin(tolerance));
@@ -84,7 +84,7 @@ void check_variance_of_nlme(const json& reference, const json& ours) {
   const std::map<std::string, std::string> names{
       {"expon", "delta"}, {"power", "delta"}, {"const", "constant"}};
   for (const auto& [name, value] : reference["varfun_params"].items()) {
-    // A constant next to zero is what is left of nlme's logarithmic scale, not a number to compare.
+    // A constant near zero is an effect of nlme's logarithmic scale and is not compared.
     if (name == "const" && value.get<double>() < 1e-3) continue;
     INFO(name);
     CHECK(ours["variance"][names.at(name)].get<double>() ==

@@ -62,7 +62,7 @@ TEST_CASE("23 of the 27 problems of NIST need no start", "[reference]") {
     const fit::LeastSquaresFit fit = fit_least_squares(model_of_problem(problem));
     INFO(name << ": " << fit.convergence.verdict);
     CHECK(fit.convergence.converged());
-    // By the sum of squares, since sums of exponentials may come in another order.
+    // By the sum of squares, because sums of exponentials may be in another order.
     CHECK(digits(fit.sum_of_squares, problem.sum_of_squares) > (name == "Lanczos1" ? 2.0 : 9.0));
   }
 }

@@ -62,7 +62,7 @@ fit::RandomEffects random_of(const std::string& group, const json& level) {
   return random;
 }
 
-/// Fits on the edge, where only the likelihood can be compared.
+/// Boundary (singular) fits, for which only the likelihood can be compared.
 const std::set<std::string> kEdge{"crowded_stand_a_plot_ab_power_ml",
                                   "stand_ab_plot_ab_none_ml",
                                   "three_general",
@@ -140,7 +140,7 @@ void check_fit(const json& reference) {
   for (const auto& [name, value] : exact["estimates"].items()) {
     INFO(name);
     const Eigen::Index at = model.coefficient_index(name);
-    // We stop within 1e-6 standard errors; the rounds still to come may add up to some more.
+    // The search stops within 1e-6 standard errors; the remaining iterations may sum to more.
     const double error = ours.standard_errors()[at];
     CHECK(ours.estimate[at] == Approx(value.get<double>()).margin(1e-5 * error));
     if (!exact.contains("std_errors_without_factor")) continue;

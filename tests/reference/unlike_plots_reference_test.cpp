@@ -67,7 +67,7 @@ TEST_CASE("start values for plots that are very unlike do no harm") {
 
 TEST_CASE("the marginal likelihoods of plots that are very unlike are near nlme's") {
   for (const json& reference : fits_of_nlme()) {
-    // With one effect that enters linearly the methods agree but for the curvature of b and c.
+    // With one effect that enters linearly the methods agree except for the curvature of b and c.
     if (reference["random"] != "a | plot") continue;
     for (const fit::Method method : {fit::Method::kLaplace, fit::Method::kInteraction}) {
       const fit::FittedModel fit = fitted_to_set(reference, {.method = method});

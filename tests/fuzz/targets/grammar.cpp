@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A grammar, its string after the steps it asks for, and what the turtle draws of it.
+// A grammar, its string after its number of steps, and the turtle's drawing.
 #include "fuzz_target.hpp"
 #include "silvafit/tree/lsystem.hpp"
 #include "silvafit/tree/turtle.hpp"
