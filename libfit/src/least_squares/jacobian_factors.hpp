@@ -8,7 +8,8 @@
 
 namespace silvafit::fit {
 
-/// J = Q R with pivoting, in coefficients of equal column length.
+/// J = Q R with pivoting, in coefficients of equal column length. Q is not kept: J may have as many
+/// rows as there is memory for.
 class JacobianFactors {
  public:
   // Smallest diagonal element of R with columns of equal length. Below it, a column is a sum of the
@@ -16,50 +17,29 @@ class JacobianFactors {
   static constexpr double kRankTolerance = 1e-11;
   static constexpr double kNearTolerance = 1e-7;
 
-  /// \param jacobian  (N x p), finite
-  explicit JacobianFactors(const Eigen::MatrixXd& jacobian, double tolerance = kRankTolerance)
-      : scale_(jacobian.colwise().stableNorm()) {
-    scale_ = (scale_.array() > 0.0).select(scale_, 1.0);
-    qr_.setThreshold(tolerance);
-    qr_.compute(jacobian * scale_.cwiseInverse().asDiagonal());
-  }
+  /// \param jacobian   (N x p), finite
+  /// \param residuals  (N) r, or empty
+  explicit JacobianFactors(const Eigen::MatrixXd& jacobian,
+                           double tolerance = kRankTolerance,
+                           const Eigen::VectorXd& residuals = {});
 
   Eigen::Index rank() const { return qr_.rank(); }
 
   /// (rank) Q' r
-  Eigen::VectorXd project(const Eigen::VectorXd& residuals) const {
-    return (qr_.householderQ().adjoint() * residuals).head(rank());
-  }
+  const Eigen::VectorXd& projected() const { return projected_; }
 
   /// (p x k) changes of the coefficients for (rank x k) changes in u.
-  Eigen::MatrixXd to_coefficients(const Eigen::MatrixXd& u) const {
-    Eigen::MatrixXd result = Eigen::MatrixXd::Zero(scale_.size(), u.cols());
-    result.topRows(rank()) = triangle().triangularView<Eigen::Upper>().solve(u);
-    result = qr_.colsPermutation() * result;
-    return scale_.cwiseInverse().asDiagonal() * result;
-  }
+  Eigen::MatrixXd to_coefficients(const Eigen::MatrixXd& u) const;
 
   /// Coefficients with a component in a direction that does not change the mean.
-  std::vector<Eigen::Index> confounded() const {
-    std::vector<Eigen::Index> result;
-    const Eigen::Index p = scale_.size();
-    if (rank() == p) return result;
-    Eigen::MatrixXd directions = Eigen::MatrixXd::Zero(p, p - rank());
-    directions.topRows(rank()) = -triangle().triangularView<Eigen::Upper>().solve(
-        qr_.matrixQR().topRightCorner(rank(), p - rank()));
-    directions.bottomRows(p - rank()).setIdentity();
-    directions = qr_.colsPermutation() * directions;
-    for (Eigen::Index i = 0; i < p; ++i) {
-      if (directions.row(i).cwiseAbs().maxCoeff() > 1e-6) result.push_back(i);
-    }
-    return result;
-  }
+  std::vector<Eigen::Index> confounded() const;
 
  private:
   Eigen::MatrixXd triangle() const { return qr_.matrixQR().topLeftCorner(rank(), rank()); }
 
   Eigen::VectorXd scale_;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+  Eigen::VectorXd projected_;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;  ///< of the triangle that blocks of rows leave
 };
 
 }  // namespace silvafit::fit

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "least_squares/least_squares_curvature.hpp"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -13,12 +14,23 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// (N x K) values of the model's parameters.
-MatrixXd parameter_values(const NonlinearModel& model, const VectorXd& coefficients) {
+constexpr Index kBlock = 1024;  // rows at a time
+
+/// (rows x K) values of the model's parameters.
+MatrixXd parameter_values(const NonlinearModel& model,
+                          const VectorXd& coefficients,
+                          Index begin,
+                          Index rows) {
   const auto count = static_cast<Index>(model.specification().parameters.size());
-  MatrixXd values = MatrixXd::Zero(model.observations(), count);
+  MatrixXd values = MatrixXd::Zero(rows, count);
   for (Index j = 0; j < coefficients.size(); ++j) {
-    values.col(model.parameter_of(j)) += coefficients[j] * model.multiplier(j);
+    auto value = values.col(model.parameter_of(j)).array();
+    const double* const multiplier = model.multiplier_values(j);
+    if (multiplier == nullptr) {
+      value += coefficients[j];
+    } else {
+      value += coefficients[j] * Eigen::Map<const Eigen::ArrayXd>(multiplier + begin, rows);
+    }
   }
   return values;
 }
@@ -42,41 +54,72 @@ data::Program second_derivatives(const NonlinearModel& model) {
   return {outputs, inputs};
 }
 
-/// (N x K(K+1)/2)
-MatrixXd evaluate(const NonlinearModel& model, const MatrixXd& parameters) {
-  const data::Program program = second_derivatives(model);
+/// Evaluates the second derivatives of some rows.
+/// \param result  (rows x K(K+1)/2)
+void evaluate(const NonlinearModel& model,
+              const data::Program& program,
+              const MatrixXd& parameters,
+              Index begin,
+              data::Program::Workspace& workspace,
+              MatrixXd& result) {
   std::vector<const double*> inputs;
   for (Index k = 0; k < parameters.cols(); ++k) inputs.push_back(parameters.col(k).data());
   const MatrixXd& columns = model.variable_values();
-  for (Index k = 0; k < columns.cols(); ++k) inputs.push_back(columns.col(k).data());
-  MatrixXd result(model.observations(), static_cast<Index>(program.output_count()));
+  for (Index k = 0; k < columns.cols(); ++k) inputs.push_back(columns.col(k).data() + begin);
+  result.resize(parameters.rows(), static_cast<Index>(program.output_count()));
   std::vector<double*> outputs;
   for (Index k = 0; k < result.cols(); ++k) outputs.push_back(result.col(k).data());
-  data::Program::Workspace workspace;
-  program.evaluate(inputs, static_cast<std::size_t>(model.observations()), outputs, workspace);
-  return result;
+  program.evaluate(inputs, static_cast<std::size_t>(parameters.rows()), outputs, workspace);
+}
+
+/// Multiplies values of some rows by the multiplier of a coefficient.
+void multiply(const NonlinearModel& model, Index coefficient, Index begin, VectorXd& values) {
+  const double* const multiplier = model.multiplier_values(coefficient);
+  if (multiplier == nullptr) return;
+  values.array() *= Eigen::Map<const Eigen::ArrayXd>(multiplier + begin, values.size());
 }
 
 }  // namespace
+
+MatrixXd residual_curvature(const NonlinearModel& model,
+                            const VectorXd& coefficients,
+                            const VectorXd& residuals) {
+  const data::Program program = second_derivatives(model);
+  data::Program::Workspace workspace;
+  MatrixXd second;
+  const Index p = coefficients.size();
+  MatrixXd result = MatrixXd::Zero(p, p);
+  for (Index begin = 0; begin < model.observations(); begin += kBlock) {
+    const Index rows = std::min(kBlock, model.observations() - begin);
+    evaluate(model,
+             program,
+             parameter_values(model, coefficients, begin, rows),
+             begin,
+             workspace,
+             second);
+    for (Index i = 0; i < p; ++i) {
+      VectorXd moved = residuals.segment(begin, rows);
+      multiply(model, i, begin, moved);
+      for (Index j = 0; j <= i; ++j) {
+        if (model.is_bilinear(i, j)) continue;
+        const Index large = std::max(model.parameter_of(i), model.parameter_of(j));
+        const Index small = std::min(model.parameter_of(i), model.parameter_of(j));
+        VectorXd term = second.col(large * (large + 1) / 2 + small).cwiseProduct(moved);
+        multiply(model, j, begin, term);
+        result(i, j) += term.sum();
+      }
+    }
+  }
+  return result.selfadjointView<Eigen::Lower>();
+}
 
 MatrixXd least_squares_hessian(const NonlinearModel& model, const VectorXd& coefficients) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
-  const VectorXd residual = model.response() - mean;
-  const MatrixXd second = evaluate(model, parameter_values(model, coefficients));
-  MatrixXd hessian = jacobian.transpose() * jacobian;
-  for (Index i = 0; i < coefficients.size(); ++i) {
-    for (Index j = 0; j < coefficients.size(); ++j) {
-      const Index large = std::max(model.parameter_of(i), model.parameter_of(j));
-      const Index small = std::min(model.parameter_of(i), model.parameter_of(j));
-      const VectorXd moved = model.multiplier(i).cwiseProduct(model.multiplier(j));
-      hessian(i, j) -=
-          second.col(large * (large + 1) / 2 + small).cwiseProduct(moved).dot(residual);
-    }
-  }
-  return hessian;
+  return jacobian.transpose() * jacobian -
+         residual_curvature(model, coefficients, model.response() - mean);
 }
 
 }  // namespace silvafit::fit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The exact Hessian of a sum of squares.
+// The exact Hessian of a sum of squares, from symbolic second derivatives of the mean.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,8 +8,15 @@
 
 namespace silvafit::fit {
 
-/// (p x p) the Hessian of half the sum of squared residuals, J'J - sum r f'', with symbolic second
-/// derivatives of the mean. The Gauss-Newton approximation omits the second term.
+/// (p x p) the sum of r f'' over the observations, which the Gauss-Newton approximation of the
+/// Hessian omits.
+/// \param coefficients  (p) the same for all groups
+/// \param residuals     (N) r
+Eigen::MatrixXd residual_curvature(const NonlinearModel& model,
+                                   const Eigen::VectorXd& coefficients,
+                                   const Eigen::VectorXd& residuals);
+
+/// (p x p) the Hessian of half the sum of squared residuals, J'J - sum r f''.
 /// \param coefficients  (p) the same for all groups
 Eigen::MatrixXd least_squares_hessian(const NonlinearModel& model,
                                       const Eigen::VectorXd& coefficients);

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "least_squares/jacobian_factors.hpp"
+#include "least_squares/least_squares_curvature.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -59,7 +60,7 @@ class Refinement {
     residuals_ = model_.response() - point_.mean;
     point_.sum_of_squares = residuals_.squaredNorm();
     point_.finite = residuals_.allFinite() && jacobian_.allFinite();
-    if (point_.finite) factors_.emplace(jacobian_);
+    if (point_.finite) factors_.emplace(jacobian_, JacobianFactors::kRankTolerance, residuals_);
     return point_.finite;
   }
 
@@ -75,38 +76,25 @@ class Refinement {
 
   /// The step in u; fills in the evidence.
   VectorXd newton_step() {
-    const VectorXd gradient = factors().project(residuals_);
+    const VectorXd& gradient = factors().projected();
     const double variance = residual_variance();
     const double size = model_.response().squaredNorm() + point_.mean.squaredNorm();
     point_.rounding = std::pow(8.0 * kEpsilon, 2) * size / variance;
-    const Eigen::LLT<MatrixXd> hessian(curvature(std::sqrt(variance)));
+    const Eigen::LLT<MatrixXd> hessian(curvature());
     point_.positive_curvature = hessian.info() == Eigen::Success;
     VectorXd step = point_.positive_curvature ? VectorXd(hessian.solve(gradient)) : gradient;
     point_.decrement = variance > 0.0 ? gradient.dot(step) / variance : 0.0;
     return step;
   }
 
-  /// Hessian of half the sum of squares in u: the identity minus the part of the residuals, by
-  /// central differences of the exact Jacobian over a thousandth of a standard error.
-  MatrixXd curvature(double sigma) {
+  /// Hessian of half the sum of squares in u: the identity minus the part of the residuals.
+  MatrixXd curvature() const {
     const Index r = factors().rank();
-    MatrixXd hessian = MatrixXd::Identity(r, r);
-    const double width = 1e-3 * sigma;
-    // For a nearly exact fit the steps would be rounding, and the part of the residuals is zero.
-    const double fit_change = width * std::sqrt(static_cast<double>(model_.observations()));
-    if (fit_change < 1e-12 * model_.response().norm()) return hessian;
     const MatrixXd directions = factors().to_coefficients(MatrixXd::Identity(r, r));
-    MatrixXd upper;
-    MatrixXd lower;
-    VectorXd mean;
-    for (Index k = 0; k < r; ++k) {
-      model_.evaluate(point_.coefficients + width * directions.col(k), mean, &upper, workspace_);
-      model_.evaluate(point_.coefficients - width * directions.col(k), mean, &lower, workspace_);
-      hessian.col(k) -=
-          directions.transpose() * ((upper - lower).transpose() * residuals_ / (2.0 * width));
-    }
+    const MatrixXd bend = residual_curvature(model_, point_.coefficients, residuals_);
+    const MatrixXd hessian = MatrixXd::Identity(r, r) - directions.transpose() * bend * directions;
     if (!hessian.allFinite()) return MatrixXd::Identity(r, r);
-    return 0.5 * (hessian + hessian.transpose());
+    return hessian;
   }
 
   /// Makes the step, or a part of it that does not increase the sum of squares beyond rounding.
