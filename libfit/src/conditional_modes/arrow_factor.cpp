@@ -148,6 +148,4 @@ SmallMatrix ArrowFactor::inverse_block(Index k) const {
 
 double ArrowFactor::log_determinant() const { return log_determinant_ + std::log(product_); }
 
-SmallMatrix ArrowFactor::lower(Index k) const { return ConstMap(group(k), q_, q_); }
-
 }  // namespace silvafit::fit

@@ -46,8 +46,6 @@ class ArrowFactor {
   void solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const;
   /// The block of H^-1 that belongs to (u, v_k), (s + q x s + q).
   SmallMatrix inverse_block(Eigen::Index k) const;
-  /// The lower factor of a group's block; for s = 0.
-  SmallMatrix lower(Eigen::Index k) const;
 
  private:
   using Map = Eigen::Map<Eigen::MatrixXd>;

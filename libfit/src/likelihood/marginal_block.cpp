@@ -11,19 +11,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The derivative by H from that by its Cholesky factor C.
-/// Source: Murray 2016, Differentiation of the Cholesky decomposition, arXiv:1602.07527.
-SmallMatrix by_cholesky(const SmallMatrix& lower, const SmallMatrix& by_lower) {
-  SmallMatrix inside = lower.transpose() * by_lower;
-  inside = inside.triangularView<Eigen::Lower>().toDenseMatrix().eval();
-  inside.diagonal() *= 0.5;
-  SmallMatrix result = inside + inside.transpose();
-  lower.transpose().triangularView<Eigen::Upper>().solveInPlace(result);
-  result.transposeInPlace();
-  lower.transpose().triangularView<Eigen::Upper>().solveInPlace(result);
-  return 0.5 * result;
-}
-
 }  // namespace
 
 MarginalValue MarginalValue::zero(const MarginalPoint& point) {
@@ -137,13 +124,14 @@ bool MarginalBlock::factorize_determinants(const RandomDesign& design) {
 }
 
 /// Near a point where a distribution becomes bimodal, its log-determinant goes to minus infinity,
-/// and the likelihood would seem to be unbounded.
+/// and the likelihood would seem to be unbounded. Quadrature has no such limit, but there its mode
+/// is not a smooth function of the parameters.
 bool MarginalBlock::has_clear_modes() const {
-  constexpr double kClear = 0.05;
+  const double clear = rule_ == nullptr ? 0.05 : 0.005;
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
     if (modes_.is_known(c)) continue;
     if (rule_ == nullptr && !modes_.is_minimum(c)) return false;
-    if (determinant(c).smallest_pivot() < kClear) return false;
+    if (determinant(c).smallest_pivot() < clear) return false;
   }
   return true;
 }
@@ -155,11 +143,22 @@ const ArrowFactor& MarginalBlock::determinant(Index cluster) const {
 
 // ---- adaptive quadrature, for one grouping: each cluster is one group ----
 
-/// The random effects at a node: mode + C^-T x, with H = C C'.
-SmallVector MarginalBlock::node(Index group, Index number) const {
-  const SmallMatrix lower = modes_.hessian(group).lower(0);
-  const SmallVector x = rule_->nodes.col(number);
-  return modes_.inner(group) + lower.transpose().triangularView<Eigen::Upper>().solve(x);
+/// Where the nodes of all groups are: mode + C^-T x.
+void MarginalBlock::place_nodes(const RandomDesign& design) {
+  const Index q = design.inner.cols();
+  scales_.clear();
+  nodes_.resize(static_cast<std::size_t>(modes_.cluster_count()));
+  for (std::size_t g = 0; g < nodes_.size(); ++g) {
+    const auto group = static_cast<Index>(g);
+    const SmallMatrix curvature = unpacked(modes_.curvatures(group).col(0).data(), r_);
+    const SmallMatrix bent = curvature.lazyProduct(design.inner);
+    SmallMatrix hessian = design.inner.transpose().lazyProduct(bent);
+    hessian += SmallMatrix::Identity(q, q);
+    const NodeScale& scale = scales_.emplace_back(hessian);
+    nodes_[g] = rule_->nodes;
+    scale.lower().transpose().triangularView<Eigen::Upper>().solveInPlace(nodes_[g]);
+    nodes_[g].colwise() += modes_.inner(group);
+  }
 }
 
 void MarginalBlock::evaluate_nodes(const RandomDesign& design,
@@ -172,9 +171,13 @@ void MarginalBlock::evaluate_nodes(const RandomDesign& design,
   const Index groups = modes_.end_group() - begin;
   shares_.resize(nodes, groups);
   const MatrixXd at_modes = effects.middleCols(begin, groups);
+  const auto node = [&](Index group, Index k) {
+    return nodes_[static_cast<std::size_t>(group)].col(k);
+  };
   for (Index k = 0; k < nodes; ++k) {
     MatrixXd& here = node_sums[static_cast<std::size_t>(k)];
-    for (Index g = 0; g < groups; ++g) effects.col(begin + g) = design.inner * node(g, k);
+    for (Index g = 0; g < groups; ++g)
+      effects.col(begin + g) = design.inner.lazyProduct(node(g, k));
     if (with_gradient) {
       sums_.slopes(begin, begin + groups, effects, here, workspace);
     } else {
@@ -182,7 +185,9 @@ void MarginalBlock::evaluate_nodes(const RandomDesign& design,
     }
     const double constant = std::log(rule_->weights[k]) + 0.5 * rule_->nodes.col(k).squaredNorm();
     for (Index g = 0; g < groups; ++g) {
-      shares_(k, g) = constant - here(0, g) - 0.5 * node(g, k).squaredNorm();
+      shares_(k, g) = std::isfinite(here(0, g))
+                          ? constant - here(0, g) - 0.5 * node(g, k).squaredNorm()
+                          : -std::numeric_limits<double>::infinity();
     }
   }
   effects.middleCols(begin, groups) = at_modes;
@@ -196,6 +201,7 @@ void MarginalBlock::integrate(const MarginalPoint& point,
                               bool with_gradient) {
   // With many nodes this is much memory, which only one block at a time may have.
   std::vector<MatrixXd> node_sums(static_cast<std::size_t>(rule_->weights.size()));
+  place_nodes(design);
   evaluate_nodes(design, effects, workspace, node_sums, with_gradient);
   const Index groups = shares_.cols();
   for (Index g = 0; g < groups; ++g) {
@@ -203,7 +209,7 @@ void MarginalBlock::integrate(const MarginalPoint& point,
     const double largest = shares.maxCoeff();
     shares = (shares - largest).exp();
     result.minus_log_likelihood -= largest + std::log(shares.sum());
-    result.minus_log_likelihood += 0.5 * modes_.hessian(g).log_determinant();
+    result.minus_log_likelihood += 0.5 * scales_[static_cast<std::size_t>(g)].log_determinant();
     shares /= shares.sum();
   }
   if (!with_gradient) return;
@@ -224,28 +230,34 @@ void MarginalBlock::add_node_slopes(const MarginalPoint& point,
   const Index p = result.by_beta.size();
   const Index m = result.by_variance.size();
   const Index q = point.inner_factor.rows();
-  const SmallMatrix lower = modes_.hessian(g).lower(0);
+  const NodeScale& scale = scales_[static_cast<std::size_t>(g)];
+  const SmallMatrix& lower = scale.lower();
+  const MatrixXd& nodes = nodes_[static_cast<std::size_t>(g)];
   SmallMatrix by_lower = SmallMatrix::Zero(q, q);
   inner_follow_.col(g).setZero();
   for (Index k = 0; k < shares_.rows(); ++k) {
     const double share = shares_(k, g);
+    // Where the formula is not finite, the density is zero and its slopes mean nothing. The
+    // exponential function of vectors is not exactly zero there.
+    constexpr double kNone = 1e-300;
+    if (share < kNone) continue;
     const auto here = node_sums[static_cast<std::size_t>(k)].col(g);
     result.by_beta += share * here.segment(1, p);
     result.by_variance += share * here.segment(1 + p, m);
     result.by_log_sigma += share * here[1 + p + m];
-    const SmallVector v = node(g, k);
     SmallVector by_effects(q);
     for (Index i = 0; i < q; ++i) {
-      by_effects[i] = here[1 + places_.inner[static_cast<std::size_t>(i)]];
+      by_effects[i] = share * here[1 + places_.inner[static_cast<std::size_t>(i)]];
     }
-    result.by_inner_factor += share * by_effects * v.transpose();
-    const SmallVector slope = point.inner_factor.transpose() * by_effects + v;
-    inner_follow_.col(g) += share * slope;
-    const SmallVector distance = v - modes_.inner(g);
-    by_lower -= share * distance * lower.triangularView<Eigen::Lower>().solve(slope).transpose();
+    result.by_inner_factor += by_effects.lazyProduct(nodes.col(k).transpose());
+    const SmallVector slope =
+        point.inner_factor.transpose().lazyProduct(by_effects) + share * nodes.col(k);
+    inner_follow_.col(g) += slope;
+    by_lower -= (nodes.col(k) - modes_.inner(g)).lazyProduct(slope.transpose());
   }
+  lower.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(by_lower);
   by_lower.diagonal() += lower.diagonal().cwiseInverse();
-  Eigen::Map<MatrixXd>(spread_.col(g).data(), q, q) = 2.0 * by_cholesky(lower, by_lower);
+  Eigen::Map<MatrixXd>(spread_.col(g).data(), q, q) = 2.0 * scale.by_hessian(by_lower);
 }
 
 // ---- gradient ----

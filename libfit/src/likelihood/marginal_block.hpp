@@ -8,6 +8,7 @@
 #include "conditional_modes/cluster_modes.hpp"
 #include "conditional_modes/quadrature_rule.hpp"
 #include "conditional_modes/random_places.hpp"
+#include "likelihood/node_scale.hpp"
 
 namespace silvafit::fit {
 
@@ -104,7 +105,7 @@ class MarginalBlock {
                        const std::vector<Eigen::MatrixXd>& node_sums,
                        Eigen::Index group,
                        MarginalValue& result);
-  SmallVector node(Eigen::Index group, Eigen::Index number) const;
+  void place_nodes(const RandomDesign& design);
   void differentiate(const RandomDesign& design,
                      Eigen::MatrixXd& effects,
                      ObservationSums::Workspace& workspace,
@@ -144,8 +145,10 @@ class MarginalBlock {
   Eigen::MatrixXd kept_totals_;
   ArrowFactor kept_hessian_;  ///< of the current cluster
   // For quadrature:
-  Eigen::MatrixXd shares_;       ///< (nodes x groups) of each node in the integral
-  Eigen::MatrixXd mode_slopes_;  ///< sums of slope terms at the modes
+  std::vector<Eigen::MatrixXd> nodes_;  ///< (q x nodes) by group
+  std::vector<NodeScale> scales_;       ///< by group
+  Eigen::MatrixXd shares_;              ///< (nodes x groups) of each node in the integral
+  Eigen::MatrixXd mode_slopes_;         ///< sums of slope terms at the modes
 };
 
 }  // namespace silvafit::fit

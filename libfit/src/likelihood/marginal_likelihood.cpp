@@ -20,7 +20,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Rows of a block of clusters, so few that their data fit into the cache during searches.
-constexpr Index kBlockRows = 4096;
+constexpr Index kCacheRows = 4096;
 
 }  // namespace
 
@@ -53,7 +53,7 @@ void MarginalLikelihood::cut_into_blocks() {
   for (Index c = 0; c < model_.cluster_count(); ++c) {
     rows += model_.group_begin(model_.cluster_begin(c + 1)) -
             model_.group_begin(model_.cluster_begin(c));
-    if (rows < kBlockRows && c + 1 < model_.cluster_count()) continue;
+    if (rows < kCacheRows && c + 1 < model_.cluster_count()) continue;
     add_block(rule, first, c + 1);
     first = c + 1;
     rows = 0;

@@ -299,6 +299,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
                                       .maximum_steps = 2 * steps_,
                                       .most_short_steps = short_steps_,
                                       .one_sided = true});
+  MatrixXd hessian;
   double last = std::numeric_limits<double>::infinity();
   for (int round = 0; round < rounds_ && std::isfinite(found.value) && !is_too_slow_; ++round) {
     // The certificate uses the true Hessian, not that of the quasi-Newton updates.
@@ -306,7 +307,8 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
     optimum.x = found.x;
     optimum.value = function(found.x, &gradient);
     optimum.modes = likelihood_.modes();
-    const MatrixXd hessian = one_sided_hessian(function, found.x, gradient);
+    // A correction that is much shorter than a standard error leaves it as it is.
+    if (!(last < kReachedDecrement)) hessian = one_sided_hessian(function, found.x, gradient);
     const CurvatureCertificate certificate(hessian, gradient);
     optimum.hessian = 0.5 * (hessian + hessian.transpose());
     optimum.decrement = certificate.decrement();
