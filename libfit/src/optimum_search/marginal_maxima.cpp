@@ -111,6 +111,7 @@ void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) {
   for (Candidate& candidate : first)
     candidate.rank = value_at(candidate.fit, Integration::kLaplace);
   laplace.follow(first);
+  has_laplace_maximum_ = has_converged(laplace.maxima_);
   for (const Candidate& maximum : laplace.maxima_) {
     starts.push_back({.fit = maximum.fit, .origin = "maximum of Laplace's likelihood"});
   }
@@ -122,7 +123,8 @@ void MarginalMaxima::follow(const std::vector<Candidate>& starts) {
   const std::size_t asked =
       options_.linearized.starts.size() + static_cast<std::size_t>(options_.spread_starts) / 4;
   // The maximum of Laplace's likelihood is the best start for quadrature.
-  const std::size_t usual = !is_quadrature() ? 6 : points_.has_several_ends() ? 3 : 1;
+  const bool is_unique = has_laplace_maximum_ && !points_.has_several_ends();
+  const std::size_t usual = !is_quadrature() ? 6 : is_unique ? 1 : 3;
   const std::size_t most = usual + 3 * asked;
   std::vector<const MixedEffectsFit*> tried;
   for (const Candidate* const start : spread_out(starts, most / 2)) {

@@ -57,6 +57,7 @@ class MarginalMaxima {
   std::vector<Candidate> maxima_;
   std::vector<ContainedModel> contained_;
   bool has_searched_longer_ = false;  ///< whether the longer search was done
+  bool has_laplace_maximum_ = false;  ///< at which quadrature can start
   /// Of the first-order likelihood, if Laplace's is not valid at all fixed points.
   double first_order_maximum_ = std::numeric_limits<double>::quiet_NaN();
 };
