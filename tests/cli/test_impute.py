@@ -101,7 +101,7 @@ class Impute(ProgramTest):
         self.assertIn("unknown column 'plt'", done.stderr)
         self.write("other.csv", self.text.replace("plot", "place", 1))
         done = self.run_program("impute", "other.csv")
-        self.assertIn("note: there is no column 'plot'", done.stderr)
+        self.assertIn("note: the column 'plot' is missing", done.stderr)
         self.assertIn("85 with the population curve", done.stderr)
         lines = self.text.splitlines()
         one = [line for line in lines[1:] if line.split(",")[0] == lines[1].split(",")[0]]

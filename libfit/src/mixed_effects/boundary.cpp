@@ -128,7 +128,7 @@ bool has_one_constant(const VarianceFactorEstimate& factor) {
 
 /// Whether the power is negligible beside the constant at all observations.
 bool is_constant(const VarianceFactorEstimate& factor, const VectorXd& v) {
-  constexpr double kNothing = 1e-8;
+  constexpr double kNothing = 1e-6;
   return factor.constant.array().isInf().any() ||
          (has_one_constant(factor) && count_with_power(factor, v, kNothing) == 0);
 }

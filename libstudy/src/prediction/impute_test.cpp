@@ -311,7 +311,7 @@ TEST_CASE("too few plots for random effects give a note") {
   }
   const Imputation none = impute(without, catalogue());
   REQUIRE(none.notes.size() == 1);
-  CHECK_THAT(none.notes[0], Contains("no column 'plot'"));
+  CHECK_THAT(none.notes[0], Contains("the column 'plot' is missing"));
   CHECK(none.count(ImputeLevel::kPlot) == 0);
   CHECK_THROWS_AS(impute(table, catalogue(), {.group = "plt"}), UsageError);
 }
