@@ -307,7 +307,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
     optimum.x = found.x;
     optimum.value = function(found.x, &gradient);
     optimum.modes = likelihood_.modes();
-    // A correction that is much shorter than a standard error leaves it as it is.
+    // A correction that is much shorter than a standard error hardly changes it.
     if (!(last < kReachedDecrement)) hessian = one_sided_hessian(function, found.x, gradient);
     const CurvatureCertificate certificate(hessian, gradient);
     optimum.hessian = 0.5 * (hessian + hessian.transpose());
@@ -317,6 +317,7 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
     if (is_exhausted() || found.is_blocked) break;
     const VectorXd lower = lower_point(optimum, certificate);
     if (lower.size() > 0) {
+      last = std::numeric_limits<double>::infinity();
       found = minimize(objective,
                        lower,
                        {},
