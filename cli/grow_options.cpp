@@ -98,6 +98,10 @@ void add_builder_options(CLI::App& command, study::GrowSettings& options) {
                   "L-system grammar for all trees, with --builder lsystem; the preset gives crown, "
                   "taper, bark and leaves")
       ->type_name("FILE.lsys");
+  command.add_flag("--unfitted",
+                   options.is_unfitted,
+                   "Draw grammars and function systems as they are, scaled to the height h only "
+                   "(--builder lsystem or ifs); no other measurement is needed");
 }
 
 /// Rows and columns of the table.

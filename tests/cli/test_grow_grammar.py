@@ -71,6 +71,28 @@ class GrowGrammar(ProgramTest):
         self.assertIn("hostile.lsys:3: step ", done.stderr)
         self.assertIn("exceeds 2000000 modules", done.stderr)
 
+    def test_a_grammar_is_drawn_as_it_is(self):
+        # Height and figure 7d of the paper; dbh, hcb and cw are not needed.
+        self.write("heights.csv", "plot,tree,h\n7,d,12\n")
+        grown = self.run_json("grow", "heights.csv", "--builder", "lsystem", "--preset", "honda-7d",
+                              "--unfitted", "--out", "d")
+        self.assertTrue(grown["unfitted"])
+        tree = grown["trees"][0]
+        self.assertAlmostEqual(tree["h"], 12, delta=0.01)
+        # The first branch leaves the stem after 1 of sum(0.55^k) parts of the height, at 80 degrees
+        # from the vertical: no branch hangs below its base by more than its thickness.
+        self.assertAlmostEqual(tree["hcb"], 12 * 0.45 / (1 - 0.55 ** 9), delta=0.4)
+        self.grow("--grammar", self.own_grammar(), "--unfitted")
+        for options in (["--builder", "segment"], ["--builder", "ifs", "--share"],
+                        ["--builder", "ifs", "--resolve-overlaps"]):
+            done = self.run_program("grow", "in.csv", "--unfitted", *options, "--scene", "a.glb",
+                                    status=2)
+            self.assertIn("--unfitted", done.stderr)
+
+    def own_grammar(self):
+        self.write("own.lsys", GRAMMAR)
+        return "own.lsys"
+
     def test_a_grammar_needs_the_builder(self):
         self.write("own.lsys", GRAMMAR)
         done = self.run_program("grow", "in.csv", "--grammar", "own.lsys", "--out", "d", status=2)

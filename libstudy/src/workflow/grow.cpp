@@ -20,10 +20,10 @@ namespace {
 
 /// All trees of the table at one time, or the trees of each moment.
 tree::Moments read_trees(const data::TableSource& trees, const GrowJob& job) {
-  tree::MorphologyTableOptions options{
-      .use = tree::use_from_text(job.use),
-      .plots = job.plots,
-      .needs_position = !job.scene.empty() || job.resolve_overlaps};
+  tree::MorphologyTableOptions options{.use = tree::use_from_text(job.use),
+                                       .plots = job.plots,
+                                       .needs_position = !job.scene.empty() || job.resolve_overlaps,
+                                       .only_height = job.is_unfitted};
   const data::Table table =
       read_tree_table(trees, job.reading, job.by, options.columns, job.callbacks.note).table;
   if (!job.by.empty()) return tree::read_moments(table, job.by, options);

@@ -42,6 +42,18 @@ void check_sharing(const GrowJob& job) {
   }
 }
 
+void check_unfitted(const GrowJob& job) {
+  if (!job.is_unfitted) return;
+  const bool is_free =
+      job.builder == tree::BuilderKind::kLsystem || job.builder == tree::BuilderKind::kIfs;
+  if (!is_free) throw UsageError("--unfitted needs --builder lsystem or ifs");
+  if (job.share || job.resolve_overlaps || job.animate) {
+    throw UsageError(
+        "--unfitted draws trees without their crowns; omit --share, --resolve-overlaps and "
+        "--animate");
+  }
+}
+
 /// Whether a path ends as a file of one of the formats.
 bool has_model_ending(const std::filesystem::path& path) {
   constexpr std::array<std::string_view, 4> kEndings{".glb", ".gltf", ".obj", ".ply"};
@@ -90,6 +102,7 @@ GrowJob grow_job(const GrowSettings& settings,
   }
   check_folder(job);
   check_sharing(job);
+  check_unfitted(job);
   std::sort(job.levels.begin(), job.levels.end());
   job.levels.erase(std::unique(job.levels.begin(), job.levels.end()), job.levels.end());
   for (const int level : job.levels) static_cast<void>(tree::level_of_detail(level));

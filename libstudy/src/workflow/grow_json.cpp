@@ -117,6 +117,7 @@ ordered_json json_of(const GrowResult& result) {
                     {"builder", tree::builder_name(settings.builder)},
                     {"use", settings.use},
                     {"seed", settings.seed}};
+  if (settings.is_unfitted) json["unfitted"] = true;
   if (!settings.by.empty()) json["by"] = settings.by;
   ordered_json trees = ordered_json::array();
   if (settings.share) {

@@ -60,7 +60,9 @@ class Grower {
   unsigned threads() const { return job_.threads; }
 
   tree::GrowOptions options(int level) const {
-    return {.seed = job_.seed, .mesh = tree::level_of_detail(level, {.textured = job_.textures})};
+    return {.seed = job_.seed,
+            .mesh = tree::level_of_detail(level, {.textured = job_.textures}),
+            .is_unfitted = job_.is_unfitted};
   }
 
   void resolve() {

@@ -38,6 +38,12 @@ BuilderKind builder_from_text(std::string_view text) {
 
 Builder::Builder(BuilderKind kind, PresetHead preset) : kind_(kind), preset_(std::move(preset)) {}
 
+Skeleton Builder::grow_freely(double /*h_m*/, Random& /*random*/) const {
+  throw UsageError(
+      "the builder " + std::string(builder_name(kind_)) +
+      " places branches by the measurements; trees without them need --builder lsystem or ifs");
+}
+
 TreeShape Builder::shape_of(const Morphology& morphology) const {
   return complete(morphology, preset_.relative_hc, "preset " + preset_.name);
 }

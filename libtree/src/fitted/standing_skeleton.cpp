@@ -13,24 +13,6 @@ namespace {
 
 bool is_finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
-void check(const Skeleton& grown) {
-  if (grown.axes.empty() || grown.axes.front().order != 0 || grown.axes.front().count < 2) {
-    throw GeometryError("the skeleton has no stem");
-  }
-  if (grown.axes.size() < 2) throw GeometryError("the skeleton has no branch");
-  for (const SkeletonPoint& point : grown.points) {
-    if (!is_finite(point.at) || !std::isfinite(point.radius_m)) {
-      throw GeometryError("the skeleton has a coordinate that is not finite");
-    }
-  }
-  for (const LeafSite& leaf : grown.leaves) {
-    if (!is_finite(leaf.at) || !is_finite(leaf.along) || !is_finite(leaf.facing) ||
-        !std::isfinite(leaf.length_m) || leaf.axis >= grown.axes.size()) {
-      throw GeometryError("the skeleton has a leaf without an axis");
-    }
-  }
-}
-
 double polyline_length(std::span<const SkeletonPoint> line) {
   double sum = 0.0;
   for (std::size_t i = 1; i < line.size(); ++i) sum += length(line[i].at - line[i - 1].at);
@@ -128,8 +110,26 @@ Point turned_with(Point v, Point from, Point to) {
   return cosine * v + cross(axis, v) + (dot(axis, v) / (1.0 + cosine)) * axis;
 }
 
+void check_grown(const Skeleton& grown) {
+  if (grown.axes.empty() || grown.axes.front().order != 0 || grown.axes.front().count < 2) {
+    throw GeometryError("the skeleton has no stem");
+  }
+  if (grown.axes.size() < 2) throw GeometryError("the skeleton has no branch");
+  for (const SkeletonPoint& point : grown.points) {
+    if (!is_finite(point.at) || !std::isfinite(point.radius_m)) {
+      throw GeometryError("the skeleton has a coordinate that is not finite");
+    }
+  }
+  for (const LeafSite& leaf : grown.leaves) {
+    if (!is_finite(leaf.at) || !is_finite(leaf.along) || !is_finite(leaf.facing) ||
+        !std::isfinite(leaf.length_m) || leaf.axis >= grown.axes.size()) {
+      throw GeometryError("the skeleton has a leaf without an axis");
+    }
+  }
+}
+
 StandingSkeleton standing(const Skeleton& grown) {
-  check(grown);
+  check_grown(grown);
   StandingSkeleton result;
   result.skeleton = with_stem(grown, leaders(grown));
   Skeleton& skeleton = result.skeleton;

@@ -20,6 +20,9 @@ struct StandingSkeleton {
   double lowest = 0.0;                  ///< of branches and leaves
 };
 
+/// \throws GeometryError if a coordinate is not finite, or the skeleton has no stem or no branch
+void check_grown(const Skeleton& grown);
+
 /// \throws GeometryError if a coordinate is not finite, there is no stem that rises or no branch
 StandingSkeleton standing(const Skeleton& grown);
 

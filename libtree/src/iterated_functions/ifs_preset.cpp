@@ -207,10 +207,14 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
 IfsBuilder::IfsBuilder(PresetHead head, IfsPreset preset)
     : Builder(BuilderKind::kIfs, std::move(head)), ifs_(std::move(preset)) {}
 
+Skeleton IfsBuilder::grow_freely(double /*h_m*/, Random& random) const {
+  return grow_ifs(ifs_, random);
+}
+
 Skeleton IfsBuilder::grow_skeleton(const TreeShape& shape,
                                    const Crown& crown,
                                    Random& random) const {
-  return fit_to_measurements(grow_ifs(ifs_, random), shape, crown, this->preset().taper);
+  return fit_to_measurements(grow_freely(shape.h_m, random), shape, crown, this->preset().taper);
 }
 
 Mesh IfsBuilder::build_mesh(const Skeleton& skeleton,

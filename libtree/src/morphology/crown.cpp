@@ -77,6 +77,12 @@ Crown::Crown(const TreeShape& shape, CrownIndex index)
   widths_down_ = width_table(index.down);
 }
 
+Crown Crown::unbounded(const TreeShape& shape) {
+  Crown crown(shape, {});
+  crown.is_bounded_ = false;
+  return crown;
+}
+
 double Crown::radius_m(double x, double y) const {
   const double xx = x * x;
   const double yy = y * y;
@@ -125,6 +131,7 @@ double Crown::matching_distance_m(double base_m, double angle_rad, double radius
 }
 
 double Crown::excess_m(Point point) const {
+  if (!is_bounded_) return 0.0;
   const double radius = radius_m(point.x, point.y);
   const double distance = std::hypot(point.x, point.y);
   const double z = std::clamp(point.z, hcb_m_, h_m_);
@@ -138,6 +145,7 @@ double Crown::excess_m(Point point) const {
 }
 
 bool Crown::contains(Point point) const {
+  if (!is_bounded_) return true;
   if (!(point.z >= hcb_m_ && point.z <= h_m_)) return false;
   const double xx = point.x * point.x;
   const double yy = point.y * point.y;
@@ -165,6 +173,7 @@ double Crown::weighted_radii(Point point, double xx, double yy) const {
 }
 
 Point Crown::confine(Point point) const {
+  if (!is_bounded_) return point;
   point.z = std::clamp(point.z, hcb_m_, h_m_);
   const double xx = point.x * point.x;
   const double yy = point.y * point.y;

@@ -110,12 +110,20 @@ void validate_culm(const CulmForm& culm, const Checker& check) {
 
 }  // namespace
 
-void validate(const Morphology& morphology) {
+void validate_height(const Morphology& morphology) {
   const Checker check(morphology);
   check.within(morphology.h_m, 0.0, kTallest, "h", "m");
   check.require(morphology.h_m > kBreastHeight,
                 "h",
                 fmt::format("{} m is not above 1.3 m, where DBH is measured", morphology.h_m));
+  check.place(morphology.position.x_m, "x");
+  check.place(morphology.position.y_m, "y");
+  check.place(morphology.position.z_m, "z");
+}
+
+void validate(const Morphology& morphology) {
+  validate_height(morphology);
+  const Checker check(morphology);
   check.within(morphology.dbh_cm, kThinnest, kThickest, "dbh", "cm");
   validate_crown(morphology, check);
   if (morphology.age_years) {
@@ -128,9 +136,6 @@ void validate(const Morphology& morphology) {
                               kOldest));
   }
   validate_culm(morphology.culm, check);
-  check.place(morphology.position.x_m, "x");
-  check.place(morphology.position.y_m, "y");
-  check.place(morphology.position.z_m, "z");
 }
 
 TreeShape complete(const Morphology& morphology, double relative_hc, const std::string& source) {

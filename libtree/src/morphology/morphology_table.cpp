@@ -127,7 +127,8 @@ struct Sources {
   std::optional<data::TextColumn> species;
   std::optional<Numbers> x, y, z, cw, east, west, south, north, hc, age;
   std::optional<Numbers> bend, bend_azimuth, internodes, branch_angle;
-  Numbers dbh, h, hcb;
+  std::optional<Numbers> dbh, hcb;
+  Numbers h;
   UnreadableCells unreadable;
   SourceNames names;
 };
@@ -139,8 +140,12 @@ Sources sources_of(const data::Table& table, const MorphologyTableOptions& optio
   from.plot = columns.labels("plot");
   from.tree = columns.labels("tree");
   from.species = columns.labels_if_any("species");
-  from.dbh = columns.numbers("dbh");
   from.h = columns.numbers("h", suffix);
+  from.x = options.needs_position ? columns.numbers("x") : columns.numbers_if_any("x");
+  from.y = options.needs_position ? columns.numbers("y") : columns.numbers_if_any("y");
+  from.z = columns.numbers_if_any("z");
+  if (options.only_height) return from;
+  from.dbh = columns.numbers("dbh");
   from.hcb = columns.numbers("hcb", suffix);
   if (options.use == Use::kObserved) {
     from.east = columns.numbers_if_any("cr_e");
@@ -156,9 +161,6 @@ Sources sources_of(const data::Table& table, const MorphologyTableOptions& optio
   from.bend_azimuth = columns.numbers_if_any("bend_azimuth_deg");
   from.internodes = columns.numbers_if_any("internodes");
   from.branch_angle = columns.numbers_if_any("branch_angle_deg");
-  from.x = options.needs_position ? columns.numbers("x") : columns.numbers_if_any("x");
-  from.y = options.needs_position ? columns.numbers("y") : columns.numbers_if_any("y");
-  from.z = columns.numbers_if_any("z");
   return from;
 }
 
@@ -180,9 +182,9 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
   if (from.species) tree.species = (*from.species)[row];
   if (needs_position) tree.position = {(*from.x)[row], (*from.y)[row], 0.0};
   if (needs_position && from.z) tree.position.z_m = (*from.z)[row];
-  tree.dbh_cm = from.dbh[row];
   tree.h_m = from.h[row];
-  tree.hcb_m = from.hcb[row];
+  if (from.dbh) tree.dbh_cm = (*from.dbh)[row];
+  if (from.hcb) tree.hcb_m = (*from.hcb)[row];
   tree.cw_m = value_if_known(from.cw, row);
   tree.hc_m = value_if_known(from.hc, row);
   tree.age_years = value_if_known(from.age, row);
@@ -230,7 +232,7 @@ MorphologyTable read_morphologies(const data::Table& table, const MorphologyTabl
       continue;
     }
     try {
-      validate(tree);
+      options.only_height ? validate_height(tree) : validate(tree);
     } catch (const DomainError& error) {
       const auto source = from.names.find(error.place().column);
       place.column = source == from.names.end() ? error.place().column : source->second;

@@ -75,6 +75,17 @@ TEST_CASE("positions are not needed for single trees") {
   CHECK_THROWS_AS(read_morphologies(table_of(kInventory), {.plots = {"3"}}), InputError);
 }
 
+TEST_CASE("unfitted trees need no column but plot, tree and h") {
+  const MorphologyTable read = read_morphologies(
+      table_of("plot,tree,h,dbh\n1,1,12.5,unknown\n1,2,1.2,3\n1,3,,4\n"), {.only_height = true});
+  REQUIRE(read.morphologies.size() == 1);
+  CHECK(read.morphologies[0].h_m == 12.5);
+  CHECK_FALSE(read.morphologies[0].cw_m);
+  REQUIRE(read.left_out.size() == 2);
+  CHECK(read.left_out[0].place.column == "h");
+  CHECK_THAT(read.left_out[1].reason, Contains("missing"));
+}
+
 TEST_CASE("predictions are chosen by level, without measured radii") {
   const data::Table table = table_of(
       "plot,tree,species,dbh,h,hcb,cw,cr_e,cr_w,cr_s,cr_n,h_population,hcb_population,"

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fitted/unfitted_skeleton.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
@@ -37,9 +38,22 @@ struct Grown {
   Skeleton skeleton;
 };
 
+/// The tree as it is drawn, scaled to its height.
+Grown grow_freely(const Morphology& morphology,
+                  const Builder& builder,
+                  const GrowOptions& options) {
+  validate_height(morphology);
+  Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
+  Skeleton skeleton = scaled_to_height(builder.grow_freely(morphology.h_m, random), morphology.h_m);
+  TreeShape shape = shape_of(skeleton);
+  Crown crown = Crown::unbounded(shape);
+  return {std::move(shape), std::move(crown), random, std::move(skeleton)};
+}
+
 Grown grow_to_skeleton(const Morphology& morphology,
                        const Builder& builder,
                        const GrowOptions& options) {
+  if (options.is_unfitted) return grow_freely(morphology, builder, options);
   TreeShape shape = builder.shape_of(morphology);
   Crown crown(shape, builder.preset().crown_index);
   Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);

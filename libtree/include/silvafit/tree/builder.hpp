@@ -59,6 +59,13 @@ class Builder {
                                  const Crown& crown,
                                  Random& random) const = 0;
 
+  /// The tree as the grammar or the function system draws it, in its own units; no measurement is
+  /// fitted.
+  /// \param h_m  selects the grammar of trees of that height
+  /// \throws UsageError if the builder places its branches by the measurements; else as
+  /// grow_skeleton()
+  virtual Skeleton grow_freely(double h_m, Random& random) const;
+
   /// \throws UsageError if an option is out of range; GeometryError if a coordinate is not finite
   virtual Mesh build_mesh(const Skeleton& skeleton,
                           const Crown& crown,

@@ -29,6 +29,10 @@ class Crown {
   /// \throws DomainError if an index is outside [1, 2]
   Crown(const TreeShape& shape, CrownIndex index);
 
+  /// A crown with these measurements that contains every point, for trees that are drawn as they
+  /// are.
+  static Crown unbounded(const TreeShape& shape);
+
   double h_m() const { return h_m_; }
   double hcb_m() const { return hcb_m_; }
   double hc_m() const { return hc_m_; }
@@ -75,6 +79,7 @@ class Crown {
   double hc_m_;
   CrownRadii radii_;
   CrownIndex index_;
+  bool is_bounded_ = true;
   double per_up_m_ = 0.0;
   double per_down_m_ = 0.0;
   std::vector<double> widths_up_;    ///< relative width at equal steps from h down to hc

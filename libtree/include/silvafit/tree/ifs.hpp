@@ -124,6 +124,7 @@ class IfsBuilder : public Builder {
 
   const IfsPreset& ifs() const { return ifs_; }
 
+  Skeleton grow_freely(double h_m, Random& random) const override;
   Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,

@@ -42,11 +42,9 @@ class LsystemBuilder : public Builder {
 
   const LsystemPreset& lsystem() const { return lsystem_; }
 
-  /// The drawing of the grammar for trees of that height, in its own units.
-  ///
   /// A grammar without random numbers is derived only once.
   /// \throws InputError as Grammar::derive, draw and skeleton_of
-  Skeleton grow_freely(double h_m, Random& random) const;
+  Skeleton grow_freely(double h_m, Random& random) const override;
 
   /// \throws InputError as grow_freely; GeometryError naming the grammar's file, as
   /// fit_to_measurements

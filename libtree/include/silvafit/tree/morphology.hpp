@@ -63,6 +63,10 @@ struct Morphology {
 /// \throws DomainError with plot and tree if one is missing, not finite or out of range
 void validate(const Morphology& morphology);
 
+/// Checks height and position only, for trees that are drawn as they are.
+/// \throws DomainError as validate()
+void validate_height(const Morphology& morphology);
+
 /// The complete measurements, from which the geometry is built.
 struct TreeShape {
   double dbh_cm = 0.0;

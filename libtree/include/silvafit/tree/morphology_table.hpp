@@ -30,6 +30,9 @@ struct MorphologyTableOptions {
   std::map<std::string, std::string> columns{};
   std::vector<std::string> plots{};  ///< plots to read; empty means all
   bool needs_position = false;       ///< x and y are required
+  /// For trees that are drawn as they are: dbh, hcb, cw and everything else of the shape except h
+  /// are not read.
+  bool only_height = false;
 };
 
 /// A row that cannot be used.

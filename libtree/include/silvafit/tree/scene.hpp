@@ -43,6 +43,9 @@ struct Scene {
 struct GrowOptions {
   std::uint64_t seed = 1;
   MeshOptions mesh{};
+  /// Draws the tree as its grammar or function system is, scaled to the height only; the other
+  /// measurements are ignored.
+  bool is_unfitted = false;
 };
 
 /// Morphology -> shape -> skeleton -> mesh -> measurements. The same input and seed give the same
