@@ -10,6 +10,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/name_list.hpp"
+#include "study/final_checks.hpp"
 #include "study/study_stages.hpp"
 #include "study/study_work.hpp"
 
@@ -185,7 +186,10 @@ Study run_study(const data::Table& table,
   }
   small.note(options.minimum_trees, study);
   run_stages(works, study, progress);
-  for (Work& work : works) study.results.push_back(std::move(work.result));
+  for (Work& work : works) {
+    check_final_model(work.result, table);
+    study.results.push_back(std::move(work.result));
+  }
   return study;
 }
 

@@ -17,7 +17,6 @@
 #include "silvafit/base/parallel.hpp"
 #include "study/level_fits.hpp"
 #include "study/nested_tests.hpp"
-#include "study/outlying_plots.hpp"
 #include "study/plots_left_out.hpp"
 #include "study/study_levels.hpp"
 
@@ -362,45 +361,6 @@ void run_plots_left_out(std::vector<Work>& works, Study& study, const ProgressCa
   study.stages.push_back(stage);
 }
 
-/// AIC of a constant, from the least-squares fit to the same trees.
-double aic_of_mean(const fit::FittedModel& ols) {
-  constexpr double kParameters = 2.0;
-  const auto n = static_cast<double>(ols.observations);
-  return 2.0 * kParameters - 2.0 * ols.log_likelihood - n * std::log1p(-ols.population.r2);
-}
-
-/// A curve can be plausible and still not explain the response.
-void doubt_useless_curves(std::vector<Work>& works) {
-  for (Work& work : works) {
-    ResponseStudy& result = work.result;
-    if (!result.ols || !result.ols->fit.convergence.converged()) continue;
-    const fit::FittedModel& ols = result.ols->fit;
-    const fit::FittedModel& final = result.nlme              ? result.nlme->fit
-                                    : result.with_covariates ? result.with_covariates->fit
-                                                             : ols;
-    if (std::isnan(ols.population.r2)) {
-      result.doubts.push_back("All values are equal, so that there is nothing to explain.");
-    } else if (aic_of_mean(ols) < final.aic()) {
-      result.doubts.push_back(
-          fmt::format("The mean of the trees describes them better than this model (AIC {:.1f} "
-                      "against {:.1f}). "
-                      "Use the mean.",
-                      aic_of_mean(ols),
-                      final.aic()));
-    }
-  }
-}
-
-/// Outlying plots, which the user should check before using the variances.
-void note_outlying_plots(std::vector<Work>& works) {
-  for (Work& work : works) {
-    ResponseStudy& result = work.result;
-    if (!result.nlme) continue;
-    const std::string note = outlying_sentence(outlying_plots(result.nlme->fit), result.group);
-    if (!note.empty()) result.notes.push_back(note);
-  }
-}
-
 void run_levels(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   for (Work& work : works) {
     work.plausibility.emplace(
@@ -493,9 +453,7 @@ void run_stages(std::vector<Work>& works, Study& study, const ProgressCallback& 
   for (const Work& work : works) notes.push_back(work.result.notes);
   run_levels(works, study, progress);
   run_other_bases(works, notes, study, progress);
-  doubt_useless_curves(works);
   run_plots_left_out(works, study, progress);
-  note_outlying_plots(works);
 }
 
 }  // namespace silvafit::study

@@ -274,3 +274,30 @@ TEST_CASE("a model that is worse than the mean of the trees is doubtful") {
   const ResponseStudy curve = study_of(test::stand({.has_indices = false})).results.front();
   CHECK_FALSE(any_contains(curve.doubts, "The mean of the trees"));
 }
+
+TEST_CASE("a model whose residual variance is that of a few trees is doubtful and names them") {
+  data::Table table = test::stand({});
+  const std::vector<double> measured(table.numbers("h").begin(), table.numbers("h").end());
+  constexpr std::size_t kTree = 40;  // plot 02, tree 11
+  std::vector<double> heights = measured;
+  for (const std::size_t row : {kTree, std::size_t{100}}) heights[row] *= 10.0;
+  table.set("h", heights);
+  const ResponseStudy wrong = study_of(table).results.front();
+  CHECK_FALSE(wrong.is_sound());
+  CHECK(any_contains(wrong.doubts, "2 of 240 trees make up"));
+  CHECK(any_contains(wrong.doubts, "tree 11 of plot 02"));
+
+  // About 10 residual standard deviations, a third of the residual variance. A variance function
+  // could describe a single tree.
+  StudyOptions constant;
+  constant.variance_functions.clear();
+  heights = measured;
+  heights[kTree] += 8.0;
+  table.set("h", heights);
+  const ResponseStudy odd = study_of(table, constant).results.front();
+  CHECK(odd.is_sound());
+  CHECK(any_contains(odd.notes, "Outlying tree: tree 11 of plot 02"));
+
+  const ResponseStudy right = study_of(test::stand({})).results.front();
+  CHECK_FALSE(any_contains(right.notes, "Outlying tree"));
+}
