@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
+#include "silvafit/data/ordered_rows.hpp"
 #include "silvafit/source/write_layers.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/stand_growth.hpp"
@@ -33,30 +35,76 @@ struct StandArguments {
   CommonOptions common{};
 };
 
+using Tables = std::vector<std::pair<std::string, data::Table>>;
+
+void write_csv_tables(const std::string& folder, const Tables& tables) {
+  for (const auto& [name, table] : tables) {
+    data::write_csv_table(table, std::filesystem::path(folder) / (name + ".csv"));
+  }
+}
+
 /// Writes tables as sheets of a workbook, or as CSV files into a folder.
-void write_tables(const std::string& out, std::vector<std::pair<std::string, data::Table>> tables) {
+void write_tables(const std::string& out, Tables tables) {
   if (!is_layer_output(out)) {
     const ResultFolder results(out);
-    for (const auto& [name, table] : tables) {
-      data::write_csv_table(table, std::filesystem::path(out) / (name + ".csv"));
-    }
-    return;
+    return write_csv_tables(out, tables);
   }
   std::vector<source::Layer> sheets;
   for (auto& [name, table] : tables) sheets.push_back({.name = name, .table = std::move(table)});
   source::write_layers(out, sheets, std::nullopt);
 }
 
+/// The tables of a stand in a folder. indices.csv has a row for each tree, and is written while the
+/// next trees are read.
+class StandFolder {
+ public:
+  explicit StandFolder(const std::string& folder) : folder_(folder), results_(folder) {}
+
+  void add(const stand::CheckedInventory& trees, const stand::StructuralUnits& units) {
+    if (!rows_) {
+      file_.emplace(std::filesystem::path(folder_) / "indices.csv");
+      file_->stream() << stand::header_of_units(units);
+      rows_.emplace(file_->stream(), !trees.is_in_file_order);
+    }
+    stand::write_structural_units(
+        trees.inventory, units, [&](std::size_t tree, std::string_view text) {
+          rows_->add(trees.inventory.lines[tree], text);
+        });
+  }
+
+  void finish(const stand::StandReport& report) {
+    write_csv_tables(folder_, stand::tables_of(report));
+    if (!rows_) return;
+    rows_->finish();
+    file_->commit();
+  }
+
+ private:
+  std::string folder_;
+  ResultFolder results_;
+  std::optional<AtomicFile> file_{};
+  std::optional<data::OrderedRows> rows_{};
+};
+
 void run_tables(const StandArguments& arguments,
                 const TreeTable& trees,
                 const study::StandOptions& options) {
+  const bool is_folder = !arguments.out.empty() && !is_layer_output(arguments.out);
+  std::optional<StandFolder> folder;
+  const auto write = [&](const stand::CheckedInventory& part, const stand::StructuralUnits& units) {
+    if (!is_folder) return;
+    if (!folder) folder.emplace(arguments.out);
+    folder->add(part, units);
+  };
   Progress progress(arguments.common);
   const study::StandSummary summary =
-      study::stand_summary(trees.table, options, callbacks(arguments.common, progress));
-  if (is_layer_output(arguments.out)) {
-    write_tables(arguments.out, stand::tables_of(summary.report));
+      study::stand_summary(trees.table, options, callbacks(arguments.common, progress), write);
+  progress.clear();
+  if (is_folder && !folder) folder.emplace(arguments.out);
+  if (folder) {
+    folder->finish(summary.report);
   } else if (!arguments.out.empty()) {
-    stand::write_stand(summary.inventory.inventory, summary.report, arguments.out);
+    write_tables(arguments.out, stand::tables_of(summary.report));
   }
   if (arguments.common.json) {
     print_json_value(study::json_of(summary));
@@ -98,6 +146,10 @@ void run(const StandArguments& arguments) {
                               "growth_trees.csv",
                               "growth_plots.csv",
                               "growth_strata.csv"}));
+  if (arguments.growth && arguments.options.stream) {
+    throw UsageError("growth needs all measurements of a tree in memory; omit --stream or --growth",
+                     {.column = "--stream"});
+  }
   study::StandOptions options = arguments.options;
   options.threads = arguments.common.threads;
   options.equations.models = data_directory() / "models";
@@ -169,6 +221,11 @@ void add_stand_command(CLI::App& program) {
                   "Write the tables as CSV files to this folder, or as sheets of a workbook "
                   "(.xlsx, .ods)")
       ->type_name("DIR");
+  command.add_flag(
+      "--stream",
+      arguments->options.stream,
+      "Read plot by plot, so that memory does not grow with the number of trees; if the rows of a "
+      "plot are not contiguous, they are sorted on disk first");
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit stand examples/fir-mixed/inventory.csv --per stand --window "

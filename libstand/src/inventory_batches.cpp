@@ -47,22 +47,27 @@ void InventoryReader::check_not_finished(const InventoryRow& row) const {
                    {.file = result_.inventory.file, .line = row.line, .plot = row.labels[kPlot]});
 }
 
-void InventoryReader::make_plots_contiguous() {
+void InventoryReader::prepare_batches() {
   const auto* const path = std::get_if<std::filesystem::path>(&source_);
   std::error_code ignored;
+  const bool is_file = path != nullptr && std::filesystem::is_regular_file(*path, ignored);
+  const bool has_others = !plan_.others.empty();
+  if (has_others && !is_file) {
+    throw UsageError("columns beyond the inventory's own need a file that can be read twice",
+                     {.file = csv_.file()});
+  }
   // Without a column of tree numbers, trees are numbered in the order of the rows.
-  const bool can_sort = path != nullptr && plan_.labels[kPlot].field &&
-                        plan_.labels[kTree].exists() &&
-                        std::filesystem::is_regular_file(*path, ignored);
-  if (!can_sort) return;
+  const bool can_sort = is_file && plan_.labels[kPlot].field && plan_.labels[kTree].exists();
+  if (!can_sort && !has_others) return;
   data::TableParts parts(*path,
-                         {.group = plan_.labels[kPlot].field,
+                         {.group = can_sort ? plan_.labels[kPlot].field : std::nullopt,
                           .missing = options_.missing,
                           .fill_down = plan_.filled_down,
-                          .finds_kinds = false});
-  if (!parts.is_sorted()) return;
+                          .finds_kinds = has_others});
+  if (!parts.is_sorted() && !has_others) return;
   parts_.emplace(std::move(parts));
   csv_ = data::CsvReader(parts_->next(), options_.missing);
+  find_fields_of_others();
 }
 
 void InventoryReader::finish_plots() {
@@ -100,6 +105,8 @@ CheckedInventory InventoryReader::hand_over_batch() {
   if (is_first_batch_ && !is_empty && !options_.trust_units) {
     check_units(result_.inventory, plan_, crown_base_above_top_);
   }
+  find_plots_left_out();
+  read_others_of_batch();
   count_findings();
   excluded_.add(result_);
   result_.is_in_file_order = !is_sorted();
@@ -121,11 +128,7 @@ InventoryBatches::InventoryBatches(const std::filesystem::path& path,
                                    const InventoryOptions& options,
                                    std::size_t trees)
     : state_(std::make_unique<State>(State{InventoryReader(path, options), trees})) {
-  if (state_->reader.wants_other_columns()) {
-    throw UsageError("columns beyond the inventory's own cannot be read plot by plot",
-                     {.file = path.string()});
-  }
-  state_->reader.make_plots_contiguous();
+  state_->reader.prepare_batches();
 }
 
 InventoryBatches::~InventoryBatches() = default;

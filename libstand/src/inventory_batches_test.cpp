@@ -2,7 +2,9 @@
 // Inventories read plot by plot.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <sstream>
 
 #include "scratch_file.hpp"
@@ -251,12 +253,42 @@ TEST_CASE("options that batches do not support are errors") {
   const ScratchFile empty(kHeader, ".csv");
   InventoryBatches batches(empty.path(), {}, 10);
   CHECK_THROWS_WITH(batches.next(), Contains("a header but no tree"));
-  CHECK_THROWS_AS(InventoryBatches(empty.path(), {.columns = {{"age", "dbh"}}}),
-                  silvafit::UsageError);
+  CHECK_THROWS_AS(InventoryBatches("/dev/null", {.columns = {{"age", "dbh"}}}), silvafit::Error);
   // Trees without a column of plots are all of one plot: one batch.
   const ScratchFile one("dbh,x,y\n10,1,1\n11,1,2\n", ".csv");
   InventoryBatches single(one.path(), {.trust_units = true}, 1);
   CHECK(single.next()->inventory.size() == 2);
+}
+
+TEST_CASE("other columns of batches have the types and values that they have in the whole file") {
+  // The code is text in the last plot, so it is text in all; the age is a number. Rows cannot be
+  // used, or repeat a tree, and the rows of plot 2 are not contiguous.
+  const std::string rows =
+      "2,1,A,0,0,10,1,07,50\n1,1,A,0,0,10,1,7,NA\n1,2,A,1,0,-1,1,08,51\n1,3,A,2,0,10,1,,52\n"
+      "1,3,A,2,0,10,1,,52\n2,2,A,1,1,11,1,\"a,b\",53\n3,1,B,0,1,12,1,x,54\n";
+  const ScratchFile file("plot,tree,species,x,y,dbh,cw,code,age\n" + rows, ".csv");
+  const InventoryOptions options{
+      .columns = {{"old", "age > 52"}}, .keep = {"code", "age"}, .trust_units = true};
+  const CheckedInventory whole = read_inventory(file.path(), options);
+  REQUIRE(whole.inventory.size() == 5);
+  InventoryBatches batches(file.path(), options, 1);
+  CHECK(batches.is_sorted());
+  std::size_t trees = 0;
+  while (const auto batch = batches.next()) {
+    const Inventory& part = batch->inventory;
+    for (std::size_t row = 0; row < part.size(); ++row, ++trees) {
+      const auto found = std::ranges::find(whole.inventory.lines, part.lines[row]);
+      REQUIRE(found != whole.inventory.lines.end());
+      const auto same = static_cast<std::size_t>(found - whole.inventory.lines.begin());
+      CHECK(part.other.text("code")[row] == whole.inventory.other.text("code")[same]);
+      for (const char* const name : {"age", "old"}) {
+        const double expected = whole.inventory.other.numbers(name)[same];
+        const double value = part.other.numbers(name)[row];
+        CHECK((value == expected || (std::isnan(value) && std::isnan(expected))));
+      }
+    }
+  }
+  CHECK(trees == 5);
 }
 
 TEST_CASE("a note names plots with one label in several stands, whole or plot by plot") {

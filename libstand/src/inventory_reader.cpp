@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unordered_set>
 #include <utility>
 
@@ -94,6 +95,12 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     const bool is_position = i == kX || i == kY || i == kZ;
     row.measures[i] = source.field ? number_in(fields[*source.field], source.text, is_position, row)
                                    : data::kMissing;
+  }
+  if (!fields_of_others_.empty()) {
+    std::vector<std::string_view> others;
+    for (const std::size_t field : fields_of_others_) others.push_back(fields[field]);
+    row.others.clear();
+    data::append_record(others, separator_of_others(), row.others);
   }
   for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
     const ExpressionField& source = plan_.expression_fields[i];
@@ -259,6 +266,11 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   }
   inventory.lines.push_back(static_cast<std::uint32_t>(row.line));
   kept_rows_.push_back(row_count_ - 1);
+  if (!fields_of_others_.empty()) {
+    others_ += row.others;
+    lines_of_others_.push_back(row.line);
+    rows_of_others_.push_back(row_count_ - 1);
+  }
   inventory.plot.append(row.labels[kPlot]);
   inventory.tree.append(row.labels[kTree]);
   if (data::is_missing_number(row.labels[kSpecies])) {
@@ -281,46 +293,6 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const bool is_kept = plan_.measures[i].exists() || (i == kCw && has_radii);
     if (is_kept) values_of(inventory, i).push_back(row.measures[i]);
-  }
-}
-
-/// Other columns are read in a separate pass, because their type is not known before.
-void InventoryReader::read_other_columns() {
-  Inventory& inventory = result_.inventory;
-  inventory.other = data::Table(inventory.size());
-  if (plan_.others.empty()) return;
-  std::vector<std::string> columns;
-  const auto want = [&](const std::string& name) {
-    if (std::ranges::find(columns, name) == columns.end()) columns.push_back(name);
-  };
-  const auto is_column = [this](const std::string& name) {
-    return std::ranges::find(csv_.header(), name) != csv_.header().end();
-  };
-  for (const ColumnMapping& other : plan_.others) {
-    if (is_column(other.source)) {
-      want(other.source);
-      continue;
-    }
-    for (const std::string& variable : data::Expression::parse(other.source).variables()) {
-      data::TextMatch match;
-      want(data::is_text_match(variable, match) ? match.column : variable);
-    }
-  }
-  data::CsvTableOptions options{
-      .columns = columns, .missing = options_.missing, .fill_down = plan_.filled_down};
-  // An expression without columns still needs the rows.
-  if (columns.empty()) options.columns = {csv_.header().front()};
-  const data::Table source = data::read_csv_table(source_, options).select(kept_rows_);
-  for (const ColumnMapping& other : plan_.others) {
-    if (!is_column(other.source)) {
-      inventory.other.set(other.name,
-                          data::evaluate(data::Expression::parse(other.source), source));
-    } else if (source.is_numeric(other.source)) {
-      const std::span<const double> values = source.numbers(other.source);
-      inventory.other.set(other.name, std::vector<double>(values.begin(), values.end()));
-    } else {
-      inventory.other.set(other.name, source.text(other.source));
-    }
   }
 }
 
@@ -368,6 +340,23 @@ void InventoryReader::find_plots_left_out() {
     if (inventory.plot.code_of(row.plot) != data::TextColumn::kMissingCode) continue;
     inventory.plots_left_out.push_back(row.plot);
   }
+}
+
+void InventoryReader::find_plot_lines() {
+  Inventory& inventory = result_.inventory;
+  std::vector<std::uint32_t> lines(inventory.plot.levels().size(),
+                                   std::numeric_limits<std::uint32_t>::max());
+  const auto add = [&lines](std::size_t plot, std::uint32_t line) {
+    lines[plot] = std::min(lines[plot], line);
+  };
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    add(inventory.plot.code(row), inventory.lines[row]);
+  }
+  for (const ExcludedRow& row : result_.excluded) {
+    const std::uint32_t code = inventory.plot.code_of(row.plot);
+    if (code != data::TextColumn::kMissingCode) add(code, static_cast<std::uint32_t>(row.line));
+  }
+  if (!std::ranges::is_sorted(lines)) inventory.plot_lines = std::move(lines);
 }
 
 std::string InventoryReader::note_on_dead() const {
@@ -467,6 +456,7 @@ CheckedInventory InventoryReader::read() {
     refuse_empty(plan_.measures[kDbh].text + " is missing in all rows");
   }
   find_plots_left_out();
+  find_plot_lines();
   read_other_columns();
   count_findings();
   result_.notes = notes();

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -36,6 +37,7 @@ struct InventoryRow {
   std::string status{};         ///< as time
   std::string measured_plot{};  ///< with InventoryOptions::period: the plot, without the time
   Measures measures{};
+  std::string others{};  ///< of an inventory in parts: a record of the fields of other columns
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
 };
 
@@ -60,12 +62,12 @@ class InventoryReader {
   /// comparison of trees; nothing at the end of the file.
   std::optional<CheckedInventory> read_rows(std::size_t trees);
   bool has_tree_numbers() const { return plan_.labels[kTree].exists(); }
-  /// Sorts the rows of a file by plot, on disk, if those of a plot do not follow each other.
-  void make_plots_contiguous();
+  /// Prepares a file for read_batch: sorts its rows by plot, on disk, if those of a plot do not
+  /// follow each other, and finds which of the other columns are text.
+  /// \throws UsageError if there are other columns and the file can be read only once
+  void prepare_batches();
   /// Whether the order of the rows differs from that of the file.
-  bool is_sorted() const { return parts_.has_value(); }
-  /// Whether columns are requested that read_batch does not read.
-  bool wants_other_columns() const { return !plan_.others.empty(); }
+  bool is_sorted() const { return parts_ && parts_->is_sorted(); }
   /// Notes on all rows read so far.
   std::vector<std::string> notes() const;
   /// Those notes that describe how the file was read.
@@ -101,15 +103,21 @@ class InventoryReader {
   bool exclude_if_unlabeled(const InventoryRow& row);
   void append(const InventoryRow& row, TreeStatus status);
   void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
+  std::vector<std::string> sources_of_others() const;
   void read_other_columns();
+  void find_fields_of_others();
+  char separator_of_others() const { return csv_.has_decimal_commas() ? ';' : ','; }
+  void read_others_of_batch();
+  void set_other_columns(const data::Table& source);
   void count_findings();
   void keep_measurements();
   void find_plots_left_out();
+  void find_plot_lines();
   [[noreturn]] void refuse_empty(const std::string& excluded) const;
 
   data::TableSource source_;
   data::CsvReader csv_;
-  std::optional<data::TableParts> parts_{};  ///< of a file that was sorted; csv_ reads one of them
+  std::optional<data::TableParts> parts_{};  ///< csv_ reads one of them, if there are parts
   InventoryOptions options_;
   ColumnPlan plan_;
   CheckedInventory result_{};
@@ -122,8 +130,13 @@ class InventoryReader {
   std::vector<std::vector<double>> expression_numbers_{};
   std::vector<data::TextColumn> expression_texts_{};
   std::size_t row_count_ = 0;
-  std::vector<std::size_t> kept_rows_{};  ///< position in the file of each tree, from 0
-  data::TextColumn times_{};              ///< of each tree, if there is a column of times
+  std::vector<std::size_t> kept_rows_{};         ///< position in the file of each tree, from 0
+  std::vector<std::size_t> fields_of_others_{};  ///< of an inventory in parts
+  std::shared_ptr<data::TableHead> head_of_others_{};
+  std::string others_{};  ///< the records of the batch's trees
+  std::vector<std::size_t> lines_of_others_{};
+  std::vector<std::size_t> rows_of_others_{};  ///< as kept_rows_, with trees that were removed
+  data::TextColumn times_{};                   ///< of each tree, if there is a column of times
   SharedPlotLabels shared_labels_{};
   RepeatedNumbers repeated_numbers_{};
   OddValues odd_values_{};

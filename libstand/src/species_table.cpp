@@ -5,28 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <tuple>
 #include <utility>
 
 #include "density_indices.hpp"
-#include "moments.hpp"
+#include "plot_order.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
+#include "species_sums.hpp"
 
 namespace silvafit::stand {
 namespace {
-
-/// The data of a tree for importance values.
-struct SpeciesMember {
-  std::size_t species = 0;  ///< code; the number of species for trees without species
-  std::size_t plot = 0;
-  std::size_t layer = 0;
-  double represented = 1.0;  ///< trees
-  double basal_area_m2 = 0.0;
-  /// Area, and quadrat within it, or the plot.
-  std::tuple<std::size_t, long long, long long> quadrat{};
-};
 
 /// Along one side of a window: the quadrat of a tree, from 0. A tree on a border belongs to the
 /// next quadrat, with a tolerance for rounding, but on the window's own border to the last.
@@ -39,27 +28,33 @@ long long quadrat_of(double offset_m, double extent_m, double quadrat_m, double 
   return static_cast<long long>(std::clamp(own, 0.0, std::clamp(quadrats - 1.0, 0.0, kMost)));
 }
 
-/// Importance values of all species among some trees, by code.
-std::vector<Importance> importance_of(const std::vector<const SpeciesMember*>& members,
-                                      std::size_t species_count) {
-  std::vector<Importance> result(species_count);
-  std::set<std::pair<std::size_t, std::tuple<std::size_t, long long, long long>>> occurrences;
-  double basal_m2 = 0.0;
-  double stems = 0.0;
+}  // namespace
+
+void CompositionSums::add(const std::vector<const SpeciesMember*>& members,
+                          std::size_t species_count) {
+  species_.resize(species_count);
+  std::vector<std::pair<std::size_t, std::tuple<std::size_t, long long, long long>>> occurrences;
   for (const SpeciesMember* member : members) {
-    result[member->species].relative_density += member->represented;
-    stems += member->represented;
-    result[member->species].relative_dominance += member->basal_area_m2;
-    basal_m2 += member->basal_area_m2;
-    occurrences.emplace(member->species, member->quadrat);
+    species_[member->species].relative_density += member->represented;
+    stems_ += member->represented;
+    species_[member->species].relative_dominance += member->basal_area_m2;
+    basal_m2_ += member->basal_area_m2;
+    occurrences.emplace_back(member->species, member->quadrat);
   }
+  std::ranges::sort(occurrences);
+  occurrences.erase(std::unique(occurrences.begin(), occurrences.end()), occurrences.end());
   // The number of quadrats cancels: only the number of quadrats with each species matters.
-  for (const auto& [species, quadrat] : occurrences) result[species].relative_frequency += 1.0;
-  if (members.empty()) return result;
+  for (const auto& [species, quadrat] : occurrences) species_[species].relative_frequency += 1.0;
+  occurrences_ += static_cast<double>(occurrences.size());
+}
+
+std::vector<Importance> CompositionSums::importance() const {
+  std::vector<Importance> result = species_;
+  if (stems_ == 0.0) return result;
   for (Importance& importance : result) {
-    importance.relative_density *= 100.0 / stems;
-    importance.relative_frequency *= 100.0 / static_cast<double>(occurrences.size());
-    importance.relative_dominance *= 100.0 / basal_m2;
+    importance.relative_density *= 100.0 / stems_;
+    importance.relative_frequency *= 100.0 / occurrences_;
+    importance.relative_dominance *= 100.0 / basal_m2_;
     importance.value = (importance.relative_density + importance.relative_frequency +
                         importance.relative_dominance) /
                        3.0;
@@ -67,50 +62,37 @@ std::vector<Importance> importance_of(const std::vector<const SpeciesMember*>& m
   return result;
 }
 
-/// With means and standard deviations over plots.
-std::vector<Importance> importance_with_plots(const std::vector<const SpeciesMember*>& members,
-                                              std::size_t species_count,
-                                              std::size_t plot_count) {
-  std::vector<Importance> result = importance_of(members, species_count);
-  std::vector<std::vector<const SpeciesMember*>> by_plot(plot_count);
-  for (const SpeciesMember* member : members) by_plot[member->plot].push_back(member);
-  std::vector<Moments> moments(species_count);
-  for (const auto& plot : by_plot) {
+void LayerSums::add(const std::vector<std::vector<const SpeciesMember*>>& plots,
+                    const std::vector<const SpeciesMember*>& members,
+                    std::size_t species_count) {
+  all_.add(members, species_count);
+  if (over_plots_.size() < species_count) {
+    // A species that comes for the first time has the importance 0 in all plots before.
+    Moments of_zeros;
+    for (std::size_t plot = 0; plot < plots_; ++plot) of_zeros.add(0.0);
+    over_plots_.resize(species_count, of_zeros);
+  }
+  for (const auto& plot : plots) {
     // A plot without trees in this layer has no composition and is skipped.
     if (plot.empty()) continue;
-    const std::vector<Importance> own = importance_of(plot, species_count);
-    for (std::size_t i = 0; i < species_count; ++i) moments[i].add(own[i].value);
+    CompositionSums own;
+    own.add(plot, species_count);
+    const std::vector<Importance> importance = own.importance();
+    for (std::size_t i = 0; i < species_count; ++i) over_plots_[i].add(importance[i].value);
+    ++plots_;
   }
-  for (std::size_t i = 0; i < species_count; ++i) {
-    result[i].plot_mean = moments[i].mean();
-    result[i].plot_sd = moments[i].standard_deviation();
+}
+
+std::vector<Importance> LayerSums::importance() const {
+  std::vector<Importance> result = all_.importance();
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i].plot_mean = over_plots_[i].mean();
+    result[i].plot_sd = over_plots_[i].standard_deviation();
   }
   return result;
 }
 
-class TableMaker {
- public:
-  TableMaker(const Inventory& inventory,
-             const std::vector<SampledArea>& areas,
-             const SpeciesTableOptions& options)
-      : inventory_(inventory), areas_(areas), options_(options) {}
-
-  std::vector<SpeciesRow> run();
-
- private:
-  void check() const;
-  void add_members();
-  std::vector<Importance> importance(std::size_t layer) const;
-
-  const Inventory& inventory_;
-  const std::vector<SampledArea>& areas_;
-  const SpeciesTableOptions& options_;
-  std::size_t species_count_ = inventory_.species.levels().size() + 1;
-  std::vector<SpeciesMember> members_{};
-  std::vector<std::vector<std::size_t>> trees_of_species_{};
-};
-
-void TableMaker::check() const {
+void SpeciesSums::check(const std::vector<SampledArea>& areas) const {
   const std::vector<double>& bounds = options_.layers.bounds_m;
   const bool is_ascending =
       std::ranges::adjacent_find(bounds, std::greater_equal{}) == bounds.end() &&
@@ -127,7 +109,7 @@ void TableMaker::check() const {
                      {.column = "--quadrat"});
   }
   const bool has_windows =
-      std::ranges::all_of(areas_, [](const SampledArea& area) { return area.window.has_value(); });
+      std::ranges::all_of(areas, [](const SampledArea& area) { return area.window.has_value(); });
   if (options_.quadrat_m > 0.0 && !has_windows) {
     throw UsageError(
         "quadrats need windows, not --plot-area: give --window or --circle instead, or omit "
@@ -136,73 +118,114 @@ void TableMaker::check() const {
   }
 }
 
-void TableMaker::add_members() {
-  trees_of_species_.resize(species_count_);
-  for (std::size_t area = 0; area < areas_.size(); ++area) {
-    for (const std::size_t tree : areas_[area].trees) {
-      SpeciesMember member{
-          .species = inventory_.species.is_missing(tree) ? species_count_ - 1
-                                                         : inventory_.species.code(tree),
-          .plot = inventory_.plot.code(tree),
-          .layer = options_.layers.layer_of(inventory_.h_m.empty() ? data::kMissing
-                                                                   : inventory_.h_m[tree]),
-          .represented = inventory_.trees_represented(tree),
-          .basal_area_m2 =
-              inventory_.trees_represented(tree) * basal_area_m2(inventory_.dbh_cm[tree])};
+void SpeciesSums::find_species(const Inventory& inventory) {
+  number_of_code_.clear();
+  for (const std::string& name : inventory.species.levels()) {
+    const auto [entry, is_new] = numbers_.try_emplace(name, species_.size());
+    if (is_new) species_.push_back({.name = name});
+    number_of_code_.push_back(entry->second);
+  }
+  if (inventory.lines.empty()) return;
+  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    Species& own = species_[number_of(inventory, tree)];
+    own.first_line = std::min(own.first_line, inventory.lines[tree]);
+  }
+}
+
+std::vector<SpeciesMember> SpeciesSums::members_of(const Inventory& inventory,
+                                                   const std::vector<SampledArea>& areas) const {
+  std::vector<SpeciesMember> members;
+  for (std::size_t area = 0; area < areas.size(); ++area) {
+    for (const std::size_t tree : areas[area].trees) {
+      SpeciesMember member{.species = number_of(inventory, tree),
+                           .plot = inventory.plot.code(tree),
+                           .layer = options_.layers.layer_of(
+                               inventory.h_m.empty() ? data::kMissing : inventory.h_m[tree]),
+                           .represented = inventory.trees_represented(tree),
+                           .basal_area_m2 = inventory.trees_represented(tree) *
+                                            basal_area_m2(inventory.dbh_cm[tree])};
       if (options_.quadrat_m > 0.0) {
-        const Window& window = *areas_[area].window;
+        const Window& window = *areas[area].window;
         const Point low = window.low();
         const Point high = window.high();
         const double side_m = options_.quadrat_m;
         const double off_m = window.rounding_m();
         member.quadrat = {area,
-                          quadrat_of(inventory_.x[tree] - low.x, high.x - low.x, side_m, off_m),
-                          quadrat_of(inventory_.y[tree] - low.y, high.y - low.y, side_m, off_m)};
+                          quadrat_of(inventory.x[tree] - low.x, high.x - low.x, side_m, off_m),
+                          quadrat_of(inventory.y[tree] - low.y, high.y - low.y, side_m, off_m)};
       } else {
         member.quadrat = {member.plot, 0, 0};
       }
-      members_.push_back(member);
-      trees_of_species_[member.species].push_back(tree);
+      members.push_back(member);
     }
   }
+  return members;
 }
 
-/// Of one layer, or of all trees if there is no such layer.
-std::vector<Importance> TableMaker::importance(std::size_t layer) const {
+/// \param layer  all trees if there is no such layer
+void SpeciesSums::add_layer(const Inventory& inventory,
+                            const std::vector<SpeciesMember>& members,
+                            std::size_t layer) {
   std::vector<const SpeciesMember*> chosen;
-  for (const SpeciesMember& member : members_) {
+  for (const SpeciesMember& member : members) {
     if (layer >= options_.layers.count() || member.layer == layer) chosen.push_back(&member);
   }
-  return importance_with_plots(chosen, species_count_, inventory_.plot.levels().size());
+  const std::vector<std::uint32_t> plots = plots_in_order(inventory);
+  std::vector<std::size_t> place(plots.size());
+  for (std::size_t i = 0; i < plots.size(); ++i) place[plots[i]] = i;
+  std::vector<std::vector<const SpeciesMember*>> by_plot(plots.size());
+  for (const SpeciesMember* member : chosen) by_plot[place[member->plot]].push_back(member);
+  layers_[layer].add(by_plot, chosen, species_.size());
 }
 
-std::vector<SpeciesRow> TableMaker::run() {
-  check();
-  add_members();
-  double area_m2 = 0.0;
-  for (const SampledArea& area : areas_) area_m2 += area.area_m2;
-  const std::vector<Importance> all = importance(options_.layers.count());
-  std::vector<std::vector<Importance>> layers;
-  if (!inventory_.h_m.empty()) {
-    for (std::size_t i = 0; i < options_.layers.count(); ++i) layers.push_back(importance(i));
+void SpeciesSums::add(const Inventory& inventory, const std::vector<SampledArea>& areas) {
+  check(areas);
+  find_species(inventory);
+  const std::vector<SpeciesMember> members = members_of(inventory, areas);
+  has_heights_ = has_heights_ || !inventory.h_m.empty();
+  layers_.resize(options_.layers.count() + 1);
+  if (has_heights_) {
+    for (std::size_t i = 0; i < options_.layers.count(); ++i) add_layer(inventory, members, i);
   }
+  add_layer(inventory, members, options_.layers.count());
+  std::vector<std::vector<std::size_t>> trees(species_.size());
+  for (const SampledArea& area : areas) {
+    for (const std::size_t tree : area.trees) trees[number_of(inventory, tree)].push_back(tree);
+  }
+  for (std::size_t i = 0; i < species_.size(); ++i) {
+    species_[i].has_trees = species_[i].has_trees || !trees[i].empty();
+    species_[i].figures.add(inventory, trees[i]);
+  }
+}
+
+std::vector<SpeciesRow> SpeciesSums::rows(
+    double area_m2,
+    const std::function<void(std::size_t species, StandFigures&)>& set_dominant_height) const {
+  std::vector<std::vector<Importance>> layers;
+  for (const LayerSums& layer : layers_) layers.push_back(layer.importance());
+  // In the order of first trees; those without species are the last.
+  std::vector<std::size_t> order;
+  for (std::size_t i = 1; i < species_.size(); ++i) order.push_back(i);
+  std::ranges::stable_sort(order, {}, [this](std::size_t i) { return species_[i].first_line; });
+  order.push_back(0);
   std::vector<SpeciesRow> rows;
-  for (std::size_t i = 0; i < species_count_; ++i) {
-    if (trees_of_species_[i].empty()) continue;
+  for (const std::size_t i : order) {
+    if (!species_[i].has_trees) continue;
     SpeciesRow& row = rows.emplace_back();
-    if (i + 1 < species_count_) row.species = inventory_.species.levels()[i];
-    row.figures =
-        stand_figures(inventory_, trees_of_species_[i], area_m2, options_.dominant_trees_per_ha);
+    row.species = species_[i].name;
+    row.figures = species_[i].figures.figures(area_m2);
+    set_dominant_height(i, row.figures);
     row.basal_area_m2 = row.figures.basal_area_m2_per_ha * row.figures.area_ha;
-    row.all = all[i];
-    for (const auto& layer : layers) row.layers.push_back(layer[i]);
+    row.all = layers.back()[i];
+    if (!has_heights_) continue;
+    for (std::size_t layer = 0; layer < options_.layers.count(); ++layer) {
+      row.layers.push_back(layers[layer][i]);
+    }
   }
   std::ranges::stable_sort(
       rows, std::greater{}, [](const SpeciesRow& row) { return row.all.value; });
   return rows;
 }
-
-}  // namespace
 
 std::size_t Layers::layer_of(double height_m) const {
   if (std::isnan(height_m)) return count();
@@ -224,7 +247,20 @@ std::string Layers::name_of(std::size_t layer) const {
 std::vector<SpeciesRow> species_table(const Inventory& inventory,
                                       const std::vector<SampledArea>& areas,
                                       const SpeciesTableOptions& options) {
-  return TableMaker(inventory, areas, options).run();
+  SpeciesSums sums(options);
+  sums.add(inventory, areas);
+  std::vector<std::vector<std::size_t>> trees(sums.species_count());
+  double area_m2 = 0.0;
+  for (const SampledArea& area : areas) {
+    area_m2 += area.area_m2;
+    for (const std::size_t tree : area.trees) {
+      trees[sums.number_of(inventory, tree)].push_back(tree);
+    }
+  }
+  return sums.rows(area_m2, [&](std::size_t species, StandFigures& figures) {
+    set_dominant_height(
+        inventory, trees[species], options.dominant_trees_per_ha * figures.area_ha, figures);
+  });
 }
 
 }  // namespace silvafit::stand

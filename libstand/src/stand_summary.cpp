@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "density_indices.hpp"
+#include "figure_sums.hpp"
 #include "moments.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
@@ -17,7 +18,8 @@ namespace {
 
 constexpr double kMostClasses = 1e4;
 
-/// Sets the mean height of the thickest trees.
+}  // namespace
+
 void set_dominant_height(const Inventory& inventory,
                          std::span<const std::size_t> trees,
                          double wanted,
@@ -58,8 +60,6 @@ void set_dominant_height(const Inventory& inventory,
   figures.dominant_trees = used;
   figures.dominant_height_m = heights.mean();
 }
-
-}  // namespace
 
 std::vector<SampledArea> sampled_areas(const Inventory& inventory,
                                        const PlotWindows& windows,
@@ -108,64 +108,73 @@ std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory) {
   return areas;
 }
 
+void FigureSums::add(const Inventory& inventory, std::span<const std::size_t> trees) {
+  trees_ += trees.size();
+  has_crown_column_ = has_crown_column_ || !inventory.cw_m.empty();
+  for (const std::size_t tree : trees) {
+    const double represented = inventory.trees_represented(tree);
+    const double own_m2 = represented * basal_area_m2(inventory.dbh_cm[tree]);
+    count_ += represented;
+    basal_m2_ += own_m2;
+    dbh_.add(inventory.dbh_cm[tree], represented);
+    if (!inventory.h_m.empty() && !std::isnan(inventory.h_m[tree])) {
+      heights_.add(inventory.h_m[tree], represented);
+      basal_with_height_m2_ += own_m2;
+      basal_times_height_ += own_m2 * inventory.h_m[tree];
+    }
+    if (inventory.cw_m.empty() || std::isnan(inventory.cw_m[tree])) {
+      ++without_crown_width_;
+    } else {
+      crowns_m2_ +=
+          represented * std::numbers::pi / 4.0 * inventory.cw_m[tree] * inventory.cw_m[tree];
+    }
+  }
+  quantities_.resize(inventory.quantities.size());
+  for (std::size_t i = 0; i < quantities_.size(); ++i) {
+    for (const std::size_t tree : trees) {
+      const double value = inventory.quantities[i].values[tree];
+      if (std::isnan(value)) {
+        ++quantities_[i].without;
+      } else {
+        quantities_[i].sum += inventory.trees_represented(tree) * value;
+      }
+    }
+  }
+}
+
+StandFigures FigureSums::figures(double area_m2) const {
+  StandFigures figures{.trees = trees_, .area_ha = area_m2 / kSquareMetersPerHectare};
+  for (const QuantitySum& quantity : quantities_) {
+    const bool is_unknown = quantity.without > 0 && quantity.without == trees_;
+    figures.quantities_per_ha.push_back(is_unknown ? data::kMissing
+                                                   : quantity.sum / figures.area_ha);
+    figures.trees_without_quantity.push_back(quantity.without);
+  }
+  figures.stems_per_ha = count_ / figures.area_ha;
+  figures.basal_area_m2_per_ha = basal_m2_ / figures.area_ha;
+  figures.mean_dbh_cm = dbh_.mean();
+  figures.sd_dbh_cm = dbh_.standard_deviation();
+  figures.quadratic_mean_dbh_cm =
+      trees_ == 0 ? data::kMissing : 200.0 * std::sqrt(basal_m2_ / count_ / std::numbers::pi);
+  figures.mean_height_m = heights_.mean();
+  figures.sd_height_m = heights_.standard_deviation();
+  figures.lorey_height_m =
+      basal_with_height_m2_ > 0.0 ? basal_times_height_ / basal_with_height_m2_ : data::kMissing;
+  figures.dominant_height_m = data::kMissing;
+  figures.trees_without_crown_width = without_crown_width_;
+  const bool has_crowns = trees_ == 0 ? has_crown_column_ : without_crown_width_ < trees_;
+  figures.crown_cover_percent = has_crowns ? 100.0 * crowns_m2_ / area_m2 : data::kMissing;
+  return figures;
+}
+
 StandFigures stand_figures(const Inventory& inventory,
                            std::span<const std::size_t> trees,
                            double area_m2,
                            double dominant_trees_per_ha) {
-  StandFigures figures{.trees = trees.size(), .area_ha = area_m2 / kSquareMetersPerHectare};
-  Moments dbh;
-  Moments heights;
-  double basal_m2 = 0.0;
-  double basal_with_height_m2 = 0.0;
-  double basal_times_height = 0.0;
-  double crowns_m2 = 0.0;
-  double count = 0.0;
-  for (const std::size_t tree : trees) {
-    const double represented = inventory.trees_represented(tree);
-    const double own_m2 = represented * basal_area_m2(inventory.dbh_cm[tree]);
-    count += represented;
-    basal_m2 += own_m2;
-    dbh.add(inventory.dbh_cm[tree], represented);
-    if (!inventory.h_m.empty() && !std::isnan(inventory.h_m[tree])) {
-      heights.add(inventory.h_m[tree], represented);
-      basal_with_height_m2 += own_m2;
-      basal_times_height += own_m2 * inventory.h_m[tree];
-    }
-    if (inventory.cw_m.empty() || std::isnan(inventory.cw_m[tree])) {
-      ++figures.trees_without_crown_width;
-    } else {
-      crowns_m2 +=
-          represented * std::numbers::pi / 4.0 * inventory.cw_m[tree] * inventory.cw_m[tree];
-    }
-  }
-  for (const TreeQuantity& quantity : inventory.quantities) {
-    double sum = 0.0;
-    std::size_t without = 0;
-    for (const std::size_t tree : trees) {
-      if (std::isnan(quantity.values[tree])) {
-        ++without;
-      } else {
-        sum += inventory.trees_represented(tree) * quantity.values[tree];
-      }
-    }
-    const bool is_unknown = without > 0 && without == trees.size();
-    figures.quantities_per_ha.push_back(is_unknown ? data::kMissing : sum / figures.area_ha);
-    figures.trees_without_quantity.push_back(without);
-  }
-  figures.stems_per_ha = count / figures.area_ha;
-  figures.basal_area_m2_per_ha = basal_m2 / figures.area_ha;
-  figures.mean_dbh_cm = dbh.mean();
-  figures.sd_dbh_cm = dbh.standard_deviation();
-  figures.quadratic_mean_dbh_cm =
-      trees.empty() ? data::kMissing : 200.0 * std::sqrt(basal_m2 / count / std::numbers::pi);
-  figures.mean_height_m = heights.mean();
-  figures.sd_height_m = heights.standard_deviation();
-  figures.lorey_height_m =
-      basal_with_height_m2 > 0.0 ? basal_times_height / basal_with_height_m2 : data::kMissing;
+  FigureSums sums;
+  sums.add(inventory, trees);
+  StandFigures figures = sums.figures(area_m2);
   set_dominant_height(inventory, trees, dominant_trees_per_ha * figures.area_ha, figures);
-  const bool has_crowns =
-      trees.empty() ? !inventory.cw_m.empty() : figures.trees_without_crown_width < trees.size();
-  figures.crown_cover_percent = has_crowns ? 100.0 * crowns_m2 / area_m2 : data::kMissing;
   return figures;
 }
 
@@ -181,43 +190,56 @@ std::string note_on_crown_cover(const StandFigures& figures) {
       without == 1 ? "is" : "are");
 }
 
+void DiameterSums::add(const Inventory& inventory, std::span<const std::size_t> trees) {
+  if (!(width_cm_ > 0.0) || std::isinf(width_cm_)) {
+    throw UsageError(
+        fmt::format("the width of a diameter class, {} cm, must be above 0", width_cm_),
+        {.column = "--class-width"});
+  }
+  for (const std::size_t tree : trees) {
+    // A diameter on the class limit belongs to the upper class; the tolerance covers rounding.
+    const double number = std::floor(inventory.dbh_cm[tree] / width_cm_ + 1e-9);
+    const auto [found, is_new] = classes_.try_emplace(number);
+    // Class numbers are integers, and each is one more than the previous one, below 2^53.
+    const double lowest = classes_.begin()->first;
+    const double highest = classes_.rbegin()->first;
+    if (is_new && (highest - lowest >= kMostClasses || highest >= 0x1p53)) {
+      throw UsageError(
+          fmt::format("diameter classes of {} cm are too narrow for these trees", width_cm_),
+          {.column = "--class-width"});
+    }
+    Sums& own = found->second;
+    ++own.trees;
+    const double represented = inventory.trees_represented(tree);
+    own.represented += represented;
+    own.basal_m2 += represented * basal_area_m2(inventory.dbh_cm[tree]);
+  }
+}
+
+std::vector<DiameterClass> DiameterSums::classes(double area_m2) const {
+  std::vector<DiameterClass> classes;
+  if (classes_.empty()) return classes;
+  const double hectares = area_m2 / kSquareMetersPerHectare;
+  const double highest = classes_.rbegin()->first;
+  for (double number = classes_.begin()->first; number <= highest; number += 1.0) {
+    DiameterClass& one = classes.emplace_back(
+        DiameterClass{.low_cm = number * width_cm_, .high_cm = (number + 1.0) * width_cm_});
+    const auto found = classes_.find(number);
+    if (found == classes_.end()) continue;
+    one.trees = found->second.trees;
+    one.stems_per_ha = found->second.represented / hectares;
+    one.basal_area_m2_per_ha = found->second.basal_m2 / hectares;
+  }
+  return classes;
+}
+
 std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
                                                  std::span<const std::size_t> trees,
                                                  double area_m2,
                                                  double width_cm) {
-  if (!(width_cm > 0.0) || std::isinf(width_cm)) {
-    throw UsageError(fmt::format("the width of a diameter class, {} cm, must be above 0", width_cm),
-                     {.column = "--class-width"});
-  }
-  std::vector<DiameterClass> classes;
-  if (trees.empty()) return classes;
-  // A diameter on the class limit belongs to the upper class; the tolerance covers rounding.
-  const auto class_of = [width_cm](double dbh_cm) { return std::floor(dbh_cm / width_cm + 1e-9); };
-  double lowest = class_of(inventory.dbh_cm[trees.front()]);
-  double highest = lowest;
-  for (const std::size_t tree : trees) {
-    lowest = std::min(lowest, class_of(inventory.dbh_cm[tree]));
-    highest = std::max(highest, class_of(inventory.dbh_cm[tree]));
-  }
-  // Class numbers are integers, and each is one more than the previous one, below 2^53.
-  if (highest - lowest >= kMostClasses || highest >= 0x1p53) {
-    throw UsageError(
-        fmt::format("diameter classes of {} cm are too narrow for these trees", width_cm),
-        {.column = "--class-width"});
-  }
-  for (double number = lowest; number <= highest; number += 1.0) {
-    classes.push_back({.low_cm = number * width_cm, .high_cm = (number + 1.0) * width_cm});
-  }
-  const double hectares = area_m2 / kSquareMetersPerHectare;
-  for (const std::size_t tree : trees) {
-    const double number = class_of(inventory.dbh_cm[tree]) - lowest;
-    DiameterClass& own = classes[static_cast<std::size_t>(number)];
-    ++own.trees;
-    const double represented = inventory.trees_represented(tree);
-    own.stems_per_ha += represented / hectares;
-    own.basal_area_m2_per_ha += represented * basal_area_m2(inventory.dbh_cm[tree]) / hectares;
-  }
-  return classes;
+  DiameterSums sums(width_cm);
+  sums.add(inventory, trees);
+  return sums.classes(area_m2);
 }
 
 }  // namespace silvafit::stand

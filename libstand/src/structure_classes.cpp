@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numeric>
 
+#include "joint_sums.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/table.hpp"
 
@@ -21,28 +23,39 @@ const std::vector<double>& values_named(const StructuralUnits& units, std::strin
 
 }  // namespace
 
-JointDistribution joint_distribution(const StructuralUnits& units,
-                                     std::string_view first,
-                                     std::string_view second) {
-  const std::vector<double>& rows = values_named(units, first);
-  const std::vector<double>& columns = values_named(units, second);
+void JointSums::add(const StructuralUnits& units, std::span<const std::size_t> trees) {
+  const std::vector<double>& rows = values_named(units, first_);
+  const std::vector<double>& columns = values_named(units, second_);
   const std::size_t classes = units.neighbors + 1;
-  JointDistribution result{.neighbors = units.neighbors,
-                           .share = std::vector<double>(classes * classes, 0.0)};
+  sums_.neighbors = units.neighbors;
+  sums_.share.resize(classes * classes);
   const auto class_of = [&units](double value) {
     return static_cast<std::size_t>(std::lround(value * static_cast<double>(units.neighbors)));
   };
-  double sum = 0.0;
-  for (std::size_t tree = 0; tree < units.core.size(); ++tree) {
+  for (const std::size_t tree : trees) {
     if (units.core[tree] == 0 || rows.empty() || columns.empty()) continue;
     if (std::isnan(rows[tree]) || std::isnan(columns[tree])) continue;
     const double weight = units.weight_of(tree);
-    ++result.trees;
-    sum += weight;
-    result.share[class_of(rows[tree]) * classes + class_of(columns[tree])] += weight;
+    ++sums_.trees;
+    weight_ += weight;
+    sums_.share[class_of(rows[tree]) * classes + class_of(columns[tree])] += weight;
   }
-  for (double& share : result.share) share = sum > 0.0 ? share / sum : data::kMissing;
+}
+
+JointDistribution JointSums::distribution() const {
+  JointDistribution result = sums_;
+  for (double& share : result.share) share = weight_ > 0.0 ? share / weight_ : data::kMissing;
   return result;
+}
+
+JointDistribution joint_distribution(const StructuralUnits& units,
+                                     std::string_view first,
+                                     std::string_view second) {
+  std::vector<std::size_t> trees(units.core.size());
+  std::iota(trees.begin(), trees.end(), std::size_t{0});
+  JointSums sums{std::string(first), std::string(second)};
+  sums.add(units, trees);
+  return sums.distribution();
 }
 
 }  // namespace silvafit::stand

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/stand/unit_summary.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
 #include <unordered_map>
 
+#include "plot_order.hpp"
 #include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
@@ -22,6 +27,7 @@ struct Mean {
 };
 
 struct Sums {
+  std::uint32_t first_line = std::numeric_limits<std::uint32_t>::max();
   std::size_t trees = 0;
   std::size_t core_trees = 0;
   Mean W{};
@@ -84,18 +90,24 @@ void UnitSummaries::add(const Inventory& inventory, const StructuralUnits& units
     }
     numbers.push_back(entry->second);
   }
-  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+  // Plot by plot, as parts of a file come, so that sums have the same last digits.
+  for (const std::size_t tree : rows_in_plot_order(inventory)) {
     state.all.add(units, tree);
     const bool is_named = !inventory.species.is_missing(tree);
     Sums& own =
         is_named ? state.by_species[numbers[inventory.species.code(tree)]] : state.without_species;
     own.add(units, tree);
+    if (!inventory.lines.empty()) own.first_line = std::min(own.first_line, inventory.lines[tree]);
   }
 }
 
 std::vector<UnitSummary> UnitSummaries::by_species() const {
+  std::vector<std::size_t> order(state_->names.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(
+      order, {}, [this](std::size_t i) { return state_->by_species[i].first_line; });
   std::vector<UnitSummary> summaries;
-  for (std::size_t i = 0; i < state_->names.size(); ++i) {
+  for (const std::size_t i : order) {
     if (state_->by_species[i].trees == 0) continue;
     summaries.push_back(state_->by_species[i].summary(state_->names[i]));
   }

@@ -64,6 +64,62 @@ class Parts(ProgramTest):
         self.assertIn("sorted by plot on disk", parts.stderr)
         self.assertNotIn("sorted", whole.stderr)
 
+    def compare_stands(self, *options):
+        """Tables, units, JSON and text of a stand, both ways. Returns the notes of the second one."""
+        texts, values, notes = [], [], []
+        for folder, stream in (("whole", []), ("parts", ["--stream"])):
+            arguments = ["stand", "trees.csv", *options, "--out", folder, *stream]
+            texts.append(self.run_program(*arguments).stdout)
+            values.append(self.run_json(*arguments))
+            del values[-1]["seconds"]
+            notes.append([note for note in values[-1].pop("notes")])
+        self.assertEqual(texts[0], texts[1])
+        self.assertEqual(values[0], values[1])
+        names = sorted(path.name for path in (self.folder / "whole").iterdir())
+        self.assertEqual(names, sorted(path.name for path in (self.folder / "parts").iterdir()))
+        for name in names:
+            whole, parts = ((self.folder / folder / name).read_bytes() for folder in ("whole", "parts"))
+            self.assertTrue(whole == parts, name)
+        self.assertEqual(notes[0], [note for note in notes[1] if "sorted by plot on disk" not in note])
+        return "\n".join(notes[1])
+
+    def test_stands_of_plots_in_any_order(self):
+        """Sums have the same last digits, and the dominant heights are those of the thickest trees of all parts."""
+        text = many_trees(False).replace("thick", "-1")
+        lines = text.splitlines()
+        # A plot with a window has no rows, the first row of plot 2 cannot be used, a species comes late.
+        header, rows = lines[0] + ",stratum", [line.split(",") for line in lines[1:]]
+        for number, row in enumerate(lines[1:]):
+            plot = int(row[:5])
+            late = row.replace(",SM,", ",elm,", 1) if plot == PLOTS and number % 5 == 0 else row
+            rows[number] = f"{late},{'north' if plot % 3 else 'south'}"
+        rows[TREES + 1] = rows[TREES + 1].replace(",1,", ",1,", 1).replace("SM", "SM")
+        window = {"type": "FeatureCollection", "features": [
+            {"type": "Feature", "properties": {"plot": plot}, "geometry": {"type": "Polygon", "coordinates": [
+                [[0, 0], [30, 0], [30, 29], [0, 29], [0, 0]]]}} for plot in ("*", "empty")]}
+        self.write("window.geojson", json.dumps(window))
+        self.write("trees.csv", "\n".join([header, *rows]) + "\n")
+        says = self.compare_stands("--window", "window.geojson", "--edge", "hanisch", "--neighbors", "5", "--further", "CO,T",
+                                   "--stratum", "stratum", "--stratum-area", "north=3000,south=900.5")
+        self.assertIn("1 plot without trees belongs to no stratum", says)
+        random.Random(3).shuffle(rows)
+        self.write("trees.csv", "\n".join([header, *rows]) + "\n")
+        says = self.compare_stands("--window", "window.geojson", "--edge", "hanisch", "--neighbors", "5", "--further", "CO,T")
+        self.assertIn("sorted by plot on disk", says)
+        self.assertIn("they are counted as empty" if "they are" in says else "it is counted as empty", says)
+
+    def test_what_stands_in_parts_refuse(self):
+        self.write("trees.csv", many_trees(False, plots=2))
+        for options, why in ((["--per", "stand"], "--per plot"), (["--growth"], "omit --stream or --growth"),
+                             (["--angle-count", "2"], "sampling design")):
+            self.assertIn(why, self.run_program("stand", "trees.csv", "--stream", *options, status=2).stderr)
+
+    def test_a_stand_of_one_plot_in_parts(self):
+        """Its quadrats are squares of 10 m in both ways, and its volumes have the same notes."""
+        self.write("trees.csv", many_trees(False, plots=1))
+        says = self.compare_stands("--equations", "taper", "--edge", "none")
+        self.assertIn("no volume", says)
+
     def test_predictions(self):
         self.write("stand.csv", stand_csv())
         fit = self.run_json("fit", "stand.csv", "--formula", MEYER, "--random", "a | plot")

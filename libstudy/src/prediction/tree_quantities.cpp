@@ -57,34 +57,48 @@ struct QuantityPlan {
   std::string unit{};
   std::map<std::string, const TreeEquation*> of_species{};  ///< in small letters
   std::vector<const TreeEquation*> of_all{};
+
+  // Counts of trees, for notes.
+  /// By equation in the order of the catalogue: outside of each range of its domain.
+  std::map<const TreeEquation*, std::vector<std::size_t>> outside{};
+  std::size_t without_value = 0;  ///< that the equation needs
+  std::size_t without_equation = 0;
+  std::size_t not_positive = 0;
 };
 
 class QuantityMaker {
  public:
-  QuantityMaker(const data::Table& trees, const EquationSettings& settings)
-      : table_(trees), settings_(settings), equations_(equations_of(settings)) {}
+  explicit QuantityMaker(const EquationSettings& settings)
+      : settings_(settings), equations_(equations_of(settings)) {
+    plan();
+  }
 
-  TreeQuantities run();
+  std::vector<stand::TreeQuantity> add(const data::Table& trees);
+  std::vector<std::string> notes() const;
 
  private:
   void plan();
   QuantityPlan& plan_of(const std::string& name, const std::string& unit);
   std::optional<const TreeEquation*> equation_for(const QuantityPlan& plan,
                                                   const std::string& species) const;
-  void compute(const QuantityPlan& plan);
+  stand::TreeQuantity compute(QuantityPlan& plan);
   std::vector<double> values_of(const TreeEquation& equation) const;
   std::vector<double> taper_volumes(const std::vector<std::size_t>& rows) const;
-  void note_domain(const TreeEquation& equation, const std::vector<std::size_t>& rows);
+  void count_outside(const TreeEquation& equation,
+                     const std::vector<std::size_t>& rows,
+                     QuantityPlan& plan) const;
+  static void note_domain(const TreeEquation& equation,
+                          const std::vector<std::size_t>& outside,
+                          std::vector<std::string>& notes);
   std::string species_of(std::size_t row) const {
     return species_.size() == 0 ? std::string() : std::string(species_[row]);
   }
 
-  data::Table table_;
-  const EquationSettings& settings_;
+  data::Table table_{};
+  EquationSettings settings_;
   TreeEquations equations_;
   data::TextColumn species_{};
   std::vector<QuantityPlan> plans_{};
-  TreeQuantities result_{};
 };
 
 QuantityPlan& QuantityMaker::plan_of(const std::string& name, const std::string& unit) {
@@ -175,26 +189,38 @@ std::vector<double> QuantityMaker::taper_volumes(const std::vector<std::size_t>&
   return volumes;
 }
 
-void QuantityMaker::note_domain(const TreeEquation& equation,
-                                const std::vector<std::size_t>& rows) {
-  for (const EquationRange& range : equation.domain) {
+void QuantityMaker::count_outside(const TreeEquation& equation,
+                                  const std::vector<std::size_t>& rows,
+                                  QuantityPlan& plan) const {
+  std::vector<std::size_t>& outside = plan.outside[&equation];
+  outside.resize(equation.domain.size());
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    const EquationRange& range = equation.domain[i];
     if (!table_.has(range.column) || !table_.is_numeric(range.column)) continue;
     const std::span<const double> values = table_.numbers(range.column);
-    const auto outside = std::ranges::count_if(
-        rows, [&](std::size_t row) { return values[row] < range.low || values[row] > range.high; });
-    if (outside == 0) continue;
-    result_.notes.push_back(
-        fmt::format("{} outside the domain of {}, {} {} to {}, and {} extrapolated",
-                    counted(static_cast<std::size_t>(outside), "tree is", "trees are"),
-                    equation.id,
-                    range.column,
-                    range.low,
-                    range.high,
-                    outside == 1 ? "its value is" : "their values are"));
+    outside[i] += static_cast<std::size_t>(std::ranges::count_if(rows, [&](std::size_t row) {
+      return values[row] < range.low || values[row] > range.high;
+    }));
   }
 }
 
-void QuantityMaker::compute(const QuantityPlan& plan) {
+void QuantityMaker::note_domain(const TreeEquation& equation,
+                                const std::vector<std::size_t>& outside,
+                                std::vector<std::string>& notes) {
+  for (std::size_t i = 0; i < outside.size(); ++i) {
+    if (outside[i] == 0) continue;
+    const EquationRange& range = equation.domain[i];
+    notes.push_back(fmt::format("{} outside the domain of {}, {} {} to {}, and {} extrapolated",
+                                counted(outside[i], "tree is", "trees are"),
+                                equation.id,
+                                range.column,
+                                range.low,
+                                range.high,
+                                outside[i] == 1 ? "its value is" : "their values are"));
+  }
+}
+
+stand::TreeQuantity QuantityMaker::compute(QuantityPlan& plan) {
   std::map<const TreeEquation*, std::vector<std::size_t>> rows_of;
   std::map<std::string, std::optional<const TreeEquation*>> equation_of;
   std::size_t without_equation = 0;
@@ -220,36 +246,66 @@ void QuantityMaker::compute(const QuantityPlan& plan) {
         ++not_positive;
       }
     }
-    if (equation != nullptr) note_domain(*equation, rows);
+    if (equation != nullptr) count_outside(*equation, rows, plan);
   }
-  const auto missing = static_cast<std::size_t>(std::ranges::count_if(
-                           values, [](double value) { return std::isnan(value); })) -
-                       without_equation - not_positive;
-  const auto note = [&](std::size_t count, std::string_view why) {
-    if (count == 0) return;
-    result_.notes.push_back(
-        fmt::format("{} no {}: {}", counted(count, "tree has", "trees have"), plan.name, why));
-  };
-  note(missing, "a value that the equation needs is missing; silvafit impute fills heights");
-  note(without_equation, "no equation lists the species; give SPECIES=ID in --equations");
-  note(not_positive, "the equation gives 0 or less");
+  plan.without_value += static_cast<std::size_t>(std::ranges::count_if(
+                            values, [](double value) { return std::isnan(value); })) -
+                        without_equation - not_positive;
+  plan.without_equation += without_equation;
+  plan.not_positive += not_positive;
   if (!table_.has(plan.name)) table_.set(plan.name, values);
-  result_.quantities.push_back({.name = plan.name, .unit = plan.unit, .values = std::move(values)});
+  return {.name = plan.name, .unit = plan.unit, .values = std::move(values)};
 }
 
-TreeQuantities QuantityMaker::run() {
-  if (table_.has("species")) species_ = table_.labels("species");
-  plan();
-  for (const QuantityPlan& one : plans_) compute(one);
-  return std::move(result_);
+std::vector<stand::TreeQuantity> QuantityMaker::add(const data::Table& trees) {
+  table_ = trees;
+  species_ = table_.has("species") ? table_.labels("species") : data::TextColumn();
+  std::vector<stand::TreeQuantity> quantities;
+  for (QuantityPlan& plan : plans_) quantities.push_back(compute(plan));
+  return quantities;
+}
+
+std::vector<std::string> QuantityMaker::notes() const {
+  std::vector<std::string> notes;
+  for (const QuantityPlan& plan : plans_) {
+    for (const auto& [equation, outside] : plan.outside) note_domain(*equation, outside, notes);
+    const auto note = [&](std::size_t count, std::string_view why) {
+      if (count == 0) return;
+      notes.push_back(
+          fmt::format("{} no {}: {}", counted(count, "tree has", "trees have"), plan.name, why));
+    };
+    note(plan.without_value,
+         "a value that the equation needs is missing; silvafit impute fills heights");
+    note(plan.without_equation, "no equation lists the species; give SPECIES=ID in --equations");
+    note(plan.not_positive, "the equation gives 0 or less");
+  }
+  return notes;
 }
 
 }  // namespace
 
 TreeQuantities tree_quantities(const data::Table& trees, const EquationSettings& settings) {
   if (settings.equations.empty()) return {};
-  return QuantityMaker(trees, settings).run();
+  QuantitiesOfParts parts(settings);
+  std::vector<stand::TreeQuantity> quantities = parts.add(trees);
+  return {.quantities = std::move(quantities), .notes = parts.notes()};
 }
+
+struct QuantitiesOfParts::State {
+  QuantityMaker maker;
+};
+
+QuantitiesOfParts::QuantitiesOfParts(const EquationSettings& settings)
+    : state_(std::make_unique<State>(State{QuantityMaker(settings)})) {}
+QuantitiesOfParts::~QuantitiesOfParts() = default;
+QuantitiesOfParts::QuantitiesOfParts(QuantitiesOfParts&&) noexcept = default;
+QuantitiesOfParts& QuantitiesOfParts::operator=(QuantitiesOfParts&&) noexcept = default;
+
+std::vector<stand::TreeQuantity> QuantitiesOfParts::add(const data::Table& trees) {
+  return state_->maker.add(trees);
+}
+
+std::vector<std::string> QuantitiesOfParts::notes() const { return state_->maker.notes(); }
 
 std::vector<std::string> columns_of(const EquationSettings& settings) {
   std::vector<std::string> columns;

@@ -71,6 +71,9 @@ struct Inventory {
 
   /// Plots of the file all of whose rows were skipped: their trees are unknown.
   std::vector<std::string> plots_left_out{};
+  /// By code of `plot`: the line of its first row in the file, even if that row was skipped; none
+  /// if the plots are in the order of these lines.
+  std::vector<std::uint32_t> plot_lines{};
 
   /// Other columns that were requested.
   data::Table other{};
@@ -204,9 +207,11 @@ CheckedInventory read_inventory(const data::TableSource& source,
 /// a pipe, and of a file without numbers of trees, must follow each other.
 class InventoryBatches {
  public:
-  /// \param options  without columns beyond the inventory's own (keep, keep_all, other mappings)
+  /// Columns beyond the inventory's own (keep, keep_all, other mappings) need a file, which is then
+  /// read twice: whether a column is text depends on all rows.
   /// \param trees    a batch ends with the plot that reaches this number of trees
-  /// \throws as read_inventory; UsageError if other columns are requested
+  /// \throws as read_inventory; UsageError if there are other columns and the file can be read only
+  ///         once
   InventoryBatches(const std::filesystem::path& path,
                    const InventoryOptions& options,
                    std::size_t trees = 200000);

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -69,5 +70,30 @@ struct StandReport {
 ///         known, a plot is in several strata, or an option is out of range; else as
 ///         structural_units and plot_windows
 StandReport stand_report(const Inventory& inventory, const StandReportOptions& options);
+
+/// stand_report() of an inventory that is read in parts of whole plots (InventoryBatches), with the
+/// same bytes. Neither trees nor windows are kept, so that memory grows with the number of plots
+/// only; trees are sorted by size on disk for the dominant heights.
+class StandReportParts {
+ public:
+  /// \param is_only_plot  whether the whole inventory has only one plot
+  /// \throws UsageError if there is a sampling design, or neighbors are searched in the stand
+  StandReportParts(const StandReportOptions& options, bool is_only_plot);
+  ~StandReportParts();
+  StandReportParts(StandReportParts&&) noexcept;
+  StandReportParts& operator=(StandReportParts&&) noexcept;
+
+  /// \param part  may have no tree
+  /// \return the structural units of the part, until the next call; null if there are none
+  /// \throws as stand_report()
+  const StructuralUnits* add(const Inventory& part);
+  /// The report; its areas are without trees and windows, and its units without trees.
+  /// \param file  for messages
+  StandReport finish(const std::string& file);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace silvafit::stand

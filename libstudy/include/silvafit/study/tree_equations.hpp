@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -84,6 +85,23 @@ struct TreeQuantities {
 /// \throws UsageError if a setting cannot be used or two equations are meant for the same trees;
 ///   InputError if an equation needs a column that is missing
 TreeQuantities tree_quantities(const data::Table& trees, const EquationSettings& settings);
+
+/// tree_quantities() of an inventory in parts; the notes are on all parts together.
+class QuantitiesOfParts {
+ public:
+  /// \throws UsageError as tree_quantities()
+  explicit QuantitiesOfParts(const EquationSettings& settings);
+  ~QuantitiesOfParts();
+  QuantitiesOfParts(QuantitiesOfParts&&) noexcept;
+  QuantitiesOfParts& operator=(QuantitiesOfParts&&) noexcept;
+
+  std::vector<stand::TreeQuantity> add(const data::Table& trees);
+  std::vector<std::string> notes() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// Columns besides ours that the equations need.
 std::vector<std::string> columns_of(const EquationSettings& settings);
