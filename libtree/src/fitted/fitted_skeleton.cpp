@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "fitted/crown_map.hpp"
 #include "fitted/fitted_leaves.hpp"
@@ -13,6 +14,7 @@
 #include "fitted/radius_axes.hpp"
 #include "fitted/skeleton_line.hpp"
 #include "fitted/standing_skeleton.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/tree/affine_map.hpp"
 
 namespace silvafit::tree {
@@ -22,7 +24,40 @@ namespace {
 constexpr double kThinnest = 0.0003;
 constexpr double kShortest = 0.0005;  // an axis with less than this length in the crown is removed
 
+// A branch keeps its angle to its parent up to this, so that crowns of other proportions are
+// filled.
+constexpr double kMostTurned = 15.0 * kRadian;
+
 double squared(double value) { return value * value; }
+
+double angle_between(Point a, Point b) { return std::acos(std::clamp(dot(a, b), -1.0, 1.0)); }
+
+/// The smallest rotation that turns one direction into another.
+AffineMap turn_between(Point from, Point to) {
+  AffineMap turn;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Point unit{axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0};
+    const Point turned = turned_with(unit, from, to);
+    turn.a[0][axis] = turned.x;
+    turn.a[1][axis] = turned.y;
+    turn.a[2][axis] = turned.z;
+  }
+  return turn;
+}
+
+/// Turns and scales what starts at a base so that its chord becomes another one at another base.
+AffineMap moved_between(Point chord, Point base, Point to_chord, Point to_base) {
+  const double before = length(chord);
+  const double after = length(to_chord);
+  AffineMap move;
+  if (before > 0.0 && after > 0.0) {
+    move = scaled(turn_between(direction(chord), direction(to_chord)), after / before);
+  }
+  move.b = to_base - move.turn(base);
+  return move;
+}
+
+Point chord_of(std::span<const SkeletonPoint> line) { return line.back().at - line.front().at; }
 
 class Fitter {
  public:
@@ -36,6 +71,7 @@ class Fitter {
     radius_axes_ = lead_to_radii(grown_.skeleton, map_, crown_);
     const Skeleton& grown = grown_.skeleton;
     choose_lowest();
+    mark_bearers();
     number_.assign(grown.axes.size(), kNone);
     thickness_.assign(grown.axes.size(), 1.0);
     result_.notes = grown.notes;
@@ -45,6 +81,7 @@ class Fitter {
     result_.axes.push_back({.count = static_cast<std::uint32_t>(stem_.size())});
     result_.points = stem_;
     moves_.resize(grown.axes.size());
+    turns_.resize(grown.axes.size());
     for (std::uint32_t i = 1; i < grown.axes.size(); ++i) add(i);
     result_.leaves = fitted_leaves(grown, result_, number_, crown_, [this](Point at) {
       const CrownPlace place = map_.place_of(at);
@@ -71,6 +108,16 @@ class Fitter {
     }
   }
 
+  /// The axes that end at a measured radius and their parents are kept.
+  void mark_bearers() {
+    const Skeleton& grown = grown_.skeleton;
+    bears_radius_.assign(grown.axes.size(), false);
+    for (std::uint32_t i = 1; i < grown.axes.size(); ++i) {
+      if (radius_axes_.direction_of(i) < 0) continue;
+      for (std::uint32_t k = i; k != 0; k = grown.axes[k].parent) bears_radius_[k] = true;
+    }
+  }
+
   std::span<const SkeletonPoint> line_of(std::uint32_t axis) const {
     return grown_.skeleton.points_of(grown_.skeleton.axes[axis]);
   }
@@ -90,18 +137,25 @@ class Fitter {
   void add(std::uint32_t i) {
     const Axis& axis = grown_.skeleton.axes[i];
     if (number_[axis.parent] == kNone) return;
-    const int direction = radius_axes_.direction_of(i);
-    const bool is_measured = i == lowest_ || direction >= 0;
-    place(i, is_measured);
-    bring_to_base(i, is_measured);
-    if (!is_measured) fit_in(i);
-    if (direction >= 0) line_.back() = {radius_tip(direction), 0.0};
+    const int side = radius_axes_.direction_of(i);
+    const bool is_measured = i == lowest_ || bears_radius_[i];
+    const std::optional<double> start = side >= 0 ? start_of_radius_m(i) : std::nullopt;
+    if (start) {
+      lead_to_radius(i, *start);
+    } else if (side >= 0) {
+      bend_to_measurement(i);
+    } else {
+      keep_angle_and_fit_in(i);
+      if (is_measured && line_length_m(line_) < kShortest) bend_to_measurement(i);
+    }
+    if (side >= 0) line_.back() = {radius_tip(side), 0.0};
     if (line_length_m(line_) < kShortest) {
       if (!is_measured) return;
       // An axis of radius 0 on which a measurement depends becomes a shoot along the stem.
       line_.back().at.z += 0.5 * (crown_.h_m() - line_.back().at.z);
     }
     set_radii(i);
+    turns_[i] = turn_between(direction(chord_of(line_of(i))), direction(chord_of(line_)));
     number_[i] = static_cast<std::uint32_t>(result_.axes.size());
     result_.axes.push_back({.order = axis.order,
                             .parent = number_[axis.parent],
@@ -111,14 +165,14 @@ class Fitter {
   }
 
   /// The axis after the map of the crown and the changes of its parent.
-  void place(std::uint32_t i, bool is_measured) {
+  void place(std::uint32_t i, bool is_bent) {
     const Axis& axis = grown_.skeleton.axes[i];
     const auto grown_line = line_of(i);
     moves_[i] = moves_[axis.parent];
     line_.clear();
     for (std::uint32_t k = 0; k < axis.count; ++k) {
       const CrownPlace place = radius_axes_.led(map_.place_of(grown_line[k].at), axis.first + k);
-      const Point at = is_measured ? map_.inside(place) : moves_[i](map_.at(place));
+      const Point at = is_bent ? map_.inside(place) : moves_[i](map_.at(place));
       line_.push_back({bent_with_stem(place, at), grown_line[k].radius_m});
     }
   }
@@ -154,6 +208,73 @@ class Fitter {
     }
     line_.front().at = base;
     if (!keeps_tip) moves_[i].b = moves_[i].b + shift;
+  }
+
+  /// The direction of the axis if it keeps its angle to its parent.
+  Point own_direction(std::uint32_t i) const {
+    return turns_[grown_.skeleton.axes[i].parent].turn(direction(chord_of(line_of(i))));
+  }
+
+  /// Turns the axis about its base until it has nearly the angle that it grew with.
+  void keep_angle(std::uint32_t i) {
+    const Point base = line_.front().at;
+    const Point own = own_direction(i);
+    const Point mapped = direction(chord_of(line_), own);
+    const double excess = angle_between(mapped, own) - kMostTurned;
+    if (!(excess > 0.0)) return;
+    AffineMap turn = turn_about(cross(mapped, own), excess);
+    turn.b = base - turn.turn(base);
+    for (SkeletonPoint& point : line_) point.at = turn(point.at);
+    line_.front().at = base;
+    moves_[i] = turn.after(moves_[i]);
+  }
+
+  void bend_to_measurement(std::uint32_t i) {
+    place(i, true);
+    bring_to_base(i, true);
+  }
+
+  void keep_angle_and_fit_in(std::uint32_t i) {
+    place(i, false);
+    bring_to_base(i, false);
+    keep_angle(i);
+    fit_in(i);
+  }
+
+  /// The height at which a branch of the stem to a measured radius starts: where the map has it, or
+  /// as near as its angle allows. None if it must bend.
+  std::optional<double> start_of_radius_m(std::uint32_t i) {
+    if (i == lowest_ || grown_.skeleton.axes[i].order > 1) return std::nullopt;
+    place(i, false);
+    const double mapped = base_of(i).z;
+    const Point tip = radius_tip(radius_axes_.direction_of(i));
+    const double away = std::hypot(tip.x, tip.y);
+    const Point own = own_direction(i);
+    const double angle = std::atan2(own.z, std::hypot(own.x, own.y));
+    constexpr double kSteepest = 85.0 * kRadian;
+    const double lowest = tip.z - away * std::tan(std::min(angle + kMostTurned, kSteepest));
+    const double highest = tip.z - away * std::tan(std::max(angle - kMostTurned, -kSteepest));
+    const double start = std::clamp(mapped, lowest, highest);
+    // In a crown that is flat, or narrow for its stem, there is no room for the angle.
+    constexpr double kRoom = 4.0;
+    const bool has_room = start >= crown_.hcb_m() && start < crown_.h_m() &&
+                          away > kRoom * at_height(stem_, start).radius_m;
+    return has_room ? std::optional(start) : std::nullopt;
+  }
+
+  /// A branch of the stem ends at a measured radius and keeps its shape.
+  void lead_to_radius(std::uint32_t i, double start_m) {
+    const Point tip = radius_tip(radius_axes_.direction_of(i));
+    const Point base = crown_.confine(at_height(stem_, start_m).at);
+    // Its branches move as the line between its ends does in the map; itself it keeps its shape.
+    moves_[i] = moved_between(chord_of(line_), line_.front().at, tip - base, base).after(moves_[i]);
+    const auto grown_line = line_of(i);
+    const AffineMap move =
+        moved_between(chord_of(grown_line), grown_line.front().at, tip - base, base);
+    for (std::size_t k = 0; k < grown_line.size(); ++k) {
+      line_[k].at = crown_.confine(move(grown_line[k].at));
+    }
+    line_.front().at = base;
   }
 
   /// Turns the axis up or down about its base, and shortens it, until it is inside the crown.
@@ -259,9 +380,11 @@ class Fitter {
   std::vector<SkeletonPoint> stem_;
   RadiusAxes radius_axes_{};
   std::uint32_t lowest_ = kNone;
+  std::vector<bool> bears_radius_{};
   std::vector<std::uint32_t> number_{};  ///< of each grown axis in the result
   std::vector<double> thickness_{};      ///< fitted by grown radius of each axis
   std::vector<AffineMap> moves_{};     ///< displacement of each grown axis from its mapped position
+  std::vector<AffineMap> turns_{};     ///< of each grown axis to its direction in the result
   std::vector<SkeletonPoint> line_{};  ///< the axis being fitted
   Skeleton result_{};
 };

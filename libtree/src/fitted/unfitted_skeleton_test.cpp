@@ -75,6 +75,33 @@ TEST_CASE("an unfitted tree of figure 7 has the angles and ratios of the paper's
   }
 }
 
+TEST_CASE("a fitted tree nearly keeps its branching angles") {
+  // 7a to 7d of the paper: the angle between stem and branch.
+  const std::map<std::string, double> angles{
+      {"honda-7a", 45}, {"honda-7b", 90}, {"honda-7c", 57}, {"honda-7d", 80}};
+  const Morphology tree{.plot = "1", .tree = "1", .dbh_cm = 24, .h_m = 12, .hcb_m = 3.6, .cw_m = 6};
+  for (const auto& [name, angle_deg] : angles) {
+    INFO(name);
+    const Builder& builder = test::shipped_builders().named(BuilderKind::kLsystem, name);
+    const TreeShape shape = builder.shape_of(tree);
+    const Crown crown(shape, builder.preset().crown_index);
+    Random random(1);
+    const Skeleton fitted = builder.grow_skeleton(shape, crown, random);
+    int turned = 0;
+    for (const Axis& axis : fitted.axes) {
+      if (axis.order != 1) continue;
+      const auto line = fitted.points_of(axis);
+      const Point along = direction(line.back().at - line.front().at);
+      // By at most 15 degrees, unless the crown leaves no room; a branch of these trees is
+      // straight.
+      constexpr double kMost = 15.0 + 0.1;
+      if (std::abs(std::acos(along.z) / kRadian - angle_deg) > kMost) ++turned;
+    }
+    // The branch at the crown base has no room below it.
+    CHECK(turned <= 1);
+  }
+}
+
 TEST_CASE("an unfitted tree needs its height only") {
   for (const BuilderKind kind : {BuilderKind::kLsystem, BuilderKind::kIfs}) {
     for (const Builder* builder : test::shipped_builders().of(kind)) {

@@ -91,7 +91,7 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
   std::vector<ShootSite> sites;
   const double stem_m = length_of(skeleton.points_of(skeleton.axes.front()));
   constexpr double kApart = 0.35;
-  constexpr int kMostOnTop = 6;
+  constexpr int kMostOnTop = 16;
   const double bare_m = std::max(bare_top_m(skeleton), 0.7 * size_m);
   for (int i = 0; i < kMostOnTop && i * kApart * size_m <= bare_m; ++i) {
     const double back_m = i * kApart * size_m;
