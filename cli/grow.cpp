@@ -4,6 +4,7 @@
 
 #include "grow_command.hpp"
 #include "output_files.hpp"
+#include "silvafit/base/error.hpp"
 #include "table_arguments.hpp"
 
 namespace silvafit::cli {
@@ -19,7 +20,11 @@ struct GrowArguments {
 void run(const GrowArguments& arguments) {
   study::GrowSettings settings = arguments.settings;
   refuse_same_files({{"MORPHOLOGY.csv", arguments.file}, {"--grammar", settings.grammar}},
-                    {{"--scene", settings.scene}});
+                    {{"--scene", settings.scene}, {"--manifest", settings.manifest}});
+  if (settings.stream && arguments.common.json) {
+    throw UsageError("--json has an entry for each tree; with --stream, use --manifest FILE.csv",
+                     {.column = "--stream"});
+  }
   settings.keeps_trees = arguments.common.json;
   settings.seed = arguments.common.seed;
   settings.threads = arguments.common.threads;
@@ -39,11 +44,26 @@ void add_grow_command(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("grow", "Grow measured or predicted trees as 3D models");
   add_grow_options(*command, arguments->file, arguments->settings);
+  command
+      ->add_option("--manifest",
+                   arguments->settings.manifest,
+                   "Write plot, tree, species, preset, level, file, triangles and bytes of each "
+                   "tree to this CSV file")
+      ->type_name("FILE.csv");
+  command->add_flag(
+      "--stream",
+      arguments->settings.stream,
+      "With --out: write trees while others are read, so that memory does not grow with their "
+      "number; if the rows of a plot are not contiguous, they are sorted on disk first");
   add_layer_options(*command, arguments->table);
   add_common_options(*command, arguments->common);
   add_example(*command,
               "silvafit grow examples/fir-mixed/inventory.csv --plot 1 --scene plot1.glb");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments, command] {
+    const bool has_ground = arguments->settings.out.empty() || arguments->settings.per == "plot";
+    refuse_idle(*command, "--ground", has_ground, "--scene or --per plot");
+    run(*arguments);
+  });
 }
 
 }  // namespace silvafit::cli

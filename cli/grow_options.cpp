@@ -34,6 +34,13 @@ void add_scene_options(CLI::App& command, study::GrowSettings& options) {
               "--out", options.out, "Write one file per tree, at the origin, to this folder")
           ->type_name("DIR");
   command
+      .add_option("--per",
+                  options.per,
+                  "Files of --out: one per tree, or one per plot with its trees at their positions")
+      ->check(CLI::IsMember({"tree", "plot"}))
+      ->needs(out)
+      ->capture_default_str();
+  command
       .add_option(
           "--format",
           options.format,
@@ -53,7 +60,6 @@ void add_scene_options(CLI::App& command, study::GrowSettings& options) {
       .add_option(
           "--ground", options.ground, "Ground of a scene: through the stem bases, flat, or none")
       ->check(CLI::IsMember({"stems", "flat", "none"}))
-      ->excludes(out)
       ->capture_default_str();
 }
 

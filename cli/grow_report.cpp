@@ -6,10 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numeric>
-#include <set>
-#include <string_view>
-#include <utility>
 
 #include "grow_command.hpp"
 #include "silvafit/base/text.hpp"
@@ -17,20 +13,6 @@
 
 namespace silvafit::cli {
 namespace {
-
-/// The number of trees, each counted once for all its measurements.
-std::size_t tree_count(const std::vector<tree::Morphology>& morphologies,
-                       const std::vector<std::size_t>& numbers) {
-  std::set<std::pair<std::string_view, std::string_view>> names;
-  for (const std::size_t i : numbers) names.emplace(morphologies[i].plot, morphologies[i].tree);
-  return names.size();
-}
-
-std::size_t tree_count(const std::vector<tree::Morphology>& morphologies) {
-  std::vector<std::size_t> all(morphologies.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  return tree_count(morphologies, all);
-}
 
 /// Such as ", with trees.mtl, bark.png, leaf.png and 2 more in the same folder"; empty for a single
 /// file.
@@ -49,8 +31,8 @@ std::string beside_text(const study::WrittenScene& written) {
 }
 
 /// The written files: one file in one line, several files each in its own line.
-void print_files(const study::GrowResult& result, std::size_t trees) {
-  const std::string stand = counted(trees, "tree", "trees");
+void print_files(const study::GrowResult& result) {
+  const std::string stand = counted(result.counts.trees, "tree", "trees");
   if (result.files.size() == 1) {
     const study::WrittenScene& only = result.files.front();
     print_text("{}, {} triangles, {:.2f} s: {}{}\n",
@@ -84,8 +66,8 @@ void report_grown(const CommonOptions& common, const study::GrowResult& result) 
     print_json_value(study::json_of(result), -1);
     return;
   }
-  const std::vector<tree::Morphology>& trees = result.morphologies;
-  print_files(result, tree_count(trees));
+  const study::GrowCounts& counts = result.counts;
+  print_files(result);
   if (result.settings.share) {
     const tree::ShapeError worst = study::worst_of(result.shared);
     print_text("{}; largest errors: crown base {:.0f} cm, DBH {:.1f} cm, crown radius {:.0f} cm\n",
@@ -95,16 +77,15 @@ void report_grown(const CommonOptions& common, const study::GrowResult& result) 
                worst.radius_cm);
   }
   if (result.settings.resolve_overlaps)
-    print_text("{} overlapped\n",
-               counted(result.pairs.size(), "pair of crowns", "pairs of crowns"));
-  if (!result.crossing.empty()) {
+    print_text("{} overlapped\n", counted(counts.overlaps, "pair of crowns", "pairs of crowns"));
+  if (counts.crossing > 0) {
     say(common,
-        counted(tree_count(trees, result.crossing), "tree is", "trees are") +
+        counted(counts.crossing, "tree is", "trees are") +
             " too close to others to separate all branches; use --json to list them.");
   }
-  if (!result.with_guesses.empty()) {
+  if (counts.with_guesses > 0) {
     say(common,
-        counted(tree_count(trees, result.with_guesses), "tree has", "trees have") +
+        counted(counts.with_guesses, "tree has", "trees have") +
             " missing measurements, for which defaults are used; use --json to list them.");
   }
 }

@@ -3,8 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <optional>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "silvafit/base/atomic_file.hpp"
@@ -14,23 +18,32 @@
 #include "silvafit/tree/coinciding_plots.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 #include "workflow/grow_job.hpp"
+#include "workflow/grow_manifest.hpp"
 
 namespace silvafit::study {
 namespace {
 
-/// All trees of the table at one time, or the trees of each moment.
-tree::Moments read_trees(const data::TableSource& trees, const GrowJob& job) {
-  tree::MorphologyTableOptions options{.use = tree::use_from_text(job.use),
-                                       .plots = job.plots,
-                                       .needs_position = !job.scene.empty() || job.resolve_overlaps,
-                                       .only_height = job.is_unfitted};
+struct ReadTrees {
+  tree::Moments moments{};
+  std::vector<std::size_t> lines{};  ///< of the trees, without moments
+};
+
+/// All trees of the table at one time, or the trees of each moment or plot.
+ReadTrees read_trees(const data::TableSource& trees, const GrowJob& job) {
+  tree::MorphologyTableOptions options = morphology_options(job);
   const data::Table table =
       read_tree_table(trees, job.reading, job.by, options.columns, job.callbacks.note).table;
-  if (!job.by.empty()) return tree::read_moments(table, job.by, options);
+  if (!job.by.empty()) return {.moments = tree::read_moments(table, job.by, options)};
   tree::MorphologyTable read = tree::read_morphologies(table, options);
-  tree::Moments one{.left_out = std::move(read.left_out)};
-  if (!read.morphologies.empty()) one.moments.push_back({.trees = std::move(read.morphologies)});
-  return one;
+  ReadTrees result{.moments = {.left_out = std::move(read.left_out)}};
+  if (read.morphologies.empty()) return result;
+  if (!job.manifest.empty()) result.lines = lines_of(table, options.columns, read.morphologies);
+  if (job.per == "plot") {
+    result.moments.moments = plots_of(std::move(read.morphologies), result.lines);
+  } else {
+    result.moments.moments.push_back({.trees = std::move(read.morphologies)});
+  }
+  return result;
 }
 
 /// The preset of the L-system builder with the user's grammar; null if none is given.
@@ -76,73 +89,135 @@ void append(GrowResult&& part, const std::string& moment, std::size_t before, Gr
   for (const std::size_t tree : part.crossing) all.crossing.push_back(before + tree);
 }
 
+std::string quoted(const std::set<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
+  return list;
+}
+
+void note_unknown_species(const GrowJob& job, const tree::BuilderCatalogue& catalogue) {
+  const std::set<std::string>& unknown = job.state->unknown_species;
+  if (unknown.empty() || !job.callbacks.note) return;
+  job.callbacks.note(
+      fmt::format("No preset lists the species {}; preset {} is used (see --preset).",
+                  quoted(unknown),
+                  catalogue.fallback(job.builder).name()));
+}
+
+/// The number of trees, each counted once for all its measurements.
+std::size_t tree_count(const std::vector<tree::Morphology>& trees,
+                       const std::vector<std::size_t>& numbers) {
+  std::set<std::pair<std::string_view, std::string_view>> names;
+  for (const std::size_t i : numbers) names.emplace(trees[i].plot, trees[i].tree);
+  return names.size();
+}
+
+GrowResult grow_whole(const data::TableSource& trees,
+                      const tree::BuilderCatalogue& catalogue,
+                      const GrowJob& job,
+                      const tree::Builder* for_all,
+                      GrowManifest* manifest) {
+  ReadTrees read = read_trees(trees, job);
+  tree::Moments& table = read.moments;
+  give_notes(notes_on(table.left_out), job.callbacks.note);
+  if (table.moments.empty()) {
+    if (job.is_part) return {.left_out = std::move(table.left_out)};
+    throw InputError("no row can be used to grow a tree", {.file = job.file});
+  }
+  const std::string coinciding = note_on_coinciding_plots(job, table.moments);
+  if (!coinciding.empty() && job.callbacks.note) job.callbacks.note(coinciding);
+  std::optional<ResultFolder> folder;
+  if (!job.out.empty()) folder.emplace(job.out);
+  if (manifest != nullptr) {
+    job.state->each_tree = [&](std::size_t tree, const GrownTree& grown) {
+      manifest->add(read.lines[tree], grown);
+    };
+  }
+  GrowResult result = grow_moments(job, table.moments, catalogue, for_all);
+  result.moments = job.per == "plot" ? 1 : table.moments.size();
+  result.left_out = std::move(table.left_out);
+  return result;
+}
+
+}  // namespace
+
 GrowResult grow_moments(const GrowJob& job,
                         const std::vector<tree::Moment>& moments,
-                        const tree::BuilderCatalogue& catalogue) {
+                        const tree::BuilderCatalogue& catalogue,
+                        const tree::Builder* for_all) {
+  const bool is_by_plot = job.per == "plot";
   std::vector<tree::Morphology> stand;
   for (const tree::Moment& moment : moments) {
     stand.insert(stand.end(), moment.trees.begin(), moment.trees.end());
   }
-  const std::unique_ptr<const tree::Builder> with_grammar = builder_with_grammar(catalogue, job);
-  if (job.animate) {
-    GrowResult all = write_animation(job, moments, stand, catalogue, with_grammar.get());
-    all.morphologies = std::move(stand);
-    return all;
-  }
   GrowResult all;
-  std::size_t before = 0;
-  for (const tree::Moment& moment : moments) {
-    GrowJob one = job.by.empty() ? job : of_moment(job, moment);
-    // Notes about species would be repeated.
-    if (before > 0) one.callbacks.note = {};
-    append(grow_trees(one, moment.trees, stand, catalogue, with_grammar.get()),
-           moment.name,
-           before,
-           all);
-    before += moment.trees.size();
+  if (job.animate) {
+    all = write_animation(job, moments, stand, catalogue, for_all);
+  } else {
+    std::size_t before = 0;
+    for (const tree::Moment& moment : moments) {
+      GrowJob one = is_by_plot       ? of_plot(job, moment.name)
+                    : job.by.empty() ? job
+                                     : of_moment(job, moment);
+      one.first_tree = before;
+      // The file of a plot has its own origin and ground.
+      append(grow_trees(one, moment.trees, is_by_plot ? moment.trees : stand, catalogue, for_all),
+             is_by_plot ? "" : moment.name,
+             before,
+             all);
+      before += moment.trees.size();
+    }
   }
+  std::vector<std::size_t> numbers(stand.size());
+  std::iota(numbers.begin(), numbers.end(), std::size_t{0});
+  all.counts = {.trees = tree_count(stand, numbers),
+                .with_guesses = tree_count(stand, all.with_guesses),
+                .crossing = tree_count(stand, all.crossing),
+                .overlaps = all.pairs.size()};
   all.morphologies = std::move(stand);
   return all;
 }
-
-}  // namespace
 
 GrowResult grow(const data::TableSource& trees,
                 const tree::BuilderCatalogue& catalogue,
                 const GrowSettings& settings,
                 const Callbacks& callbacks) {
   const auto start = std::chrono::steady_clock::now();
-  const GrowJob job = grow_job(settings, data::file_of(trees), callbacks);
-  tree::Moments table = read_trees(trees, job);
-  give_notes(notes_on(table.left_out), callbacks.note);
-  if (table.moments.empty()) {
-    if (job.is_part) return {.settings = job, .left_out = std::move(table.left_out)};
-    throw InputError("no row can be used to grow a tree", {.file = job.file});
+  GrowJob job = grow_job(settings, data::file_of(trees), callbacks);
+  GrowState state;
+  job.state = &state;
+  std::optional<GrowManifest> manifest;
+  if (!job.manifest.empty()) manifest.emplace(job.manifest);
+  const std::unique_ptr<const tree::Builder> with_grammar = builder_with_grammar(catalogue, job);
+  GrowResult result;
+  if (job.stream) {
+    const auto add = [&manifest](std::size_t line, const GrownTree& grown) {
+      if (manifest) manifest->add(line, grown);
+    };
+    result = grow_in_parts(trees, catalogue, job, with_grammar.get(), add);
+  } else {
+    result = grow_whole(trees, catalogue, job, with_grammar.get(), manifest ? &*manifest : nullptr);
   }
-  const std::string coinciding = note_on_coinciding_plots(job, table.moments);
-  if (!coinciding.empty() && callbacks.note) callbacks.note(coinciding);
-  std::optional<ResultFolder> folder;
-  if (!job.out.empty()) folder.emplace(job.out);
-  GrowResult result = grow_moments(job, table.moments, catalogue);
+  note_unknown_species(job, catalogue);
+  if (manifest) manifest->finish();
   // A builder with a grammar is gone.
   for (tree::SharedModel& model : result.shared.models) model.builder = nullptr;
   result.settings = job;
-  result.moments = table.moments.size();
-  result.left_out = std::move(table.left_out);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   result.seconds = seconds.count();
   return result;
 }
 
-std::vector<std::string> notes_on(const std::vector<tree::LeftOut>& left_out) {
+std::vector<std::string> notes_on(const std::vector<tree::LeftOut>& left_out, std::size_t count) {
   constexpr std::size_t kShown = 20;
+  count = std::max(count, left_out.size());
   std::vector<std::string> notes;
   for (std::size_t i = 0; i < left_out.size() && i < kShown; ++i) {
     notes.push_back(describe(left_out[i].place, left_out[i].reason + "; the row is skipped"));
   }
-  if (left_out.size() > kShown) {
-    notes.push_back(fmt::format("... and {} skipped",
-                                counted(left_out.size() - kShown, "more row is", "more rows are")));
+  if (count > kShown) {
+    notes.push_back(
+        fmt::format("... and {} skipped", counted(count - kShown, "more row is", "more rows are")));
   }
   return notes;
 }

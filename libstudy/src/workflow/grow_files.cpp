@@ -2,11 +2,12 @@
 // The names of the files that `silvafit grow` writes.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <set>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/fingerprint.hpp"
 #include "workflow/grow_job.hpp"
 
 namespace silvafit::study {
@@ -48,14 +49,14 @@ std::string distinct_from_levels(const std::string& name) {
   return looks_like_level(name) ? name + "~" : name;
 }
 
-/// The name, or a numbered one if it is used (ignoring case, as some file systems do).
-std::string untaken(const std::string& name, std::set<std::string>& taken) {
+/// The name, or a numbered one if the folder has it (ignoring case, as some file systems do).
+std::string untaken(const GrowJob& job, const std::string& name) {
   const auto folded = [](std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
   };
   std::string candidate = name;
-  for (int copy = 2; !taken.insert(folded(candidate)).second; ++copy) {
+  for (int copy = 2; !job.state->names.take(job.out + '/' + folded(candidate)); ++copy) {
     candidate = fmt::format("{}~{}", name, copy);
   }
   return candidate;
@@ -74,14 +75,29 @@ std::string with_suffix(const fs::path& path, const std::string& suffix) {
 
 }  // namespace
 
-std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphologies) {
+bool TakenNames::take(std::string_view name) {
+  Fingerprint hash;
+  hash.add(name);
+  if (std::ranges::binary_search(sorted_, hash.value())) return false;
+  if (!recent_.insert(hash.value()).second) return false;
+  constexpr std::size_t kFewest = 4096;
+  if (recent_.size() < std::max(kFewest, sorted_.size() / 16)) return true;
+  const auto before = static_cast<std::ptrdiff_t>(sorted_.size());
+  sorted_.insert(sorted_.end(), recent_.begin(), recent_.end());
+  recent_.clear();
+  std::sort(sorted_.begin() + before, sorted_.end());
+  std::inplace_merge(sorted_.begin(), sorted_.begin() + before, sorted_.end());
+  return true;
+}
+
+std::vector<std::string> tree_names(const GrowJob& job,
+                                    const std::vector<tree::Morphology>& morphologies) {
   std::vector<std::string> names;
   names.reserve(morphologies.size());
-  std::set<std::string> taken;
   for (const tree::Morphology& morphology : morphologies) {
     // Plot a, tree b-c and plot a-b, tree c would have the same name.
     names.push_back(
-        untaken(distinct_from_levels(file_name(morphology.plot + "-" + morphology.tree)), taken));
+        untaken(job, distinct_from_levels(file_name(morphology.plot + "-" + morphology.tree))));
   }
   return names;
 }
@@ -100,6 +116,14 @@ std::string folder_text(const GrowJob& job, int level) {
 fs::path scene_path(const GrowSettings& settings, int level) {
   const std::string suffix = level_suffix(settings, level);
   return suffix.empty() ? settings.scene : with_suffix(settings.scene, suffix);
+}
+
+GrowJob of_plot(const GrowJob& job, const std::string& plot) {
+  GrowJob one = job;
+  const std::string name = untaken(job, distinct_from_levels(file_name(plot)));
+  one.scene = (fs::path(job.out) / (name + "." + tree::file_ending(job.scene_format))).string();
+  one.out.clear();
+  return one;
 }
 
 GrowJob of_moment(const GrowJob& job, const tree::Moment& moment) {

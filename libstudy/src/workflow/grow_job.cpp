@@ -31,6 +31,38 @@ void check_moments(const GrowJob& job) {
   }
 }
 
+/// The files of `out`, and what parts of a table do not have.
+void check_parts(const GrowJob& job) {
+  if (job.per != "tree" && job.per != "plot") {
+    throw UsageError("--per must be tree or plot, not " + job.per);
+  }
+  const bool is_by_plot = job.per == "plot";
+  if (is_by_plot && (job.out.empty() || !job.by.empty())) {
+    throw UsageError(
+        "--per plot needs --out, the folder of the plots' files, and one time; omit "
+        "--scene and --by");
+  }
+  if (!job.manifest.empty() && (job.share || !job.by.empty())) {
+    throw UsageError("--manifest cannot be combined with --share and --by; use --json");
+  }
+  if (!job.stream) return;
+  if (!job.scene.empty()) {
+    throw UsageError(
+        "a scene needs all trees; with --stream, use --out DIR for one file per tree, and add "
+        "--per plot for one file per plot, or cut the inventory with silvafit tiles",
+        {.column = "--stream"});
+  }
+  if (!job.by.empty()) {
+    throw UsageError("--by needs all rows; omit --stream or --by", {.column = "--stream"});
+  }
+  if (job.resolve_overlaps && !is_by_plot) {
+    throw UsageError(
+        "neighbors may be in another part of the file; with --stream, overlaps are resolved within "
+        "plots only: add --per plot",
+        {.column = "--stream"});
+  }
+}
+
 void check_sharing(const GrowJob& job) {
   if (job.share && (job.scene.empty() || job.resolve_overlaps)) {
     throw UsageError(
@@ -113,6 +145,7 @@ GrowJob grow_job(const GrowSettings& settings,
   }
   if (job.models_per_preset == 0) throw UsageError("--models must be at least 1");
   check_moments(job);
+  check_parts(job);
   return job;
 }
 

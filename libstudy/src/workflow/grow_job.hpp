@@ -3,19 +3,48 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <set>
 #include <string>
+#include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "silvafit/study/grow.hpp"
 
 namespace silvafit::study {
 
+/// Names that are in use, as hashes of 64 bits, so that memory does not grow much with their
+/// number: of ten million names, two have the same hash with a probability of 3e-6; one of them
+/// then gets a number that it does not need.
+class TakenNames {
+ public:
+  /// Whether the name was free; it is in use now.
+  bool take(std::string_view name);
+
+ private:
+  std::vector<std::uint64_t> sorted_{};
+  std::unordered_set<std::uint64_t> recent_{};
+};
+
+/// What all jobs of a growth share.
+struct GrowState {
+  TakenNames names{};  ///< of files of trees and plots, in small letters
+  std::set<std::string> unknown_species{};
+  /// Called for each written tree, by its number in the result.
+  std::function<void(std::size_t tree, const GrownTree&)> each_tree{};
+};
+
 /// Settings with values that follow from them.
 struct GrowJob : GrowSettings {
   tree::SceneFormat scene_format = tree::SceneFormat::kGlb;
   std::string file{};  ///< of the table
   Callbacks callbacks{};
+  GrowState* state = nullptr;
+  std::size_t first_tree = 0;  ///< number of the job's first tree in the result
 
   void show(const std::string& stage, std::size_t done, std::size_t total) const {
     if (callbacks.progress) callbacks.progress(stage, done, total);
@@ -27,7 +56,8 @@ struct GrowJob : GrowSettings {
 GrowJob grow_job(const GrowSettings& settings, const std::string& file, const Callbacks& callbacks);
 
 /// Unique file names for the trees, without level and ending.
-std::vector<std::string> tree_names(const std::vector<tree::Morphology>& morphologies);
+std::vector<std::string> tree_names(const GrowJob& job,
+                                    const std::vector<tree::Morphology>& morphologies);
 
 /// The file of one tree.
 /// \param name  of tree_names()
@@ -43,8 +73,11 @@ std::filesystem::path scene_path(const GrowSettings& settings, int level);
 /// The job of one moment: the scene STEM-MOMENT.glb, or the folder OUT/MOMENT.
 GrowJob of_moment(const GrowJob& job, const tree::Moment& moment);
 
+/// The job of one plot: the scene OUT/PLOT.glb.
+GrowJob of_plot(const GrowJob& job, const std::string& plot);
+
 /// Each tree's builder with the requested preset, or that of the species; null if no preset lists
-/// it, with a note.
+/// it, and GrowState has the species for a note.
 /// \param for_all  the builder of all trees; null: none
 std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
                                                   const tree::BuilderCatalogue& catalogue,
@@ -72,6 +105,33 @@ GrowResult grow_trees(const GrowJob& job,
                       const std::vector<tree::Morphology>& stand,
                       const tree::BuilderCatalogue& catalogue,
                       const tree::Builder* for_all);
+
+/// Grows the trees of all moments, or of all plots (`per`), and writes them.
+GrowResult grow_moments(const GrowJob& job,
+                        const std::vector<tree::Moment>& moments,
+                        const tree::BuilderCatalogue& catalogue,
+                        const tree::Builder* for_all);
+
+tree::MorphologyTableOptions morphology_options(const GrowJob& job);
+
+/// The trees of each plot as a moment, in the order of the plots' first trees.
+/// \param lines  of the trees, gets the same order
+std::vector<tree::Moment> plots_of(std::vector<tree::Morphology> trees,
+                                   std::vector<std::size_t>& lines);
+
+/// The line of each tree in the file.
+/// \param columns  as MorphologyTableOptions::columns
+std::vector<std::size_t> lines_of(const data::Table& table,
+                                  const std::map<std::string, std::string>& columns,
+                                  const std::vector<tree::Morphology>& trees);
+
+/// Grows the trees of a file in parts (`stream`).
+/// \param each_tree  called with the line of each written tree; may be null
+GrowResult grow_in_parts(const data::TableSource& trees,
+                         const tree::BuilderCatalogue& catalogue,
+                         const GrowJob& job,
+                         const tree::Builder* for_all,
+                         const std::function<void(std::size_t line, const GrownTree&)>& each_tree);
 
 /// One file with the trees of all moments in sequence.
 /// \param stand  all trees of all moments

@@ -1,44 +1,23 @@
 // SPDX-License-Identifier: MIT
 // Common parts of all scenes: the trees' builders, options of the file, the ground.
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <set>
 
 #include "silvafit/tree/ground.hpp"
 #include "workflow/grow_job.hpp"
 
 namespace silvafit::study {
-namespace {
-
-std::string quoted(const std::set<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
-  return list;
-}
-
-}  // namespace
-
 std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
                                                   const tree::BuilderCatalogue& catalogue,
                                                   const GrowJob& job,
                                                   const tree::Builder* for_all) {
   if (for_all != nullptr) return std::vector(morphologies.size(), for_all);
   std::vector<const tree::Builder*> builders;
-  std::set<std::string> unknown;
   for (const tree::Morphology& morphology : morphologies) {
     const tree::Builder* builder = job.preset.empty()
                                        ? catalogue.for_species(job.builder, morphology.species)
                                        : &catalogue.named(job.builder, job.preset);
-    if (builder == nullptr) unknown.insert(morphology.species);
+    if (builder == nullptr) job.state->unknown_species.insert(morphology.species);
     builders.push_back(builder);
-  }
-  if (!unknown.empty()) {
-    give_notes(
-        std::vector{fmt::format("No preset lists the species {}; preset {} is used (see --preset).",
-                                quoted(unknown),
-                                catalogue.fallback(job.builder).name())},
-        job.callbacks.note);
   }
   return builders;
 }

@@ -104,6 +104,7 @@ class Grower {
         });
     if (first_level && guessed) result_.with_guesses.push_back(i);
     grown.tree.mesh = {};
+    if (job_.state->each_tree) job_.state->each_tree(job_.first_tree + i, grown);
     if (job_.keeps_trees) result_.trees.push_back(std::move(grown));
   }
 
@@ -126,7 +127,7 @@ class Grower {
   }
 
   void write_alone(int level) {
-    if (names_.empty()) names_ = tree_names(morphologies_);
+    if (names_.empty()) names_ = tree_names(job_, morphologies_);
     hand_over_ = [](std::size_t, GrownTree&) {};
     WrittenScene written{.name = folder_text(job_, level), .trees = morphologies_.size()};
     in_blocks("growing", written, [&](std::size_t i) {

@@ -232,10 +232,34 @@ ObservedRows observed_rows(const data::Table& table,
   return result;
 }
 
-std::vector<std::string> keep_one_row_per_tree(data::Table& table,
-                                               const std::string& plot_column,
-                                               const std::string& tree_column,
-                                               const MeasureOf& measure) {
+void RepeatedTreeCounts::add(const RepeatedTreeCounts& part) {
+  if (same == 0) first_same = part.first_same;
+  if (others == 0) first_other = part.first_other;
+  same += part.same;
+  others += part.others;
+}
+
+std::vector<std::string> RepeatedTreeCounts::notes() const {
+  std::vector<std::string> notes;
+  if (same > 0) {
+    notes.push_back(
+        fmt::format("{} skipped, the first: {}",
+                    counted(same, "row repeats a tree and is", "rows repeat trees and are"),
+                    first_same));
+  }
+  if (others > 0) {
+    notes.push_back(fmt::format(
+        "{} the number of another tree of the same plot and got a new one, the first: {}",
+        counted(others, "tree has", "trees have"),
+        first_other));
+  }
+  return notes;
+}
+
+RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
+                                         const std::string& plot_column,
+                                         const std::string& tree_column,
+                                         const MeasureOf& measure) {
   const data::TextColumn plot = table.labels(plot_column);
   const data::TextColumn tree = table.labels(tree_column);
   Rows rows;
@@ -251,25 +275,20 @@ std::vector<std::string> keep_one_row_per_tree(data::Table& table,
     if (one.is_same_tree) same_trees.insert(rows[one.row]);
     if (!one.is_same_tree) new_ids.emplace(rows[one.row], one.new_id);
   }
-  std::vector<std::string> notes;
+  RepeatedTreeCounts counts{.same = same_trees.size(), .others = new_ids.size()};
   if (!same_trees.empty()) {
     const stand::RepeatedTree& first =
         *std::ranges::find_if(repeated, &stand::RepeatedTree::is_same_tree);
     const std::size_t line = table.line(rows[first.first_row]);
-    notes.push_back(fmt::format(
-        "{} skipped, the first: {}",
-        counted(same_trees.size(), "row repeats a tree and is", "rows repeat trees and are"),
+    counts.first_same =
         describe(place_in(table, plot, tree, rows[first.row]),
                  fmt::format("the same tree is {}{}",
                              line > 0 ? fmt::format("on line {}", line) : "in an earlier row",
-                             first.is_later ? ", measured at another time" : ""))));
+                             first.is_later ? ", measured at another time" : ""));
   }
   if (!new_ids.empty()) {
     const auto& [row, id] = *new_ids.begin();
-    notes.push_back(fmt::format(
-        "{} the number of another tree of the same plot and got a new one, the first: {}",
-        counted(new_ids.size(), "tree has", "trees have"),
-        describe(place_in(table, plot, tree, row), "now " + id)));
+    counts.first_other = describe(place_in(table, plot, tree, row), "now " + id);
   }
   Rows kept;
   data::TextColumn ids;
@@ -284,7 +303,7 @@ std::vector<std::string> keep_one_row_per_tree(data::Table& table,
   }
   table.set(tree_column, std::move(ids));
   if (!same_trees.empty()) table = table.select(kept);
-  return notes;
+  return counts;
 }
 
 }  // namespace silvafit::study

@@ -44,10 +44,9 @@ using MeasureOf = std::function<std::vector<double>(const char* name)>;
 /// Keeps one row for each tree at one time, by the rule for inventories
 /// (stand::repeated_trees()): copies and later measurements are removed, other trees of the same
 /// number get a new one.
-/// \return notes on what was changed
-std::vector<std::string> keep_one_row_per_tree(data::Table& table,
-                                               const std::string& plot_column,
-                                               const std::string& tree_column,
-                                               const MeasureOf& measure);
+RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
+                                         const std::string& plot_column,
+                                         const std::string& tree_column,
+                                         const MeasureOf& measure);
 
 }  // namespace silvafit::study

@@ -79,7 +79,7 @@ TEST_CASE("trees keep one row each, other trees of one number get a new one") {
     const auto values = table.numbers(name);
     return std::vector<double>(values.begin(), values.end());
   };
-  const auto notes = keep_one_row_per_tree(table, "plot", "tree", measure);
+  const auto notes = keep_one_row_per_tree(table, "plot", "tree", measure).notes();
   REQUIRE(table.rows() == 4);
   const data::TextColumn tree = table.labels("tree");
   CHECK(tree[0] == "a");

@@ -244,9 +244,8 @@ void TableReader::resolve_repeated_rows() {
       return data::numbers_of(
           table, data::column_reference(name, column, table.names(), reader_.file()), cells);
     };
-    for (std::string& text : keep_one_row_per_tree(table, plot, tree, measure)) {
-      note(std::move(text));
-    }
+    state_.repeated_trees.add(keep_one_row_per_tree(table, plot, tree, measure));
+    for (std::string& text : state_.repeated_trees.notes()) note(std::move(text));
   }
 }
 
@@ -344,14 +343,16 @@ ReadTable read_tree_table(const data::TableSource& source,
                           const ReadingSettings& settings,
                           const std::string& by,
                           std::map<std::string, std::string>& columns,
-                          const NoteCallback& note) {
+                          const NoteCallback& note,
+                          ReadingState* state) {
   columns = column_map(settings.columns);
   Wishes wishes{.names = {"plot", "tree", "species"},
                 .is_wanted = [](const std::string&) { return true; },
                 .settings = settings,
                 .unifies_spellings = true,
                 .leaves_out_dead = true,
-                .repeated = by.empty() ? RepeatedRows::kOneOfEachTree : RepeatedRows::kAll};
+                .repeated = by.empty() ? RepeatedRows::kOneOfEachTree : RepeatedRows::kAll,
+                .state = state};
   for (const auto& [name, column] : columns) wishes.mapped.push_back({name, column});
   TableReader::Result result = TableReader(source, wishes).read();
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;

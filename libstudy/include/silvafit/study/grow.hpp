@@ -27,9 +27,10 @@ struct GrowSettings {
   std::string use =
       "observed";  ///< source of h, hcb and cw: observed, ols, population, conditional
   // What is written: one of the two.
-  std::string scene{};   ///< file of all trees at their positions
-  std::string out{};     ///< folder of one file per tree, at the origin
-  std::string format{};  ///< glb, gltf, obj or ply; empty: from the ending of `scene`, else glb
+  std::string scene{};       ///< file of all trees at their positions
+  std::string out{};         ///< folder of one file per tree, at the origin, or per plot
+  std::string per = "tree";  ///< what has a file in `out`: tree or plot
+  std::string format{};      ///< glb, gltf, obj or ply; empty: from the ending of `scene`, else glb
   // How trees look.
   tree::BuilderKind builder = tree::BuilderKind::kSegment;
   std::string preset{};        ///< of the builder, for all trees; empty: by species
@@ -51,7 +52,12 @@ struct GrowSettings {
   bool animate = false;           ///< one animated scene of all times instead
   double seconds_per_unit = 1.0;  ///< of the animation, by unit of `by`
   bool keeps_trees = false;       ///< the result has an entry for each tree
-  bool is_part = false;           ///< of an inventory: without usable rows, nothing is written
+  std::string manifest{};         ///< CSV file with a row for each tree at each level of detail
+  /// Reads a CSV file plot by plot and writes trees while others are read, so that memory does not
+  /// grow with their number; if the rows of a plot are not contiguous, they are sorted on disk. The
+  /// result has counts and files only.
+  bool stream = false;
+  bool is_part = false;  ///< of an inventory: without usable rows, nothing is written
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: as many as there are cores
 };
@@ -76,8 +82,17 @@ struct WrittenScene {
   std::vector<std::string> beside{};
 };
 
+/// Trees are counted once for all their measurements.
+struct GrowCounts {
+  std::size_t trees = 0;
+  std::size_t with_guesses = 0;  ///< with missing measurements
+  std::size_t crossing = 0;      ///< whose radius branches cross those of neighbors
+  std::size_t overlaps = 0;      ///< pairs of crowns
+};
+
 struct GrowResult {
   GrowSettings settings{};
+  GrowCounts counts{};
   std::size_t moments = 0;
   std::vector<tree::Morphology> morphologies{};  ///< of all moments, one after the other
   std::vector<tree::LeftOut> left_out{};         ///< rows that cannot be used
@@ -107,6 +122,8 @@ nlohmann::ordered_json json_of(const GrowResult& result);
 tree::ShapeError worst_of(const tree::SharedModels& shared);
 
 /// Sentences on skipped rows: the first twenty, and how many more there are.
-std::vector<std::string> notes_on(const std::vector<tree::LeftOut>& left_out);
+/// \param count  of all skipped rows, if the list has only the first of them
+std::vector<std::string> notes_on(const std::vector<tree::LeftOut>& left_out,
+                                  std::size_t count = 0);
 
 }  // namespace silvafit::study

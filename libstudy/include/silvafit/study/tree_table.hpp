@@ -42,20 +42,6 @@ struct ObservedTable : ReadTable {
   data::Table observations() const { return place.empty() ? table : table.select(distinct); }
 };
 
-/// A table for builders of trees, which read the columns of `columns` themselves: plot, tree and
-/// species remain text, whatever their names. Our columns that the source has under a usual
-/// name or in another unit only, such as dbh as `BHD (mm)`, are added under our names. Dead trees
-/// are excluded unless they are to be included. Without `by`, each tree has one row at one time
-/// (docs/inventory.md).
-/// \param by       the column of the times, of which each tree may have several; empty: one time
-/// \param columns  gets NAME -> COLUMN of the settings; columns in other units become expressions
-/// \throws as data::read_csv_table(); UsageError if two columns could be one of ours
-ReadTable read_tree_table(const data::TableSource& source,
-                          const ReadingSettings& settings,
-                          const std::string& by,
-                          std::map<std::string, std::string>& columns,
-                          const NoteCallback& note = {});
-
 /// Rows with the plot and tree of an earlier row.
 struct RepeatCounts {
   std::size_t copies = 0;    ///< with the same values
@@ -63,6 +49,17 @@ struct RepeatCounts {
   std::size_t others = 0;    ///< with other values
 
   void add(const RepeatCounts& part);
+  std::vector<std::string> notes() const;
+};
+
+/// Rows of trees that have a row already, where each tree has one.
+struct RepeatedTreeCounts {
+  std::size_t same = 0;      ///< the same tree; they are skipped
+  std::string first_same{};  ///< where it is, for the note
+  std::size_t others = 0;    ///< another tree, which gets a new number
+  std::string first_other{};
+
+  void add(const RepeatedTreeCounts& part);
   std::vector<std::string> notes() const;
 };
 
@@ -74,9 +71,26 @@ struct ReadingState {
   stand::SpeciesSpellings spellings{};
   std::optional<stand::StatusColumn> status{};
   RepeatCounts repeated{};
+  RepeatedTreeCounts repeated_trees{};
   std::map<std::string, std::size_t> computed{};  ///< notes on computed indices, with parts
   bool is_begun = false;
 };
+
+/// A table for builders of trees, which read the columns of `columns` themselves: plot, tree and
+/// species remain text, whatever their names. Our columns that the source has under a usual
+/// name or in another unit only, such as dbh as `BHD (mm)`, are added under our names. Dead trees
+/// are excluded unless they are to be included. Without `by`, each tree has one row at one time
+/// (docs/inventory.md).
+/// \param by       the column of the times, of which each tree may have several; empty: one time
+/// \param columns  gets NAME -> COLUMN of the settings; columns in other units become expressions
+/// \param state    of the parts before; null: this is the whole table
+/// \throws as data::read_csv_table(); UsageError if two columns could be one of ours
+ReadTable read_tree_table(const data::TableSource& source,
+                          const ReadingSettings& settings,
+                          const std::string& by,
+                          std::map<std::string, std::string>& columns,
+                          const NoteCallback& note = {},
+                          ReadingState* state = nullptr);
 
 /// The requirements of models for a table.
 struct ModelColumns {
