@@ -14,6 +14,13 @@ namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
+/// Whether a byte is neither a blank nor a part of one.
+bool is_plain(char c) { return c > ' ' && static_cast<unsigned char>(c) < 0x80; }
+
+bool is_letter_or_digit(char c) {
+  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
 /// Blanks beyond ASCII from spreadsheets and web pages: no-break and ideographic space.
 constexpr std::array<std::string_view, 2> kWideBlanks{"\xC2\xA0", "\xE3\x80\x80"};
 
@@ -28,6 +35,7 @@ constexpr std::array<std::string_view, 44> kMissingTexts{
 /// Whether a spreadsheet may read a text as a formula, with or without blanks and apostrophes
 /// before it.
 bool begins_formula(std::string_view text) {
+  if (!text.empty() && is_letter_or_digit(text.front())) return false;
   const std::size_t first = text.find_first_not_of("' \t\r\n");
   return first != std::string_view::npos &&
          std::string_view("=+-@").find(text[first]) != std::string_view::npos;
@@ -36,6 +44,8 @@ bool begins_formula(std::string_view text) {
 }  // namespace
 
 std::string_view trimmed(std::string_view field) {
+  // Nearly all fields of large files.
+  if (!field.empty() && is_plain(field.front()) && is_plain(field.back())) return field;
   for (std::size_t before = std::string_view::npos; before != field.size();) {
     before = field.size();
     while (!field.empty() && is_blank(field.front())) field.remove_prefix(1);
@@ -93,7 +103,9 @@ std::string with_decimal_point(std::string_view field) {
 }
 
 std::string plain_csv_field(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  const bool is_special = std::ranges::any_of(
+      text, [](char c) { return c == ',' || c == '"' || c == '\r' || c == '\n'; });
+  if (!is_special) return std::string(text);
   std::string quoted = "\"";
   for (const char c : text) {
     if (c == '"') quoted += '"';

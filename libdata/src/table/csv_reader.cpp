@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -85,6 +86,7 @@ struct CsvReader::State {
   bool at_end_of_file = false;
 
   char separator = ',';                  // of fields
+  std::array<bool, 256> is_field_end{};  // for each byte: the separator and line ends
   std::optional<char> separator_said{};  // by a line before the header
   std::vector<FieldSpan> spans{};        // of the record found, relative to its first byte
   std::size_t record_length = 0;         // with its line end
@@ -106,7 +108,14 @@ struct CsvReader::State {
     return next_line + count_line_ends({buffer.data() + begin, offset_in_record});
   }
 
-  bool ends_field(char c) const { return c == separator || is_line_end(c); }
+  bool ends_field(char c) const { return is_field_end[static_cast<unsigned char>(c)]; }
+  void set_separator(char c) {
+    separator = c;
+    is_field_end = {};
+    for (const char end_of_field : {separator, '\r', '\n'}) {
+      is_field_end[static_cast<unsigned char>(end_of_field)] = true;
+    }
+  }
 
   void open();
   void open_text(std::shared_ptr<const TableText> rows);
@@ -247,7 +256,8 @@ bool CsvReader::State::scan_quoted(std::size_t& position) {
 
 void CsvReader::State::scan_plain(std::size_t& position) {
   const std::size_t start = position;
-  while (position < end && !ends_field(buffer[position])) ++position;
+  const char* const text = buffer.data();
+  while (position < end && !ends_field(text[position])) ++position;
   spans.push_back({.begin = start - begin, .end = position - begin});
 }
 
@@ -327,7 +337,7 @@ bool CsvReader::State::find_record() {
 void CsvReader::State::find_start() {
   const TableStart start =
       start_of_table({buffer.data() + begin, end - begin}, at_end_of_file, separator_said);
-  separator = start.separator;
+  set_separator(start.separator);
   begin += start.bytes_above;
   next_line += start.lines_above;
   layout.titles = start.titles;
@@ -366,7 +376,7 @@ void CsvReader::State::read_header() {
 
 /// The header of a part of a file.
 void CsvReader::State::take_head(const TableHead& head) {
-  separator = sheet->separator;
+  set_separator(sheet->separator);
   header = head.header;
   layout = head.layout;
 }

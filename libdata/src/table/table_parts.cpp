@@ -197,8 +197,9 @@ void append_record(const std::vector<std::string_view>& fields,
     if (!is_first) record += separator;
     // A blank record, and one that begins with a #, would be skipped.
     const bool needs_quotes = (is_first && (is_blank || field.starts_with('#'))) ||
-                              field.find_first_of("\"\r\n") != std::string_view::npos ||
-                              field.find(separator) != std::string_view::npos;
+                              std::ranges::any_of(field, [separator](char c) {
+                                return c == separator || c == '"' || c == '\r' || c == '\n';
+                              });
     is_first = false;
     if (!needs_quotes) {
       // The reader removes one apostrophe from before what looks like a formula.
