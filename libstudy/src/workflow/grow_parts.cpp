@@ -10,6 +10,7 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/data/table_parts.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "workflow/grow_job.hpp"
@@ -137,7 +138,9 @@ void GrowthOfParts::grow_part(const data::TableSource& part) {
 GrowResult GrowthOfParts::run() {
   const ResultFolder folder(job_.out);
   if (parts_.is_sorted() && job_.callbacks.note) job_.callbacks.note(kSortedNote);
-  while (const auto part = parts_.next()) grow_part(part);
+  ReadAhead<std::shared_ptr<const data::TableText>> ahead([this] { return parts_.next(); },
+                                                          job_.threads);
+  while (const auto part = ahead.next()) grow_part(part);
   refuse_unknown_plots();
   if (result_.files.empty()) {
     throw InputError("no row can be used to grow a tree", {.file = job_.file});

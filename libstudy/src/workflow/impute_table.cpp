@@ -13,6 +13,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_values.hpp"
+#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/table_parts.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -213,7 +214,9 @@ ImputationSummary impute_in_parts(const data::TableSource& trees,
       table_parts(trees, reading, [&](const auto&) { return group_column(options); });
   if (parts.is_sorted() && callbacks.note) callbacks.note(kSortedNote);
   ReadingState state;
-  while (const auto rows = parts.next()) {
+  ReadAhead<std::shared_ptr<const data::TableText>> ahead([&parts] { return parts.next(); },
+                                                          options.threads);
+  while (const auto rows = ahead.next()) {
     ObservedTable read = read_model_table(rows, reading, model_columns(options, &state));
     TableImputation part{.options = options, .is_in_file_order = !parts.is_sorted()};
     part.imputation = impute_with(models, read.observations(), options);

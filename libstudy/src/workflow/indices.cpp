@@ -7,10 +7,12 @@
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 #include <variant>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/study_files.hpp"
 
@@ -115,7 +117,9 @@ class IndicesRun {
     options_.is_part = true;
     if (batches.is_sorted()) note({kSortedNote});
     std::size_t trees = 0;
-    while (auto batch = batches.next()) {
+    ReadAhead<std::optional<stand::CheckedInventory>> ahead([&batches] { return batches.next(); },
+                                                            settings_.threads);
+    while (auto batch = ahead.next()) {
       trees += batch->inventory.size();
       take(*batch);
       if (callbacks_.progress) callbacks_.progress(fmt::format("{} trees", trees), 0, 1);

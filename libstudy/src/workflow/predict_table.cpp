@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "silvafit/base/json_values.hpp"
+#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/table_parts.hpp"
 #include "silvafit/study/structure_columns.hpp"
@@ -292,7 +293,9 @@ PredictionSummary predict_in_parts(const data::TableSource& trees,
       });
   if (parts.is_sorted()) give_notes(std::array<std::string, 1>{kSortedNote}, callbacks.note);
   ReadingState state;
-  while (const auto rows = parts.next()) {
+  ReadAhead<std::shared_ptr<const data::TableText>> ahead([&parts] { return parts.next(); },
+                                                          settings.threads);
+  while (const auto rows = ahead.next()) {
     TablePrediction part = run.predict(rows, &state, {});
     part.is_in_file_order = !parts.is_sorted();
     add_to(part, summary);

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/indices.hpp"
 #include "workflow/stand_options.hpp"
@@ -84,7 +85,9 @@ void BatchesOfStand::run(StandSummary& summary) {
   stand::StandReportParts parts(report_, plots < 2);
   for (stand::CheckedInventory& batch : first) take(batch, parts, summary);
   first.clear();
-  while (auto batch = batches_.next()) take(*batch, parts, summary);
+  ReadAhead<std::optional<stand::CheckedInventory>> ahead([this] { return batches_.next(); },
+                                                          options_.threads);
+  while (auto batch = ahead.next()) take(*batch, parts, summary);
   give_notes(batches_.notes(), callbacks_.note);
   for (std::string& note : batches_.notes()) notes.push_back(std::move(note));
   summary.inventory.recognized = batches_.recognized();
