@@ -33,7 +33,7 @@ class DominantTrees {
 
   static void set(const Group& group, StandFigures& figures);
 
-  ExternalSort sorted_{};
+  ExternalSort sorted_{std::size_t{16} << 20U};
   Group all_{};
   std::vector<Group> by_species_{};
 };

@@ -39,7 +39,8 @@ class BatchesOfStand {
   std::vector<std::string> notes_on_equations() const { return quantities_.notes(); }
 
  private:
-  static constexpr std::size_t kTreesOfBatch = 200000;
+  /// One batch is read while another one is added, with its structural units.
+  static constexpr std::size_t kTreesOfBatch = 50000;
 
   void take(stand::CheckedInventory& batch, stand::StandReportParts& parts, StandSummary& summary);
 
