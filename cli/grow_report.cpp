@@ -55,7 +55,9 @@ void print_files(const study::GrowResult& result) {
                beside_text(one));
   }
   if (result.files.size() > kShown) {
-    print_text("  ... and {} more; use --json to list all\n", result.files.size() - kShown);
+    print_text("  ... and {} more; use {} to list all\n",
+               result.files.size() - kShown,
+               result.settings.stream ? "--manifest" : "--json");
   }
 }
 
@@ -67,6 +69,7 @@ void report_grown(const CommonOptions& common, const study::GrowResult& result) 
     return;
   }
   const study::GrowCounts& counts = result.counts;
+  const std::string how = result.settings.stream ? "." : "; use --json to list them.";
   print_files(result);
   if (result.settings.share) {
     const tree::ShapeError worst = study::worst_of(result.shared);
@@ -81,12 +84,12 @@ void report_grown(const CommonOptions& common, const study::GrowResult& result) 
   if (counts.crossing > 0) {
     say(common,
         counted(counts.crossing, "tree is", "trees are") +
-            " too close to others to separate all branches; use --json to list them.");
+            " too close to others to separate all branches" + how);
   }
   if (counts.with_guesses > 0) {
     say(common,
         counted(counts.with_guesses, "tree has", "trees have") +
-            " missing measurements, for which defaults are used; use --json to list them.");
+            " missing measurements, for which defaults are used" + how);
   }
 }
 
