@@ -35,7 +35,7 @@ bool InventoryReader::fill_batch(std::size_t trees, bool of_whole_plots) {
 }
 
 void InventoryReader::check_not_finished(const InventoryRow& row) const {
-  if (!finished_.contains(row.labels[kPlot])) return;
+  if (!is_new_plot(row) || !finished_.contains(row.labels[kPlot])) return;
   std::string what =
       "the plot comes again after others; to read plot by plot, sort the file by plot";
   if (plan_.stand_field) {

@@ -257,7 +257,7 @@ AreaReport ReportMaker::report_on(const Inventory& inventory, SampledArea area) 
     report.clark_evans = clark_evans(points, *area.window);
   }
   if (is_part_) {
-    area.trees = {};
+    area.trees = std::vector<std::size_t>();  // assigning {} would keep the memory
     area.window.reset();
   }
   report.area = std::move(area);
