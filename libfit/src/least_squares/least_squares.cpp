@@ -11,6 +11,7 @@
 #include "least_squares/least_squares_polish.hpp"
 #include "least_squares/least_squares_verdict.hpp"
 #include "least_squares/levenberg_marquardt.hpp"
+#include "least_squares/periodic_coefficients.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "silvafit/base/constants.hpp"
@@ -207,19 +208,23 @@ Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
   constexpr std::size_t kStarts = 3;
   constexpr std::size_t kStartsForOthers = 6;
   ProjectedModel projected(model);
-  const std::vector<VectorXd> starts =
-      has_sub_models(model)
-          ? starts_from_pooled(model, options)
-          : search_starts(model,
-                          {.fixed = options.start,
-                           .rule = options.rule,
-                           .count = options.other_minima ? kStartsForOthers : kStarts,
-                           .further_hops = options.further_starts});
+  const bool has_covariates = has_sub_models(model);
+  std::vector<VectorXd> starts;
+  if (has_covariates) starts = starts_from_pooled(model, options);
+  // A frequency of the residuals may differ from that of the fit without covariates.
+  if (!has_covariates || !periodic_coefficients(model).empty()) {
+    std::ranges::move(search_starts(model,
+                                    {.fixed = options.start,
+                                     .rule = options.rule,
+                                     .count = options.other_minima ? kStartsForOthers : kStarts,
+                                     .further_hops = options.further_starts}),
+                      std::back_inserter(starts));
+  }
   Minima result = minima(projected, starts, options);
   Descent& lowest = result.lowest;
   if (lowest.coefficients.size() == 0) return result;
   prefer_positive(projected, lowest);
-  if (options.other_minima && !has_sub_models(model)) {
+  if (options.other_minima && !has_covariates) {
     std::vector<VectorXd> exchanged = exchanged_minima(model, lowest.coefficients);
     std::ranges::move(exchanged_locations(model, lowest.coefficients),
                       std::back_inserter(exchanged));

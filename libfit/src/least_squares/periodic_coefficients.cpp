@@ -76,6 +76,19 @@ std::optional<Multiplier> multiplier(const data::Expression& argument,
   return std::nullopt;
 }
 
+/// The only coefficient of a parameter; none if the parameter has covariates.
+std::optional<Index> only_coefficient(const NonlinearModel& model, Index parameter) {
+  std::optional<Index> result;
+  for (Index j = 0; j < model.coefficient_count(); ++j) {
+    if (model.parameter_of(j) != parameter) continue;
+    if (result) return std::nullopt;
+    result = j;
+  }
+  const auto k = static_cast<std::size_t>(parameter);
+  const bool is_constant = model.specification().parameters[k].has_intercept;
+  return is_constant ? result : std::nullopt;
+}
+
 }  // namespace
 
 double PeriodicCoefficient::frequency(double value) const {
@@ -105,6 +118,8 @@ std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& mod
   if (arguments.empty()) return result;
   const RowValues rows(model);
   for (std::size_t k = 0; k < model.specification().parameters.size(); ++k) {
+    const std::optional<Index> coefficient = only_coefficient(model, static_cast<Index>(k));
+    if (!coefficient) continue;
     for (const data::Expression& argument : arguments) {
       const auto by = multiplier(argument, k, model, rows);
       if (!by) continue;
@@ -118,7 +133,7 @@ std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& mod
       const double step = 2.0 * std::numbers::pi / (kStepsOfPeak * range);
       const auto count =
           static_cast<std::size_t>(0.5 * kStepsOfPeak * static_cast<double>(distinct.size() - 1));
-      result.push_back({.coefficient = static_cast<Index>(k),
+      result.push_back({.coefficient = *coefficient,
                         .is_period = by->is_divided,
                         .step = step,
                         .count = std::min(kMost, count)});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "least_squares/periodic_coefficients.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -114,6 +115,39 @@ TEST_CASE("a frequency is found in observations at irregular times, or as a peri
     CHECK(period.log_likelihood == Approx(fit.log_likelihood).epsilon(1e-9));
     CHECK(std::abs(period.estimate[kFrequency]) ==
           Approx(2.0 * std::numbers::pi / fit.estimate[kFrequency]).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("with a given phase a negative frequency differs from a positive one") {
+  const std::vector<double> times = regular(101, 0.1);
+  const data::Table table = wave(times, 6.2, 1);
+  // 12 + 3 cos(6.2 t + 0.7) is 12 + 3 cos(-6.2 t - 0.7).
+  const FittedModel fit =
+      fit_model(specify_model("y ~ A + B*cos(w*t - 0.7)", {}, table), table).fit;
+  REQUIRE(fit.convergence.converged());
+  CHECK(fit.estimate[kFrequency] == Approx(-6.2).margin(5.0 * frequency_error(times)));
+}
+
+TEST_CASE("a frequency is found in the residuals of a covariate's effect") {
+  const std::vector<double> times = regular(101, 0.1);
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    INFO("seed " << seed);
+    data::Table table = wave(times, 6.2, seed);
+    // A stronger and slower wave, which a fit without the covariate takes for the frequency.
+    std::vector<double> level;
+    std::vector<double> y(table.numbers("y").begin(), table.numbers("y").end());
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      level.push_back(std::sin(1.3 * times[i]));
+      y[i] += 30.0 * level.back();
+    }
+    table.set("y", y);
+    table.set("level", level);
+    const ModelSpecification specification = specify_model(kWave, {"A ~ 1 + level"}, table);
+    const FittedModel fit = fit_model(specification, table).fit;
+    REQUIRE(fit.convergence.converged());
+    const auto place =
+        std::ranges::find(fit.coefficient_names, "w") - fit.coefficient_names.begin();
+    CHECK(fit.estimate[place] == Approx(6.2).margin(5.0 * frequency_error(times)));
   }
 }
 

@@ -188,20 +188,23 @@ class StartSearch {
     return random.uniform(location.lowest - margin, location.highest + margin);
   }
 
-  /// The identifiable frequencies, each with two values of the other coefficients.
+  /// The identifiable frequencies of both signs, which differ if the phase is given, each with two
+  /// values of the other coefficients.
   void scan_frequencies(const CandidatePoints& points) {
     const Index q = projected_.size();
     const std::vector<double>& scales = points.scales();
     for (Index k = 0; k < q; ++k) {
       const auto& periodic = periodic_[static_cast<std::size_t>(k)];
       for (std::size_t number = 1; periodic && number <= periodic->count; ++number) {
-        VectorXd point = VectorXd::Constant(q, scales[number % scales.size()]);
-        point[k] = periodic->value(number);
-        try_candidate(point);
-        if (q == 1) continue;
-        point = points(number);
-        point[k] = periodic->value(number);
-        try_candidate(std::move(point));
+        for (const double value : {periodic->value(number), -periodic->value(number)}) {
+          VectorXd point = VectorXd::Constant(q, scales[number % scales.size()]);
+          point[k] = value;
+          try_candidate(point);
+          if (q == 1) continue;
+          point = points(number);
+          point[k] = value;
+          try_candidate(std::move(point));
+        }
       }
     }
   }

@@ -21,7 +21,7 @@ struct StartSearchOptions {
   int further_hops = 0;   ///< in addition to those of formulas with many coefficients
 };
 
-/// Good starts for a model without covariates, best first, each near another minimum.
+/// Good starts, best first, each near another minimum.
 ///
 /// Candidates cover sign and logarithm of the nonlinear coefficients around the scales of the data
 /// (a rate times a column is of order one) and, with lower density, far beyond; the linear

@@ -244,6 +244,11 @@ Degeneracy degeneracy(const NonlinearModel& model,
   return impossible_error(model, fit, outer, model.cluster_count());
 }
 
+bool fits_exactly(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const bool is_known = fit.residual_sd.size() > 0 && fit.residual_sd.allFinite();
+  return is_known && !exactness(model, fit, spread_of(model.response())).empty();
+}
+
 bool has_no_maximum(const NonlinearModel& model, const MixedEffectsFit& fit) {
   return !degeneracy(model, frame_at(model, fit.estimate), fit).text.empty();
 }

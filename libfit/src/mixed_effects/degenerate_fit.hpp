@@ -27,7 +27,10 @@ struct Degeneracy {
 Degeneracy degeneracy(const NonlinearModel& model,
                       const CoefficientFrame& frame,
                       const MixedEffectsFit& fit);
-/// Whether there is such a reason.
+/// Whether the model fits all observations exactly.
+bool fits_exactly(const NonlinearModel& model, const MixedEffectsFit& fit);
+/// Whether there is a reason as in degeneracy().
+/// \param fit  with the names of its effects, which describe() sets
 bool has_no_maximum(const NonlinearModel& model, const MixedEffectsFit& fit);
 
 }  // namespace silvafit::fit

@@ -37,6 +37,8 @@ class FixedPoints {
   void compare_briefly();
 
   std::vector<Candidate>& all() { return candidates_; }
+  /// Maxima of the marginal likelihood that compare() has found from them.
+  const std::vector<Candidate>& maxima() const { return maxima_; }
   /// Whether starts ended at different points, or none converged; otherwise more starts are
   /// useless.
   bool has_several_ends() const { return candidates_.size() > 1; }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "silvafit/base/constants.hpp"
@@ -49,7 +50,22 @@ void MarginalMaxima::search() {
   compare_with_smaller();
   if (!has_converged(maxima_)) search_longer();
   finish_highest();
+  prefer_exact_fit();
   if (!is_first_order() && !has_converged(maxima_)) rank_ends();
+}
+
+/// Towards a fit of all observations the likelihood increases without bound, so that maxima
+/// elsewhere do not count.
+void MarginalMaxima::prefer_exact_fit() {
+  const double highest = highest_converged(maxima_);
+  const bool has_exact_fit = std::ranges::any_of(maxima_, [&](const Candidate& candidate) {
+    const MixedEffectsFit& fit = candidate.fit;
+    return !fit.convergence.converged() && fit.log_likelihood > highest &&
+           fits_exactly(model_, fit);
+  });
+  if (!has_exact_fit) return;
+  std::erase_if(maxima_,
+                [](const Candidate& candidate) { return candidate.fit.convergence.converged(); });
 }
 
 /// If no search has converged, the highest end may be far away, at a point near which the
@@ -83,6 +99,9 @@ double MarginalMaxima::value_at(const MixedEffectsFit& fit, Integration integrat
 /// The fixed points and the maxima of other likelihoods, ranked by this one.
 std::vector<Candidate> MarginalMaxima::starts() {
   std::vector<Candidate> result = points_.all();
+  for (const Candidate& maximum : points_.maxima()) {
+    result.push_back({.fit = maximum.fit, .origin = "maximum of a marginal likelihood"});
+  }
   if (!is_first_order()) add_first_order_maximum(result);
   if (is_quadrature()) add_laplace_maxima(result);
   for (Candidate& candidate : result) candidate.rank = value_at(candidate.fit, integration_);

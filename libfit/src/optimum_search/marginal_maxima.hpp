@@ -43,6 +43,7 @@ class MarginalMaxima {
   void search_longer();
   void compare_with_smaller();
   void finish_highest();
+  void prefer_exact_fit();
   void rank_ends();
   double highest_unfinished() const;
   void add(Candidate candidate);

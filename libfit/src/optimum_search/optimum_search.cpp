@@ -86,7 +86,9 @@ class OptimumSearch {
   }
 
   MixedEffectsFit marginal_maximum(Integration integration) {
-    points_.compare_briefly();
+    // The search by quadrature has maxima of Laplace's likelihood as starts.
+    const bool is_brief = integration == Integration::kQuadrature || !points_.has_several_ends();
+    is_brief ? points_.compare_briefly() : points_.compare();
     MarginalMaxima maxima(model_, pooled_, options_, integration, points_, budget_);
     maxima.search();
     return judged(maxima.best(), maxima.all(), maxima.evidence());
