@@ -5,19 +5,12 @@
 #include <cmath>
 #include <functional>
 
+#include "silvafit/base/median.hpp"
+
 namespace silvafit::study {
-namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<Index>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
-}  // namespace
 
 OutlyingTrees outlying_trees(const VectorXd& standardized) {
   OutlyingTrees result;
