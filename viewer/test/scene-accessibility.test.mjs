@@ -39,7 +39,7 @@ test("Tab goes through picture and controls in their order, and shows where it i
       assert.ok(outline >= 2, `${id} shows no focus`);
       order.push(id);
     }
-    assert.deepEqual(order, ["canvas", "hide-panel", "orbit", "walk", "whole", "save", "link", "show-keys", "variant", "beside", "plot", "filters-summary", "detail", "crowns", "overlaps", "shadows", "show-figures", "theme", "color", "search"]);
+    assert.deepEqual(order, ["canvas", "hide-panel", "orbit", "walk", "whole", "save", "link", "show-profile", "show-keys", "variant", "beside", "plot", "filters-summary", "detail", "crowns", "overlaps", "shadows", "show-figures", "theme", "color", "search"]);
   }),
 );
 

@@ -292,6 +292,11 @@ test("colorings are those that the data allow, and say what they mean", () => {
   data.trees.M[0] = null;
   const mingling = colorings(data).flatMap(({ choices }) => choices).find(({ value }) => value === "M").make();
   assert.ok(mingling.keys.some(({ text }) => text === "unknown (1)"));
+  const height = all.find(({ value }) => value === "size-h").make();
+  const order = h.map((_, tree) => tree).sort((a, b) => h[a] - h[b]);
+  assert.equal(height.of(order[0]), SEQUENTIAL[0]);
+  assert.equal(height.of(order[order.length - 1]), SEQUENTIAL[4]);
+  assert.match(height.told, /observed height: dark is [\d.]+ m or less/);
   data.trees.W.fill(null);
   assert.ok(!colorings(data).some(({ choices }) => choices.some(({ value }) => value === "W")));
 });

@@ -83,7 +83,8 @@ test("every coloring changes the picture, and its legend says how", { skip }, ()
   withScene(sceneExample(), {}, async (page) => {
     await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
     const values = await page.locator("#color option").evaluateAll((all) => all.map(({ value }) => value));
-    assert.equal(values.length, 1 + 2 + 4 + 4 * 3);
+    // Natural, species and layer, sizes, indices, residuals of four predictions.
+    assert.equal(values.length, 1 + 2 + 4 + 4 + 4 * 3);
     // Residuals of what is shown are those of predictions.
     await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
     const natural = await pixels(page);
@@ -242,6 +243,46 @@ test("the picture is saved as PNG", { skip }, () =>
     const bytes = readFileSync(await download.path());
     assert.deepEqual([...bytes.subarray(1, 4)].map((code) => String.fromCharCode(code)).join(""), "PNG");
     assert.ok(bytes.length > 20_000, `${bytes.length} bytes`);
+  }),
+);
+
+test("a cross-section draws the trees of a strip and measures distances", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const { trees } = sceneExample();
+    await page.locator("#show-profile").click();
+    const inStrip = (middle, width) => trees.y.filter((y) => Math.abs(y - middle) <= width / 2).length;
+    await page.locator("#profile-width").fill("500");
+    await page.locator("#profile-width").dispatchEvent("change");
+    const middle = Number(await page.locator("#profile-middle").inputValue());
+    assert.equal(await page.locator(".profile-tree").count(), inStrip(middle, 500));
+    await page.locator("#profile-width").fill("6");
+    await page.locator("#profile-middle").fill("27");
+    await page.locator("#profile-middle").dispatchEvent("change");
+    await page.locator("#profile-width").dispatchEvent("change");
+    assert.equal(await page.locator(".profile-tree").count(), inStrip(27, 6));
+    const box = await page.locator(".profile-drawing").boundingBox();
+    await page.mouse.click(box.x + 0.4 * box.width, box.y + 0.5 * box.height);
+    await page.mouse.click(box.x + 0.6 * box.width, box.y + 0.5 * box.height);
+    const told = await page.locator("#profile-distance").innerText();
+    assert.match(told, /^Distance ([\d.]+) m: \1 m horizontally, 0\.00 m vertically\.$/);
+    const saved = page.waitForEvent("download");
+    await page.locator("#profile-save").click();
+    assert.equal((await saved).suggestedFilename(), "silvafit-cross-section.svg");
+    await page.locator("#profile-close").click();
+    assert.equal(await page.locator("#profile").isVisible(), false);
+  }),
+);
+
+test("a range of residuals hides the other trees", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    const data = sceneExample();
+    const ols = data.variants.find(({ name }) => name === "ols");
+    const larger = data.trees.h.filter((h, tree) => h - ols.h[tree] >= 0).length;
+    await page.locator("#filters-summary").click();
+    await page.locator("#only-residual").selectOption({ label: "height, OLS" });
+    await page.locator("#lowest-residual").fill("0");
+    await page.locator("#lowest-residual").dispatchEvent("change");
+    assert.match(await page.locator("#about").innerText(), new RegExp(`Shown: ${larger} of 14 trees`));
   }),
 );
 

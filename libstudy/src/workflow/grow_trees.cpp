@@ -181,8 +181,9 @@ class Grower {
       tree::GrowOptions of_model = options(level);
       // Scaling moves other cross-sections to breast height than the one that all levels keep.
       of_model.mesh.stem_tolerance_m = tree::level_of_detail(0).stem_tolerance_m;
-      const tree::SceneTree grown = tree::grow_tree(model.morphology, *model.builder, of_model);
+      tree::SceneTree grown = tree::grow_tree(model.morphology, *model.builder, of_model);
       tree::measure_stems(m, grown.mesh, morphologies_, result_.shared);
+      grown.mesh = tree::with_joined_wood(std::move(grown.mesh));
       models.push_back(writer->add_model(model.morphology.tree,
                                          tree::parts_of(grown.mesh, model.builder->name())));
       triangles.push_back(grown.measured.triangles);

@@ -177,6 +177,34 @@ TEST_CASE("quantized and packed trees have their measurements to the quantizatio
   CHECK(fs::file_size(folder / "quantized.glb") < fs::file_size(folder / "plain.glb"));
 }
 
+TEST_CASE("joined wood has all triangles of stem and branches, in one part") {
+  for (const bool textured : {false, true}) {
+    const Preset& fir = test::shipped_presets().named("cunninghamia-lanceolata");
+    const Mesh whole = grow_tree(test::paper_tree_1(), fir, {.mesh = {.textured = textured}}).mesh;
+    const Mesh joined = with_joined_wood(whole);
+    REQUIRE(whole.parts.size() == 3);
+    REQUIRE(joined.parts.size() == 2);
+    CHECK(joined.vertex_count() == whole.vertex_count());
+    CHECK(joined.triangle_count() == whole.triangle_count());
+    const MeshPart& wood = joined.parts.front();
+    CHECK(wood.kind == PartKind::kStem);
+    CHECK(wood.normals.size() == wood.positions.size());
+    CHECK(wood.uvs.size() == (textured ? 2 * wood.vertex_count() : 0));
+    CHECK(wood.tangents.size() == (textured ? 4 * wood.vertex_count() : 0));
+    // The last triangle of the branches, where it was.
+    const MeshPart& branches = whole.parts[1];
+    for (std::size_t k = 1; k <= 3; ++k) {
+      const std::size_t was = branches.indices[branches.indices.size() - k];
+      const std::size_t now = wood.indices[wood.indices.size() - k];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        CHECK(wood.positions[3 * now + axis] == branches.positions[3 * was + axis]);
+      }
+    }
+  }
+  const Mesh bare{.parts = {{.kind = PartKind::kStem}, {.kind = PartKind::kFoliage}}};
+  CHECK(with_joined_wood(bare).parts.size() == 2);
+}
+
 TEST_CASE("shared models have the positions of the trees, as nodes and as instances") {
   const Folder folder("silvafit-shared-test");
   const SceneTree model = fir_tree("model", {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Colorings of trees. All scales are distinguishable with color vision deficiencies, and also increase or decrease in lightness.
-import { predictions, residualOf, treeCount } from "./data.js";
+import { predictions, residualOf, RESPONSES, treeCount } from "./data.js";
 
 /** Colors of Okabe and Ito, with a slightly lighter black. */
 export const SPECIES_COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#f0e442", "#303030"];
@@ -13,7 +13,7 @@ export const SEQUENTIAL = ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"
 export const DIVERGING = ["#b35806", "#f1a340", "#f2f0e8", "#67a9cf", "#2166ac"];
 export const MISSING_COLOR = "#9a9a9a";
 
-const RESPONSES = { h: "height", hcb: "crown base", cw: "crown width" };
+const SIZES = { dbh: ["DBH", "cm"], h: ["Height", "m"], hcb: ["Crown base", "m"], cw: ["Crown width", "m"] };
 const INDICES = { W: "W, uniform angle", M: "M, mingling", U: "U, dominance", C: "C, crowding" };
 
 export const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
@@ -75,6 +75,22 @@ function indexColoring(data, index, passes) {
   }, passes);
 }
 
+/** Observed sizes; the scale has 95 % of them, so that one very large tree does not darken all others. */
+function sizeColoring(data, name, passes) {
+  const [title, unit] = SIZES[name];
+  const values = data.trees[name];
+  const known = values.filter((value) => value !== null).sort((a, b) => a - b);
+  const at = (share) => known[Math.round(share * (known.length - 1))];
+  const [low, high] = [at(0.025), at(0.975)];
+  const text = (value) => `${Math.round(10 * value) / 10} ${unit}`;
+  return withMissing(data, {
+    title,
+    told: `Trees are colored by their observed ${title === "DBH" ? title : title.toLowerCase()}: dark is ${text(low)} or less, light is ${text(high)} or more.`,
+    of: (tree) => (values[tree] === null ? null : along(SEQUENTIAL, high > low ? (values[tree] - low) / (high - low) : 0.5)),
+    scale: { colors: SEQUENTIAL, labels: [text(low), text((low + high) / 2), text(high)] },
+  }, passes);
+}
+
 /** Limits of the scale: the residuals of all variants contain 95 % between them. */
 function residualLimit(data, variants, response) {
   const sizes = variants.flatMap((variant) => variant[response].map((_, tree) => residualOf(data, variant, response, tree))).filter((value) => value !== null).map(Math.abs).sort((a, b) => a - b);
@@ -107,6 +123,10 @@ export function colorings(data) {
   if (treeCount(data) === 0) return groups;
   groups[0].choices.push({ value: "species", text: "Species", make: (passes = everyTree) => speciesColoring(data, passes) });
   if (hasValues(data.trees.layer)) groups[0].choices.push({ value: "layer", text: "Layer", make: (passes = everyTree) => layerColoring(data, passes) });
+  const sizes = Object.keys(SIZES).filter((name) => hasValues(data.trees[name]));
+  if (sizes.length > 0) {
+    groups.push({ label: "Observed size", choices: sizes.map((name) => ({ value: `size-${name}`, text: SIZES[name][0], make: (passes = everyTree) => sizeColoring(data, name, passes) })) });
+  }
   const indices = Object.keys(INDICES).filter((index) => hasValues(data.trees[index]));
   if (indices.length > 0) {
     groups.push({ label: "Structural index", choices: indices.map((index) => ({ value: index, text: INDICES[index], make: (passes = everyTree) => indexColoring(data, index, passes) })) });

@@ -10,7 +10,7 @@ const unlabeled = (choices) => [{ label: null, choices }];
 /**
  * The section of the controls.
  * @param {{
- *   setMode: (mode: string) => void, frame: () => void, save: () => void, link: () => void, showKeys: () => void, setFilter: (change: object) => void,
+ *   setMode: (mode: string) => void, frame: () => void, save: () => void, link: () => void, showKeys: () => void, showProfile: () => void, setFilter: (change: object) => void,
  *   setVariant: (side: number, name: string) => void, setPlot: (plot: string) => void, setDetail: (detail: string) => void,
  *   setMarks: (change: object) => void, setShadows: (isOn: boolean) => void, setFigures: (isOn: boolean) => void,
  * }} act  what they do
@@ -23,6 +23,7 @@ export function controls(data, shownPlot, act) {
   const scaleNote = element("p", { class: "quiet" });
   const whole = button("whole", "Whole stand", act.frame);
   const save = button("save", "Save picture", act.save);
+  const profile = data.variants.length > 0 && treeCount(data) > 0 ? [button("show-profile", "Cross-section", act.showProfile)] : [];
   const link = button("link", "Link to this view", act.link);
   const linkNote = element("p", { class: "quiet", role: "status" });
   const filters = treeCount(data) > 0 ? filterControls(data, act.setFilter) : null;
@@ -34,7 +35,7 @@ export function controls(data, shownPlot, act) {
     { id: "controls", "aria-labelledby": "view-title" },
     element("h2", { id: "view-title" }, "View"),
     element("p", { class: "buttons", role: "group", "aria-label": "Navigation mode" }, ...modeButtons, whole),
-    element("p", { class: "buttons" }, save, link, keys),
+    element("p", { class: "buttons" }, save, link, ...profile, keys),
     linkNote,
     ...sizeChoices(data, act),
     ...plotChoice(data, shownPlot, act),

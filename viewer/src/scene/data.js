@@ -56,6 +56,9 @@ export function bytesOf(base64) {
   return bytes.buffer;
 }
 
+/** The measured and predicted sizes. */
+export const RESPONSES = { h: "height", hcb: "crown base", cw: "crown width" };
+
 /** Residual of a tree: observed minus predicted [m], or null. */
 export function residualOf(data, variant, response, tree) {
   const observed = data.trees[response][tree];

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Controls of the shown trees.
 import { element } from "../dom.js";
+import { residualsOf } from "./filters.js";
 import { choice } from "./panel.js";
 
 const listed = (names, all) => [{ label: null, choices: [{ value: "", text: all }, ...names.map((name, index) => ({ value: String(index), text: name || "none" }))] }];
 const indexOf = (value) => (value === "" ? null : Number(value));
 
-function heightLimit(id, label, change) {
-  const input = element("input", { type: "number", id, min: "0", step: "any", inputmode: "decimal" });
+function limit(id, label, change, min = null) {
+  const input = element("input", { type: "number", id, min, step: "any", inputmode: "decimal" });
   input.addEventListener("change", () => change(input.value === "" ? null : input.valueAsNumber));
   return element("p", { class: "control" }, element("label", { for: id }, label), input);
 }
@@ -17,20 +18,36 @@ function heightLimit(id, label, change) {
  * @param {(change: Partial<import("./filters.js").Filter>) => void} change
  */
 export function filterControls(data, change) {
+  const residuals = residualsOf(data).map(({ text }) => text);
   return element(
     "details",
     { id: "filters" },
     element("summary", { id: "filters-summary" }, "Shown trees"),
     ...(data.species.length > 1 ? [choice("only-species", "Species", listed(data.species, "all"), (value) => change({ species: indexOf(value) }))] : []),
     ...(data.layers.length > 1 ? [choice("only-layer", "Layer", listed(data.layers, "all"), (value) => change({ layer: indexOf(value) }))] : []),
-    heightLimit("least-height", "Height from [m]", (least) => change({ least })),
-    heightLimit("most-height", "Height to [m]", (most) => change({ most })),
+    limit("least-height", "Height from [m]", (least) => change({ least }), "0"),
+    limit("most-height", "Height to [m]", (most) => change({ most }), "0"),
+    ...(residuals.length > 0
+      ? [
+          choice("only-residual", "Residual of", listed(residuals, "none"), (value) => change({ residual: indexOf(value) })),
+          limit("lowest-residual", "Residual from [m]", (lowest) => change({ lowest })),
+          limit("highest-residual", "Residual to [m]", (highest) => change({ highest })),
+        ]
+      : []),
   );
 }
 
 /** Shows a filter in its controls. */
-export function showFilter(node, { species, layer, least, most }) {
-  const values = { "only-species": species, "only-layer": layer, "least-height": least, "most-height": most };
+export function showFilter(node, { species, layer, least, most, residual, lowest, highest }) {
+  const values = {
+    "only-species": species,
+    "only-layer": layer,
+    "least-height": least,
+    "most-height": most,
+    "only-residual": residual,
+    "lowest-residual": lowest,
+    "highest-residual": highest,
+  };
   for (const [id, value] of Object.entries(values)) {
     const control = node.querySelector(`#${id}`);
     if (control) control.value = value === null ? "" : String(value);

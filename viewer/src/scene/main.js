@@ -7,7 +7,7 @@ import { colorings } from "./colors.js";
 import { controls, walkingPad } from "./controls.js";
 import { counted, plotsCoincide, readData, treeCount, treeName } from "./data.js";
 import { cardText, details } from "./details.js";
-import { ALL, isNarrow, passesOf } from "./filters.js";
+import { ALL, isNarrow, passesOf, residualsOf } from "./filters.js";
 import { showFilter } from "./filter-controls.js";
 import { floorOf, Ground } from "./ground.js";
 import { listenToClicks, listenToKeys } from "./keyboard.js";
@@ -18,6 +18,7 @@ import { Moves } from "./moves.js";
 import { button, choice, keysDialog } from "./panel.js";
 import { pick } from "./pick.js";
 import { Player } from "./player.js";
+import { ProfileDialog } from "./profile-dialog.js";
 import "./scene.css";
 import { loadStand } from "./sides.js";
 import { timeControls } from "./time-controls.js";
@@ -36,7 +37,7 @@ class Page {
     this.linked = stateOf(location.hash);
     const isKnown = (value, count) => value !== null && Number.isInteger(value) && value >= 0 && value < count;
     const { filter } = this.linked;
-    const known = { plot: data.plots.length, species: data.species.length, layer: data.layers.length };
+    const known = { plot: data.plots.length, species: data.species.length, layer: data.layers.length, residual: residualsOf(data).length };
     const kept = Object.entries(filter).map(([name, value]) => [name, name in known && !isKnown(value, known[name]) ? null : value]);
     this.filtered = { ...ALL, ...Object.fromEntries(kept) };
     if (this.filtered.plot === null && plotsCoincide(data)) this.filtered.plot = 0;
@@ -134,7 +135,8 @@ class Page {
     );
     this.main = element("main", {}, this.picture, this.panel());
     this.dialog = keysDialog();
-    document.getElementById("page").replaceChildren(this.main, this.dialog);
+    this.profile = new ProfileDialog(this.data, () => this.shown());
+    document.getElementById("page").replaceChildren(this.main, this.dialog, this.profile.node);
   }
 
   panel() {
@@ -185,6 +187,7 @@ class Page {
       link: () => this.link(),
       setFilter: (change) => this.setFilter(change),
       showKeys: () => this.dialog.showModal(),
+      showProfile: () => this.profile.open(),
       setVariant: (side, name) => this.setVariant(side, name),
       setPlot: (plot) => this.setPlot(plot),
       setDetail: (detail) => {
@@ -254,6 +257,13 @@ class Page {
     this.variants[side] = this.data.variants.find((variant) => variant.name === name) ?? null;
     this.setSides();
     this.view.invalidate();
+  }
+
+  /** The sizes of the first side, the trees that are shown, and their colors. */
+  shown() {
+    const variant = this.variants[0];
+    const { coloring } = this;
+    return { variant, passes: this.passes(), colorOf: coloring && ((tree) => coloring.of(tree, variant)) };
   }
 
   passes() {
