@@ -32,8 +32,9 @@ struct PeriodicCoefficient {
   double frequency(double value) const;
 };
 
-/// The periodic coefficients among the parameters without covariates. At most 4,000 steps are searched for
-/// each: many observations, or some that are very close, allow more frequencies than are useful.
+/// The periodic coefficients among the parameters without covariates. At most 4,000 steps are
+/// searched for each: many observations, or some that are very close, allow more frequencies than
+/// are useful.
 std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& model);
 
 }  // namespace silvafit::fit

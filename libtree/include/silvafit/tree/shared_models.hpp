@@ -63,8 +63,8 @@ void measure_stems(std::size_t model,
                    std::span<const Morphology> trees,
                    SharedModels& shared);
 
-/// Appends the branches to the stem, so that a model is drawn with one call for its wood and one for
-/// its foliage. The part keeps the kind of the stem; a mesh without branches does not change.
+/// Appends the branches to the stem, so that a model is drawn with one call for its wood and one
+/// for its foliage. The part keeps the kind of the stem; a mesh without branches does not change.
 Mesh with_joined_wood(Mesh mesh);
 
 }  // namespace silvafit::tree
