@@ -33,7 +33,7 @@ for (const [name, options] of [["light", { colorScheme: "light" }], ["dark", { c
 test("Tab goes through picture and controls in their order, and shows where it is", { skip }, () =>
   withScene(sceneExample(), {}, async (page) => {
     const order = [];
-    for (let presses = 0; presses < 20; ++presses) {
+    for (let presses = 0; presses < 21; ++presses) {
       await page.keyboard.press("Tab");
       const [id, outline] = await page.evaluate(() => [document.activeElement.id, parseFloat(getComputedStyle(document.activeElement).outlineWidth)]);
       assert.ok(outline >= 2, `${id} shows no focus`);
