@@ -7,6 +7,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/mesh.hpp"
+#include "silvafit/tree/packed_glb.hpp"
 #include "view/view_json.hpp"
 #include "view/view_models.hpp"
 #include "view/view_scene.hpp"
@@ -98,7 +99,7 @@ View view_of_scene(std::string_view glb,
                    const ViewOptions& options) {
   SceneTrees scene = trees_of_scene(glb, table, catalogue, options);
   std::string data = view_json(
-      scene.stand, {.origin = scene.origin, .scene = std::string(glb)}, catalogue, options);
+      scene.stand, {.origin = scene.origin, .scene = tree::packed_glb(glb)}, catalogue, options);
   View view = summary_of(std::move(scene.stand));
   view.data = std::move(data);
   view.unmeasured = scene.unmeasured;

@@ -10,6 +10,7 @@
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/stand/species_table.hpp"
 #include "silvafit/stand/window.hpp"
+#include "silvafit/tree/packed_glb.hpp"
 #include "view/base64.hpp"
 
 namespace silvafit::study {
@@ -240,7 +241,8 @@ std::string view_json(const ViewStand& stand,
       {"models",
        drawing.models == nullptr ? ordered_json(nullptr) : models_json(*drawing.models, options)},
       {"scene",
-       drawing.scene.empty() ? ordered_json(nullptr) : ordered_json(base64(drawing.scene))}};
+       drawing.scene.empty() ? ordered_json(nullptr)
+                             : ordered_json(base64(tree::deflated(drawing.scene)))}};
   return json_text(json);
 }
 

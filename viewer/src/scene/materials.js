@@ -3,14 +3,14 @@
 import { MeshDepthMaterial, RGBADepthPacking, ShaderChunk } from "three";
 import { PLACED, SIZED } from "./shape.js";
 
-const COLOR_PARS = /* glsl */ `
+export const COLOR_PARS = /* glsl */ `
 varying vec3 vTreeColor;
 varying float vTreeShade;
 uniform float treeTint;
 `;
 
 /* Colored trees keep the light and dark of their leaves, and lose their hue. */
-const COLOR = /* glsl */ `
+export const COLOR = /* glsl */ `
 {
   float light = dot(diffuseColor.rgb, vec3(0.2126, 0.7152, 0.0722));
   vec3 tinted = vTreeColor * clamp(0.75 + 2.0 * light, 0.75, 1.15);
@@ -19,7 +19,7 @@ const COLOR = /* glsl */ `
 `;
 
 /* Mipmaps average the opacity, so that far leaves would vanish; it is raised with the level. */
-const COVERAGE = /* glsl */ `
+export const COVERAGE = /* glsl */ `
 #if defined( USE_MAP ) && defined( USE_ALPHATEST )
 {
   vec2 texel = vMapUv * vec2(textureSize(map, 0));
@@ -33,15 +33,19 @@ const COVERAGE = /* glsl */ `
 `;
 
 /* Cards of shoots have normals of the crown, for both of their sides. */
-const BOTH_SIDES = ShaderChunk.normal_fragment_begin.replace("gl_FrontFacing ? 1.0 : - 1.0", "1.0");
+export const BOTH_SIDES = ShaderChunk.normal_fragment_begin.replace("gl_FrontFacing ? 1.0 : - 1.0", "1.0");
 
 /** Whether a material shows pictures of shoots. */
-const isCutOut = (material) => Boolean(material.map) && material.alphaTest > 0;
+export const isCutOut = (material) => Boolean(material.map) && material.alphaTest > 0;
 
-function bend(shader, uniforms, isPlaced) {
+/** Functions that place the vertices of trees without sizes, or with them. */
+export const placingOf = (isPlaced) => (isPlaced ? PLACED : SIZED);
+
+/** Lets a shader place the vertices of trees by functions such as SIZED. */
+export function placeTrees(shader, uniforms, functions) {
   Object.assign(shader.uniforms, uniforms);
   shader.vertexShader = shader.vertexShader
-    .replace("#include <common>", `#include <common>\n${isPlaced ? PLACED : SIZED}`)
+    .replace("#include <common>", `#include <common>\n${functions}`)
     .replace("#include <beginnormal_vertex>", `vec3 objectNormal = treeNormal(position, normal);\n#ifdef USE_TANGENT\nvec3 objectTangent = vec3(tangent.xyz);\n#endif`)
     .replace("#include <begin_vertex>", "vec3 transformed = treePosition(position);\nreadTreeColor();");
 }
@@ -55,7 +59,7 @@ function bend(shader, uniforms, isPlaced) {
 export function treeMaterial(material, uniforms, isPlaced) {
   const copy = material.clone();
   copy.onBeforeCompile = (shader) => {
-    bend(shader, uniforms, isPlaced);
+    placeTrees(shader, uniforms, placingOf(isPlaced));
     shader.fragmentShader = shader.fragmentShader
       .replace("#include <common>", `#include <common>\n${COLOR_PARS}`)
       .replace("#include <color_fragment>", `#include <color_fragment>\n${COLOR}`)
@@ -79,14 +83,14 @@ export function lightBothSides(material) {
 export function treeDepthMaterial(uniforms, isPlaced, shown) {
   const material = new MeshDepthMaterial({ depthPacking: RGBADepthPacking });
   if (isCutOut(shown)) Object.assign(material, { map: shown.map, alphaTest: shown.alphaTest });
-  material.onBeforeCompile = (shader) => bend(shader, uniforms, isPlaced);
+  material.onBeforeCompile = (shader) => placeTrees(shader, uniforms, placingOf(isPlaced));
   material.customProgramCacheKey = () => `tree-depth-${isPlaced ? "placed" : "sized"}`;
   return material;
 }
 
 /** Lines in normalized coordinates of trees. */
 export function treeLineMaterial(material, uniforms) {
-  material.onBeforeCompile = (shader) => bend(shader, uniforms, false);
+  material.onBeforeCompile = (shader) => placeTrees(shader, uniforms, SIZED);
   material.customProgramCacheKey = () => "tree-line";
   return material;
 }

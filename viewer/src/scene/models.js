@@ -4,7 +4,7 @@ import { BufferAttribute, BufferGeometry, LoadingManager, MeshStandardMaterial }
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
-import { bytesOf } from "./data.js";
+import { glbOf } from "./data.js";
 import { KIND, toUnit } from "./shape.js";
 
 /**
@@ -21,13 +21,13 @@ import { KIND, toUnit } from "./shape.js";
  */
 
 /** A GLB in the page; it may not refer to anything outside. */
-export function parseGlb(base64) {
+export async function parseGlb(base64) {
   const manager = new LoadingManager();
   manager.setURLModifier((url) => {
     if (/^(data|blob):/.test(url)) return url;
     throw new Error(`the scene refers to ${url}, which is not in the page`);
   });
-  return new GLTFLoader(manager).setMeshoptDecoder(MeshoptDecoder).parseAsync(bytesOf(base64), "");
+  return new GLTFLoader(manager).setMeshoptDecoder(MeshoptDecoder).parseAsync(await glbOf(base64), "");
 }
 
 export const partNameOf = (mesh) => mesh.geometry.userData.part ?? mesh.userData.part ?? "";
@@ -131,20 +131,29 @@ export function unitCrown({ up, down }, sides, steps) {
   });
 }
 
-/** The stand-in of a tree that is far away: its crown curve on a stem, some 70 triangles. */
+/** A quad, whose corners are at -1 and 1. */
+function quad() {
+  const geometry = new BufferGeometry();
+  geometry.setIndex([0, 1, 2, 0, 2, 3]);
+  geometry.setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0]), 3));
+  geometry.setAttribute("normal", new BufferAttribute(new Float32Array([0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1]), 3));
+  return geometry;
+}
+
+/**
+ * The stand-in of a tree that is far away: a quad with pictures (see impostors.js), and its crown curve on a stem as the caster of its shadow.
+ * `views.value` is the atlas of the pictures, once it is drawn.
+ */
 export function standInOf(preset) {
-  const paint = (color, factor) => {
-    const material = new MeshStandardMaterial({ roughness: 0.95, metalness: 0 });
-    material.color.setRGB(...color.map((value) => value * factor));
-    return material;
-  };
   const circle = (height, radius) => Array.from({ length: 4 }, (_, side) => [radius * Math.cos((side * Math.PI) / 2), height, radius * Math.sin((side * Math.PI) / 2)]);
-  const parts = [
-    { geometry: ringGeometry(unitCrown(preset, 7, 2), KIND.crown), material: paint(preset.leaf, 0.8), isFoliage: true },
-    { geometry: ringGeometry([circle(0, 1), circle(1.5, 0.7)], KIND.pole), material: paint(preset.bark, 1), isFoliage: false },
+  const views = { value: null };
+  const parts = [{ geometry: quad(), views }];
+  const material = new MeshStandardMaterial();
+  const casters = [
+    { geometry: ringGeometry(shrunken(unitCrown(preset, 7, 2)), KIND.crown), material, isFoliage: true },
+    { geometry: ringGeometry([circle(0, 1), circle(1.5, 0.7)], KIND.pole), material, isFoliage: false },
   ];
-  const caster = { ...parts[0], geometry: ringGeometry(shrunken(unitCrown(preset, 7, 2)), KIND.crown) };
-  return { parts, triangles: parts.reduce((sum, { geometry }) => sum + trianglesOf(geometry), 0), casters: [caster, parts[1]] };
+  return { parts, views, triangles: parts.reduce((sum, { geometry }) => sum + trianglesOf(geometry), 0), casters };
 }
 
 /** The inner part of a crown: the shadow caster of a tree must not shade the tree's own leaves. */

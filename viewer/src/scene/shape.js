@@ -71,7 +71,8 @@ export function fromUnit([x, y, z], tree, kind) {
 /** A rotation by a multiple of 90 degrees for each tree, so that neighbors with one model look different. */
 export const turnOf = (tree) => ((tree * 2654435761) >>> 16) & 3;
 
-const READ_TREE = /* glsl */ `
+/** Vertex functions that read the texture of the trees. */
+export const READ_TREE = /* glsl */ `
 attribute float treeIndex;
 uniform highp sampler2D treeData;
 varying vec3 vTreeColor;

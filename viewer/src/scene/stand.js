@@ -2,7 +2,8 @@
 // One side of the view: all trees of a variant, drawn by model and level of detail; a drawn tree costs one number per frame.
 import { Box3, DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, Sphere, Vector3 } from "three";
 import { detailFactor, levelFor } from "./levels.js";
-import { treeDepthMaterial, treeMaterial } from "./materials.js";
+import { drawViews, impostorMaterial } from "./impostors.js";
+import { placingOf, treeDepthMaterial, treeMaterial } from "./materials.js";
 
 const CELL_M = 16;
 /** Triangles of shadow casters; fast with a graphics card, but takes seconds without one. */
@@ -71,6 +72,7 @@ export class Stand {
     this.standIns = standIns;
     this.texture = texture;
     this.layers = layers;
+    this.isPlaced = isPlaced;
     this.uniforms = { treeData: { value: texture.texture }, treeTint: { value: 0 } };
     this.barkUniforms = { treeData: this.uniforms.treeData, treeTint: { value: 0 } };
     this.materials = new Map();
@@ -91,11 +93,12 @@ export class Stand {
   }
 
   /** Materials are shared by all batches of the side. */
-  materialOf({ material, isFoliage }, isPlaced) {
-    const known = this.materials.get(material);
+  materialOf({ material, isFoliage, views }, isPlaced) {
+    const key = views ?? material;
+    const known = this.materials.get(key);
     if (known) return known;
-    const copy = treeMaterial(material, isFoliage ? this.uniforms : this.barkUniforms, isPlaced);
-    this.materials.set(material, copy);
+    const copy = views ? impostorMaterial(views, this.uniforms) : treeMaterial(material, isFoliage ? this.uniforms : this.barkUniforms, isPlaced);
+    this.materials.set(key, copy);
     return copy;
   }
 
@@ -163,6 +166,29 @@ export class Stand {
       mesh.geometry.instanceCount = kept.length;
       mesh.visible = kept.length > 0;
     }
+  }
+
+  /** Draws the pictures of far trees of presets that are shown and have none. */
+  drawFarViews(renderer) {
+    this.farBatches.forEach(({ count }, preset) => {
+      const { views } = this.standIns[preset];
+      if (count === 0 || views.value) return;
+      const index = this.usualTree(preset);
+      const tree = this.trees[index];
+      views.value = drawViews(renderer, this.models[tree.model], { index, place: tree.place, height: tree.height, radius: tree.reach }, this.barkUniforms, placingOf(this.isPlaced)).texture;
+    });
+  }
+
+  /** Pictures are lost with the graphics context. */
+  forgetFarViews() {
+    this.standIns?.forEach(({ views }) => (views.value = null));
+  }
+
+  /** The tree of a preset with the median height. */
+  usualTree(preset) {
+    const own = this.trees.flatMap((tree, index) => (tree && this.models[tree.model].preset === preset ? [index] : []));
+    own.sort((a, b) => this.trees[a].height - this.trees[b].height);
+    return own[Math.floor(own.length / 2)];
   }
 
   /** Colors of trees, or null for the materials' colors. */

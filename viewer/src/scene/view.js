@@ -121,6 +121,7 @@ export class View {
 
   /** Draws with a restored context: everything on the graphics card was lost. */
   restore() {
+    for (const { stand } of this.sides) stand.forgetFarViews();
     this.castFromOwnLayer();
     for (const sun of this.suns) sun.shadow.map = null;
     this.shadowsChanged();
@@ -204,6 +205,7 @@ export class View {
       frustum.setFromProjectionMatrix(new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
       const pixelsPerRadian = rectangle.height / (2 * Math.tan((camera.fov * Math.PI) / 360));
       if (side) trees += side.stand.update(frustum, camera.position, pixelsPerRadian, this.budget).trees;
+      side?.stand.drawFarViews(renderer);
       camera.layers.set(0);
       camera.layers.enable(layersOf(number).own);
       this.drawn = number;
