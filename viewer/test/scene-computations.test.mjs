@@ -297,6 +297,18 @@ test("colorings are those that the data allow, and say what they mean", () => {
   assert.equal(height.of(order[0]), SEQUENTIAL[0]);
   assert.equal(height.of(order[order.length - 1]), SEQUENTIAL[4]);
   assert.match(height.told, /observed height: dark is [\d.]+ m or less/);
+  // Other columns of the table: numbers on a scale, texts as categories by falling number of trees.
+  data.columns = [
+    { name: "age", texts: null, values: h.map((_, tree) => (tree === 0 ? null : 10 + tree)) },
+    { name: "origin", texts: ["planted", "natural"], values: h.map((_, tree) => (tree < 2 ? 1 : 0)) },
+  ];
+  const [age, origin] = colorings(data).find(({ label }) => label === "Other column").choices.map(({ make }) => make());
+  assert.equal(age.of(1), SEQUENTIAL[0]);
+  assert.equal(age.of(h.length - 1), SEQUENTIAL[4]);
+  assert.match(age.told, /by the column age: dark is 11 or less/);
+  assert.ok(age.keys.some(({ text }) => text === "unknown (1)"));
+  assert.deepEqual(origin.keys.map(({ text }) => text), [`planted (${h.length - 2})`, "natural (2)"]);
+  assert.notEqual(origin.of(0), origin.of(2));
   data.trees.W.fill(null);
   assert.ok(!colorings(data).some(({ choices }) => choices.some(({ value }) => value === "W")));
 });

@@ -83,8 +83,8 @@ test("every coloring changes the picture, and its legend says how", { skip }, ()
   withScene(sceneExample(), {}, async (page) => {
     await page.getByLabel("Plot", { exact: true }).selectOption({ label: "1" });
     const values = await page.locator("#color option").evaluateAll((all) => all.map(({ value }) => value));
-    // Natural, species and layer, sizes, indices, residuals of four predictions.
-    assert.equal(values.length, 1 + 2 + 4 + 4 + 4 * 3);
+    // Natural, species and layer, sizes, indices, two other columns, residuals of four predictions.
+    assert.equal(values.length, 1 + 2 + 4 + 4 + 2 + 4 * 3);
     // Residuals of what is shown are those of predictions.
     await page.getByLabel("Sizes", { exact: true }).selectOption("ols");
     const natural = await pixels(page);

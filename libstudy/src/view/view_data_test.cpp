@@ -268,6 +268,30 @@ TEST_CASE("columns are spelled as in the table, and name the observed sizes", "[
   CHECK(data["variants"][1]["h"] == json({18.0, 10.5, 24.0, 6.0}));
 }
 
+TEST_CASE("other columns of the table are there for colors", "[study][view]") {
+  data::Table table = four_trees();
+  const double none = data::kMissing;
+  table.set("origin", texts({"planted", "natural", "natural", "natural"}));
+  table.set("constant", std::vector<double>{1.0, 1.0, none, 1.0});
+  table.set("site", std::vector<double>{1.0, 2.0, 2.0, none});
+  table.set("height_m", std::vector<double>{20.0, 9.9, 25.0, 8.0});
+  table.set("area", std::vector<double>{1234567.8, -0.0012345678, 0.0, none});
+  ViewOptions options = coarse();
+  options.columns = {{"h", "height_m"}};
+  const json columns = json::parse(view_of_trees(table, catalogue(), options).data)["columns"];
+  std::vector<std::string> names;
+  for (const json& column : columns) names.push_back(column["name"]);
+  // Without those that have colors of their own, and the one with a single value.
+  REQUIRE(names == std::vector<std::string>{"plot", "z", "core", "origin", "site", "area"});
+  CHECK(columns[0]["texts"] == json({"1", "2"}));
+  CHECK(columns[3]["texts"] == json({"natural", "planted"}));
+  CHECK(columns[3]["values"] == json({1.0, 0.0, 0.0, 0.0}));
+  CHECK(columns[4]["texts"].is_null());
+  CHECK(columns[4]["values"] == json({1.0, 2.0, 2.0, nullptr}));
+  // Six digits.
+  CHECK(columns[5]["values"] == json({1234570.0, -0.00123457, 0.0, nullptr}));
+}
+
 TEST_CASE("errors explain what cannot be shown", "[study][view]") {
   data::Table without(1);
   without.set("plot", texts({"1"}));

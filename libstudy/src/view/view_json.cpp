@@ -124,6 +124,24 @@ ordered_json trees_json(const ViewStand& stand,
   return trees;
 }
 
+/// Numbers have six significant digits, as many as colors need.
+ordered_json columns_json(const ViewStand& stand) {
+  ordered_json columns = ordered_json::array();
+  for (const ViewColumn& own : stand.columns) {
+    columns.push_back(
+        {{"name", own.name},
+         {"texts", own.texts.empty() ? ordered_json(nullptr) : ordered_json(own.texts)},
+         {"values", column(own.values, [](double value) -> ordered_json {
+            if (!std::isfinite(value)) return nullptr;
+            if (value == 0.0) return 0.0;
+            const double digits = 5.0 - std::floor(std::log10(std::abs(value)));
+            return std::abs(digits) < 300.0 ? rounded(value, std::pow(10.0, digits))
+                                            : ordered_json(value);
+          })}});
+  }
+  return columns;
+}
+
 /// Radii of all trees of a variant, or null if they are half the crown width in all directions.
 ordered_json radii_json(const ViewVariant& variant) {
   const bool all_round = std::ranges::all_of(variant.trees, [](const ViewVersion& tree) {
@@ -237,6 +255,7 @@ std::string view_json(const ViewStand& stand,
       {"presets", preset_list},
       {"plots", plot_list},
       {"trees", trees_json(stand, plots, species, presets)},
+      {"columns", columns_json(stand)},
       {"variants", variants},
       {"models",
        drawing.models == nullptr ? ordered_json(nullptr) : models_json(*drawing.models, options)},

@@ -12,6 +12,7 @@
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/morphology_table.hpp"
 #include "silvafit/tree/preset.hpp"
+#include "view/view_columns.hpp"
 
 namespace silvafit::study {
 
@@ -54,6 +55,7 @@ struct ViewVariant {
 struct ViewStand {
   std::vector<ViewTree> trees{};
   std::vector<ViewVariant> variants{};
+  std::vector<ViewColumn> columns{};      ///< for colors
   std::vector<tree::LeftOut> left_out{};  ///< rows that cannot be drawn in any variant
   std::vector<std::string> notes{};
 };

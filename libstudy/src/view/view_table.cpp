@@ -152,6 +152,7 @@ class StandReader {
     choose_rows();
     add_trees();
     for (const ReadVariant& variant : variants_) add_variant(variant);
+    stand_.columns = color_columns(table_, options_.columns, rows_);
     note_missing_values();
     return std::move(stand_);
   }

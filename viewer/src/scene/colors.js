@@ -35,14 +35,23 @@ export function roundUp(value) {
 
 const everyTree = () => true;
 
-function speciesColoring(data, passes) {
-  const colorOf = (code) => SPECIES_COLORS[code] ?? OTHER_COLOR;
-  const counts = data.species.map(() => 0);
-  data.trees.species.forEach((code, tree) => (counts[code] += passes(tree) ? 1 : 0));
-  const named = data.species.slice(0, SPECIES_COLORS.length).map((name, code) => ({ color: colorOf(code), text: `${name || "no species"} (${counts[code]})`, count: counts[code] })).filter(({ count }) => count > 0);
+const categoryColor = (code) => SPECIES_COLORS[code] ?? OTHER_COLOR;
+
+/** Legend of categories, which are listed by falling number of trees. */
+function categoryKeys(names, codes, passes, what) {
+  const counts = names.map(() => 0);
+  codes.forEach((code, tree) => {
+    if (code !== null && passes(tree)) counts[code] += 1;
+  });
+  const keys = names.slice(0, SPECIES_COLORS.length).map((name, code) => ({ color: categoryColor(code), text: `${name || `no ${what}`} (${counts[code]})`, count: counts[code] })).filter(({ count }) => count > 0);
   const others = counts.slice(SPECIES_COLORS.length).reduce((sum, count) => sum + count, 0);
-  if (others > 0) named.push({ color: OTHER_COLOR, text: `other species (${others})` });
-  return { title: "Species", told: "Trees are colored by species.", of: (tree) => colorOf(data.trees.species[tree]), keys: named };
+  if (others > 0) keys.push({ color: OTHER_COLOR, text: `other ${what} (${others})` });
+  return keys;
+}
+
+function speciesColoring(data, passes) {
+  const { species } = data.trees;
+  return { title: "Species", told: "Trees are colored by species.", of: (tree) => categoryColor(species[tree]), keys: categoryKeys(data.species, species, passes, "species") };
 }
 
 function layerColoring(data, passes) {
@@ -75,20 +84,32 @@ function indexColoring(data, index, passes) {
   }, passes);
 }
 
-/** Observed sizes; the scale has 95 % of them, so that one very large tree does not darken all others. */
-function sizeColoring(data, name, passes) {
-  const [title, unit] = SIZES[name];
-  const values = data.trees[name];
+/** Numbers on a scale that has 95 % of them, so that one very large value does not darken all others. */
+function scaleColoring(data, values, { title, what, unit }, passes) {
   const known = values.filter((value) => value !== null).sort((a, b) => a - b);
   const at = (share) => known[Math.round(share * (known.length - 1))];
   const [low, high] = [at(0.025), at(0.975)];
-  const text = (value) => `${Math.round(10 * value) / 10} ${unit}`;
+  // Three digits of the range: those that tell colors apart.
+  const digits = high > low ? Math.max(0, 2 - Math.floor(Math.log10(high - low))) : 1;
+  const text = (value) => `${Number(value.toFixed(Math.min(digits, 20)))}${unit}`;
   return withMissing(data, {
     title,
-    told: `Trees are colored by their observed ${title === "DBH" ? title : title.toLowerCase()}: dark is ${text(low)} or less, light is ${text(high)} or more.`,
+    told: `Trees are colored by ${what}: dark is ${text(low)} or less, light is ${text(high)} or more.`,
     of: (tree) => (values[tree] === null ? null : along(SEQUENTIAL, high > low ? (values[tree] - low) / (high - low) : 0.5)),
     scale: { colors: SEQUENTIAL, labels: [text(low), text((low + high) / 2), text(high)] },
   }, passes);
+}
+
+function sizeColoring(data, name, passes) {
+  const [title, unit] = SIZES[name];
+  return scaleColoring(data, data.trees[name], { title, what: `their observed ${title === "DBH" ? title : title.toLowerCase()}`, unit: ` ${unit}` }, passes);
+}
+
+/** Any other column of the table. */
+function columnColoring(data, { name, texts, values }, passes) {
+  if (!texts) return scaleColoring(data, values, { title: name, what: `the column ${name}`, unit: "" }, passes);
+  const of = (tree) => (values[tree] === null ? null : categoryColor(values[tree]));
+  return withMissing(data, { title: name, told: `Trees are colored by the column ${name}.`, of, keys: categoryKeys(texts, values, passes, name) }, passes);
 }
 
 /** Limits of the scale: the residuals of all variants contain 95 % between them. */
@@ -130,6 +151,10 @@ export function colorings(data) {
   const indices = Object.keys(INDICES).filter((index) => hasValues(data.trees[index]));
   if (indices.length > 0) {
     groups.push({ label: "Structural index", choices: indices.map((index) => ({ value: index, text: INDICES[index], make: (passes = everyTree) => indexColoring(data, index, passes) })) });
+  }
+  if (data.columns.length > 0) {
+    const choices = data.columns.map((column) => ({ value: `column-${column.name}`, text: column.name, make: (passes = everyTree) => columnColoring(data, column, passes) }));
+    groups.push({ label: "Other column", choices });
   }
   if (predictions(data).length > 0) {
     const choices = Object.keys(RESPONSES).map((response) => ({

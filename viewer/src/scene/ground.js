@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The ground with plot boundaries, a scale bar on it, and a north arrow.
-import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
+import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, RepeatWrapping, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
 import { roundUp } from "./colors.js";
 import { outlinedPlots } from "./data.js";
 import { Heights } from "./heights.js";
@@ -36,6 +36,49 @@ function write(sign, text, color, height) {
   sign.material.map?.dispose();
   sign.material.map = textureOf(canvas);
   sign.scale.set((height * canvas.width) / canvas.height, height, 1);
+}
+
+const GRAIN_PIXELS = 256;
+/** Side of the repeated picture of the ground [m]. */
+const GRAIN_M = 6;
+
+/** Light and dark patches of two sizes for the ground that one walks on; the same in every page. */
+function grainTexture() {
+  const canvas = Object.assign(document.createElement("canvas"), { width: GRAIN_PIXELS, height: GRAIN_PIXELS });
+  const context = canvas.getContext("2d");
+  context.fillStyle = "#d8d8d8";
+  context.fillRect(0, 0, GRAIN_PIXELS, GRAIN_PIXELS);
+  let seed = 1;
+  const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
+  for (let patch = 0; patch < 2600; ++patch) {
+    const size = patch < 200 ? 8 + 20 * random() : 1 + 3 * random();
+    const light = random() < 0.5 ? 255 : 90;
+    context.fillStyle = `rgba(${light}, ${light}, ${light}, ${patch < 200 ? 0.08 : 0.25})`;
+    const [x, y] = [GRAIN_PIXELS * random(), GRAIN_PIXELS * random()];
+    // Patches at an edge continue at the opposite one.
+    for (const dx of [-GRAIN_PIXELS, 0, GRAIN_PIXELS]) {
+      for (const dy of [-GRAIN_PIXELS, 0, GRAIN_PIXELS]) {
+        context.beginPath();
+        context.ellipse(x + dx, y + dy, size, 0.6 * size, 3 * random(), 0, 2 * Math.PI);
+        context.fill();
+      }
+    }
+  }
+  const texture = textureOf(canvas);
+  texture.wrapS = texture.wrapT = RepeatWrapping;
+  texture.anisotropy = 4;
+  return texture;
+}
+
+/** Texture coordinates from above. */
+function layGrain({ attributes }, matrix) {
+  const point = new Vector3();
+  const uvs = new Float32Array(2 * attributes.position.count);
+  for (let index = 0; index < attributes.position.count; ++index) {
+    point.fromBufferAttribute(attributes.position, index).applyMatrix4(matrix);
+    uvs.set([point.x / GRAIN_M, point.z / GRAIN_M], 2 * index);
+  }
+  return new Float32BufferAttribute(uvs, 2);
 }
 
 /** Triangle that points to the north, of length 1. */
@@ -84,6 +127,21 @@ export class Ground {
   /** Height of the ground, or of the lowest tree outside it. */
   heightAt(x, z) {
     return this.heights.at(x, z) ?? this.box.min.y;
+  }
+
+  /** Shows the grain of the ground, which is made when it is first shown. */
+  setGrain(isShown) {
+    if (isShown && !this.grain) {
+      this.grain = grainTexture();
+      this.surface.updateMatrixWorld(true);
+      this.surface.traverse((object) => {
+        if (object.isMesh) object.geometry.setAttribute("uv", layGrain(object.geometry, object.matrixWorld));
+      });
+    }
+    const map = isShown ? this.grain : null;
+    if (this.material.map === map) return;
+    this.material.map = map;
+    this.material.needsUpdate = true;
   }
 
   /** Colors, and the scale bar and the arrow for the current extent. @param {{ground: string, mark: string}} colors */

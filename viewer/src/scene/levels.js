@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Levels of detail: selected by a tree's height on the screen, within a budget of triangles.
 
-/** Minimum heights on the screen [CSS pixels] for the first, second, ... level; smaller trees are drawn as stand-ins (crown curve and stem). */
+/** Minimum heights on the screen [CSS pixels] for the first, second, ... level; smaller trees are drawn as impostors. */
 export const LEAST_PIXELS = [600, 280, 120, 22];
 
 /** Triangles of one frame; automatic detail stays below it. */
@@ -20,6 +20,9 @@ export function levelFor(pixels, levels) {
   return levels;
 }
 
+/** Steps by which heights are reduced. */
+const MOST_STEPS = 16;
+
 /**
  * The factor, at most 1, by which heights on the screen are reduced to stay within the budget.
  * @param {Float32Array} pixels     heights of the trees in view
@@ -27,14 +30,21 @@ export function levelFor(pixels, levels) {
  * @param {(tree: number, level: number) => number} triangles
  */
 export function detailFactor(pixels, count, levels, triangles, budget) {
-  let factor = 1;
-  for (let attempt = 0; attempt < 16; ++attempt) {
+  const fits = (step) => {
+    const factor = 0.8 ** step;
     let sum = 0;
     for (let index = 0; index < count; ++index) sum += triangles(index, levelFor(pixels[index] * factor, levels));
-    if (sum <= budget) break;
-    factor *= 0.8;
+    return sum <= budget;
+  };
+  if (fits(0)) return 1;
+  // The number of triangles falls with each step: the first that fits is between two others.
+  let [low, high] = [0, MOST_STEPS];
+  while (high - low > 1) {
+    const middle = Math.floor((low + high) / 2);
+    if (fits(middle)) high = middle;
+    else low = middle;
   }
-  return factor;
+  return 0.8 ** high;
 }
 
 /** Budgets for slower and faster machines: less after slow frames, more after fast ones. */

@@ -361,6 +361,8 @@ class Page {
 
   setMode(mode) {
     this.moves.setMode(mode);
+    this.view.setWalking(mode === "walk");
+    this.ground?.setGrain(mode === "walk");
     this.modeButtons.forEach((node) => node.setAttribute("aria-pressed", String(node.id === mode)));
     this.pad.hidden = mode !== "walk";
   }

@@ -3,10 +3,14 @@
 import { ACESFilmicToneMapping, AmbientLight, Box3, Color, DirectionalLight, Frustum, HemisphereLight, Matrix4, PCFShadowMap, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer } from "three";
 import { layersOf } from "./sides.js";
 import { AdaptiveBudget, BUDGETS } from "./levels.js";
+import { Sky } from "./sky.js";
 
 const VIEW_DEG = 45;
 const SUN = new Vector3(-0.55, 0.75, 0.45).normalize();
 const MOST_PIXEL_RATIO = 2;
+/** While walking, shadows are drawn to this distance, and again after this many steps [m]. */
+const SHADOW_REACH_M = 60;
+const SHADOW_STEP_M = 15;
 
 function sunOf(side) {
   const sun = new DirectionalLight(0xfff4e0, 2.6);
@@ -38,6 +42,8 @@ export class View {
     this.sky = new HemisphereLight(0xdfeaf5, 0x6b6450, 1.5);
     this.scene.add(this.sky, new AmbientLight(0xffffff, 0.35));
     this.camera = new PerspectiveCamera(VIEW_DEG, 1, 0.1, 5000);
+    this.outdoors = new Sky();
+    this.isWalking = false;
     this.suns = [sunOf(0), sunOf(1)];
     for (const sun of this.suns) this.scene.add(sun, sun.target);
     this.sides = [];
@@ -95,13 +101,39 @@ export class View {
     this.shadowsChanged();
   }
 
-  /** Adjusts the sun's shadow camera to all shown trees, or to the scene if it has none of its own. */
-  shadowsChanged() {
+  /** Sky and haze, and shadows that follow the camera. */
+  setWalking(isWalking) {
+    if (isWalking === this.isWalking) return;
+    this.isWalking = isWalking;
+    this.scene.fog = isWalking ? this.outdoors.haze : null;
+    if (isWalking) this.scene.add(this.outdoors.dome);
+    else this.scene.remove(this.outdoors.dome);
+    this.shadowsChanged();
+  }
+
+  /** What the shadow camera contains: all shown trees, or the scene if it has none of its own; while walking, the surroundings. */
+  shadowed() {
     const { box } = this;
     if (box.isEmpty()) box.setFromObject(this.scene);
-    if (!box.isEmpty()) {
-      const center = box.getCenter(new Vector3());
-      const radius = box.getSize(new Vector3()).length() / 2;
+    if (box.isEmpty()) return null;
+    const center = box.getCenter(new Vector3());
+    const radius = box.getSize(new Vector3()).length() / 2;
+    if (!this.isWalking || radius <= SHADOW_REACH_M) return { center, radius };
+    return { center: this.camera.position.clone(), radius: SHADOW_REACH_M };
+  }
+
+  /** Whether the camera has left the middle of the shadows. */
+  shadowsAreBehind() {
+    return this.isWalking && this.shadowCenter !== undefined && this.shadowRadius === SHADOW_REACH_M && this.camera.position.distanceTo(this.shadowCenter) > SHADOW_STEP_M;
+  }
+
+  /** Adjusts the sun's shadow camera. */
+  shadowsChanged() {
+    const shadowed = this.shadowed();
+    if (shadowed) {
+      const { center, radius } = shadowed;
+      this.shadowCenter = center;
+      this.shadowRadius = radius;
       for (const sun of this.suns) {
         sun.target.position.copy(center);
         sun.position.copy(center).addScaledVector(SUN, radius + 10);
@@ -129,6 +161,7 @@ export class View {
 
   setBackground(color) {
     this.scene.background = new Color(color);
+    this.outdoors.paint(color);
     this.invalidate();
   }
 
@@ -194,6 +227,8 @@ export class View {
     const start = performance.now();
     const { renderer, camera, scene } = this;
     renderer.info.reset();
+    if (this.shadowsAreBehind()) this.shadowsChanged();
+    this.outdoors.follow(camera);
     const rectangles = this.rectangles();
     const frustum = new Frustum();
     const { height: whole } = this.size;
