@@ -14,6 +14,7 @@ CulmStyle culm_of(const JsonEntry& entry) {
                     "bend_sd_deg",
                     "sun_azimuth_deg",
                     "sun_azimuth_sd_deg",
+                    "nod",
                     "internode_m",
                     "internodes_least",
                     "internodes_most",
@@ -29,6 +30,7 @@ CulmStyle culm_of(const JsonEntry& entry) {
   culm.bend_sd_deg = entry.number("bend_sd_deg", 0.0, 30.0);
   culm.sun_azimuth_deg = entry.number("sun_azimuth_deg", 0.0, 360.0);
   culm.sun_azimuth_sd_deg = entry.number("sun_azimuth_sd_deg", 0.0, 360.0);
+  culm.nod = entry.number("nod", 0.0, 0.2);
   culm.internode_m = entry.number("internode_m", 0.01, 2.0);
   culm.internodes_least = whole_number(entry, "internodes_least", 2, 100);
   culm.internodes_most = whole_number(entry, "internodes_most", 2, 200);

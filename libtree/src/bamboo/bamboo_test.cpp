@@ -159,6 +159,25 @@ TEST_CASE("a culm has the measured bend, as far as its crown allows") {
   CHECK(culm_of(bent).back().at.x > tip.x);
 }
 
+TEST_CASE("the tip of a culm nods if its bend was not measured") {
+  const test::Bamboo bamboo = test::grown(test::usual_culm());
+  const auto points = culm_of(bamboo);
+  const auto steepness_deg = [&](std::size_t i) {
+    const Point step = points[i].at - points[i - 1].at;
+    return std::atan2(step.z, std::hypot(step.x, step.y)) * 180.0 / std::numbers::pi;
+  };
+  // The derivative of 0.18 m x^6 (1 - x) / 0.05665 at the tip of a crown of 6 m is -0.53: 62
+  // degrees, less what the culm bends otherwise and what the last section, which is not infinitely
+  // short, averages.
+  CHECK(steepness_deg(points.size() - 1) == Approx(62.0).margin(6.0));
+  for (std::size_t i = 1; points[i].at.z < 10.0; ++i) CHECK(steepness_deg(i) > 80.0);
+  // The bow is 3 % of the crown's 6 m; the tip leans by at most a fifth of the radius of 1.3 m.
+  double bow = 0.0;
+  for (const SkeletonPoint& point : points) bow = std::max(bow, std::hypot(point.at.x, point.at.y));
+  CHECK(bow < 0.03 * 6.0 + 0.2 * 1.3);
+  CHECK(bow > 0.1);
+}
+
 TEST_CASE("each node has two unequal branches, on alternating sides") {
   const test::Bamboo bamboo = test::grown(test::usual_culm());
   // Bases by height: each height twice.

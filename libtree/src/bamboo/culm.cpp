@@ -63,6 +63,12 @@ Culm::Culm(const TreeShape& shape, const Crown& crown, const CulmStyle& style, R
       shape.culm.internodes.value_or(std::max(wanted, 1.0 * style.internodes_least));
   place_nodes(static_cast<int>(std::lround(internodes)), random);
   bend(shape, crown, shape.culm.bend_deg.value_or(bend_deg));
+  // Stout culms are stiff.
+  constexpr double kSlender = 50.0;
+  constexpr double kRoom = 0.3;
+  if (shape.culm.bend_deg || 100.0 * h_m_ < kSlender * dbh_cm_) return;
+  bow_m_ = std::min(style.nod * (h_m_ - std::max(kBreastHeight, hcb_m_)),
+                    kRoom * narrowest_m(crown.radii()));
 }
 
 void Culm::place_nodes(int internodes, Random& random) {
@@ -104,15 +110,28 @@ void Culm::bend(const TreeShape& shape, const Crown& crown, double bend_deg) {
   curve_ = bent_curve(base, up, side, rise / unit_rise, used_deg, 1.0);
 }
 
+/// The culm bows back from its lean and comes forward again at its tip. So it nods although its
+/// highest point is the tip.
+Point Culm::bow(double z_m) const {
+  const double from = std::max(kBreastHeight, hcb_m_);
+  const double share = (z_m - from) / (h_m_ - from);
+  if (!(share > 0.0)) return {};
+  // x^6 (1 - x) is largest at 6/7.
+  constexpr double kLargest = 0.05665;
+  const double back = -bow_m_ * std::pow(share, 6.0) * (1.0 - share) / kLargest;
+  return back *
+         Point{std::sin(lean_azimuth_deg_ * kRadian), std::cos(lean_azimuth_deg_ * kRadian), 0.0};
+}
+
 Point Culm::at(double z_m) const {
-  if (z_m <= bent_from_m_) return {0.0, 0.0, z_m};
+  if (z_m <= bent_from_m_) return Point{0.0, 0.0, z_m} + bow(z_m);
   // Heights increase along the curve, almost uniformly.
   double t = (z_m - bent_from_m_) / (h_m_ - bent_from_m_);
   for (int step = 0; step < 3; ++step) {
     t = std::clamp(t - (curve_.at(t).z - z_m) / curve_.derivative(t).z, 0.0, 1.0);
   }
   const Point found = curve_.at(t);
-  return {found.x, found.y, z_m};
+  return Point{found.x, found.y, z_m} + bow(z_m);
 }
 
 std::vector<SkeletonPoint> Culm::points(const Taper& taper) const {

@@ -15,7 +15,7 @@ struct CulmNode {
   std::uint32_t number = 0;  ///< from the ground
 };
 
-/// A culm upright up to breast height and the crown base and bent above.
+/// A culm upright up to breast height and the crown base and bent above. Its tip nods.
 class Culm {
  public:
   Culm(const TreeShape& shape, const Crown& crown, const CulmStyle& style, Random& random);
@@ -34,6 +34,7 @@ class Culm {
  private:
   void place_nodes(int internodes, Random& random);
   void bend(const TreeShape& shape, const Crown& crown, double bend_deg);
+  Point bow(double z_m) const;
 
   const CulmStyle& style_;
   double h_m_;
@@ -43,6 +44,7 @@ class Culm {
   double lean_azimuth_deg_ = 0.0;
   double bent_from_m_ = 0.0;  ///< the height of the tip if the culm is straight
   CubicBezier curve_{};       ///< above that
+  double bow_m_ = 0.0;        ///< the largest distance from that curve, below the nodding tip
   std::vector<Note> notes_{};
 };
 

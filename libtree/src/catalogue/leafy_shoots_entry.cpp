@@ -19,13 +19,15 @@ ShootKind shoot_kind_of(const JsonEntry& entry) {
 }  // namespace
 
 LeafyShoots leafy_shoots_of(const JsonEntry& entry) {
-  entry.allow_only({"picture", "length_m", "leaf_area_index", "angle_deg", "lift", "cross_deg"});
+  entry.allow_only(
+      {"picture", "length_m", "leaf_area_index", "angle_deg", "lift", "cross_deg", "whole_twigs"});
   LeafyShoots shoots{.picture = shoot_kind_of(entry)};
   shoots.length_m = entry.number("length_m", 0.05, 3.0);
   shoots.leaf_area_index = entry.number("leaf_area_index", 0.1, 20.0);
   shoots.angle_deg = entry.number("angle_deg", 0.0, 120.0);
   shoots.lift = entry.number("lift", -2.0, 2.0);
   shoots.cross_deg = entry.number("cross_deg", 10.0, 90.0);
+  shoots.is_whole_twig = entry.has("whole_twigs") && entry.get<bool>("whole_twigs");
   return shoots;
 }
 

@@ -327,9 +327,10 @@ class Reader {
     const json& attributes = *found;
     ReadPart part;
     if (primitive.contains("extras")) part.part = gltf_text(primitive["extras"], "part");
-    part.mesh.kind = part.part == "foliage"    ? PartKind::kFoliage
-                     : part.part == "branches" ? PartKind::kBranches
-                                               : PartKind::kStem;
+    part.mesh.kind = PartKind::kStem;
+    for (const PartKind kind : {PartKind::kBranches, PartKind::kFoliage, PartKind::kAerialRoots}) {
+      if (part.part == part_name(kind)) part.mesh.kind = kind;
+    }
     if (primitive.contains("material")) read_material(number(primitive, "material"), part);
     part.mesh.positions = attribute(attributes, "POSITION", 3, 0);
     const std::size_t rows = part.mesh.vertex_count();

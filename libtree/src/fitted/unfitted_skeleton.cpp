@@ -49,6 +49,13 @@ TreeShape shape_of(const Skeleton& skeleton) {
     }
   }
   shape.hc_m = std::clamp(shape.hc_m, shape.hcb_m, shape.h_m);
+  // Leaves have depth on a flat drawing too.
+  constexpr double kDepth = 0.1;
+  CrownRadii& r = shape.radii;
+  const double least = kDepth * std::max({r.east_m, r.west_m, r.south_m, r.north_m});
+  for (double* radius : {&r.east_m, &r.west_m, &r.south_m, &r.north_m}) {
+    *radius = std::max(*radius, least);
+  }
   return shape;
 }
 

@@ -392,12 +392,12 @@ TEST_CASE("a system with an invalid field is refused with file and field") {
   CHECK(with_value("conifer", "orders", "[2, 1]") == "maps[0].orders");
   CHECK(with_value("conifer", "orders", "[0, 1]") == "maps");
   CHECK(with_value("fern", "matrix", "[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1]]") ==
-        "maps[0].matrix");
-  CHECK(with_value("fern", "matrix", "[[0.5, 0, 0, 0], [0, 0.5, 0, 0]]") == "maps[0].matrix");
+        "maps[4].matrix");
+  CHECK(with_value("fern", "matrix", "[[0.5, 0, 0, 0], [0, 0.5, 0, 0]]") == "maps[4].matrix");
   CHECK(column_of_error("broadleaf", "\"trunk\"", "\"trunks\"") == "trunks");
   CHECK(column_of_error("broadleaf", "\"turn_deg\"", "\"twist_deg\"") == "maps[0].twist_deg");
   CHECK(column_of_error("broadleaf",
-                        "\"depth\": 6, \"least_scale\": 0.13",
+                        "\"depth\": 12, \"least_scale\": 0.18",
                         "\"depth\": 20, \"least_scale\": 0") == "recursion");
   CHECK(column_of_error("broadleaf", "silvafit-ifs/1", "silvafit-ifs/2") == "schema");
   CHECK(with_value("broadleaf", "depth", "4") == "accepted");

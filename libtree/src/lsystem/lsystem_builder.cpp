@@ -48,6 +48,13 @@ std::vector<LsystemPreset::Stage> stages_of(const JsonEntry& entry,
   return stages;
 }
 
+AerialRoots aerial_roots_of(const JsonEntry& entry) {
+  entry.allow_only({"spacing_m", "props", "diameter_m"});
+  return {.spacing_m = entry.number("spacing_m", 0.1, 100.0),
+          .props = entry.number("props", 0.0, 1.0),
+          .diameter_m = entry.number("diameter_m", 0.005, 1.0)};
+}
+
 /// The same drawing with another azimuth.
 void turn_about_stem(Skeleton& skeleton, double angle_rad) {
   const double c = std::cos(angle_rad);
@@ -86,6 +93,7 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "bark",
                     "leaves",
                     "leafy_shoots",
+                    "aerial_roots",
                     "bud",
                     "basis"});
   LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
@@ -93,6 +101,9 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
   preset.style.bark_kind = bark_kind_of(entry);
   if (entry.has("leafy_shoots")) {
     preset.style.shoots = leafy_shoots_of(entry.child("leafy_shoots"));
+  }
+  if (entry.has("aerial_roots")) {
+    preset.style.aerial_roots = aerial_roots_of(entry.child("aerial_roots"));
   }
   for (const JsonEntry& look : entry.children("leaves")) {
     preset.style.leaves.push_back(leaf_look_of(look));

@@ -165,20 +165,31 @@ TEST_CASE("a shrub has several stems from the ground") {
   CHECK(from_ground == 6);
 }
 
-TEST_CASE("a banyan's aerial roots hang straight down and bear nothing") {
-  Random random(4);
-  const Skeleton banyan = shipped("banyan").grow_freely(15.0, random);
-  int roots = 0;
-  for (std::uint32_t i = 1; i < banyan.axes.size(); ++i) {
-    const auto points = banyan.points_of(banyan.axes[i]);
-    const Point last = points.back().at - (points.end() - 2)->at;
-    if (points.size() != 5 || last.z > -0.95 * length(last)) continue;
-    ++roots;
-    CHECK(std::none_of(banyan.leaves.begin(), banyan.leaves.end(), [i](const LeafSite& leaf) {
-      return leaf.axis == i;
-    }));
+TEST_CASE("a banyan's aerial roots hang below its limbs, and some stand on the ground") {
+  const Morphology tree = sized(60, 14, 4, 16);
+  const LsystemBuilder& banyan = shipped("banyan");
+  const Crown crown(banyan.shape_of(tree), banyan.preset().crown_index);
+  for (int level = 0; level < kLevelsOfDetail; ++level) {
+    INFO("level " << level);
+    const SceneTree grown =
+        grow_tree(tree, banyan, {.mesh = level_of_detail(level, {.textured = true})});
+    // The props are lower than the crown base, and as thick as they like at 1.3 m.
+    test::check_mesh_measurements(tree, grown);
+    const MeshPart& roots = grown.mesh.parts.back();
+    REQUIRE(roots.kind == PartKind::kAerialRoots);
+    CHECK(test::open_edges(roots) == 0);
+    CHECK(test::volume_m3(roots) > 0.0);
+    std::set<std::pair<int, int>> feet;
+    for (std::size_t v = 0; v < roots.vertex_count(); ++v) {
+      const Point at = test::vertex_of(roots, v);
+      REQUIRE(at.z >= 0.0);
+      REQUIRE(at.z < tree.h_m);
+      // Half a meter beside the limb at most: the bow of a prop, and its foot.
+      REQUIRE(std::hypot(at.x, at.y) < 8.5);
+      if (at.z == 0.0) feet.insert({static_cast<int>(at.x), static_cast<int>(at.y)});
+    }
+    CHECK(feet.size() >= 5);
   }
-  CHECK(roots > 10);
 }
 
 TEST_CASE("the mesh of any valid tree of any grammar has its measurements") {

@@ -103,6 +103,7 @@ Measurements measure(const Mesh& mesh) {
   Measurements measured{.h_m = 0.0, .hcb_m = kInfinity};
   Reach reach;
   for (const MeshPart& part : mesh.parts) {
+    if (part.kind == PartKind::kAerialRoots) continue;
     for (std::size_t i = 0; i < part.vertex_count(); ++i) {
       const Vertex v = vertex_of(part, i);
       measured.h_m = std::max(measured.h_m, v.y);

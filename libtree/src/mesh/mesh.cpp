@@ -67,6 +67,8 @@ const char* part_name(PartKind kind) {
       return "branches";
     case PartKind::kFoliage:
       return "foliage";
+    case PartKind::kAerialRoots:
+      return "aerial-roots";
   }
   return "";
 }

@@ -71,6 +71,7 @@ struct ShootSite {
   std::uint32_t axis = 0;
   double along_m = 0.0;
   double rest_m = 0.0;  ///< up to the end of the axis
+  double twig_m = 0.0;  ///< length of the twig that the shoot is, if it is a whole one
 };
 
 /// Length of the stem above its highest branch.
@@ -84,9 +85,11 @@ double bare_top_m(const Skeleton& skeleton) {
 
 /// The ends of all branches that are drawn as wood, and the top of the stem, so that all have
 /// leaves.
+/// \param usual  number of the tree's shoots
 std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
                                      const std::vector<LeafyPart>& parts,
                                      double size_m,
+                                     std::size_t usual,
                                      const MeshOptions& options) {
   std::vector<ShootSite> sites;
   const double stem_m = length_of(skeleton.points_of(skeleton.axes.front()));
@@ -102,13 +105,17 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
     const double diameter_m = 2.0 * skeleton.points[axis.first].radius_m;
     if (axis.order > 1 && diameter_m < options.thinnest_wood_m) continue;
     sites.push_back({part.axis, part.whole_m, 0.0});
-    // Thick wood does not reach far beyond its leaves.
-    constexpr double kThick = 0.03;
-    for (int i = 1; i <= 3 && diameter_m > kThick; ++i) {
-      const double back_m = 0.6 * i * size_m;
-      if (back_m < 0.5 * part.whole_m) {
-        sites.push_back({part.axis, part.whole_m - back_m, back_m});
-      }
+  }
+  // Thick wood does not reach far beyond its leaves.
+  for (const LeafyPart& part : parts) {
+    if (sites.size() >= usual) break;
+    constexpr double kThick = 0.025;
+    constexpr int kMostOnLimb = 8;
+    if (2.0 * skeleton.points[skeleton.axes[part.axis].first].radius_m < kThick) continue;
+    for (int i = 1; i <= kMostOnLimb; ++i) {
+      const double back_m = 0.45 * i * size_m;
+      if (back_m > 0.5 * part.whole_m) break;
+      sites.push_back({part.axis, part.whole_m - back_m, back_m});
     }
   }
   return sites;
@@ -119,6 +126,20 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
 ShootSite joined(const ShootSite& site, double size_m) {
   const double along_m = std::floor(site.along_m / size_m) * size_m;
   return {site.axis, along_m, 0.0};
+}
+
+/// All twigs, and the top of the stem.
+std::vector<ShootSite> sites_of_whole_twigs(const Skeleton& skeleton,
+                                            const std::vector<LeafyPart>& parts) {
+  std::vector<ShootSite> sites;
+  const double stem_m = length_of(skeleton.points_of(skeleton.axes.front()));
+  std::vector<bool> bears(skeleton.axes.size(), false);
+  for (std::size_t i = 1; i < skeleton.axes.size(); ++i) bears[skeleton.axes[i].parent] = true;
+  for (const LeafyPart& part : parts) {
+    if (!bears[part.axis]) sites.push_back({part.axis, 0.0, part.whole_m, part.whole_m});
+  }
+  sites.push_back({0, stem_m, 0.0});
+  return sites;
 }
 
 /// A number of sites at equal distances along all leafy parts.
@@ -160,27 +181,20 @@ class CardWriter {
   void add(const OnAxis& place, double end, double size_m, std::uint32_t number, Jitter& jitter) {
     const Point outward = light_.outward(place.at);
     const Point along = direction_of(place, end, outward, number, jitter);
-    double size = size_m * (1.0 + 0.15 * jitter.next());
+    const double size = size_m * (1.0 + 0.15 * jitter.next());
     Point base = place.at;
     // A shoot that would reach out of the crown starts farther inside, and is shorter if it must.
     const double room = crown_.length_inside_m(base, along, size);
     base = base - std::min(size - room, 0.75 * size) * along;
     if (!crown_.contains(base)) base = crown_.confine(base);
-    constexpr double kSmaller = 0.9;
-    constexpr double kSmallest = 0.3;
-    const Point up = upper_side(along, outward, jitter);
-    const double turn = kRadian * shoots_.cross_deg;
-    const Point side = cross(along, up);
-    const Point crossed = std::cos(turn) * side + std::sin(turn) * up;
-    while (size > kSmallest * size_m && !(fits({base, size * along, 0.5 * size * side}) &&
-                                          fits({base, size * along, 0.5 * size * crossed}))) {
-      size *= kSmaller;
-    }
-    const std::size_t picture = (number * 2654435761U >> 13U) % kShootsPerAtlas;
-    const double shade = 1.0 + variation_ * jitter.next();
-    const Bytes4 color = shaded(base + 0.5 * size * along, shade);
-    card({base, size * along, 0.5 * size * side}, picture, outward, color);
-    card({base, size * along, 0.5 * size * crossed}, picture, outward, color);
+    crossed_cards(base, along, size, outward, number, jitter);
+  }
+
+  /// A whole twig, which stays at its branch and is shorter if it would reach out of the crown.
+  void add_twig(Point base, Point chord, double size_m, std::uint32_t number, Jitter& jitter) {
+    const Point along = direction(direction(chord) + Point{0.0, 0.0, shoots_.lift});
+    const double room = crown_.length_inside_m(base, along, size_m);
+    if (room > 0.0) crossed_cards(base, along, room, light_.outward(base), number, jitter);
   }
 
  private:
@@ -205,6 +219,29 @@ class CardWriter {
                          0.35 * Point{jitter.next(), jitter.next(), jitter.next()};
     const Point up = wanted - dot(wanted, along) * along;
     return direction(up, direction(cross(along, {0.6, -0.48, 0.64})));
+  }
+
+  /// Two cards, each smaller if the crown has no room for it.
+  void crossed_cards(
+      Point base, Point along, double size_m, Point outward, std::uint32_t number, Jitter& jitter) {
+    const Point up = upper_side(along, outward, jitter);
+    const double turn = kRadian * shoots_.cross_deg;
+    const Point side = cross(along, up);
+    const Point crossed = std::cos(turn) * side + std::sin(turn) * up;
+    const std::size_t picture = (number * 2654435761U >> 13U) % kShootsPerAtlas;
+    const double shade = 1.0 + variation_ * jitter.next();
+    const Bytes4 color = shaded(base + 0.5 * size_m * along, shade);
+    card(fitted(base, size_m * along, 0.5 * size_m * side), picture, outward, color);
+    card(fitted(base, size_m * along, 0.5 * size_m * crossed), picture, outward, color);
+  }
+
+  /// A card that is inside the crown, if three tenths of its size suffice for this.
+  Card fitted(Point base, Point along, Point across) const {
+    constexpr double kSmaller = 0.9;
+    constexpr double kSmallest = 0.3;
+    double scale = 1.0;
+    while (scale > kSmallest && !fits({base, scale * along, scale * across})) scale *= kSmaller;
+    return {base, scale * along, scale * across};
   }
 
   bool fits(const Card& card) const {
@@ -315,9 +352,15 @@ void add_shoots(const Skeleton& skeleton,
   const double larger = std::sqrt(static_cast<double>(options.foliage_per));
   const double size_m = larger * number.scale * shoots.length_m;
   Jitter places(random);
-  std::vector<ShootSite> sites = sites_at_ends(skeleton, parts, size_m, options);
-  const int rest = number.shoots - static_cast<int>(sites.size());
-  add_sites_along(skeleton, parts, leafy_m, rest, size_m, places, sites);
+  std::vector<ShootSite> sites;
+  if (shoots.is_whole_twig) {
+    sites = sites_of_whole_twigs(skeleton, parts);
+  } else {
+    const auto usual = static_cast<std::size_t>(number.shoots);
+    sites = sites_at_ends(skeleton, parts, size_m, usual, options);
+    const int rest = number.shoots - static_cast<int>(sites.size());
+    add_sites_along(skeleton, parts, leafy_m, rest, size_m, places, sites);
+  }
 
   const std::size_t drawn = sites.size() / static_cast<std::size_t>(options.foliage_per) + 2;
   build.reserve(8 * drawn, 4 * drawn);
@@ -329,6 +372,11 @@ void add_shoots(const Skeleton& skeleton,
     OnAxis place = on_axis(skeleton.points_of(skeleton.axes[site.axis]), site.along_m);
     if (shift) place.at = place.at + shift(site.axis, place.at);
     place.at = crown.confine(place.at);
+    if (site.twig_m > 0.0) {
+      const auto twig = skeleton.points_of(skeleton.axes[site.axis]);
+      writer.add_twig(place.at, twig.back().at - twig.front().at, larger * site.twig_m, i, jitter);
+      continue;
+    }
     // The last shoots of a branch continue it.
     const double end = std::clamp(1.0 - site.rest_m / (0.6 * size_m), 0.0, 1.0);
     writer.add(place, end, size_m, i, jitter);

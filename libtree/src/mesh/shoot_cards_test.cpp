@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "silvafit/tree/builder.hpp"
+#include "test_support/fitted_test_support.hpp"
 #include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"
 #include "test_support/tree_test_support.hpp"
@@ -72,13 +73,44 @@ TEST_CASE("leaves have the length in their picture, unless the crown is very lar
   CHECK(number(30.0).shoots <= 1700);
 }
 
+TEST_CASE("a shoot that is a whole twig starts at its branch and has the twig's length") {
+  // A stem with a branch to the east, which bears two twigs.
+  test::HandMade tree;
+  tree.axis(0, {{{0, 0, 0}, 0.1}, {{0, 0, 10}, 0.0}});
+  const auto branch = tree.axis(0, {{{0, 0, 9}, 0.03}, {{3, 0, 9}, 0.0}});
+  tree.axis(branch, {{{1, 0, 9}, 0.005}, {{1, 0.8, 9}, 0.0}});
+  tree.axis(branch, {{{2, 0, 9}, 0.005}, {{2, -0.5, 9}, 0.0}});
+  const TreeShape shape = complete(tall_tree(12.0), 0.35, "test");
+  const Crown crown(shape, {});
+  const LeafyShoots fronds{
+      .picture = ShootKind::kFrond, .lift = 0.0, .cross_deg = 20.0, .is_whole_twig = true};
+  MeshPart foliage{.kind = PartKind::kFoliage};
+  PartBuilder build(foliage);
+  Random random(1);
+  add_shoots(tree.take(), crown, fronds, 0.1, random, {.textured = true}, {}, build);
+  build.finish();
+  // Two cards for each twig, and for the top of the stem.
+  REQUIRE(foliage.triangle_count() == 12);
+  for (std::size_t card = 0; card < 4; ++card) {
+    // The first two corners are those at the base.
+    const Point base =
+        0.5 * (test::vertex_of(foliage, 4 * card) + test::vertex_of(foliage, 4 * card + 1));
+    const Point end =
+        0.5 * (test::vertex_of(foliage, 4 * card + 2) + test::vertex_of(foliage, 4 * card + 3));
+    const bool is_first = card < 2;
+    CHECK(length(base - Point{is_first ? 1.0 : 2.0, 0.0, 9.0}) < 1e-5);
+    CHECK(length(end - base) == Approx(is_first ? 0.8 : 0.5).epsilon(1e-5));
+  }
+}
+
 TEST_CASE("trees of every preset with pictures have at most some ten thousand triangles") {
   for (const BuilderKind kind : kBuilders) {
     for (const Builder* builder : all_builders().of(kind)) {
       for (const double cw_m : {3.0, 7.0, 14.0}) {
         const SceneTree grown = grow_tree(tall_tree(cw_m), *builder, {.mesh = {.textured = true}});
         INFO(builder->name() << ' ' << cw_m << ": " << grown.mesh.triangle_count());
-        CHECK(grown.mesh.triangle_count() <= 15000);
+        // A banyan has some thousand triangles of aerial roots.
+        CHECK(grown.mesh.triangle_count() <= 16000);
       }
     }
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "mesh/aerial_roots.hpp"
 #include "mesh/level_of_detail.hpp"
 #include "mesh/mesh_checks.hpp"
 #include "mesh/polygon.hpp"
@@ -160,14 +161,6 @@ double thinnest_wood_m(const Limbs& limbs, const WoodRings& rings, const MeshOpt
   return options.thinnest_wood_m;
 }
 
-/// With textures, thin limbs are in the pictures of shoots.
-MeshOptions with_drawn_wood(const Limbs& limbs, const Crown& crown, const MeshOptions& options) {
-  if (!options.textured) return options;
-  MeshOptions limited = options;
-  limited.thinnest_wood_m = thinnest_wood_m(limbs, WoodRings(limbs, crown, options), options);
-  return limited;
-}
-
 void add_wood(const Limbs& limbs,
               const WoodRings& rings,
               const SmoothStyle& style,
@@ -230,17 +223,26 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
   check_looks(skeleton, style);
   check_finite(skeleton);
   const Limbs limbs(skeleton);
-  const MeshOptions drawn = with_drawn_wood(limbs, crown, options);
-  const WoodRings rings(limbs, crown, drawn);
+  WoodRings rings(limbs, crown, options);
+  // With textures, thin limbs are in the pictures of shoots.
+  MeshOptions drawn = options;
+  if (options.textured) {
+    // Aerial roots take about a fifth of the triangles.
+    if (style.aerial_roots) drawn.most_wood = 4 * options.most_wood / 5;
+    drawn.thinnest_wood_m = thinnest_wood_m(limbs, rings, drawn);
+    rings.omit_thinner(drawn.thinnest_wood_m);
+  }
   MeshPart stem{.kind = PartKind::kStem, .color = style.bark};
   MeshPart branches{.kind = PartKind::kBranches, .color = style.bark};
   MeshPart foliage{.kind = PartKind::kFoliage,
                    .color = leaf_material(skeleton, style, options.vertex_colors),
                    .double_sided = true};
+  MeshPart roots{.kind = PartKind::kAerialRoots, .color = style.bark};
   const bool has_shoots = options.textured && style.shoots && !style.leaves.empty();
   if (options.textured) {
-    stem.texture = branches.texture = bark_texture(style.bark_kind);
-    stem.normal_texture = branches.normal_texture = bark_normals(style.bark_kind);
+    stem.texture = branches.texture = roots.texture = bark_texture(style.bark_kind);
+    stem.normal_texture = branches.normal_texture = roots.normal_texture =
+        bark_normals(style.bark_kind);
     if (!style.leaves.empty()) foliage.texture = style.leaves.front().texture;
   }
   if (has_shoots) {
@@ -253,7 +255,7 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
   {
     PartBuilder stem_builder(stem);
     PartBuilder branch_builder(branches);
-    add_wood(limbs, rings, style, drawn, stem_builder, branch_builder);
+    add_wood(limbs, rings, style, options, stem_builder, branch_builder);
     PartBuilder foliage_builder(foliage);
     if (has_shoots) {
       const auto shift = [&limbs](std::uint32_t axis, Point place) {
@@ -267,13 +269,17 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
       writer.reserve(skeleton);
       add_leaves(skeleton, limbs, random, options, style, writer);
     }
-    for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder}) {
+    PartBuilder root_builder(roots);
+    if (style.aerial_roots) {
+      add_aerial_roots(skeleton, limbs, *style.aerial_roots, random, options, root_builder);
+    }
+    for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder, &root_builder}) {
       builder->finish();
     }
   }
   Mesh mesh{.surface_error_m = wood_error_m(limbs, crown, rings, options)};
-  mesh.parts.reserve(3);
-  for (MeshPart* part : {&stem, &branches, &foliage}) {
+  mesh.parts.reserve(4);
+  for (MeshPart* part : {&stem, &branches, &foliage, &roots}) {
     tree::check_finite(*part);
     if (!part->indices.empty()) mesh.parts.push_back(std::move(*part));
   }

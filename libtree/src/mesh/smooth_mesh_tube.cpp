@@ -102,11 +102,29 @@ std::span<const Point> WoodRings::corners_of(const Limb& limb) const {
   return sides_of(limb) == options_.branch_sides ? branch_corners_ : twig_corners_;
 }
 
+bool WoodRings::is_omitted(const Limb& limb, double thinnest_m) const {
+  const bool is_thin = 2.0 * limbs_.knots_of(limb).front().radius_m < thinnest_m;
+  return is_thin && limbs_.drawn_knots(limb, 0) == 0;
+}
+
+void WoodRings::omit_thinner(double diameter_m) {
+  std::size_t kept = 0;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < limbs_.all().size(); ++i) {
+    const std::size_t end = first_[i + 1];
+    if (!is_omitted(limbs_.all()[i], diameter_m)) {
+      for (; begin < end; ++begin) rings_[kept++] = rings_[begin];
+    }
+    begin = end;
+    first_[i + 1] = kept;
+  }
+  rings_.resize(kept);
+}
+
 void WoodRings::add(const Limb& limb) {
   const std::size_t drawn = limbs_.drawn_knots(limb, options_.wood_order);
   if (drawn < 2) return;
-  const bool is_thin = 2.0 * limbs_.knots_of(limb).front().radius_m < options_.thinnest_wood_m;
-  if (options_.textured && is_thin && limbs_.drawn_knots(limb, 0) == 0) return;
+  if (options_.textured && is_omitted(limb, options_.thinnest_wood_m)) return;
   take_steps(limb, drawn);
   const bool is_stem = limb.axis == 0;
   if (is_stem) {

@@ -32,8 +32,12 @@ class WoodRings {
   }
   int sides_of(const Limb& limb) const;
 
+  /// Omits limbs that are thinner than this at their base, except those that define a measurement.
+  void omit_thinner(double diameter_m);
+
  private:
   void add(const Limb& limb);
+  bool is_omitted(const Limb& limb, double thinnest_m) const;
   void take_steps(const Limb& limb, std::size_t drawn_knots);
   void keep_needed(double tolerance_m, double bend);
   void place_base(const Limb& limb, Ring& base) const;

@@ -221,23 +221,25 @@ Mesh with_joined_wood(Mesh mesh) {
   const auto part_of = [&mesh](PartKind kind) {
     return std::ranges::find(mesh.parts, kind, &MeshPart::kind);
   };
-  const auto branches = part_of(PartKind::kBranches);
-  const auto stem = part_of(PartKind::kStem);
-  if (stem == mesh.parts.end() || branches == mesh.parts.end()) return mesh;
-  const auto before = static_cast<std::uint32_t>(stem->vertex_count());
-  const auto append = [&](auto values) {
-    auto& whole = *stem.*values;
-    const auto& added = *branches.*values;
-    whole.insert(whole.end(), added.begin(), added.end());
-  };
-  append(&MeshPart::positions);
-  append(&MeshPart::normals);
-  append(&MeshPart::colors);
-  append(&MeshPart::uvs);
-  append(&MeshPart::tangents);
-  stem->indices.reserve(stem->indices.size() + branches->indices.size());
-  for (const std::uint32_t index : branches->indices) stem->indices.push_back(before + index);
-  mesh.parts.erase(branches);
+  for (const PartKind kind : {PartKind::kBranches, PartKind::kAerialRoots}) {
+    const auto stem = part_of(PartKind::kStem);
+    const auto other = part_of(kind);
+    if (stem == mesh.parts.end() || other == mesh.parts.end()) continue;
+    const auto before = static_cast<std::uint32_t>(stem->vertex_count());
+    const auto append = [&](auto values) {
+      auto& whole = *stem.*values;
+      const auto& added = *other.*values;
+      whole.insert(whole.end(), added.begin(), added.end());
+    };
+    append(&MeshPart::positions);
+    append(&MeshPart::normals);
+    append(&MeshPart::colors);
+    append(&MeshPart::uvs);
+    append(&MeshPart::tangents);
+    stem->indices.reserve(stem->indices.size() + other->indices.size());
+    for (const std::uint32_t index : other->indices) stem->indices.push_back(before + index);
+    mesh.parts.erase(other);
+  }
   return mesh;
 }
 

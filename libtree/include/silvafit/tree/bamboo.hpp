@@ -19,6 +19,9 @@ struct CulmStyle {
   double bend_sd_deg = 1.5;
   double sun_azimuth_deg = 180.0;  ///< direction in which culms lean, from north over east
   double sun_azimuth_sd_deg = 60.0;
+  /// How far the upper culm bows before its tip nods to the other side, by the crown's length. None
+  /// if the bend was measured; less in a narrow crown.
+  double nod = 0.04;
   double internode_m = 0.26;  ///< mean length, if the number of internodes was not measured
   int internodes_least = 8;
   int internodes_most = 90;

@@ -17,6 +17,9 @@ struct LeafyShoots {
   double angle_deg = 40.0;  ///< between a shoot and its branch
   double lift = 0.3;        ///< how far shoots turn up (or down, if negative), relative to outward
   double cross_deg = 90.0;  ///< between the two cards; the first one faces up
+  /// A shoot is a whole twig, from its base to its tip, as a pinna of a fern. The twigs then give
+  /// the number and the lengths of the shoots.
+  bool is_whole_twig = false;
 };
 
 }  // namespace silvafit::tree

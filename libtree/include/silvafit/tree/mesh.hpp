@@ -12,12 +12,14 @@
 
 namespace silvafit::tree {
 
-enum class PartKind { kStem, kBranches, kFoliage };
+/// Aerial roots hang from the limbs, some of them down to the ground. They are no part of the crown
+/// or of the stem, and no measurement includes them.
+enum class PartKind { kStem, kBranches, kFoliage, kAerialRoots };
 
-/// Name of a kind of part in files: stem, branches, foliage.
+/// Name of a kind of part in files: stem, branches, foliage, aerial-roots.
 const char* part_name(PartKind kind);
 
-/// Stem and branches share the bark material; foliage has the leaf material.
+/// Stem, branches and aerial roots share the bark material; foliage has the leaf material.
 enum class MaterialKind { kBark, kLeaf };
 
 MaterialKind material_of(PartKind kind);
@@ -50,7 +52,7 @@ struct MeshPart {
   std::size_t triangle_count() const { return indices.size() / 3; }
 };
 
-/// A tree: stem, branches and foliage, each at most one part. The stem is closed.
+/// A tree: stem, branches, foliage and aerial roots, each at most one part. The stem is closed.
 struct Mesh {
   std::vector<MeshPart> parts{};
   /// Upper bound of the distance between the surfaces of stem and branches of this mesh and of the

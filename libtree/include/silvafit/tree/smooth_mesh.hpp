@@ -40,6 +40,13 @@ struct LeafLook {
   std::array<double, 4> picture{0.0, 0.0, 1.0, 1.0};
 };
 
+/// Roots that grow down from limbs, as of banyans.
+struct AerialRoots {
+  double spacing_m = 1.0;   ///< between roots along a limb
+  double props = 0.3;       ///< proportion that has reached the ground
+  double diameter_m = 0.1;  ///< of the thickest prop; a root is thinner than its limb
+};
+
 struct SmoothStyle {
   Color bark{};
   BarkKind bark_kind = BarkKind::kSmooth;
@@ -47,6 +54,7 @@ struct SmoothStyle {
   /// With textures: shoots along the branches, in the color of the first look, instead of a leaf at
   /// each site.
   std::optional<LeafyShoots> shoots{};
+  std::optional<AerialRoots> aerial_roots{};
 };
 
 /// Tubes along cubic Hermite curves through the axes' points, with frames that do not twist about
