@@ -270,6 +270,7 @@ void resolve_repeated_trees(const std::string& tree_column,
   for (std::size_t row = 0; row < inventory.size(); ++row) {
     const bool is_repeated = next != repeated.end() && next->row == row;
     if (is_repeated && next->is_same_tree) {
+      if (next->is_later) ++numbers.later;
       exclude_same_tree(*next++, tree_column, checked);
       continue;
     }
@@ -290,6 +291,13 @@ void resolve_repeated_trees(const std::string& tree_column,
 
 std::vector<std::string> RepeatedNumbers::notes() const {
   std::vector<std::string> notes;
+  if (later > 0) {
+    notes.push_back(fmt::format(
+        "{} later measurements of trees and {} skipped; study --period COLUMN models the rows of "
+        "all times, and stand --growth compares them",
+        counted(later, "row has", "rows have"),
+        later == 1 ? "was" : "were"));
+  }
   if (renamed > 0) {
     notes.push_back(fmt::format(
         "{} the number of another tree of the same plot and got a new one, the first: {}",

@@ -18,6 +18,7 @@ struct RepeatedNumbers {
   std::size_t stems = 0;        ///< of these, at the position of the other tree
   std::size_t unplaced = 0;     ///< of these, without a position and a time
   std::string first_renamed{};  ///< its line and its new number
+  std::size_t later = 0;        ///< skipped rows that measure a tree at a later time
 
   std::vector<std::string> notes() const;
 };

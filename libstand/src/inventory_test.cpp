@@ -224,8 +224,11 @@ TEST_CASE("a tree without a position that was measured again is counted once") {
                                  "6 tree: the same tree is on line 3, measured at another time",
                                  "7 tree: the same tree is on line 4, measured at another time"});
   CHECK_FALSE(has_note(checked, "year=COLUMN"));
+  CHECK(has_note(checked, "3 rows have later measurements of trees and were skipped"));
+  CHECK(has_note(checked, "--period COLUMN"));
   const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
   CHECK(unknown.inventory.size() == 7);
+  CHECK_FALSE(has_note(unknown, "--period"));
   CHECK(has_note(unknown, "3 of these have no position; if they are later measurements"));
   // Two trees of one number and one time are two.
   const CheckedInventory one_time =

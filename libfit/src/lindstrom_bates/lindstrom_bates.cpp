@@ -347,6 +347,7 @@ bool LindstromBates::linearize(const LindstromBatesState& state,
                                Linearization& at) {
   if (passes_left_ <= 0) return false;
   --passes_left_;
+  ++work_.passes;
   const LinearizationPoint point{.coefficients = own_values(all_, state.beta),
                                  .effects = own_effects(state),
                                  .variance = variance_parameters(state.theta),
@@ -441,7 +442,9 @@ double LindstromBates::take_step(LindstromBatesState& state,
   return 0.0;
 }
 
-bool LindstromBates::penalized_least_squares(LindstromBatesState& state, Linearization& at) {
+bool LindstromBates::penalized_least_squares(LindstromBatesState& state,
+                                             Linearization& at,
+                                             double tolerance) {
   if (!linearize(state, nullptr, at)) return false;
   constexpr int kSteps = 100;
   // Many consecutive short steps do not lead to a solution.
@@ -454,11 +457,11 @@ bool LindstromBates::penalized_least_squares(LindstromBatesState& state, Lineari
     const double current =
         at.squares.sum() + state.spherical.squaredNorm() + state.outer_spherical.squaredNorm();
     const double decrement = (current - target.sum_of_squares) / target.sigma2;
-    // The rounding error of the two sums is about n times the last digit.
     constexpr double kEnough = 1e-12;
-    if (decrement <= kEnough || (decrement < 1e-7 && decrement >= 0.5 * last_decrement)) {
-      return true;
-    }
+    // The steps converge slowly, or not at all because of rounding.
+    const bool is_slow = decrement < tolerance && decrement >= 0.5 * last_decrement;
+    const bool is_rounded = decrement < kLoosestSquares && decrement >= last_decrement;
+    if (decrement <= kEnough || is_slow || is_rounded) return true;
     last_decrement = decrement;
     const double length = take_step(state, at, target);
     if (length == 0.0) return decrement < 1e-6;

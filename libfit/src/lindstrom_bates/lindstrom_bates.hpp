@@ -42,6 +42,18 @@ struct LindstromBatesOutcome {
   Obstacle obstacle{};    ///< the reason if it did not converge
 };
 
+/// The work of runs.
+struct LindstromBatesWork {
+  int passes = 0;  ///< over the data, to linearize the model
+  int alternations = 0;
+
+  LindstromBatesWork& operator+=(const LindstromBatesWork& other) {
+    passes += other.passes;
+    alternations += other.alternations;
+    return *this;
+  }
+};
+
 /// A fit as the start of one with a larger variance function.
 struct SmallerVariance {
   LindstromBatesState state{};
@@ -97,6 +109,8 @@ class LindstromBates {
   void set_short_step_limit(int short_steps) { short_steps_ = short_steps; }
   /// Maximum number of linearizations of the following runs; one is a pass over the data.
   void set_passes(int passes) { passes_left_ = passes; }
+  /// The work of all runs.
+  const LindstromBatesWork& work() const { return work_; }
   /// Newton decrement of theta below which an alternation has converged.
   void set_tolerance(double decrement) { tolerance_ = decrement; }
   /// Alternates until both steps leave the estimates unchanged.
@@ -112,6 +126,8 @@ class LindstromBates {
   /// Steps of the variance components per iteration: sufficient after the linearization has
   /// converged; more are useless before that.
   static constexpr int kThetaSteps = 30;
+  /// The largest tolerance of penalized least squares.
+  static constexpr double kLoosestSquares = 1e-7;
 
   Eigen::Index random_parameter_count() const {
     return inner_factor_.parameter_count() + outer_factor_.parameter_count();
@@ -139,7 +155,11 @@ class LindstromBates {
   /// (p x G) random effects of a state in the coefficients' own units.
   Eigen::MatrixXd own_effects(const LindstromBatesState& state) const;
   bool linearize(const LindstromBatesState& state, const Linearization* before, Linearization& at);
-  bool penalized_least_squares(LindstromBatesState& state, Linearization& at);
+  /// Minimizes the penalized squares of the random effects and coefficients.
+  /// \param tolerance  squared standard errors within which slow convergence ends the search
+  bool penalized_least_squares(LindstromBatesState& state,
+                               Linearization& at,
+                               double tolerance = kLoosestSquares);
   /// Moves towards the target while the penalized squares decrease; returns the step length
   /// relative to the whole, 0 if none.
   double take_step(LindstromBatesState& state, Linearization& at, const LinearMixedProfile& target);
@@ -169,6 +189,7 @@ class LindstromBates {
   double tolerance_ = 1e-12;
   int short_steps_ = 6;
   int passes_left_ = std::numeric_limits<int>::max();
+  LindstromBatesWork work_;
 };
 
 }  // namespace silvafit::fit

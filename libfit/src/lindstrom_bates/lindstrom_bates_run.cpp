@@ -33,6 +33,7 @@ class LindstromBates::Run {
         mixing_.restart();
         hessian_.resize(0, 0);
       }
+      ++engine_.work_.alternations;
       if (!optimize_theta()) return ended({.text = "the linear model there has no likelihood"});
       note(iteration);
       if (outcome_.converged) return outcome_;
@@ -216,13 +217,16 @@ class LindstromBates::Run {
   }
 
   bool careful_step(const VectorXd& theta) {
+    // Errors of the coefficients change the variance components, which must settle.
+    constexpr double kShare = 0.01;
+    const double tolerance = std::min(kLoosestSquares, kShare * outcome_.decrement);
     // Shorter steps of the variance components make no progress.
     constexpr double kShortestMove = 1e-2;
     VectorXd target = theta;
     for (length_ = 1.0; length_ >= kShortestMove; length_ *= 0.5) {
       LindstromBatesState trial = engine_.with_theta(last_, target);
       auto point = std::make_shared<Linearization>();
-      if (engine_.penalized_least_squares(trial, *point)) {
+      if (engine_.penalized_least_squares(trial, *point, tolerance)) {
         state_ = std::move(trial);
         at_ = std::move(point);
         return true;

@@ -28,6 +28,9 @@ constexpr double kSameLikelihood = 1e-7;
 // Most converging runs need fewer passes over the data; most others never converge.
 constexpr int kPassesOfOneRun = 500;
 constexpr int kPassesOfAllRuns = 2000;
+// A run from an earlier fit, or from a maximum of a marginal likelihood, nearly always converges,
+// but slowly if penalized least squares does.
+constexpr int kPassesFromFit = 1500;
 // Converged: the next iteration would change theta by less than 1e-6 standard errors.
 constexpr double kTolerance = 1e-12;
 
@@ -186,7 +189,8 @@ class NestedVarianceSearch {
         search.try_all_starts();
       }
     }
-    return {.engine = std::move(engine), .outcome = search.best()};
+    work_ += engine->work();
+    return {.engine = std::move(engine), .outcome = search.best(), .work = work_};
   }
 
  private:
@@ -228,6 +232,7 @@ class NestedVarianceSearch {
   double spread_;
   PooledFit pooled_;
   std::map<std::string, Known> known_;
+  LindstromBatesWork work_;
 };
 
 /// Whether coefficients are equal except for rounding, so that another search is useless.
@@ -281,27 +286,28 @@ LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
   return best;
 }
 
-std::optional<MixedEffectsFit> lindstrom_bates_from(const NonlinearModel& model,
-                                                    const MixedEffectsFit& start,
-                                                    const MixedEffectsOptions& options) {
+LindstromBatesEnd lindstrom_bates_from(const NonlinearModel& model,
+                                       const MixedEffectsFit& start,
+                                       const MixedEffectsOptions& options) {
   const PooledFit pooled = pooled_fit(model, start.estimate, options);
   LindstromBates engine(model, pooled, model.specification().variance, options);
   engine.set_tolerance(kTolerance);
-  engine.set_passes(kPassesOfOneRun);
+  engine.set_passes(kPassesFromFit);
   const LindstromBatesOutcome outcome =
       run_from(engine, engine.start_at(start), Alternation::kInterleaved);
-  if (!outcome.is_valid) return std::nullopt;
+  LindstromBatesEnd end{.work = engine.work()};
+  if (!outcome.is_valid) return end;
   const bool is_above =
       outcome.log_likelihood > least_likelihood(model.specification().variance, pooled);
-  MixedEffectsFit fit = engine.result(outcome);
-  if (!is_above) fit.convergence.status = ConvergenceStatus::kMaximumNotReached;
-  return fit;
+  end.fit = engine.result(outcome);
+  if (!is_above) end.fit->convergence.status = ConvergenceStatus::kMaximumNotReached;
+  return end;
 }
 
 std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model,
                                                      const MixedEffectsFit& start,
                                                      const MixedEffectsOptions& options) {
-  std::optional<MixedEffectsFit> fit = lindstrom_bates_from(model, start, options);
+  std::optional<MixedEffectsFit> fit = lindstrom_bates_from(model, start, options).fit;
   if (!fit || !fit->convergence.converged()) return std::nullopt;
   describe(model, *fit);
   judge(model, *fit, Rounds::kAlternations, options.reml);

@@ -22,6 +22,7 @@ enum class Persistence {
 struct LindstromBatesSearch {
   std::unique_ptr<LindstromBates> engine{};
   LindstromBatesOutcome outcome{};
+  LindstromBatesWork work{};  ///< of all runs
 };
 LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
                                            const Eigen::VectorXd& start,
@@ -34,11 +35,17 @@ LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const Eigen::VectorXd& start,
                                             const MixedEffectsOptions& options);
 
+/// The end of one run.
+struct LindstromBatesEnd {
+  /// Without standard errors and message; no value if no finite point was reached.
+  std::optional<MixedEffectsFit> fit{};
+  LindstromBatesWork work{};
+};
+
 /// One run of the alternation from an earlier fit of the same model to the same or other data.
-/// \returns a fit without standard errors and message; no value if no finite point was reached
-std::optional<MixedEffectsFit> lindstrom_bates_from(const NonlinearModel& model,
-                                                    const MixedEffectsFit& start,
-                                                    const MixedEffectsOptions& options);
+LindstromBatesEnd lindstrom_bates_from(const NonlinearModel& model,
+                                       const MixedEffectsFit& start,
+                                       const MixedEffectsOptions& options);
 
 /// The same, with standard errors and convergence message.
 /// \returns no value if it does not converge

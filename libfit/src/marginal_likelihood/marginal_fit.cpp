@@ -102,26 +102,27 @@ std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               Integration integration,
                                               const MarginalOptions& options) {
   check_marginal(model, integration, options);
-  std::optional<MixedEffectsFit> fit = marginal_from(model, start, integration, options);
+  std::optional<MixedEffectsFit> fit = marginal_from(model, start, integration, options).fit;
   if (!fit || !fit->convergence.converged()) return std::nullopt;
   describe(model, *fit);
   judge(model, *fit, Rounds::kEvaluations);
   return fit;
 }
 
-std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
-                                             const MixedEffectsFit& start,
-                                             Integration integration,
-                                             const MarginalOptions& options,
-                                             const MarginalEffort& effort,
-                                             Obstacle* obstacle) {
+MarginalEnd marginal_from(const NonlinearModel& model,
+                          const MixedEffectsFit& start,
+                          Integration integration,
+                          const MarginalOptions& options,
+                          const MarginalEffort& effort) {
   MarginalSearch search(model, integration, options, start);
   if (!effort.is_complete) search.limit_search();
   search.stop_below(effort.known);
   search.try_fit(start);
-  if (!search.has_optimum()) return std::nullopt;
-  if (obstacle != nullptr) *obstacle = search.obstacle();
-  return result_of(search, model, integration, options, effort.is_complete);
+  MarginalEnd end{.evaluations = search.evaluations()};
+  if (!search.has_optimum()) return end;
+  end.obstacle = search.obstacle();
+  end.fit = result_of(search, model, integration, options, effort.is_complete);
+  return end;
 }
 
 double marginal_log_likelihood(const NonlinearModel& model,

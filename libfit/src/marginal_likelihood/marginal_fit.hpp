@@ -27,16 +27,21 @@ struct MarginalEffort {
   double known = -std::numeric_limits<double>::infinity();
 };
 
+/// The end of a search.
+struct MarginalEnd {
+  /// Without standard errors and message; no value if the likelihood is not valid, or the maximum
+  /// is below a known one.
+  std::optional<MixedEffectsFit> fit{};
+  Obstacle obstacle{};  ///< of a fit that has not converged
+  int evaluations = 0;
+};
+
 /// The maximum of one search from a fit.
-/// \param obstacle  gets the reason if the fit has not converged, unless null
-/// \returns a fit without standard errors and message; no value if the likelihood is not valid, or
-///   the maximum is below a known one
-std::optional<MixedEffectsFit> marginal_from(const NonlinearModel& model,
-                                             const MixedEffectsFit& start,
-                                             Integration integration,
-                                             const MarginalOptions& options,
-                                             const MarginalEffort& effort = {},
-                                             Obstacle* obstacle = nullptr);
+MarginalEnd marginal_from(const NonlinearModel& model,
+                          const MixedEffectsFit& start,
+                          Integration integration,
+                          const MarginalOptions& options,
+                          const MarginalEffort& effort = {});
 
 /// The same, with standard errors and convergence message.
 /// \returns no value if it does not converge

@@ -70,6 +70,8 @@ class MarginalSearch {
 
   MixedEffectsFit result();
 
+  int evaluations() const { return evaluations_; }
+
  private:
   /// The end of a search.
   struct Optimum {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "marginal_likelihood/marginal_fit.hpp"
@@ -22,6 +23,11 @@ constexpr double kSlack = 0.05;
 // Standard deviations of random effects at the starts, relative to the usual one.
 constexpr double kNarrow = 0.1;
 constexpr double kVeryNarrow = 0.01;
+constexpr std::string_view kMaximumOrigin = "maximum of the marginal likelihood";
+// Seconds for starts after the first ones, if the fixed point is the result, or a start for a
+// marginal likelihood.
+constexpr double kSecondsOfResult = 2.0;
+constexpr double kSecondsOfStart = 1.0;
 
 /// Coefficients of a group that is drawn from the distribution of a fit's random effects.
 VectorXd drawn_group(const NonlinearModel& model,
@@ -54,14 +60,13 @@ bool is_higher(const MixedEffectsFit& smaller, const MixedEffectsFit& whole) {
 FixedPoints::FixedPoints(const NonlinearModel& model,
                          const LeastSquaresFit& pooled,
                          const OptimumSearchOptions& options,
-                         const VectorXd& from_part,
-                         SearchBudget& budget)
+                         const VectorXd& from_part)
     : model_(model),
       pooled_(pooled),
       options_(options),
       linearized_(options.linearized),
       from_part_(from_part),
-      budget_(budget) {
+      budget_(model, 1, options.integration ? kSecondsOfStart : kSecondsOfResult) {
   linearized_.starts.clear();
 }
 
@@ -81,6 +86,7 @@ std::vector<StartingPoint> FixedPoints::points() const {
 
 void FixedPoints::search() {
   const std::vector<StartingPoint> starts = points();
+  first_ = starts.front();
   const std::size_t given = options_.linearized.starts.size();
   for (std::size_t k = 0; k < starts.size(); ++k) {
     // The user's starts and the pooled fit are tried at any cost.
@@ -94,8 +100,11 @@ void FixedPoints::search() {
     }
   }
   if (has_several_ends()) linearize_from(starts[given], Persistence::kOnce, kNarrow);
-  if (!has_converged(candidates_)) linearize_from(starts.front(), Persistence::kUntilFound);
+  const bool has_random = !model_.specification().random.empty();
+  if (has_random ? candidates_.empty() : !has_converged(candidates_)) search_longer();
 }
+
+void FixedPoints::search_longer() { linearize_from(first_, Persistence::kUntilFound); }
 
 void FixedPoints::linearize_from(const StartingPoint& point,
                                  Persistence persistence,
@@ -104,7 +113,7 @@ void FixedPoints::linearize_from(const StartingPoint& point,
       climb_lindstrom_bates(model_, point.coefficients, linearized_, persistence, spread);
   // The user's further starts are additional to all others.
   const bool is_asked = point.origin == kStartValues || point.origin == kSpreadStart;
-  if (!is_asked) budget_.spend_alternations(found.outcome.iterations);
+  if (!is_asked) budget_.spend_work(found.work);
   if (!found.outcome.is_valid) return;
   add_candidate(candidates_,
                 {.fit = found.engine->result(found.outcome),
@@ -165,6 +174,8 @@ void FixedPoints::compare() {
   rank();
   if (is_settled()) return compare_with_smaller();
   follow_to_maxima();
+  if (!has_converged(candidates_)) search_longer();
+  start_from_maxima();
   explore();
   compare_with_smaller();
   follow_to_maxima();
@@ -190,6 +201,7 @@ void FixedPoints::compare_briefly() {
   // From maxima of a marginal likelihood the method often finds a fixed point although it failed
   // from all other starts.
   if (!has_converged(candidates_)) follow_to_maxima();
+  if (!has_converged(candidates_)) search_longer();
   explore();
   compare_with_smaller();
 }
@@ -209,10 +221,8 @@ void FixedPoints::finish_given_up() {
   higher.resize(std::min(kMost, higher.size()));
   for (const Candidate& start : higher) {
     if (budget_.is_spent()) return;
-    auto found = lindstrom_bates_from(model_, with_independent_effects(start.fit), linearized_);
-    if (!found) continue;
-    budget_.spend_alternations(found->convergence.iterations);
-    add_candidate(candidates_, {.fit = *std::move(found), .origin = start.origin});
+    auto found = fixed_point_from(model_, with_independent_effects(start.fit));
+    if (found) add_candidate(candidates_, {.fit = *std::move(found), .origin = start.origin});
   }
   if (!higher.empty()) rank();
 }
@@ -236,34 +246,57 @@ void FixedPoints::follow_to_maxima() {
             return is_same(candidate.fit, fit);
           });
     }
-    for (const MixedEffectsFit& start : starts) follow_to_maximum(start);
+    for (const MixedEffectsFit& start : starts) {
+      if (!budget_.is_spent()) follow_to_maximum(start);
+    }
     if (candidates_.size() == known) return;
     rank();
   }
 }
 
+std::optional<MixedEffectsFit> FixedPoints::fixed_point_from(const NonlinearModel& model,
+                                                             const MixedEffectsFit& start) {
+  LindstromBatesEnd end = lindstrom_bates_from(model, start, linearized_);
+  budget_.spend_work(end.work);
+  return std::move(end.fit);
+}
+
+std::optional<MixedEffectsFit> FixedPoints::maximum_from(const MixedEffectsFit& start,
+                                                         Integration integration) {
+  MarginalEnd end = marginal_from(model_, start, integration, options_.marginal);
+  budget_.spend_evaluations(end.evaluations);
+  return std::move(end.fit);
+}
+
 void FixedPoints::follow_to_maximum(const MixedEffectsFit& start) {
   Integration integration = ranking_;
-  auto maximum = marginal_from(model_, start, integration, options_.marginal);
-  if (!maximum || !maximum->convergence.converged()) {
+  auto maximum = maximum_from(start, integration);
+  const bool is_found = maximum && maximum->convergence.converged();
+  if (!is_found && integration != Integration::kInteraction) {
     integration = Integration::kInteraction;
-    maximum = marginal_from(model_, start, integration, options_.marginal);
+    maximum = maximum_from(start, integration);
   }
-  constexpr int kTypical = 100;
-  budget_.spend_evaluations(maximum ? maximum->convergence.iterations : kTypical);
   if (!maximum || !std::isfinite(maximum->log_likelihood)) return;
   double& highest = integration == Integration::kLaplace ? highest_laplace_ : highest_first_order_;
   highest = std::max(highest, maximum->log_likelihood);
   if (!add_candidate(maxima_, {.fit = *maximum})) return;
-  const std::string origin = "maximum of the marginal likelihood";
-  if (auto found = lindstrom_bates_from(model_, *maximum, linearized_)) {
-    budget_.spend_alternations(found->convergence.iterations);
-    add_candidate(candidates_, {.fit = *std::move(found), .origin = origin});
+  if (auto found = fixed_point_from(model_, *maximum)) {
+    add_candidate(candidates_, {.fit = *std::move(found), .origin = std::string(kMaximumOrigin)});
   }
+}
+
+/// Runs from the coefficients of the maxima, with other random effects.
+void FixedPoints::start_from_maxima() {
   if (!has_several_ends()) return;
-  const StartingPoint point{.coefficients = maximum->estimate, .origin = origin};
-  linearize_from(point, Persistence::kOnce, kVeryNarrow);
-  linearize_from(point, Persistence::kOnce);
+  for (const Candidate& maximum : maxima_) {
+    const StartingPoint point{.coefficients = maximum.fit.estimate,
+                              .origin = std::string(kMaximumOrigin)};
+    for (const double spread : {kVeryNarrow, 1.0}) {
+      if (!budget_.is_spent()) linearize_from(point, Persistence::kOnce, spread);
+    }
+  }
+  rank();
+  follow_to_maxima();
 }
 
 void FixedPoints::add_without_random_effects(std::vector<ContainedModel>& contained) const {
@@ -287,7 +320,6 @@ void FixedPoints::compare_with_smaller() {
     if (budget_.is_spent()) break;
     const MixedEffectsFit best = best_of(candidates_).fit;
     for (const MixedEffectsFit& found : smaller_fits(smaller, best)) {
-      budget_.spend_alternations(2 * found.convergence.iterations);
       if (is_higher(found, best)) {
         contained_.push_back(
             {.text = smaller.text,
@@ -302,12 +334,9 @@ void FixedPoints::compare_with_smaller() {
 void FixedPoints::go_on_from_smaller(const SmallerStructure& smaller,
                                      const MixedEffectsFit& found) {
   auto again =
-      lindstrom_bates_from(model_,
-                           enlarged(found, smaller, small_deviation(model_, smaller, found)),
-                           options_.linearized);
+      fixed_point_from(model_, enlarged(found, smaller, small_deviation(model_, smaller, found)));
   const std::string origin = "the fit " + smaller.text;
   const std::size_t known = candidates_.size();
-  if (again) budget_.spend_alternations(again->convergence.iterations);
   if (again) add_candidate(candidates_, {.fit = *std::move(again), .origin = origin});
   linearize_from({.coefficients = found.estimate, .origin = origin}, Persistence::kOnce);
   if (candidates_.size() > known) rank();
@@ -320,13 +349,14 @@ std::vector<SmallerStructure> FixedPoints::structures_to_compare() const {
 /// The fit of a smaller structure that starts from the whole model's fit, if it is higher, and the
 /// one from the pooled coefficients, if it differs.
 std::vector<MixedEffectsFit> FixedPoints::smaller_fits(const SmallerStructure& smaller,
-                                                       const MixedEffectsFit& whole) const {
+                                                       const MixedEffectsFit& whole) {
   std::vector<MixedEffectsFit> result;
-  const auto near = lindstrom_bates_from(smaller.model, reduced(whole, smaller), linearized_);
+  const auto near = fixed_point_from(smaller.model, reduced(whole, smaller));
   if (near && is_higher(*near, whole)) result.push_back(*near);
   if (smaller.left_out < 0) return result;
   const LindstromBatesSearch own =
       climb_lindstrom_bates(smaller.model, first_coefficients(), linearized_, Persistence::kOnce);
+  budget_.spend_work(own.work);
   if (!own.outcome.is_valid || !own.outcome.converged) return result;
   MixedEffectsFit fit = own.engine->result(own.outcome);
   if (result.empty() || !is_same(*near, fit)) result.push_back(std::move(fit));

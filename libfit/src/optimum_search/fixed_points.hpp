@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,7 @@ class FixedPoints {
   FixedPoints(const NonlinearModel& model,
               const LeastSquaresFit& pooled,
               const OptimumSearchOptions& options,
-              const Eigen::VectorXd& from_part,
-              SearchBudget& budget);
+              const Eigen::VectorXd& from_part);
 
   /// Runs from all starting points.
   void search();
@@ -59,15 +59,22 @@ class FixedPoints {
   void rank();
   bool is_settled() const;
   bool has_similar_fixed_points() const;
+  /// From the first starting point, with all starts of the variance components.
+  void search_longer();
   void explore();
   void finish_given_up();
   void find_own_maximum();
   void follow_to_maxima();
   void follow_to_maximum(const MixedEffectsFit& start);
+  void start_from_maxima();
+  std::optional<MixedEffectsFit> fixed_point_from(const NonlinearModel& model,
+                                                  const MixedEffectsFit& start);
+  std::optional<MixedEffectsFit> maximum_from(const MixedEffectsFit& start,
+                                              Integration integration);
   void compare_with_smaller();
   void go_on_from_smaller(const SmallerStructure& smaller, const MixedEffectsFit& found);
   std::vector<MixedEffectsFit> smaller_fits(const SmallerStructure& smaller,
-                                            const MixedEffectsFit& whole) const;
+                                            const MixedEffectsFit& whole);
   const Eigen::VectorXd& first_coefficients() const;
 
   const NonlinearModel& model_;
@@ -75,7 +82,8 @@ class FixedPoints {
   const OptimumSearchOptions& options_;
   MixedEffectsOptions linearized_;  ///< of runs: without the user's starts
   const Eigen::VectorXd& from_part_;
-  SearchBudget& budget_;
+  SearchBudget budget_;
+  StartingPoint first_;
   std::vector<Candidate> candidates_;
   std::vector<Candidate> maxima_;  ///< of the marginal likelihood, used as starts
   std::vector<ContainedModel> contained_;

@@ -19,6 +19,8 @@ using Eigen::VectorXd;
 
 // Smaller differences of log-likelihoods of two ends are within the tolerance of searches.
 constexpr double kSameHeight = 0.05;
+// For starts after the first ones.
+constexpr double kSeconds = 1.0;
 
 /// Whether searches from two fits begin at about the same curves of all groups.
 bool is_near(const MixedEffectsFit& a, const MixedEffectsFit& b) {
@@ -35,14 +37,15 @@ MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
                                const LeastSquaresFit& pooled,
                                const OptimumSearchOptions& options,
                                Integration integration,
-                               FixedPoints& points,
-                               SearchBudget& budget)
+                               FixedPoints& points)
     : model_(model),
       pooled_(pooled),
       options_(options),
       integration_(integration),
       points_(points),
-      budget_(budget) {}
+      budget_(model,
+              integration == Integration::kQuadrature ? options.marginal.quadrature_points : 1,
+              kSeconds) {}
 
 void MarginalMaxima::search() {
   follow(starts());
@@ -113,10 +116,10 @@ std::vector<Candidate> MarginalMaxima::starts() {
 void MarginalMaxima::add_first_order_maximum(std::vector<Candidate>& starts) {
   const bool holds = points_.ranking() == Integration::kLaplace;
   if (holds && !points_.has_several_ends()) return;
-  auto found = marginal_from(
-      model_, best_of(points_.all()).fit, Integration::kInteraction, options_.marginal);
+  auto found =
+      search_from(model_, best_of(points_.all()).fit, Integration::kInteraction, options_.marginal)
+          .fit;
   if (!found) return;
-  budget_.spend_evaluations(found->convergence.iterations);
   if (!holds) first_order_maximum_ = found->log_likelihood;
   starts.push_back({.fit = *std::move(found), .origin = "maximum of the first-order likelihood"});
 }
@@ -124,8 +127,7 @@ void MarginalMaxima::add_first_order_maximum(std::vector<Candidate>& starts) {
 /// A value by quadrature costs as much as one value by Laplace's method per point, and the maxima
 /// of both are near each other.
 void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) {
-  SearchBudget budget(model_, 1);
-  MarginalMaxima laplace(model_, pooled_, options_, Integration::kLaplace, points_, budget);
+  MarginalMaxima laplace(model_, pooled_, options_, Integration::kLaplace, points_);
   std::vector<Candidate> first = starts;
   for (Candidate& candidate : first)
     candidate.rank = value_at(candidate.fit, Integration::kLaplace);
@@ -193,17 +195,21 @@ MarginalOptions MarginalMaxima::coarse_options() const {
 
 bool MarginalMaxima::is_quadrature() const { return integration_ == Integration::kQuadrature; }
 
+MarginalEnd MarginalMaxima::search_from(const NonlinearModel& model,
+                                        const MixedEffectsFit& start,
+                                        Integration integration,
+                                        const MarginalOptions& options,
+                                        const MarginalEffort& effort) {
+  MarginalEnd end = marginal_from(model, start, integration, options, effort);
+  budget_.spend_evaluations(end.evaluations);
+  return end;
+}
+
 void MarginalMaxima::try_from(const MixedEffectsFit& start, const std::string& origin) {
-  Obstacle obstacle;
-  auto found = marginal_from(model_,
-                             start,
-                             integration_,
-                             options_.marginal,
-                             {.known = highest_converged(maxima_)},
-                             &obstacle);
-  if (!found) return;
-  budget_.spend_evaluations(found->convergence.iterations);
-  add({.fit = *std::move(found), .origin = origin, .obstacle = std::move(obstacle)});
+  MarginalEnd end = search_from(
+      model_, start, integration_, options_.marginal, {.known = highest_converged(maxima_)});
+  if (!end.fit) return;
+  add({.fit = *std::move(end.fit), .origin = origin, .obstacle = std::move(end.obstacle)});
 }
 
 void MarginalMaxima::compare_with_smaller() {
@@ -213,12 +219,11 @@ void MarginalMaxima::compare_with_smaller() {
     const MixedEffectsFit before = best_of(maxima_).fit;
     if (!std::isfinite(before.log_likelihood)) break;
     auto found =
-        marginal_from(smaller.model, reduced(before, smaller), integration_, coarse_options());
+        search_from(smaller.model, reduced(before, smaller), integration_, coarse_options()).fit;
     if (found && is_quadrature()) {
       found->log_likelihood =
           marginal_log_likelihood(smaller.model, *found, integration_, options_.marginal);
     }
-    if (found) budget_.spend_evaluations(found->convergence.iterations);
     if (!found || !found->convergence.converged()) continue;
     const bool is_above = is_higher(*found, before);
     if (is_above) {
@@ -247,17 +252,16 @@ void MarginalMaxima::finish_highest() {
   const bool has_end =
       start.obstacle.status != ConvergenceStatus::kInvalidApproximation || !has_converged(maxima_);
   if (is_finished || !has_end || !std::isfinite(start.fit.log_likelihood)) return;
-  Obstacle obstacle;
-  auto found = marginal_from(
-      model_, start.fit, integration_, options_.marginal, {.is_complete = true}, &obstacle);
-  if (!found) return;
-  if (is_same(*found, start.fit) &&
-      found->convergence.newton_decrement < start.fit.convergence.newton_decrement) {
-    place->fit = *std::move(found);
+  MarginalEnd end =
+      marginal_from(model_, start.fit, integration_, options_.marginal, {.is_complete = true});
+  if (!end.fit) return;
+  if (is_same(*end.fit, start.fit) &&
+      end.fit->convergence.newton_decrement < start.fit.convergence.newton_decrement) {
+    place->fit = *std::move(end.fit);
     place->rank = place->fit.log_likelihood;
     return;
   }
-  add({.fit = *std::move(found), .origin = start.origin, .obstacle = std::move(obstacle)});
+  add({.fit = *std::move(end.fit), .origin = start.origin, .obstacle = std::move(end.obstacle)});
 }
 
 /// The log-likelihood of the highest point above the best maximum at which a search has not

@@ -23,8 +23,7 @@ class MarginalMaxima {
                  const LeastSquaresFit& pooled,
                  const OptimumSearchOptions& options,
                  Integration integration,
-                 FixedPoints& points,
-                 SearchBudget& budget);
+                 FixedPoints& points);
 
   void search();
   const std::vector<Candidate>& all() const { return maxima_; }
@@ -47,6 +46,11 @@ class MarginalMaxima {
   void rank_ends();
   double highest_unfinished() const;
   void add(Candidate candidate);
+  MarginalEnd search_from(const NonlinearModel& model,
+                          const MixedEffectsFit& start,
+                          Integration integration,
+                          const MarginalOptions& options,
+                          const MarginalEffort& effort = {});
   void try_from(const MixedEffectsFit& start, const std::string& origin);
 
   const NonlinearModel& model_;
@@ -54,7 +58,7 @@ class MarginalMaxima {
   const OptimumSearchOptions& options_;
   Integration integration_;
   FixedPoints& points_;
-  SearchBudget& budget_;
+  SearchBudget budget_;
   std::vector<Candidate> maxima_;
   std::vector<ContainedModel> contained_;
   bool has_searched_longer_ = false;  ///< whether the longer search was done

@@ -11,7 +11,6 @@
 #include "optimum_search/fixed_points.hpp"
 #include "optimum_search/marginal_maxima.hpp"
 #include "optimum_search/representative_rows.hpp"
-#include "optimum_search/search_budget.hpp"
 #include "optimum_search/search_verdict.hpp"
 
 namespace silvafit::fit {
@@ -31,10 +30,7 @@ class OptimumSearch {
       : model_(model),
         pooled_(pooled),
         options_(options),
-        budget_(model,
-                options.integration == Integration::kQuadrature ? options.marginal.quadrature_points
-                                                                : 1),
-        points_(model, pooled, options, from_part_, budget_) {}
+        points_(model, pooled, options, from_part_) {}
 
   MixedEffectsFit run() {
     if (model_.observations() >= kManyObservations) learn_from_part();
@@ -86,10 +82,8 @@ class OptimumSearch {
   }
 
   MixedEffectsFit marginal_maximum(Integration integration) {
-    // The search by quadrature has maxima of Laplace's likelihood as starts.
-    const bool is_brief = integration == Integration::kQuadrature || !points_.has_several_ends();
-    is_brief ? points_.compare_briefly() : points_.compare();
-    MarginalMaxima maxima(model_, pooled_, options_, integration, points_, budget_);
+    points_.has_several_ends() ? points_.compare() : points_.compare_briefly();
+    MarginalMaxima maxima(model_, pooled_, options_, integration, points_);
     maxima.search();
     return judged(maxima.best(), maxima.all(), maxima.evidence());
   }
@@ -117,7 +111,6 @@ class OptimumSearch {
   const LeastSquaresFit& pooled_;
   const OptimumSearchOptions& options_;
   VectorXd from_part_;  ///< (p) best coefficients of a part of the data; empty without one
-  SearchBudget budget_;
   FixedPoints points_;
 };
 
