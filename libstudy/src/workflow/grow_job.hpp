@@ -32,7 +32,8 @@ class TakenNames {
 
 /// What all jobs of a growth share.
 struct GrowState {
-  TakenNames names{};  ///< of files of trees and plots, in small letters
+  TakenNames names{};               ///< of files of trees and plots, in small letters
+  tree::SharedPictures pictures{};  ///< of OBJ files of trees
   std::set<std::string> unknown_species{};
   /// Called for each written tree, by its number in the result.
   std::function<void(std::size_t tree, const GrownTree&)> each_tree{};

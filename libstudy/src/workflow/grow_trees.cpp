@@ -134,7 +134,9 @@ class Grower {
       GrownTree grown = grow(i, level);
       const fs::path path = tree_path(job_, names_[i], level);
       grown.file = path.string();
-      const auto writer = tree::open_scene(path, job_.scene_format, scene_options(job_, {}));
+      tree::SceneOptions scene = scene_options(job_, {});
+      scene.pictures = &job_.state->pictures;
+      const auto writer = tree::open_scene(path, job_.scene_format, scene);
       // A single tree is at the origin.
       tree::SceneTree& alone = grown.tree;
       const tree::Position place = std::exchange(alone.position, {});

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <map>
 #include <memory>
 #include <set>
 #include <vector>
@@ -27,6 +28,7 @@ class ObjWriter final : public BakingWriter {
  public:
   ObjWriter(const std::filesystem::path& path, const SceneOptions& options)
       : BakingWriter(options.origin),
+        shared_(options.pictures),
         // The file name without spaces, as written in the OBJ file.
         materials_path_(path.parent_path() / one_word(path.stem().string() + ".mtl")),
         file_(path) {
@@ -40,7 +42,7 @@ class ObjWriter final : public BakingWriter {
 
   std::vector<std::filesystem::path> other_files() const override {
     std::vector<std::filesystem::path> files{materials_path_};
-    for (const std::string& picture : pictures_) files.push_back(path_of_picture(picture));
+    for (const auto& [name, path] : pictures_) files.push_back(path);
     return files;
   }
 
@@ -128,8 +130,11 @@ class ObjWriter final : public BakingWriter {
 
   /// Writes an image to the folder of the materials, once.
   std::string picture_file(const std::shared_ptr<const Texture>& texture) {
-    const std::filesystem::path path = path_of_picture(texture->name);
-    if (pictures_.insert(texture->name).second) {
+    std::filesystem::path& path = pictures_[texture->name];
+    if (path.empty() && shared_ != nullptr) {
+      path = shared_->add(materials_path_.parent_path(), texture);
+    } else if (path.empty()) {
+      path = path_of_picture(texture->name);
       const auto bytes = png_file(texture);
       picture_files_.push_back(std::make_unique<AtomicFile>(path));
       picture_files_.back()->stream() << *bytes;
@@ -143,11 +148,12 @@ class ObjWriter final : public BakingWriter {
     size_ += text.size();
   }
 
+  SharedPictures* shared_;
   std::filesystem::path materials_path_;
   AtomicFile file_;
   std::string materials_{};
   std::set<std::string> known_{};
-  std::set<std::string> pictures_{};
+  std::map<std::string, std::filesystem::path> pictures_{};  ///< by the name of the texture
   std::vector<std::unique_ptr<AtomicFile>> picture_files_{};
   std::size_t vertices_ = 0;
   std::size_t uvs_ = 0;
@@ -155,6 +161,20 @@ class ObjWriter final : public BakingWriter {
 };
 
 }  // namespace
+
+std::filesystem::path SharedPictures::add(const std::filesystem::path& folder,
+                                          const std::shared_ptr<const Texture>& texture) {
+  const std::scoped_lock lock(mutex_);
+  const auto bytes = png_file(texture);
+  const std::string name = one_word(texture->name);
+  for (int number = 1;; ++number) {
+    const std::filesystem::path path =
+        folder / (number == 1 ? name + ".png" : fmt::format("{}~{}.png", name, number));
+    const auto [found, is_new] = files_.emplace(path, bytes);
+    if (is_new) write_file(path, *bytes);
+    if (is_new || *found->second == *bytes) return path;
+  }
+}
 
 std::unique_ptr<SceneWriter> make_obj_writer(const std::filesystem::path& path,
                                              const SceneOptions& options) {

@@ -261,6 +261,43 @@ TEST_CASE("a tree needs less than 200 bytes as a node and 50 as an instance") {
   CHECK((size_with(2000, true) - size_with(1000, true)) / 1000 < 50);
 }
 
+TEST_CASE("OBJ files of a folder share their pictures") {
+  const Folder folder("silvafit-shared-pictures-test");
+  const Preset& preset = test::shipped_presets().named("schima-superba");
+  SharedPictures pictures;
+  std::vector<std::string> materials;
+  std::vector<fs::path> others;
+  for (const auto& [file, of_materials] :
+       {std::pair{"a.obj", "a.mtl"}, std::pair{"b.obj", "b.mtl"}}) {
+    const auto writer = open_scene(folder / file, SceneFormat::kObj, {.pictures = &pictures});
+    writer->add_tree(
+        grow_tree(test::paper_tree_1(), preset, {.mesh = level_of_detail(3, {.textured = true})}));
+    writer->finish();
+    materials.push_back(read_file(folder / of_materials));
+    others = writer->other_files();
+  }
+  CHECK(materials[0] == materials[1]);
+  // The materials, bark and shoots.
+  REQUIRE(others.size() == 3);
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "")) {
+    files += entry.path().extension() == ".png" ? 1U : 0U;
+  }
+  CHECK(files == 2);
+  for (std::size_t i = 1; i < others.size(); ++i) {
+    CHECK(fs::exists(others[i]));
+    CHECK(materials[0].find("map_Kd " + others[i].filename().string()) != std::string::npos);
+  }
+  // Another picture of the same name is not lost.
+  const auto picture = [](std::uint8_t red) {
+    return std::make_shared<const Texture>(
+        Texture{.name = "same", .width = 1, .height = 1, .rgba = {red, 0, 0, 255}});
+  };
+  CHECK(pictures.add(folder / "", picture(1)).filename() == "same.png");
+  CHECK(pictures.add(folder / "", picture(1)).filename() == "same.png");
+  CHECK(pictures.add(folder / "", picture(2)).filename() == "same~2.png");
+}
+
 TEST_CASE("OBJ and PLY have the vertices of the mesh at their positions") {
   const Folder folder("silvafit-text-test");
   const SceneTree tree = fir_tree("a b", {10, 20, 5});

@@ -7,13 +7,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/scene.hpp"
+#include "silvafit/tree/texture.hpp"
 
 namespace silvafit::tree {
 
@@ -23,6 +26,19 @@ enum class SceneFormat { kGlb, kGltf, kObj, kPly };
 SceneFormat scene_format_from_text(const std::string& text);
 /// Ending of file names, without the dot.
 const char* file_ending(SceneFormat format);
+
+/// The pictures of OBJ files in one folder, which share them. Several threads may use it.
+class SharedPictures {
+ public:
+  /// Writes a picture to a folder, once, and gives it a name of its own: that of the texture, with
+  /// a number if another picture has this name. \returns the file's path
+  std::filesystem::path add(const std::filesystem::path& folder,
+                            const std::shared_ptr<const Texture>& texture);
+
+ private:
+  std::mutex mutex_{};
+  std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_{};
+};
 
 struct SceneOptions {
   Position origin{};  ///< positions in the file are relative to it
@@ -35,6 +51,8 @@ struct SceneOptions {
   /// GLB and glTF: buffers compressed by meshoptimizer (EXT_meshopt_compression); implies quantize.
   bool compress = false;
   bool ascii = false;  ///< PLY as text
+  /// OBJ: pictures that this file shares with others of its folder; null: it has its own.
+  SharedPictures* pictures = nullptr;
   /// GLB: the longest file that is written, in bytes. The format has 32 bits for its length.
   std::size_t longest_glb = std::numeric_limits<std::uint32_t>::max();
 };
