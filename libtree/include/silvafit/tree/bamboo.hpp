@@ -21,7 +21,7 @@ struct CulmStyle {
   double sun_azimuth_sd_deg = 60.0;
   /// How far the upper culm bows before its tip nods to the other side, by the crown's length. None
   /// if the bend was measured; less in a narrow crown.
-  double nod = 0.04;
+  double nod = 0.03;
   double internode_m = 0.26;  ///< mean length, if the number of internodes was not measured
   int internodes_least = 8;
   int internodes_most = 90;
