@@ -24,10 +24,8 @@ constexpr double kSlack = 0.05;
 constexpr double kNarrow = 0.1;
 constexpr double kVeryNarrow = 0.01;
 constexpr std::string_view kMaximumOrigin = "maximum of the marginal likelihood";
-// Seconds for starts after the first ones, if the fixed point is the result, or a start for a
-// marginal likelihood.
-constexpr double kSecondsOfResult = 2.0;
-constexpr double kSecondsOfStart = 1.0;
+// For starts after the first ones.
+constexpr double kFixedPointSeconds = 2.0;
 
 /// Coefficients of a group that is drawn from the distribution of a fit's random effects.
 VectorXd drawn_group(const NonlinearModel& model,
@@ -66,7 +64,7 @@ FixedPoints::FixedPoints(const NonlinearModel& model,
       options_(options),
       linearized_(options.linearized),
       from_part_(from_part),
-      budget_(model, 1, options.integration ? kSecondsOfStart : kSecondsOfResult) {
+      budget_(model, 1, kFixedPointSeconds) {
   linearized_.starts.clear();
 }
 

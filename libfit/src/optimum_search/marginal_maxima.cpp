@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 // Smaller differences of log-likelihoods of two ends are within the tolerance of searches.
 constexpr double kSameHeight = 0.05;
 // For starts after the first ones.
-constexpr double kSeconds = 1.0;
+constexpr double kMaximaSeconds = 1.0;
 
 /// Whether searches from two fits begin at about the same curves of all groups.
 bool is_near(const MixedEffectsFit& a, const MixedEffectsFit& b) {
@@ -45,7 +45,7 @@ MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
       points_(points),
       budget_(model,
               integration == Integration::kQuadrature ? options.marginal.quadrature_points : 1,
-              kSeconds) {}
+              kMaximaSeconds) {}
 
 void MarginalMaxima::search() {
   follow(starts());
