@@ -13,13 +13,13 @@
 
 namespace silvafit {
 
-/// A file under construction: what is written goes to a temporary file beside the target, which
-/// takes the target's name at commit(). Without commit the temporary file is removed, with the
-/// folders that were made for it, and the target stays as it was.
+/// Writes a temporary file beside the target and renames it to the target at commit(). Without
+/// commit() the temporary file and the folders created for it are removed, and the target is
+/// unchanged.
 ///
-/// The temporary file has a random name that no other process can have or guess. A target that is a
-/// symbolic link stays one, and the file that it names is replaced; a replaced file keeps its
-/// permissions. Devices and pipes, such as /dev/stdout, are written to as it comes.
+/// The temporary file has a random name that other processes cannot guess. If the target is a
+/// symbolic link, the file that it points to is replaced; a replaced file keeps its permissions.
+/// Devices and pipes, such as /dev/stdout, are written directly.
 ///
 /// \throws IoError if the folder cannot be written to, or the disk is full
 class AtomicFile {
@@ -30,7 +30,7 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   std::ostream& stream();
-  /// Closes the file and gives it its name, when its bytes are on the disk.
+  /// Writes all bytes to the disk, closes the file and renames it to the target.
   void commit();
 
  private:
@@ -39,27 +39,26 @@ class AtomicFile {
   std::unique_ptr<State> state_;
 };
 
-/// Commits files that belong together: all are written whole before the first of them gets its
-/// name, one after the other in this order. discard_unfinished_files() leaves all or none; where
-/// the process is killed, the earlier ones may be new beside later ones that are old.
+/// Commits files that belong together: all are written completely before the first is renamed, in
+/// this order. After discard_unfinished_files() all or none are replaced; if the process is killed,
+/// only the first ones may be.
 /// \throws IoError as AtomicFile::commit()
 void commit_together(const std::vector<AtomicFile*>& files);
 
-/// Writes the bytes to the path, whole or not at all; folders above it are made.
+/// Writes the bytes to a file, completely or not at all, and creates its parent folders.
 /// \throws IoError if that is not possible
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
-/// Makes sure that files can be written into a folder, or could be once it is made.
+/// Checks that files can be written into a folder, or that it could be created.
 /// \throws IoError if not
 void require_writable_folder(const std::filesystem::path& folder);
 
-/// A folder for results: what it makes and nobody writes into is gone at the end of its scope, such
-/// as after an error, and after an interrupt. A folder that was there before stays. The folder is
-/// locked (flock) until the scope or the process ends, so that the results are those of one
-/// process.
+/// A folder for results. Folders that it created and that are still empty are removed at the end of
+/// its scope, also after an error or an interrupt. An existing folder is kept. The folder is locked
+/// (flock) until the end of the scope or the process, so that all results are from one process.
 class ResultFolder {
  public:
-  /// \throws IoError if files cannot be written into it, or if another ResultFolder has it
+  /// \throws IoError if files cannot be written into it, or another ResultFolder has locked it
   explicit ResultFolder(const std::filesystem::path& path);
   ~ResultFolder();
   ResultFolder(const ResultFolder&) = delete;
@@ -72,12 +71,12 @@ class ResultFolder {
   std::unique_ptr<Lock> lock_;
 };
 
-/// A folder of its own in the system's folder for temporary files, removed with all that is in it.
+/// A new folder in the system's folder for temporary files, removed with its contents.
 ///
-/// \throws IoError if none can be made
+/// \throws IoError if it cannot be created
 class TemporaryFolder {
  public:
-  /// \param name  what the folder's name begins with
+  /// \param name  beginning of the folder's name
   explicit TemporaryFolder(std::string_view name);
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;
@@ -90,19 +89,20 @@ class TemporaryFolder {
 };
 
 /// Removes the temporary files of all AtomicFiles that are not committed, all TemporaryFolders, and
-/// all folders that were made and are empty. For the end of a process that is interrupted: none can
-/// be begun or committed after it.
+/// all created folders that are empty. For the end of an interrupted process: afterwards no file
+/// can be started or committed.
 void discard_unfinished_files();
 
-/// A new file beside another one that has no name and so is gone when its descriptor is closed.
+/// A new file without a name in the folder of another file; it is deleted when its descriptor is
+/// closed.
 /// \return its descriptor, for reading and writing
-/// \throws IoError if none can be made
+/// \throws IoError if it cannot be created
 int open_nameless_file(const std::filesystem::path& beside);
 
-/// The largest file that is read as a whole, unless its reader names another limit [bytes]. No more
-/// is read of a device or pipe, such as /dev/zero, whatever the reader's limit.
+/// The largest file that is read into memory, unless the caller gives another limit [bytes]. It
+/// always limits devices and pipes, such as /dev/zero.
 inline constexpr std::uint64_t kLargestFile = std::uint64_t{512} << 20U;
-/// For files whose reader is not limited by their size.
+/// For files of any size.
 inline constexpr std::uint64_t kAnySize = std::numeric_limits<std::uint64_t>::max();
 
 /// The bytes of a file.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers that many sources use, each under one name.
+// Constants that many files use.
 #pragma once
 
 #include <limits>

@@ -24,13 +24,13 @@ struct Place {
 /// `trees.csv:118: hcb: 14.2 m exceeds h 12.9 m (plot 07, tree 31)`.
 std::string describe(const Place& place, std::string_view message);
 
-/// Base of all errors that silvafit throws. A message says what is wrong, where, and what to do.
+/// Base class of all errors. A message says what is wrong, where, and what to do.
 class Error : public std::runtime_error {
  public:
   explicit Error(const std::string& message, Place place = {});
 
   const Place& place() const { return place_; }
-  /// The message without its place.
+  /// The message without its position.
   const std::string& message() const { return message_; }
 
  private:
@@ -38,7 +38,7 @@ class Error : public std::runtime_error {
   std::string message_;
 };
 
-/// An error of the caller: sizes that do not match, an option out of range, an unknown name.
+/// A wrong call: sizes that do not match, an option out of range, an unknown name.
 class UsageError : public Error {
   using Error::Error;
 };

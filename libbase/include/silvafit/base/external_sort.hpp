@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Sorting of more records than memory holds.
+// Sorting of more records than fit into memory.
 #pragma once
 
 #include <compare>
@@ -14,8 +14,8 @@ namespace silvafit {
 /// Sorts records by a key of two numbers; records with equal keys keep their order.
 ///
 /// Records are collected in memory. When they exceed the limit, they are sorted and written to a
-/// temporary file without a name in the system's folder for temporary files (TMPDIR); at the end
-/// these runs are merged. The disk needs as many bytes as all records have, and 20 for each.
+/// temporary file in the system's folder for temporary files (TMPDIR); at the end these files are
+/// merged. They need as much space as all records, and 20 bytes for each.
 /// \throws IoError if the disk is full or fails
 class ExternalSort {
  public:
@@ -35,7 +35,7 @@ class ExternalSort {
   void add(Key key, std::string_view record);
   /// The next record in order; false after the last.
   bool next(Key& key, std::string& record);
-  /// How many files the records were written to so far.
+  /// Number of files written so far.
   std::size_t runs() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A short mark by which to tell that a file is the same.
+// Fingerprints of files, to recognize whether a file has changed.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace silvafit {
 
-/// The fingerprint of bytes that come in pieces. Tells files apart by accident, not against intent.
+/// The fingerprint of bytes that arrive in pieces. It detects accidental changes, not forgeries.
 /// Source: Fowler, Noll and Vo, FNV-1a with 64 bits (IETF draft-eastlake-fnv).
 class Fingerprint {
  public:

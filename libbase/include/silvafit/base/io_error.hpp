@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The error of reading and writing, which is nobody's mistake.
+// The error of a failed read or write.
 #pragma once
 
 #include "silvafit/base/error.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// JSON as text, the same way everywhere.
+// JSON values as text.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace silvafit {
 /// File names and arguments of the command line may contain any bytes. Bytes that are not UTF-8
 /// become U+FFFD, so that a file with such a name can be used. Numbers that are not finite become
 /// null.
-/// \param value   of a class of nlohmann-json, which this header need not include
+/// \param value   of a class of nlohmann-json, which this header does not include
 /// \param indent  spaces per level; -1: all in one line
 template <class Json>
 std::string json_text(const Json& value, int indent = -1) {

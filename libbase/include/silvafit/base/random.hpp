@@ -9,10 +9,10 @@ namespace silvafit {
 
 /// A stream of random numbers (xoshiro256++ seeded by splitmix64).
 ///
-/// The transforms from bits to variates are our own, because those of the standard library differ
-/// between implementations. `stream` numbers give independent sequences for one seed, one per task,
-/// so that results do not depend on the number of threads. Source: Blackman and Vigna 2021, ACM
-/// Transactions on Mathematical Software 47(4); Steele et al. 2014.
+/// The distributions are implemented here because those of the standard library differ between
+/// implementations. Different `stream` numbers give independent sequences for one seed, one for
+/// each task, so that results do not depend on the number of threads. Source: Blackman and Vigna
+/// 2021, ACM Transactions on Mathematical Software 47(4); Steele et al. 2014.
 class Random {
  public:
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0);
@@ -28,8 +28,8 @@ class Random {
   /// Standard normal (Marsaglia's polar method).
   double normal();
   double normal(double mean, double standard_deviation);
-  /// Normal truncated to [low, high], by rejection. low < high, and the interval must have a
-  /// probability that is not tiny.
+  /// Normal truncated to [low, high], by rejection. low < high; the probability of the interval
+  /// must not be tiny.
   double truncated_normal(double mean, double standard_deviation, double low, double high);
   /// Gamma with the given shape and scale, both > 0 (Marsaglia and Tsang 2000).
   double gamma(double shape, double scale);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Parts of a file that are read while the caller works on those before.
+// Reading of the next part of a file while the caller uses the current one.
 #pragma once
 
 #include <functional>
@@ -11,14 +11,14 @@
 
 namespace silvafit {
 
-/// Reads one part ahead of the caller, on a thread of its own, so that reading and work share the
-/// time. The parts and their order are those of a plain loop; memory has one part more.
-/// \tparam Part  false after the last part: std::optional, a pointer
+/// Reads one part ahead of the caller on a separate thread. The parts and their order are those of
+/// a simple loop; one more part is in memory. \tparam Part  false after the last part:
+/// std::optional, a pointer
 template <class Part>
 class ReadAhead {
  public:
-  /// \param read     gives the next part; what it refers to must outlive this object
-  /// \param threads  as of parallel_for(); 1: parts are read when they are asked for
+  /// \param read     returns the next part; objects that it refers to must outlive this one
+  /// \param threads  as of parallel_for(); 1: no reading ahead
   ReadAhead(std::function<Part()> read, unsigned threads)
       : read_(std::move(read)), is_ahead_(worker_count(threads) > 1) {}
 
@@ -34,7 +34,7 @@ class ReadAhead {
     try {
       pending_ = std::async(std::launch::async, read_);
     } catch (const std::system_error&) {
-      // The system refuses a thread: parts are read when they are asked for.
+      // Without a thread there is no reading ahead.
       is_ahead_ = false;
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The end of long work at the wish of the caller.
+// Cancellation of long work by the caller.
 #pragma once
 
 #include <exception>
@@ -7,14 +7,14 @@
 
 namespace silvafit {
 
-/// The caller has asked to stop. It is no Error: where failures of single fits are listed, all of
-/// the work ends nevertheless.
+/// The caller has cancelled the work. Not derived from Error, because handlers of failures of
+/// single fits must not catch it.
 class Stopped : public std::exception {
  public:
   const char* what() const noexcept override { return "stopped by the caller"; }
 };
 
-/// \throws Stopped if the caller has asked to stop
+/// \throws Stopped if the caller has cancelled the work
 inline void check_stop(const std::stop_token& stop) {
   if (stop.stop_requested()) throw Stopped();
 }

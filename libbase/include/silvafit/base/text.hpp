@@ -10,9 +10,9 @@ namespace silvafit {
 
 /// The text with its control characters as escapes: `\x1b` instead of ESC.
 ///
-/// File names may contain sequences that move a terminal's cursor, change its title or turn the
-/// direction of text; in messages they are visible and have no effect. Line ends and tabs are kept
-/// for messages of several lines. JSON text keeps its value, as only escapes of JSON are added.
+/// File names may contain sequences that move a terminal's cursor, change its title or reverse the
+/// text direction; in messages they are visible and have no effect. Line ends and tabs are kept.
+/// JSON text keeps its value because only JSON's own escapes are added.
 /// \param text  UTF-8; C0 and C1 controls (U+0000 to U+001F, U+007F to U+009F) and controls of the
 ///              direction (U+061C, U+200E, U+200F, U+202A to U+202E, U+2066 to U+2069) are escaped,
 ///              the others copied
