@@ -162,3 +162,22 @@ TEST_CASE("mixed models of public data agree with nlme", "[reference][slow]") {
     check_against_nlme(reference, table, "number");
   }
 }
+
+TEST_CASE("rounding errors do not hide a fixed point", "[reference][slow]") {
+  // The derivatives of Korf's curve are nearly dependent, so that the steps of penalized least
+  // squares end at rounding errors that are far above the tolerance. The marginal likelihood has
+  // its maximum nearby.
+  const data::Table table = test::public_table("spati");
+  fit::ModelSpecification specification =
+      fit::specify_model("h ~ 1.3 + a*exp(-b*d^(-c))", {}, table);
+  fit::add_random_effects(specification, "a + b + c | plot", table);
+  const fit::FittedModel linearized = fit::fit_model(specification, table).fit;
+  INFO(linearized.convergence.verdict);
+  REQUIRE(linearized.convergence.converged());
+  const fit::FittedModel marginal =
+      fit::fit_model(specification, table, {.method = fit::Method::kInteraction}).fit;
+  REQUIRE(marginal.convergence.converged());
+  // Both likelihoods are first-order ones; at a fixed point some 30 units lower, to which lb comes
+  // otherwise, the curves of the plots differ.
+  CHECK(linearized.log_likelihood == Approx(marginal.log_likelihood).margin(3.0));
+}

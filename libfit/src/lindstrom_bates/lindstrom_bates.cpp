@@ -442,10 +442,10 @@ double LindstromBates::take_step(LindstromBatesState& state,
   return 0.0;
 }
 
-bool LindstromBates::penalized_least_squares(LindstromBatesState& state,
-                                             Linearization& at,
-                                             double tolerance) {
-  if (!linearize(state, nullptr, at)) return false;
+SquaresEnd LindstromBates::penalized_least_squares(LindstromBatesState& state,
+                                                   Linearization& at,
+                                                   double tolerance) {
+  if (!linearize(state, nullptr, at)) return SquaresEnd::kFailed;
   constexpr int kSteps = 100;
   // Many consecutive short steps do not lead to a solution.
   constexpr double kShort = 0.1;
@@ -453,22 +453,24 @@ bool LindstromBates::penalized_least_squares(LindstromBatesState& state,
   double last_decrement = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kSteps; ++step) {
     const LinearMixedProfile target = profile_at(at, state.theta, true);
-    if (!target.is_valid) return false;
+    if (!target.is_valid) return SquaresEnd::kFailed;
     const double current =
         at.squares.sum() + state.spherical.squaredNorm() + state.outer_spherical.squaredNorm();
     const double decrement = (current - target.sum_of_squares) / target.sigma2;
     constexpr double kEnough = 1e-12;
+    constexpr double kRounded = 1e-6;
     // The steps converge slowly, or not at all because of rounding.
     const bool is_slow = decrement < tolerance && decrement >= 0.5 * last_decrement;
     const bool is_rounded = decrement < kLoosestSquares && decrement >= last_decrement;
-    if (decrement <= kEnough || is_slow || is_rounded) return true;
+    if (is_rounded) return SquaresEnd::kRounded;
+    if (decrement <= kEnough || is_slow) return SquaresEnd::kReached;
     last_decrement = decrement;
     const double length = take_step(state, at, target);
-    if (length == 0.0) return decrement < 1e-6;
+    if (length == 0.0) return decrement < kRounded ? SquaresEnd::kRounded : SquaresEnd::kFailed;
     short_steps = length < kShort ? short_steps + 1 : 0;
-    if (short_steps > short_steps_) return false;
+    if (short_steps > short_steps_) return SquaresEnd::kFailed;
   }
-  return true;
+  return SquaresEnd::kReached;
 }
 
 }  // namespace silvafit::fit

@@ -73,6 +73,13 @@ enum class Alternation {
   kCareful,
 };
 
+/// How penalized least squares ended.
+enum class SquaresEnd {
+  kReached,
+  kRounded,  ///< at a minimum up to rounding errors, which are above the tolerance
+  kFailed,
+};
+
 /// The model at the coefficients of the pooled fit (without groups).
 struct PooledFit {
   Eigen::VectorXd coefficients{};  ///< (p)
@@ -157,9 +164,9 @@ class LindstromBates {
   bool linearize(const LindstromBatesState& state, const Linearization* before, Linearization& at);
   /// Minimizes the penalized squares of the random effects and coefficients.
   /// \param tolerance  squared standard errors within which slow convergence ends the search
-  bool penalized_least_squares(LindstromBatesState& state,
-                               Linearization& at,
-                               double tolerance = kLoosestSquares);
+  SquaresEnd penalized_least_squares(LindstromBatesState& state,
+                                     Linearization& at,
+                                     double tolerance = kLoosestSquares);
   /// Moves towards the target while the penalized squares decrease; returns the step length
   /// relative to the whole, 0 if none.
   double take_step(LindstromBatesState& state, Linearization& at, const LinearMixedProfile& target);

@@ -100,7 +100,10 @@ class LindstromBates::Run {
 
   bool begin() {
     at_ = std::make_shared<Linearization>();
-    if (how_ == Alternation::kCareful) return engine_.penalized_least_squares(state_, *at_);
+    if (how_ == Alternation::kCareful) {
+      squares_end_ = engine_.penalized_least_squares(state_, *at_);
+      return squares_end_ != SquaresEnd::kFailed;
+    }
     return engine_.linearize(state_, nullptr, *at_);
   }
 
@@ -151,7 +154,13 @@ class LindstromBates::Run {
     // Movements of the coefficients below the rounding error of the sums of squares are not
     // visible.
     const double rounding = 1e-14 * static_cast<double>(engine_.model_.observations());
-    outcome_.converged = outcome_.decrement <= engine_.tolerance_ &&
+    // Rounding errors of nearly dependent columns that end penalized least squares also move theta.
+    constexpr double kMostRounding = 1e-8;
+    const double tolerance =
+        squares_end_ == SquaresEnd::kRounded
+            ? std::max(engine_.tolerance_, std::min(curve_decrement_, kMostRounding))
+            : engine_.tolerance_;
+    outcome_.converged = outcome_.decrement <= tolerance &&
                          (how_ == Alternation::kCareful ||
                           curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding));
     outcome_.curve_decrement = curve_decrement_;
@@ -205,6 +214,7 @@ class LindstromBates::Run {
     }
     state_ = std::move(trial);
     at_ = std::move(point);
+    squares_end_ = SquaresEnd::kReached;
     length_ = 1.0;
     return true;
   }
@@ -226,7 +236,8 @@ class LindstromBates::Run {
     for (length_ = 1.0; length_ >= kShortestMove; length_ *= 0.5) {
       LindstromBatesState trial = engine_.with_theta(last_, target);
       auto point = std::make_shared<Linearization>();
-      if (engine_.penalized_least_squares(trial, *point, tolerance)) {
+      squares_end_ = engine_.penalized_least_squares(trial, *point, tolerance);
+      if (squares_end_ != SquaresEnd::kFailed) {
         state_ = std::move(trial);
         at_ = std::move(point);
         return true;
@@ -247,6 +258,7 @@ class LindstromBates::Run {
   AndersonMixing mixing_{4};
   MatrixXd hessian_;
   QuasiNewtonResult best_;
+  SquaresEnd squares_end_ = SquaresEnd::kReached;
   double here_ = 0.0;
   double curve_decrement_ = 0.0;
   double length_ = 1.0;
