@@ -46,32 +46,47 @@ class SameMean {
   std::vector<VectorXd> found_;
 };
 
+/// Considers all exchanges of up to a number of disjoint pairs of the coefficients from a place on.
+void exchange_pairs(
+    VectorXd& point, std::vector<bool>& is_taken, Index from, int pairs, SameMean& same) {
+  const Index p = point.size();
+  if (pairs == 0) return;
+  for (Index i = from; i < p; ++i) {
+    if (is_taken[static_cast<std::size_t>(i)]) continue;
+    for (Index j = i + 1; j < p; ++j) {
+      if (is_taken[static_cast<std::size_t>(j)]) continue;
+      std::swap(point[i], point[j]);
+      same.consider(point);
+      is_taken[static_cast<std::size_t>(j)] = true;
+      exchange_pairs(point, is_taken, i + 1, pairs - 1, same);
+      is_taken[static_cast<std::size_t>(j)] = false;
+      std::swap(point[i], point[j]);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const VectorXd& minimum) {
-  // The number of pairs of exchanges grows with the fourth power of the number of coefficients.
+  // With four pairs the number of exchanges is 763 for eight coefficients, with two it is 675 for
+  // ten.
   constexpr Index kMostCoefficients = 10;
+  constexpr Index kFewCoefficients = 8;
   const Index p = minimum.size();
   if (p < 2 || p > kMostCoefficients) return {};
   SameMean same(model, minimum);
+  VectorXd point = minimum;
+  std::vector<bool> is_taken(static_cast<std::size_t>(p), false);
+  exchange_pairs(point, is_taken, 0, p <= kFewCoefficients ? 4 : 2, same);
   for (Index i = 0; i < p; ++i) {
     for (Index j = 0; j < i; ++j) {
-      VectorXd once = minimum;
-      std::swap(once[i], once[j]);
-      same.consider(once);
+      std::swap(point[i], point[j]);
       for (Index k = 0; k < p; ++k) {
-        VectorXd turned = once;
-        turned[k] = -turned[k];
-        same.consider(turned);
+        point[k] = -point[k];
+        same.consider(point);
+        point[k] = -point[k];
       }
-      for (Index k = 0; k < i; ++k) {
-        for (Index l = 0; l < k; ++l) {
-          if (k == j || l == j) continue;
-          VectorXd twice = once;
-          std::swap(twice[k], twice[l]);
-          same.consider(twice);
-        }
-      }
+      std::swap(point[i], point[j]);
     }
   }
   return std::move(same).found();

@@ -13,9 +13,9 @@ namespace silvafit::fit {
 ///
 /// The two terms of a biexponential, the rates of absorption and elimination, and the two
 /// asymptotes of a logistic curve (with the sign of its slope changed) can be exchanged without
-/// changing a fit without random effects. With random effects on one of them the fits differ. One
-/// or two exchanges of pairs are tried, and one with a change of sign.
-/// \param minimum  (p) coefficients of a fit
+/// changing a fit without random effects. With random effects on one of them the fits differ. Up to
+/// four pairs are exchanged at once, two of more than eight coefficients, none of more than ten;
+/// and one pair with a change of sign. \param minimum  (p) coefficients of a fit
 std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
                                               const Eigen::VectorXd& minimum);
 

@@ -53,6 +53,18 @@ TEST_CASE("rates of absorption and elimination change places") {
   CHECK(found[0] == VectorXd(Eigen::Vector3d(0.4, -2.4, -3.2)));
 }
 
+TEST_CASE("terms of three coefficients change places") {
+  const NonlinearModel model =
+      model_of("y ~ a1/(1 + exp((b1 - x)/c1)) + a2/(1 + exp((b2 - x)/c2))");
+  VectorXd minimum(6);  // a1, b1, c1, a2, b2, c2
+  minimum << 8.0, 1.0, 0.9, 12.0, 4.0, 1.6;
+  VectorXd exchanged(6);
+  exchanged << 12.0, 4.0, 1.6, 8.0, 1.0, 0.9;
+  const std::vector<VectorXd> found = exchanged_minima(model, minimum);
+  REQUIRE(found.size() == 1);
+  CHECK(found[0] == exchanged);
+}
+
 TEST_CASE("curves without interchangeable terms have no exchanged minima") {
   CHECK(exchanged_minima(model_of("y ~ a*(1 - exp(-b*x))"), Eigen::Vector2d(2.0, 0.3)).empty());
   // A sign alone is no exchange: random effects turn with it.

@@ -53,6 +53,12 @@ bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate) {
   return false;
 }
 
+bool is_far_below(double rank, const Candidate& best) {
+  constexpr double kFar = 0.5;
+  return best.fit.convergence.converged() &&
+         rank < best.rank - kFar * static_cast<double>(best.fit.observations);
+}
+
 bool has_converged(const std::vector<Candidate>& candidates) {
   return std::ranges::any_of(
       candidates, [](const Candidate& candidate) { return candidate.fit.convergence.converged(); });

@@ -29,6 +29,10 @@ bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b);
 /// one at the same point.
 bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate);
 
+/// Whether a likelihood is so much lower than that of a converged fit that searches from there
+/// hardly ever lead to a higher one: by half a unit per observation.
+bool is_far_below(double rank, const Candidate& best);
+
 bool has_converged(const std::vector<Candidate>& candidates);
 
 /// The highest log-likelihood of the converged fits; -infinity if there are none.
@@ -44,10 +48,9 @@ std::vector<LocalOptimum> optima_of(const Candidate& best,
                                     const std::vector<Candidate>& candidates,
                                     bool is_marginal);
 
-/// All fits, converged or not. The first ones are those of the highest rank; then follow the
-/// highest ones of other regions, because the highest start does not always lead to the highest
-/// optimum.
-/// \param first  number of fits that are ordered only by rank
+/// All fits, converged or not. The first ones are those of the highest
+/// rank; then follow the highest ones of other regions, because the highest start does not always
+/// lead to the highest optimum. \param first  number of fits that are ordered only by rank
 std::vector<const Candidate*> spread_out(const std::vector<Candidate>& candidates,
                                          std::size_t first);
 

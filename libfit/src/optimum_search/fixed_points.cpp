@@ -9,6 +9,7 @@
 
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "model/symmetric_eigen.hpp"
+#include "optimum_search/exchanged_fits.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
@@ -91,6 +92,7 @@ void FixedPoints::search() {
     const bool is_asked = k <= given || starts[k].origin == kSpreadStart;
     if (!is_asked && budget_.is_spent() && has_converged(candidates_)) continue;
     linearize_from(starts[k], Persistence::kOnce);
+    if (starts[k].with_effects) start_with_effects_of(starts[k]);
     if (k >= given) continue;
     // With narrow random effects the run stays near its starting coefficients.
     for (const double spread : {kNarrow, kVeryNarrow}) {
@@ -103,6 +105,11 @@ void FixedPoints::search() {
 }
 
 void FixedPoints::search_longer() { linearize_from(first_, Persistence::kUntilFound); }
+
+void FixedPoints::start_with_effects_of(const StartingPoint& point) {
+  auto found = fixed_point_from(model_, *point.with_effects);
+  if (found) add_candidate(candidates_, {.fit = *std::move(found), .origin = point.origin});
+}
 
 void FixedPoints::linearize_from(const StartingPoint& point,
                                  Persistence persistence,
@@ -173,6 +180,7 @@ void FixedPoints::compare() {
   if (is_settled()) return compare_with_smaller();
   follow_to_maxima();
   if (!has_converged(candidates_)) search_longer();
+  start_from_exchanged();
   start_from_maxima();
   explore();
   compare_with_smaller();
@@ -230,13 +238,17 @@ void FixedPoints::finish_given_up() {
 void FixedPoints::follow_to_maxima() {
   constexpr int kRounds = 3;
   constexpr std::size_t kBest = 4;
+  constexpr int kFarBelow = 1;  // in the first round
   for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
     const std::size_t known = candidates_.size();
+    const Candidate& highest = best_of(candidates_);
     std::vector<MixedEffectsFit> starts;
     std::vector<const Candidate*> best = spread_out(candidates_, kBest - 1);
     best.resize(std::min(kBest, best.size()));
+    int useless = round == 0 ? 0 : kFarBelow;
     for (const Candidate* const candidate : best) {
-      if (!candidate->is_followed) starts.push_back(candidate->fit);
+      const bool is_useless = is_far_below(candidate->rank, highest) && ++useless > kFarBelow;
+      if (!candidate->is_followed && !is_useless) starts.push_back(candidate->fit);
     }
     for (Candidate& candidate : candidates_) {
       candidate.is_followed =
@@ -286,7 +298,9 @@ void FixedPoints::follow_to_maximum(const MixedEffectsFit& start) {
 /// Runs from the coefficients of the maxima, with other random effects.
 void FixedPoints::start_from_maxima() {
   if (!has_several_ends()) return;
+  const Candidate best = best_of(candidates_);
   for (const Candidate& maximum : maxima_) {
+    if (is_far_below(maximum.fit.log_likelihood, best)) continue;
     const StartingPoint point{.coefficients = maximum.fit.estimate,
                               .origin = std::string(kMaximumOrigin)};
     for (const double spread : {kVeryNarrow, 1.0}) {
@@ -295,6 +309,20 @@ void FixedPoints::start_from_maxima() {
   }
   rank();
   follow_to_maxima();
+}
+
+void FixedPoints::start_from_exchanged() {
+  const std::size_t known = candidates_.size();
+  const MixedEffectsFit best = best_of(candidates_).fit;
+  for (const MixedEffectsFit& start : exchanged_fits(model_, best)) {
+    if (budget_.is_spent()) break;
+    auto found = fixed_point_from(model_, start);
+    if (found) {
+      add_candidate(candidates_,
+                    {.fit = *std::move(found), .origin = std::string(kExchangedOrigin)});
+    }
+  }
+  if (candidates_.size() > known) rank();
 }
 
 void FixedPoints::add_without_random_effects(std::vector<ContainedModel>& contained) const {

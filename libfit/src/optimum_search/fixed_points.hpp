@@ -55,6 +55,7 @@ class FixedPoints {
 
  private:
   void linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0);
+  void start_with_effects_of(const StartingPoint& point);
   std::vector<StartingPoint> points() const;
   void rank();
   bool is_settled() const;
@@ -66,6 +67,7 @@ class FixedPoints {
   void find_own_maximum();
   void follow_to_maxima();
   void follow_to_maximum(const MixedEffectsFit& start);
+  void start_from_exchanged();
   void start_from_maxima();
   std::optional<MixedEffectsFit> fixed_point_from(const NonlinearModel& model,
                                                   const MixedEffectsFit& start);

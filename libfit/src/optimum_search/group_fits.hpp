@@ -3,21 +3,40 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
+#include <vector>
 
+#include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
-/// (K) the median of each parameter over fits to single groups.
-///
-/// Each group with enough observations is fitted from the pooled coefficients, at most forty of
-/// them, evenly chosen.
+/// Fits to single groups that begin at the same parameters.
+struct GroupFits {
+  Eigen::MatrixXd own{};      ///< (K x G) parameters; NaN for groups without a fit
+  Eigen::VectorXd medians{};  ///< (K)
+  std::size_t fitted = 0;     ///< number of groups with a fit
+  double sum_of_squares = 0.0;
+  double residual_sd = 0.0;
+};
+
+/// Fits the groups with enough observations, at most forty of them, evenly chosen, from the pooled
+/// coefficients. Where groups differ much, curves of quite different shapes fit all groups together
+/// equally well, but not each group. Therefore minima are also searched in three groups alone, and
+/// all groups are fitted from those that are lower.
 /// \param constants  the model without covariates
 /// \param pooled     (p) coefficients of the fit to all groups together
-/// \returns no value if fewer than three groups have a fit
-std::optional<Eigen::VectorXd> medians_of_group_fits(const NonlinearModel& model,
-                                                     const NonlinearModel& constants,
-                                                     const Eigen::VectorXd& pooled);
+/// \returns none if fewer than three groups have a fit
+std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
+                                         const NonlinearModel& constants,
+                                         const Eigen::VectorXd& pooled);
+
+/// A start with the deviations of the groups' own parameters as random effects, as nlme starts from
+/// an nlsList; none with two groupings or random effects of a covariate's coefficient.
+/// \param estimate  (p) at the medians
+std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
+                                                  const Eigen::VectorXd& estimate,
+                                                  const GroupFits& groups);
 
 }  // namespace silvafit::fit

@@ -9,6 +9,7 @@
 
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "optimum_search/exchanged_fits.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -31,6 +32,15 @@ bool is_near(const MixedEffectsFit& a, const MixedEffectsFit& b) {
   return change.norm() < kNear * std::sqrt(static_cast<double>(change.size()));
 }
 
+/// -infinity without a rank.
+double highest_rank(const std::vector<Candidate>& candidates) {
+  double result = -std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : candidates) {
+    if (candidate.rank > result) result = candidate.rank;
+  }
+  return result;
+}
+
 }  // namespace
 
 MarginalMaxima::MarginalMaxima(const NonlinearModel& model,
@@ -51,6 +61,7 @@ void MarginalMaxima::search() {
   follow(starts());
   if (maxima_.empty()) search_longer();
   compare_with_smaller();
+  try_exchanged();
   if (!has_converged(maxima_)) search_longer();
   finish_highest();
   prefer_exact_fit();
@@ -128,6 +139,7 @@ void MarginalMaxima::add_first_order_maximum(std::vector<Candidate>& starts) {
 /// of both are near each other.
 void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) {
   MarginalMaxima laplace(model_, pooled_, options_, Integration::kLaplace, points_);
+  laplace.is_preliminary_ = true;
   std::vector<Candidate> first = starts;
   for (Candidate& candidate : first)
     candidate.rank = value_at(candidate.fit, Integration::kLaplace);
@@ -147,13 +159,17 @@ void MarginalMaxima::follow(const std::vector<Candidate>& starts) {
   const bool is_unique = has_laplace_maximum_ && !points_.has_several_ends();
   const std::size_t usual = !is_quadrature() ? 6 : is_unique ? 1 : 3;
   const std::size_t most = usual + 3 * asked;
+  // The starts of a likelihood by quadrature are maxima of others, so that the highest are best.
+  const std::size_t first = is_quadrature() ? most : most / 2;
+  const std::size_t least = is_quadrature() ? most : asked;
+  if (is_quadrature()) known_ = highest_rank(starts);
   std::vector<const MixedEffectsFit*> tried;
-  for (const Candidate* const start : spread_out(starts, most / 2)) {
-    const bool is_enough = tried.size() >= most || (tried.size() >= asked && budget_.is_spent());
-    if (is_enough && has_converged(maxima_)) return;
+  for (const Candidate* const start : spread_out(starts, first)) {
+    const bool is_enough = tried.size() >= most || (tried.size() >= least && budget_.is_spent());
+    if (is_enough && (is_preliminary_ || has_converged(maxima_))) return;
     const bool is_tried = std::ranges::any_of(
         tried, [&](const MixedEffectsFit* other) { return is_near(start->fit, *other); });
-    if (is_tried) continue;
+    if (is_tried || is_far_below(start->rank, best_of(starts))) continue;
     tried.push_back(&start->fit);
     try_from(start->fit, start->origin);
   }
@@ -206,8 +222,11 @@ MarginalEnd MarginalMaxima::search_from(const NonlinearModel& model,
 }
 
 void MarginalMaxima::try_from(const MixedEffectsFit& start, const std::string& origin) {
-  MarginalEnd end = search_from(
-      model_, start, integration_, options_.marginal, {.known = highest_converged(maxima_)});
+  MarginalEnd end = search_from(model_,
+                                start,
+                                integration_,
+                                options_.marginal,
+                                {.known = std::max(known_, highest_converged(maxima_))});
   if (!end.fit) return;
   add({.fit = *std::move(end.fit), .origin = origin, .obstacle = std::move(end.obstacle)});
 }
@@ -234,6 +253,14 @@ void MarginalMaxima::compare_with_smaller() {
     if (!is_above && !points_.has_several_ends()) continue;
     try_from(enlarged(*found, smaller, small_deviation(model_, smaller, before)),
              "the fit " + smaller.text);
+  }
+}
+
+void MarginalMaxima::try_exchanged() {
+  if (maxima_.empty()) return;
+  const MixedEffectsFit best = best_of(maxima_).fit;
+  for (const MixedEffectsFit& start : exchanged_fits(model_, best)) {
+    if (!budget_.is_spent()) try_from(start, std::string(kExchangedOrigin));
   }
 }
 

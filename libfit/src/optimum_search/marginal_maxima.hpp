@@ -41,6 +41,7 @@ class MarginalMaxima {
   void follow(const std::vector<Candidate>& starts);
   void search_longer();
   void compare_with_smaller();
+  void try_exchanged();
   void finish_highest();
   void prefer_exact_fit();
   void rank_ends();
@@ -61,8 +62,10 @@ class MarginalMaxima {
   SearchBudget budget_;
   std::vector<Candidate> maxima_;
   std::vector<ContainedModel> contained_;
-  bool has_searched_longer_ = false;  ///< whether the longer search was done
-  bool has_laplace_maximum_ = false;  ///< at which quadrature can start
+  bool has_searched_longer_ = false;                         ///< whether the longer search was done
+  bool is_preliminary_ = false;                              ///< whether its maxima are only starts
+  double known_ = -std::numeric_limits<double>::infinity();  ///< the highest value at a start
+  bool has_laplace_maximum_ = false;                         ///< at which quadrature can start
   /// Of the first-order likelihood, if Laplace's is not valid at all fixed points.
   double first_order_maximum_ = std::numeric_limits<double>::quiet_NaN();
 };

@@ -71,7 +71,9 @@ class Collection {
  public:
   explicit Collection(const NonlinearModel& model) : model_(model) {}
 
-  void add(VectorXd coefficients, std::string origin) {
+  void add(VectorXd coefficients,
+           std::string origin,
+           std::optional<MixedEffectsFit> with_effects = std::nullopt) {
     if (coefficients.size() != model_.coefficient_count() || !coefficients.allFinite()) return;
     const bool is_known = std::ranges::any_of(points_, [&](const StartingPoint& other) {
       constexpr double kSamePlace = 1e-4;
@@ -79,7 +81,9 @@ class Collection {
       return ((coefficients - other.coefficients).array().abs() <= kSamePlace * sizes).all();
     });
     if (is_known) return;
-    points_.push_back({.coefficients = std::move(coefficients), .origin = std::move(origin)});
+    points_.push_back({.coefficients = std::move(coefficients),
+                       .origin = std::move(origin),
+                       .with_effects = std::move(with_effects)});
   }
 
   /// From a value of each parameter.
@@ -147,10 +151,17 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
     collection.add(other, "other least-squares minimum");
   }
   if (!model.specification().random.empty()) {
-    if (auto medians = medians_of_group_fits(model, model.pooled(), pooled.estimate)) {
-      collection.add_constants(medians, "medians of single groups");
-    } else if (auto typical = start_of_strata(model, pooled.estimate)) {
-      collection.add(*std::move(typical), "medians of strata of groups");
+    const NonlinearModel constants = model.pooled();
+    const std::vector<GroupFits> fits = fit_single_groups(model, constants, pooled.estimate);
+    for (const GroupFits& found : fits) {
+      const VectorXd estimate = spread_constants(model, constants, found.medians);
+      collection.add(
+          estimate, std::string(kGroupMedians), start_with_effects(model, estimate, found));
+    }
+    if (fits.empty()) {
+      if (auto typical = start_of_strata(model, pooled.estimate)) {
+        collection.add(*std::move(typical), "medians of strata of groups");
+      }
     }
   }
   add_solved_equation(model, collection);

@@ -3,17 +3,24 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "silvafit/fit/least_squares.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
+/// The origin of medians of least-squares fits to single groups.
+inline constexpr std::string_view kGroupMedians = "medians of single groups";
+
 struct StartingPoint {
   Eigen::VectorXd coefficients{};  ///< (p)
   std::string origin{};            ///< "least squares", "start values", ... for reports
+  std::optional<MixedEffectsFit> with_effects{};  ///< the same with random effects, if known
 };
 
 struct StartingPointOptions {

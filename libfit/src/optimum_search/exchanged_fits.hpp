@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// Starts from a mixed-effects fit with interchangeable terms of the formula exchanged.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "silvafit/fit/mixed_effects.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+inline constexpr std::string_view kExchangedOrigin = "a fit with exchanged terms";
+
+/// The fit with exchanged coefficients that give the same population curve. Without random effects
+/// these are equal fits; with random effects on one of the terms they are different ones. An
+/// exchanged coefficient gets independent random effects that change the mean by a residual
+/// standard deviation.
+std::vector<MixedEffectsFit> exchanged_fits(const NonlinearModel& model,
+                                            const MixedEffectsFit& fit);
+
+}  // namespace silvafit::fit
