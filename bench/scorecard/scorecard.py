@@ -7,6 +7,7 @@
     bench/scorecard/scorecard.py --compare before.csv after.csv   two files of results
     bench/scorecard/scorecard.py --best --family fol              tries many starts, and records in best_known.csv what is better
     bench/scorecard/scorecard.py --page results.csv               writes the tables of docs/scorecard.md
+    bench/scorecard/scorecard.py --from-truth --seed 7            fits simulated data also from their true values
 
 The program is that of the environment variable SILVAFIT, by default build/bin/silvafit.
 """
@@ -24,6 +25,7 @@ import curves
 import degenerate
 import drawn
 import fitting
+import from_truth
 import inventories
 import page
 import recorded
@@ -58,6 +60,7 @@ def options():
     parser.add_argument("--out", default=str(ROOT / "build" / "scorecard" / "results.csv"), help="CSV, a line for each case and method")
     parser.add_argument("--folder", default=str(ROOT / "build" / "scorecard" / "data"), help="where drawn data are written")
     parser.add_argument("--draw", action="store_true", help="only write the drawn data")
+    parser.add_argument("--from-truth", action="store_true", help="compare with fits from the true values of simulated data")
     parser.add_argument("--best", action="store_true", help="look for better fits from many starts and record them")
     parser.add_argument("--results", metavar="RESULTS", help="for --best: fits without a start that need not be made again")
     parser.add_argument("--compare", nargs=2, metavar=("BEFORE", "AFTER"), help="files of results")
@@ -144,6 +147,9 @@ def main():
         return
     if not os.access(chosen.program, os.X_OK):
         sys.exit(f"{chosen.program} is not here: build it, or name the program by --program or the environment variable SILVAFIT")
+    if chosen.from_truth:
+        print(from_truth.report(chosen.program, work(chosen, all_cases), chosen.time_out, chosen.jobs))
+        return
     if chosen.best:
         best_known.improve(chosen.program, work(chosen, all_cases), chosen.time_out, chosen.jobs,
                             fitting.read(chosen.results) if chosen.results else [])
