@@ -410,6 +410,10 @@ SearchEvidence FixedPoints::evidence(const Candidate& best) const {
         marginal_log_likelihood(model_, best.fit, Integration::kInteraction, options_.marginal);
     result.marginal_maximum = highest_first_order_;
   }
+  // Searches from the fit may have failed, and others have ended at lower maxima elsewhere.
+  if (result.marginal_maximum < result.marginal_here) {
+    result.marginal_maximum = result.marginal_here;
+  }
   return result;
 }
 

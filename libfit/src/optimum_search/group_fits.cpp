@@ -7,6 +7,7 @@
 #include <functional>
 #include <utility>
 
+#include "least_squares/exchanged_minima.hpp"
 #include "least_squares/levenberg_marquardt.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
@@ -158,6 +159,25 @@ std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
         !usual || found->fitted > usual->fitted ||
         found->sum_of_squares < SingleGroups::kClearlyLower * usual->sum_of_squares;
     if (is_lower) result.push_back(*std::move(found));
+  }
+  return result;
+}
+
+std::vector<GroupFits> exchanged(const NonlinearModel& constants, const GroupFits& groups) {
+  std::vector<GroupFits> result;
+  const VectorXd& before = groups.medians;
+  for (const VectorXd& after : exchanged_minima(constants, before)) {
+    GroupFits other = groups;
+    other.medians = after;
+    for (Index i = 0; i < after.size(); ++i) {
+      if (after[i] == before[i]) continue;
+      for (Index j = 0; j < after.size(); ++j) {
+        if (std::abs(after[i]) != std::abs(before[j])) continue;
+        const double sign = after[i] == before[j] ? 1.0 : -1.0;
+        other.own.row(i) = sign * groups.own.row(j);
+      }
+    }
+    result.push_back(std::move(other));
   }
   return result;
 }

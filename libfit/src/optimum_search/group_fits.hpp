@@ -32,6 +32,10 @@ std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
                                          const NonlinearModel& constants,
                                          const Eigen::VectorXd& pooled);
 
+/// The same fits with exchanged parameters that give the same curves, as far as these exist.
+/// \param constants  the model without covariates
+std::vector<GroupFits> exchanged(const NonlinearModel& constants, const GroupFits& groups);
+
 /// A start with the deviations of the groups' own parameters as random effects, as nlme starts from
 /// an nlsList; none with two groupings or random effects of a covariate's coefficient.
 /// \param estimate  (p) at the medians

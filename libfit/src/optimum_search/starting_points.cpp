@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
 #include "mixed_effects/strata_start.hpp"
 #include "optimum_search/group_fits.hpp"
@@ -86,6 +87,22 @@ class Collection {
                        .with_effects = std::move(with_effects)});
   }
 
+  void add_groups(const NonlinearModel& constants, const GroupFits& groups) {
+    const VectorXd estimate = spread_constants(model_, constants, groups.medians);
+    add(estimate, std::string(kGroupMedians), start_with_effects(model_, estimate, groups));
+  }
+
+  /// Exchanged terms of all points so far.
+  void add_exchanged() {
+    const std::vector<StartingPoint> points = points_;
+    for (const StartingPoint& point : points) {
+      if (point.origin == kStartValues) continue;
+      for (VectorXd& other : exchanged_minima(model_, point.coefficients)) {
+        add(std::move(other), point.origin + " with exchanged terms");
+      }
+    }
+  }
+
   /// From a value of each parameter.
   void add_constants(const std::optional<VectorXd>& constants, std::string origin) {
     if (!constants) return;
@@ -154,9 +171,10 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
     const NonlinearModel constants = model.pooled();
     const std::vector<GroupFits> fits = fit_single_groups(model, constants, pooled.estimate);
     for (const GroupFits& found : fits) {
-      const VectorXd estimate = spread_constants(model, constants, found.medians);
-      collection.add(
-          estimate, std::string(kGroupMedians), start_with_effects(model, estimate, found));
+      collection.add_groups(constants, found);
+      for (const GroupFits& other : exchanged(constants, found)) {
+        collection.add_groups(constants, other);
+      }
     }
     if (fits.empty()) {
       if (auto typical = start_of_strata(model, pooled.estimate)) {
@@ -165,6 +183,7 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
     }
   }
   add_solved_equation(model, collection);
+  if (!model.specification().random.empty()) collection.add_exchanged();
   add_spread(options.spread, collection);
   return std::move(collection).take();
 }

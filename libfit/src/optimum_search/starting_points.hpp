@@ -31,8 +31,8 @@ struct StartingPointOptions {
 /// Distinct points that may lead to different maxima of the likelihood, the most promising first:
 /// the user's values; the pooled least-squares fit; coefficients with exchanged terms, and those
 /// with a similar fit to the pooled data; medians of least-squares fits to single groups; the fit
-/// of a linear form of the formula (h = d^2/(a + b d) is linear in d^2/h); and spread points.
-/// \param pooled  the least-squares fit, with its other minima
+/// of a linear form of the formula (h = d^2/(a + b d) is linear in d^2/h); exchanged terms of all
+/// of these; and spread points. \param pooled  the least-squares fit, with its other minima
 std::vector<StartingPoint> starting_points(const NonlinearModel& model,
                                            const LeastSquaresFit& pooled,
                                            const StartingPointOptions& options = {});
