@@ -82,9 +82,12 @@ std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const Vector
     for (Index j = 0; j < i; ++j) {
       std::swap(point[i], point[j]);
       for (Index k = 0; k < p; ++k) {
-        point[k] = -point[k];
-        same.consider(point);
-        point[k] = -point[k];
+        const double value = point[k];
+        for (const double other : {-value, 1.0 - value}) {
+          point[k] = other;
+          same.consider(point);
+        }
+        point[k] = value;
       }
       std::swap(point[i], point[j]);
     }

@@ -13,14 +13,15 @@ namespace silvafit::fit {
 ///
 /// The two terms of a biexponential, the rates of absorption and elimination, and the two
 /// asymptotes of a logistic curve (with the sign of its slope changed) can be exchanged without
-/// changing a fit without random effects. With random effects on one of them the fits differ. Up to
-/// four pairs are exchanged at once, two of more than eight coefficients, none of more than ten;
-/// and one pair with a change of sign. \param minimum  (p) coefficients of a fit
+/// changing a fit without random effects. With random effects on one of them the fits differ.
+/// Tried are exchanges of up to four pairs, of two pairs of nine or ten coefficients, and of one
+/// pair with a change of sign, or of the share f of f*A + (1 - f)*B to 1 - f.
+/// \param minimum  (p) coefficients of a fit; none are found for more than ten
 std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
                                               const Eigen::VectorXd& minimum);
 
 /// The same for locations on the axis of a column: two of them are exchanged, and a descent adapts
-/// the other coefficients, as the share f of f*A + (1 - f)*B becomes 1 - f.
+/// the other coefficients.
 std::vector<Eigen::VectorXd> exchanged_locations(const NonlinearModel& model,
                                                  const Eigen::VectorXd& minimum);
 

@@ -171,6 +171,7 @@ std::vector<GroupFits> exchanged(const NonlinearModel& constants, const GroupFit
     other.medians = after;
     for (Index i = 0; i < after.size(); ++i) {
       if (after[i] == before[i]) continue;
+      if (after[i] == 1.0 - before[i]) other.own.row(i) = 1.0 - groups.own.row(i).array();
       for (Index j = 0; j < after.size(); ++j) {
         if (std::abs(after[i]) != std::abs(before[j])) continue;
         const double sign = after[i] == before[j] ? 1.0 : -1.0;
