@@ -48,9 +48,10 @@ std::vector<LocalOptimum> optima_of(const Candidate& best,
                                     const std::vector<Candidate>& candidates,
                                     bool is_marginal);
 
-/// All fits, converged or not. The first ones are those of the highest
-/// rank; then follow the highest ones of other regions, because the highest start does not always
-/// lead to the highest optimum. \param first  number of fits that are ordered only by rank
+/// All fits, converged or not. The first ones are those of the highest rank; then follow the
+/// highest ones of other regions, because the highest start does not always lead to the highest
+/// optimum.
+/// \param first  number of fits that are ordered only by rank
 std::vector<const Candidate*> spread_out(const std::vector<Candidate>& candidates,
                                          std::size_t first);
 

@@ -57,6 +57,7 @@ VectorXd mean_parameters(const NonlinearModel& model, const VectorXd& coefficien
   return result;
 }
 
+/// The observations of the groups that are fitted alone.
 class SingleGroups {
  public:
   SingleGroups(const NonlinearModel& model, const NonlinearModel& constants)

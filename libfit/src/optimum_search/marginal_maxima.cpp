@@ -256,6 +256,7 @@ void MarginalMaxima::compare_with_smaller() {
   }
 }
 
+/// With random effects on one of two interchangeable terms, the best fit may belong to the other.
 void MarginalMaxima::try_exchanged() {
   if (maxima_.empty()) return;
   const MixedEffectsFit best = best_of(maxima_).fit;
