@@ -59,6 +59,7 @@ Branching branching_of(const JsonEntry& entry) {
   if (arrangement == "whorls") {
     branching.arrangement = Arrangement::kWhorls;
     branching.per_whorl = whole_number(entry, "per_whorl", 1, 12);
+    if (entry.has("whorl_spread")) branching.whorl_spread = entry.number("whorl_spread", 0.0, 1.0);
   } else {
     branching.arrangement = Arrangement::kSpiral;
     branching.per_whorl = 1;

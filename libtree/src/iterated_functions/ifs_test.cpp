@@ -397,7 +397,7 @@ TEST_CASE("a system with an invalid field is refused with file and field") {
   CHECK(column_of_error("broadleaf", "\"trunk\"", "\"trunks\"") == "trunks");
   CHECK(column_of_error("broadleaf", "\"turn_deg\"", "\"twist_deg\"") == "maps[0].twist_deg");
   CHECK(column_of_error("broadleaf",
-                        "\"depth\": 12, \"least_scale\": 0.18",
+                        "\"depth\": 14, \"least_scale\": 0.19",
                         "\"depth\": 20, \"least_scale\": 0") == "recursion");
   CHECK(column_of_error("broadleaf", "silvafit-ifs/1", "silvafit-ifs/2") == "schema");
   CHECK(with_value("broadleaf", "depth", "4") == "accepted");

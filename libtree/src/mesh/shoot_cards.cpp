@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace silvafit::tree {
 namespace {
 
 constexpr double kGoldenAngle = 137.507764 * kRadian;
+// Two cards are four triangles; a tree should have no more than some ten thousand.
+constexpr std::size_t kMostShoots = 1700;
+constexpr double kFlat_m = 1e-6;
 
 /// A part of an axis that bears shoots.
 struct LeafyPart {
@@ -23,6 +27,8 @@ struct LeafyPart {
   double from_m = 0.0;    ///< along the axis
   double length_m = 0.0;  ///< leafy
   double whole_m = 0.0;   ///< of the axis
+  double end_m = 0.0;     ///< from the last branch that it bears to its tip, or all of it
+  double weight = 1.0;    ///< shoots a meter, relative to the mean
 };
 
 double length_of(std::span<const SkeletonPoint> points) {
@@ -31,20 +37,69 @@ double length_of(std::span<const SkeletonPoint> points) {
   return sum;
 }
 
-/// Branches that bear others have leaves only on their outer part, because the rest is shaded.
-std::vector<LeafyPart> leafy_parts(const Skeleton& skeleton) {
-  std::vector<bool> bears(skeleton.axes.size(), false);
-  for (std::size_t i = 1; i < skeleton.axes.size(); ++i) bears[skeleton.axes[i].parent] = true;
+/// Distance from the last branch on each axis to its tip; none: infinite.
+std::vector<double> bare_ends_m(const Skeleton& skeleton) {
+  std::vector<double> ends(skeleton.axes.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t i = 1; i < skeleton.axes.size(); ++i) {
+    const std::uint32_t parent = skeleton.axes[i].parent;
+    const Point tip = skeleton.points_of(skeleton.axes[parent]).back().at;
+    ends[parent] = std::min(ends[parent], length(skeleton.points[skeleton.axes[i].first].at - tip));
+  }
+  return ends;
+}
+
+/// Branches that bear others have leaves only on their outer part, because the rest is shaded: the
+/// less the higher they start.
+std::vector<LeafyPart> leafy_parts(const Skeleton& skeleton, const Crown& crown) {
+  const std::vector<double> ends = bare_ends_m(skeleton);
+  // A drawing that is not fitted may have all its branches at one height.
+  const double crown_m = std::max(crown.h_m() - crown.hcb_m(), kFlat_m);
   std::vector<LeafyPart> parts;
   parts.reserve(skeleton.axes.size());
   for (std::uint32_t i = 1; i < skeleton.axes.size(); ++i) {
-    constexpr double kBareBearer = 0.4;
+    constexpr double kBareBearer = 0.6;
     constexpr double kBareTwig = 0.1;
-    const double whole = length_of(skeleton.points_of(skeleton.axes[i]));
-    const double from = (bears[i] ? kBareBearer : kBareTwig) * whole;
-    if (whole > 0.0) parts.push_back({i, from, whole - from, whole});
+    const auto points = skeleton.points_of(skeleton.axes[i]);
+    const double whole = length_of(points);
+    const double depth = std::clamp((crown.h_m() - points.front().at.z) / crown_m, 0.0, 1.0);
+    const double from = (std::isfinite(ends[i]) ? kBareBearer * depth : kBareTwig) * whole;
+    if (whole > 0.0) parts.push_back({i, from, whole - from, whole, std::min(ends[i], whole)});
   }
   return parts;
+}
+
+/// Leaves are where the light is: the shoots of a layer follow the crown's surface there, and not
+/// only the length of its branches, of which a skeleton may have few or many near its top.
+void follow_surface(const Skeleton& skeleton, const Crown& crown, std::vector<LeafyPart>& parts) {
+  constexpr std::size_t kLayers = 12;
+  constexpr double kLeast = 0.4;
+  constexpr double kMost = 2.5;
+  const double layer_m = (crown.h_m() - crown.hcb_m()) / kLayers;
+  if (layer_m < kFlat_m) return;
+  std::array<double, kLayers> weights{};
+  double surface = 0.0;
+  for (std::size_t k = 0; k < kLayers; ++k) {
+    const double middle_m = crown.hcb_m() + (static_cast<double>(k) + 0.5) * layer_m;
+    weights[k] = crown.relative_width(middle_m);
+    surface += weights[k];
+  }
+  const auto layer_of = [&](const LeafyPart& part) {
+    const Axis& axis = skeleton.axes[part.axis];
+    const double z = skeleton.points[axis.first + axis.count / 2].at.z;
+    const double layer = std::clamp((z - crown.hcb_m()) / layer_m, 0.0, kLayers - 1.0);
+    return static_cast<std::size_t>(layer);
+  };
+  std::array<double, kLayers> leafy_m{};
+  double sum_m = 0.0;
+  for (const LeafyPart& part : parts) {
+    leafy_m[layer_of(part)] += part.length_m;
+    sum_m += part.length_m;
+  }
+  for (std::size_t k = 0; k < kLayers; ++k) {
+    if (!(leafy_m[k] > 0.0)) continue;
+    weights[k] = std::clamp(weights[k] * sum_m / (surface * leafy_m[k]), kLeast, kMost);
+  }
+  for (LeafyPart& part : parts) part.weight = weights[layer_of(part)];
 }
 
 /// A point of an axis and the direction there.
@@ -83,13 +138,11 @@ double bare_top_m(const Skeleton& skeleton) {
   return skeleton.points_of(skeleton.axes.front()).back().at.z - highest;
 }
 
-/// The ends of all branches that are drawn as wood, and the top of the stem, so that all have
-/// leaves.
-/// \param usual  number of the tree's shoots
+/// The top of the stem, the ends of all branches that are drawn as wood, and what is bare before
+/// these ends, so that all have leaves.
 std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
                                      const std::vector<LeafyPart>& parts,
                                      double size_m,
-                                     std::size_t usual,
                                      const MeshOptions& options) {
   std::vector<ShootSite> sites;
   const double stem_m = length_of(skeleton.points_of(skeleton.axes.front()));
@@ -100,21 +153,24 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
     const double back_m = i * kApart * size_m;
     sites.push_back({0, std::max(stem_m - back_m, 0.0), back_m});
   }
+  const auto diameter_m = [&](const LeafyPart& part) {
+    return 2.0 * skeleton.points[skeleton.axes[part.axis].first].radius_m;
+  };
+  const auto is_wood = [&](const LeafyPart& part) {
+    return skeleton.axes[part.axis].order == 1 || diameter_m(part) >= options.thinnest_wood_m;
+  };
   for (const LeafyPart& part : parts) {
-    const Axis& axis = skeleton.axes[part.axis];
-    const double diameter_m = 2.0 * skeleton.points[axis.first].radius_m;
-    if (axis.order > 1 && diameter_m < options.thinnest_wood_m) continue;
-    sites.push_back({part.axis, part.whole_m, 0.0});
+    if (is_wood(part)) sites.push_back({part.axis, part.whole_m, 0.0});
   }
-  // Thick wood does not reach far beyond its leaves.
   for (const LeafyPart& part : parts) {
-    if (sites.size() >= usual) break;
     constexpr double kThick = 0.025;
-    constexpr int kMostOnLimb = 8;
-    if (2.0 * skeleton.points[skeleton.axes[part.axis].first].radius_m < kThick) continue;
-    for (int i = 1; i <= kMostOnLimb; ++i) {
-      const double back_m = 0.45 * i * size_m;
-      if (back_m > 0.5 * part.whole_m) break;
+    constexpr int kMostOnBranch = 8;
+    const bool is_twig = part.end_m == part.whole_m && diameter_m(part) < kThick;
+    if (is_twig || !is_wood(part)) continue;
+    const double leafy_m = std::min(part.end_m, part.length_m);
+    for (int i = 1; i <= kMostOnBranch && sites.size() < kMostShoots; ++i) {
+      const double back_m = kApart * i * size_m;
+      if (back_m > leafy_m) break;
       sites.push_back({part.axis, part.whole_m - back_m, back_m});
     }
   }
@@ -142,26 +198,28 @@ std::vector<ShootSite> sites_of_whole_twigs(const Skeleton& skeleton,
   return sites;
 }
 
-/// A number of sites at equal distances along all leafy parts.
+/// A number of sites along all leafy parts, at distances by the parts' weights.
 void add_sites_along(const Skeleton& skeleton,
                      const std::vector<LeafyPart>& parts,
-                     double leafy_m,
                      int number,
                      double size_m,
                      Jitter& places,
                      std::vector<ShootSite>& sites) {
   if (number <= 0) return;
-  const double step_m = leafy_m / number;
+  double weighted_m = 0.0;
+  for (const LeafyPart& part : parts) weighted_m += part.weight * part.length_m;
+  const double step_m = weighted_m / number;
   double passed_m = 0.0;
   double next_m = step_m * (0.5 + 0.49 * places.next());
   for (const LeafyPart& part : parts) {
     const bool has_wood = skeleton.points[skeleton.axes[part.axis].first].radius_m > 0.0;
-    for (; next_m <= passed_m + part.length_m; next_m += step_m) {
-      const double along_m = part.from_m + (next_m - passed_m);
+    const double end_m = passed_m + part.weight * part.length_m;
+    for (; next_m <= end_m; next_m += step_m) {
+      const double along_m = part.from_m + (next_m - passed_m) / part.weight;
       const ShootSite site{part.axis, along_m, part.whole_m - along_m};
       sites.push_back(has_wood ? site : joined(site, size_m));
     }
-    passed_m += part.length_m;
+    passed_m = end_m;
   }
 }
 
@@ -235,11 +293,16 @@ class CardWriter {
     card(fitted(base, size_m * along, 0.5 * size_m * crossed), picture, outward, color);
   }
 
-  /// A card that is inside the crown, if three tenths of its size suffice for this.
+  /// A card that is inside the crown, if three tenths of its size suffice for this. If it is enough
+  /// it becomes only narrower, so that it covers the wood where the crown is thin.
   Card fitted(Point base, Point along, Point across) const {
     constexpr double kSmaller = 0.9;
+    constexpr double kNarrowest = 0.6;
     constexpr double kSmallest = 0.3;
-    double scale = 1.0;
+    for (double width = 1.0; width > kNarrowest; width *= kSmaller * kSmaller) {
+      if (fits({base, along, width * across})) return {base, along, width * across};
+    }
+    double scale = kSmaller;
     while (scale > kSmallest && !fits({base, scale * along, scale * across})) scale *= kSmaller;
     return {base, scale * along, scale * across};
   }
@@ -316,8 +379,7 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
       std::min({r.east_m + r.west_m, r.south_m + r.north_m, crown.h_m() - crown.hcb_m()});
   constexpr double kOfCrown = 0.2;
   const double smallest = std::min(1.0, kOfCrown * narrowest / shoots.length_m);
-  // Two cards are four triangles; a tree should have no more than some ten thousand.
-  constexpr double kMost = 1700.0;
+  constexpr double kMost = kMostShoots;
   constexpr double kLargest = 1.3;
   // Wide crowns are deep, and are assumed to have a larger leaf area index than the stand's mean.
   constexpr double kUsualWidth = 5.0;
@@ -344,7 +406,7 @@ void add_shoots(const Skeleton& skeleton,
                 const MeshOptions& options,
                 const WoodShift& shift,
                 PartBuilder& build) {
-  const std::vector<LeafyPart> parts = leafy_parts(skeleton);
+  std::vector<LeafyPart> parts = leafy_parts(skeleton, crown);
   double leafy_m = 0.0;
   for (const LeafyPart& part : parts) leafy_m += part.length_m;
   if (!(leafy_m > 0.0)) return;
@@ -356,10 +418,10 @@ void add_shoots(const Skeleton& skeleton,
   if (shoots.is_whole_twig) {
     sites = sites_of_whole_twigs(skeleton, parts);
   } else {
-    const auto usual = static_cast<std::size_t>(number.shoots);
-    sites = sites_at_ends(skeleton, parts, size_m, usual, options);
+    follow_surface(skeleton, crown, parts);
+    sites = sites_at_ends(skeleton, parts, size_m, options);
     const int rest = number.shoots - static_cast<int>(sites.size());
-    add_sites_along(skeleton, parts, leafy_m, rest, size_m, places, sites);
+    add_sites_along(skeleton, parts, rest, size_m, places, sites);
   }
 
   const std::size_t drawn = sites.size() / static_cast<std::size_t>(options.foliage_per) + 2;

@@ -17,9 +17,10 @@ using WoodShift = std::function<Point(std::uint32_t axis, Point place)>;
 
 /// Adds the shoots of a tree; all of them are inside the crown.
 ///
-/// Shoots are at equal distances along the leafy parts of all branches: branches without other
-/// branches are leafy except for their base, others only on their outer part. The number of shoots
-/// follows from the leaf area index; it has a limit, beyond which the shoots are larger.
+/// Shoots are along the leafy parts of all branches: branches without other branches are leafy
+/// except for their base, others only on their outer part. Their distances follow the width of the
+/// crown. The number of shoots follows from the leaf area index; it has a limit, beyond which the
+/// shoots are larger.
 /// \param variation  how much brighter or darker a shoot may be
 /// \param shift      or none, if the wood is drawn along the skeleton's lines
 void add_shoots(const Skeleton& skeleton,

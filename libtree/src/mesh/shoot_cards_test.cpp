@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "mesh/shoot_cards.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -37,6 +38,22 @@ double area_m2(const MeshPart& part) {
   return sum;
 }
 
+/// Where the shoots of a skeleton start: the middle of the lower edge of the first of two cards.
+std::vector<Point> shoot_bases(const Skeleton& skeleton,
+                               const Crown& crown,
+                               const LeafyShoots& shoots) {
+  MeshPart foliage{.kind = PartKind::kFoliage};
+  PartBuilder build(foliage);
+  Random random(1);
+  add_shoots(skeleton, crown, shoots, 0.1, random, {.textured = true}, {}, build);
+  build.finish();
+  std::vector<Point> bases;
+  for (std::size_t i = 0; i < foliage.vertex_count(); i += 8) {
+    bases.push_back(0.5 * (test::vertex_of(foliage, i) + test::vertex_of(foliage, i + 1)));
+  }
+  return bases;
+}
+
 }  // namespace
 
 TEST_CASE("the shoots of a tree have its leaf area") {
@@ -71,6 +88,59 @@ TEST_CASE("leaves have the length in their picture, unless the crown is very lar
   CHECK(number(1.0).scale == Approx(0.2 / preset.leafy_shoots.length_m).epsilon(1e-9));
   CHECK(number(30.0).scale > 1.0);
   CHECK(number(30.0).shoots <= 1700);
+}
+
+TEST_CASE("a limb bears shoots from its last twig to its tip") {
+  // A limb to the east, whose only twigs are near the stem, in a crown with many other branches.
+  test::HandMade tree;
+  tree.axis(0, {{{0, 0, 0}, 0.1}, {{0, 0, 18}, 0.0}});
+  const auto limb = tree.axis(0, {{{0, 0, 9}, 0.05}, {{5, 0, 10}, 0.0}});
+  for (const double x : {1.0, 2.0}) {
+    tree.axis(limb, {{{x, 0, 9 + 0.2 * x}, 0.01}, {{x, 0.8, 9 + 0.2 * x}, 0.0}});
+  }
+  for (int i = 0; i < 60; ++i) {
+    const double z = 6.0 + 0.15 * i;
+    tree.axis(0, {{{0, 0, z}, 0.02}, {{0, 2, z}, 0.0}});
+  }
+  const Crown crown(complete(tall_tree(12.0), 0.4, "test"), {});
+  const LeafyShoots shoots{.length_m = 0.5, .leaf_area_index = 1.0};
+  std::vector<double> along;
+  for (const Point base : shoot_bases(tree.take(), crown, shoots)) {
+    if (std::abs(base.y) < 0.3 && std::abs(base.z - 9.0 - 0.2 * base.x) < 0.3) {
+      along.push_back(base.x);
+    }
+  }
+  std::sort(along.begin(), along.end());
+  REQUIRE(along.size() >= 8);
+  // The last shoot ends at the tip; shoots overlap along the outer part of the limb.
+  CHECK(along.back() > 5.0 - 0.6);
+  for (std::size_t i = 1; i < along.size(); ++i) {
+    if (along[i - 1] > 2.0) CHECK(along[i] - along[i - 1] < 0.5);
+  }
+}
+
+TEST_CASE("the shoots of a layer follow the crown's surface, not the number of its branches") {
+  // Twice as many branches in the lower half of the crown as in the upper one.
+  test::HandMade tree;
+  tree.axis(0, {{{0, 0, 0}, 0.1}, {{0, 0, 18}, 0.0}});
+  const Crown crown(complete(tall_tree(8.0), 0.5, "test"), {});
+  REQUIRE(crown.hc_m() == 11.5);
+  for (int i = 0; i < 120; ++i) {
+    const double share = (i + 0.5) / 120;
+    if (share > 0.5 && i % 2 == 0) continue;
+    const double z = 5.0 + 13.0 * share;
+    const double length = 0.9 * 4.0 * crown.relative_width(z);
+    const double azimuth = 2.4 * i;
+    tree.axis(
+        0, {{{0, 0, z}, 0.01}, {{length * std::cos(azimuth), length * std::sin(azimuth), z}, 0.0}});
+  }
+  const LeafyShoots shoots{.length_m = 0.4, .leaf_area_index = 5.0};
+  const std::vector<Point> bases = shoot_bases(tree.take(), crown, shoots);
+  REQUIRE(bases.size() > 800);
+  const auto upper =
+      std::count_if(bases.begin(), bases.end(), [](Point base) { return base.z > 11.5; });
+  // The crown is symmetrical about its middle. One shoot at the end of each branch is additional.
+  CHECK(static_cast<double>(upper) / static_cast<double>(bases.size()) == Approx(0.5).margin(0.03));
 }
 
 TEST_CASE("a shoot that is a whole twig starts at its branch and has the twig's length") {

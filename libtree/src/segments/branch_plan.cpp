@@ -120,14 +120,19 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
   branches.reserve(static_cast<std::size_t>(branching.most) + kMeasured + 8);
   double turn = random.uniform(0.0, 2.0 * kPi);
   int direction = 0;
-  for (const Whorl& whorl : whorls) {
+  for (std::size_t w = 0; w < whorls.size(); ++w) {
+    const Whorl& whorl = whorls[w];
+    const double next_m = w + 1 < whorls.size() ? whorls[w + 1].base_m : crown.h_m();
+    const double spread_m = branching.whorl_spread * std::max(next_m - whorl.base_m, 0.0);
     const bool spiral = branching.arrangement == Arrangement::kSpiral;
     turn += spiral ? branching.divergence_deg * kRadian : random.uniform(0.0, 2.0 * kPi);
     const int directions = std::max(whorl.branches, branching.per_whorl);
     for (int i = 0; i < whorl.branches; ++i, ++direction) {
       const double azimuth = turn + 2.0 * kPi * (direction % directions) / directions +
                              random.normal(0.0, branching.azimuth_sd_deg * kRadian);
-      branches.push_back(planner.branch(whorl.base_m, azimuth));
+      // The first branch stays at the whorl's height: the lowest one is at the measured crown base.
+      const double above_m = i > 0 && spread_m > 0.0 ? spread_m * random.uniform(0.0, 1.0) : 0.0;
+      branches.push_back(planner.branch(whorl.base_m + above_m, azimuth));
     }
   }
   for (int i = 0; i < branching.fork.limbs; ++i) branches.push_back(planner.limb(i, turn));

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
+#include <utility>
 
 #include "test_support/tree_test_support.hpp"
 
@@ -180,6 +182,29 @@ TEST_CASE("four branches reach the measured radii, and one starts at the crown b
     CHECK(lowest == 5.8);
     CHECK((east && west && south && north));
   }
+}
+
+TEST_CASE("the branches of a whorl start at different heights if the preset spreads them") {
+  Preset preset = test::shipped_presets().named("generic-conifer");
+  const auto bases_m = [&](double spread) {
+    preset.branching.whorl_spread = spread;
+    const test::Stages stages = test::stages_of(test::paper_tree_1(), preset);
+    std::set<double> heights;
+    std::size_t branches = 0;
+    for (const Axis& axis : stages.skeleton.axes) {
+      if (axis.order != 1) continue;
+      heights.insert(stages.skeleton.points_of(axis).front().at.z);
+      ++branches;
+    }
+    CHECK(*heights.begin() == 5.8);
+    return std::pair(heights.size(), branches);
+  };
+  const auto [whorls, branches] = bases_m(0.0);
+  // Four branches to the measured radii start at heights of their own.
+  CHECK(whorls <= (branches - 4) / 4 + 4);
+  const auto [spread_heights, spread_branches] = bases_m(0.8);
+  CHECK(spread_branches == branches);
+  CHECK(spread_heights >= branches - 4);
 }
 
 TEST_CASE("axes have correct parents and orders") {

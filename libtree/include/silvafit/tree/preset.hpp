@@ -54,6 +54,7 @@ struct Branching {
   Arrangement arrangement = Arrangement::kWhorls;
   int per_whorl = 4;
   double spacing_m = 0.3;         ///< between whorls, or between branches of a spiral
+  double whorl_spread = 0.0;      ///< height over which a whorl's branches start, by its spacing
   double tip_density = 1.0;       ///< decrease of the spacing towards the tip; 1: constant
   int least = 8;                  ///< branches of the smallest tree
   int most = 96;                  ///< spacing is increased to stay below this number
