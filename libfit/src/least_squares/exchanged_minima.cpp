@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "least_squares/exchanged_minima.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "least_squares/levenberg_marquardt.hpp"
 #include "least_squares/location_coefficients.hpp"
+#include "least_squares/periodic_coefficients.hpp"
 #include "least_squares/start_search.hpp"
 
 namespace silvafit::fit {
@@ -14,85 +17,173 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// Collects points with the same mean as a minimum.
+Exchange identity(Index size) {
+  Exchange result{.factor = VectorXd::Ones(size), .offset = VectorXd::Zero(size)};
+  for (Index i = 0; i < size; ++i) result.from.push_back(i);
+  return result;
+}
+
+/// Differences of a group's coefficients from given ones.
+VectorXd group_deviation(const VectorXd& coefficients, const std::vector<Index>& varying) {
+  constexpr double kShare = 0.1;
+  VectorXd result = VectorXd::Zero(coefficients.size());
+  double factor = 1.0;
+  for (const Index j : varying) {
+    result[j] = kShare * factor * std::max(std::abs(coefficients[j]), kShare);
+    factor *= 0.7;  // changes of several coefficients must not cancel
+  }
+  return result;
+}
+
+/// Collects exchanges that lead to the same mean as a minimum, but to other means of the groups.
 class SameMean {
  public:
-  SameMean(const NonlinearModel& model, const VectorXd& minimum)
-      : model_(model.subset(even_sample(model.response(), kSample))), minimum_(minimum) {
-    model_.evaluate(minimum, mean_, nullptr, workspace_);
-  }
+  SameMean(const NonlinearModel& model, const VectorXd& minimum, const std::vector<Index>& varying)
+      : model_(model.subset(even_sample(model.response(), kSample))),
+        minimum_(minimum),
+        deviation_(group_deviation(minimum, varying)),
+        mean_(mean(minimum)),
+        group_mean_(mean(minimum + deviation_)),
+        has_groups_(!varying.empty()) {}
 
-  void consider(const VectorXd& point) {
+  void consider(const Exchange& exchange) {
+    const VectorXd point = exchange.of(minimum_);
     // The minimum itself, or a point with equal values, is not new.
     if ((point - minimum_).cwiseAbs().maxCoeff() <= kRounding * minimum_.cwiseAbs().maxCoeff()) {
       return;
     }
-    VectorXd mean;
-    model_.evaluate(point, mean, nullptr, workspace_);
-    if ((mean - mean_).norm() <= kRounding * mean_.norm()) found_.push_back(point);
+    if (!is_equal(mean(point), mean_)) return;
+    if (has_groups_ && is_equal(mean(point + deviation_), group_mean_)) return;
+    found_.push_back(exchange);
   }
 
-  std::vector<VectorXd> found() && { return std::move(found_); }
+  std::vector<Exchange> found() && { return std::move(found_); }
 
  private:
   // Enough rows to distinguish functions.
   static constexpr Index kSample = 50;
   static constexpr double kRounding = 1e-9;
 
+  VectorXd mean(const VectorXd& point) {
+    VectorXd result;
+    model_.evaluate(point, result, nullptr, workspace_);
+    return result;
+  }
+
+  static bool is_equal(const VectorXd& a, const VectorXd& b) {
+    return (a - b).norm() <= kRounding * b.norm();
+  }
+
   NonlinearModel model_;
-  VectorXd minimum_;
-  VectorXd mean_;
   NonlinearModel::Workspace workspace_;
-  std::vector<VectorXd> found_;
+  VectorXd minimum_;
+  VectorXd deviation_;
+  VectorXd mean_;
+  VectorXd group_mean_;
+  bool has_groups_;
+  std::vector<Exchange> found_;
 };
 
 /// Considers all exchanges of up to a number of disjoint pairs of the coefficients from a place on.
 void exchange_pairs(
-    VectorXd& point, std::vector<bool>& is_taken, Index from, int pairs, SameMean& same) {
-  const Index p = point.size();
+    Exchange& exchange, std::vector<bool>& is_taken, Index from, int pairs, SameMean& same) {
+  const auto p = static_cast<Index>(exchange.from.size());
   if (pairs == 0) return;
   for (Index i = from; i < p; ++i) {
     if (is_taken[static_cast<std::size_t>(i)]) continue;
     for (Index j = i + 1; j < p; ++j) {
       if (is_taken[static_cast<std::size_t>(j)]) continue;
-      std::swap(point[i], point[j]);
-      same.consider(point);
+      std::swap(exchange.from[static_cast<std::size_t>(i)],
+                exchange.from[static_cast<std::size_t>(j)]);
+      same.consider(exchange);
       is_taken[static_cast<std::size_t>(j)] = true;
-      exchange_pairs(point, is_taken, i + 1, pairs - 1, same);
+      exchange_pairs(exchange, is_taken, i + 1, pairs - 1, same);
       is_taken[static_cast<std::size_t>(j)] = false;
-      std::swap(point[i], point[j]);
+      std::swap(exchange.from[static_cast<std::size_t>(i)],
+                exchange.from[static_cast<std::size_t>(j)]);
+    }
+  }
+}
+
+/// Considers changes of sign of each coefficient.
+void negate_each(Exchange exchange, SameMean& same) {
+  for (double& factor : exchange.factor) {
+    factor = -1.0;
+    same.consider(exchange);
+    factor = 1.0;
+  }
+}
+
+/// Considers changes of each share f to 1 - f.
+void complement_each(Exchange exchange, SameMean& same) {
+  for (Index k = 0; k < exchange.factor.size(); ++k) {
+    exchange.factor[k] = -1.0;
+    exchange.offset[k] = 1.0;
+    same.consider(exchange);
+    exchange.factor[k] = 1.0;
+    exchange.offset[k] = 0.0;
+  }
+}
+
+/// Considers shifts of phases by half periods, as far as the argument is zero at an observation.
+void shift_phases(const NonlinearModel& model, const VectorXd& minimum, SameMean& same) {
+  constexpr double kMost = 24.0;  // half periods around the middle of the observations
+  for (const PhaseCoefficient& phase : phase_coefficients(model, minimum)) {
+    const double half = 0.5 * phase.period;
+    const double middle = 0.5 * (phase.lowest_shift + phase.highest_shift) / half;
+    const double first = std::max(phase.lowest_shift / half, middle - 0.5 * kMost);
+    const double last = std::min(phase.highest_shift / half, middle + 0.5 * kMost);
+    for (double k = std::ceil(first); k <= last; ++k) {
+      Exchange exchange = identity(minimum.size());
+      exchange.offset[phase.coefficient] = k * half;
+      same.consider(exchange);
+      negate_each(std::move(exchange), same);
     }
   }
 }
 
 }  // namespace
 
-std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const VectorXd& minimum) {
+VectorXd Exchange::of(const VectorXd& coefficients) const {
+  return offset + factor.cwiseProduct(coefficients(from));
+}
+
+std::vector<Exchange> exchanges(const NonlinearModel& model,
+                                const VectorXd& minimum,
+                                const std::vector<Index>& varying) {
   // With four pairs the number of exchanges is 763 for eight coefficients, with two it is 675 for
   // ten.
   constexpr Index kMostCoefficients = 10;
   constexpr Index kFewCoefficients = 8;
   const Index p = minimum.size();
   if (p < 2 || p > kMostCoefficients) return {};
-  SameMean same(model, minimum);
-  VectorXd point = minimum;
+  SameMean same(model, minimum, varying);
+  Exchange exchange = identity(p);
   std::vector<bool> is_taken(static_cast<std::size_t>(p), false);
-  exchange_pairs(point, is_taken, 0, p <= kFewCoefficients ? 4 : 2, same);
-  for (Index i = 0; i < p; ++i) {
-    for (Index j = 0; j < i; ++j) {
-      std::swap(point[i], point[j]);
-      for (Index k = 0; k < p; ++k) {
-        const double value = point[k];
-        for (const double other : {-value, 1.0 - value}) {
-          point[k] = other;
-          same.consider(point);
-        }
-        point[k] = value;
-      }
-      std::swap(point[i], point[j]);
+  exchange_pairs(exchange, is_taken, 0, p <= kFewCoefficients ? 4 : 2, same);
+  for (std::size_t i = 0; i < exchange.from.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      std::swap(exchange.from[i], exchange.from[j]);
+      negate_each(exchange, same);
+      complement_each(exchange, same);
+      std::swap(exchange.from[i], exchange.from[j]);
     }
   }
+  // Without random effects of the period, shifts of a phase give the same fit.
+  if (!varying.empty()) shift_phases(model, minimum, same);
   return std::move(same).found();
+}
+
+std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const VectorXd& minimum) {
+  std::vector<Index> varying;
+  for (const RandomEffects& term : model.specification().random) {
+    std::ranges::copy(model.coefficients_of(&term), std::back_inserter(varying));
+  }
+  std::vector<VectorXd> result;
+  for (const Exchange& exchange : exchanges(model, minimum, varying)) {
+    result.push_back(exchange.of(minimum));
+  }
+  return result;
 }
 
 std::vector<VectorXd> exchanged_locations(const NonlinearModel& model, const VectorXd& minimum) {

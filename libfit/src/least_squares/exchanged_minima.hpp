@@ -9,14 +9,33 @@
 
 namespace silvafit::fit {
 
-/// Other coefficients with the same mean, found by exchanging coefficients.
+/// An exchange of coefficients: coefficient i becomes offset[i] + factor[i] * coefficient from[i].
+struct Exchange {
+  std::vector<Eigen::Index> from{};
+  Eigen::VectorXd factor{};  ///< 1 or -1
+  Eigen::VectorXd offset{};
+
+  Eigen::VectorXd of(const Eigen::VectorXd& coefficients) const;
+  /// Whether a phase is shifted.
+  bool is_shift() const { return (factor.array() > 0.0 && offset.array() != 0.0).any(); }
+};
+
+/// Exchanges of coefficients that leave the mean unchanged.
 ///
 /// The two terms of a biexponential, the rates of absorption and elimination, and the two
 /// asymptotes of a logistic curve (with the sign of its slope changed) can be exchanged without
-/// changing a fit without random effects. With random effects on one of them the fits differ.
+/// changing a fit without random effects. With random effects on one of them the fits differ; if
+/// the groups of a model with random effects would not differ, the exchange is left out.
 /// Tried are exchanges of up to four pairs, of two pairs of nine or ten coefficients, and of one
-/// pair with a change of sign, or of the share f of f*A + (1 - f)*B to 1 - f.
-/// \param minimum  (p) coefficients of a fit; none are found for more than ten
+/// pair with a change of sign, or of the share f of f*A + (1 - f)*B to 1 - f. If the period of a
+/// sine has random effects, its phase is shifted by half periods.
+/// \param minimum  (p) coefficients of a fit; there are no exchanges of more than ten
+/// \param varying  numbers of the coefficients with random effects
+std::vector<Exchange> exchanges(const NonlinearModel& model,
+                                const Eigen::VectorXd& minimum,
+                                const std::vector<Eigen::Index>& varying);
+
+/// The coefficients after each exchange.
 std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
                                               const Eigen::VectorXd& minimum);
 

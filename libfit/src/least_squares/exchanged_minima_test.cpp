@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "least_squares/exchanged_minima.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "silvafit/data/table.hpp"
@@ -63,6 +65,64 @@ TEST_CASE("terms of three coefficients change places") {
   const std::vector<VectorXd> found = exchanged_minima(model, minimum);
   REQUIRE(found.size() == 1);
   CHECK(found[0] == exchanged);
+}
+
+TEST_CASE("an exchange changes nothing if the random effects are not on the exchanged terms") {
+  Table table;
+  std::vector<double> x;
+  std::vector<double> y;
+  silvafit::data::TextColumn group;
+  for (int i = 0; i < 12; ++i) {
+    x.push_back(0.2 + 0.5 * i);
+    y.push_back(1.0 / (1.0 + i));
+    group.append(i % 2 == 0 ? "g" : "h");
+  }
+  table.set("g", group);
+  table.set("x", x);
+  table.set("y", y);
+  const char* const formula = "y ~ c + A*exp(-k*x) + B*exp(-l*x)";
+  const auto exchanged = [&](const char* random) {
+    ModelSpecification specification = specify_model(formula, {}, table);
+    add_random_effects(specification, random, table);
+    VectorXd minimum(5);  // c, A, k, B, l
+    minimum << 0.3, 2.8, 0.8, 0.5, 0.2;
+    return exchanged_minima(NonlinearModel(specification, table), minimum);
+  };
+  CHECK(exchanged("c | g").empty());
+  CHECK(exchanged("A | g").size() == 1);
+  CHECK(exchanged("A + B | g").size() == 1);
+}
+
+TEST_CASE("phases are shifted if their period has random effects") {
+  Table table;
+  std::vector<double> x;
+  std::vector<double> y;
+  silvafit::data::TextColumn group;
+  for (int i = 0; i <= 20; ++i) {
+    x.push_back(i);
+    y.push_back(1.0 / (1.0 + i));
+    group.append(i % 2 == 0 ? "g" : "h");
+  }
+  table.set("g", group);
+  table.set("x", x);
+  table.set("y", y);
+  const auto exchanged = [&](const char* random) {
+    ModelSpecification specification = specify_model("y ~ M + A*cos(2*pi*(x - t)/P)", {}, table);
+    add_random_effects(specification, random, table);
+    const VectorXd minimum = Eigen::Vector4d(10.0, 2.0, 7.0, 8.0);  // M, A, t, P
+    return exchanged_minima(NonlinearModel(specification, table), minimum);
+  };
+  CHECK(exchanged("t | g").empty());
+  // Half periods of 4 from 0 to 20: t = 3, 11, 15, 19, of which 3, 11 and 19 turn the wave. With
+  // the sign of P also changed, the cosine is the same.
+  std::vector<std::pair<double, double>> found;
+  for (const VectorXd& point : exchanged("P | g")) {
+    if (point[3] > 0.0) found.emplace_back(point[2], point[1]);
+  }
+  std::ranges::sort(found);
+  const std::vector<std::pair<double, double>> expected{
+      {3.0, -2.0}, {11.0, -2.0}, {15.0, 2.0}, {19.0, -2.0}};
+  CHECK(found == expected);
 }
 
 TEST_CASE("curves without interchangeable terms have no exchanged minima") {

@@ -143,4 +143,35 @@ std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& mod
   return result;
 }
 
+std::vector<PhaseCoefficient> phase_coefficients(const NonlinearModel& model,
+                                                 const VectorXd& coefficients) {
+  constexpr double kRounding = 1e-12;
+  std::vector<PhaseCoefficient> result;
+  const std::vector<data::Expression> arguments =
+      model.specification().formula.right.periodic_arguments();
+  const auto& parameters = model.specification().parameters;
+  if (arguments.empty() || static_cast<Index>(parameters.size()) != coefficients.size()) return {};
+  const RowValues rows(model);
+  const std::vector<double> values(coefficients.begin(), coefficients.end());
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    for (const data::Expression& argument : arguments) {
+      const data::Expression by = argument.derivative(parameters[k].name);
+      if (by.is_zero()) continue;
+      const VectorXd slopes = rows.of(by, values);
+      const VectorXd angles = rows.of(argument, values);
+      const double slope = slopes[0];
+      const double change = (slopes.array() - slope).abs().maxCoeff();
+      if (!(change <= kRounding * std::abs(slope)) || slope == 0.0 || !angles.allFinite()) continue;
+      const double a = -angles.maxCoeff() / slope;
+      const double b = -angles.minCoeff() / slope;
+      result.push_back({.coefficient = static_cast<Index>(k),
+                        .period = 2.0 * std::numbers::pi / std::abs(slope),
+                        .lowest_shift = std::min(a, b),
+                        .highest_shift = std::max(a, b)});
+      break;
+    }
+  }
+  return result;
+}
+
 }  // namespace silvafit::fit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Frequencies and periods: coefficients within a sine or cosine.
+// Frequencies, periods and phases: coefficients within a sine or cosine.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,5 +36,19 @@ struct PeriodicCoefficient {
 /// searched for each: many observations, or some that are very close, allow more frequencies than
 /// are useful.
 std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& model);
+
+/// A coefficient that shifts the argument of a sine or cosine by the same angle at all
+/// observations, such as t of cos(2*pi*(x - t)/P). Its shifts by a period leave the mean unchanged.
+struct PhaseCoefficient {
+  Eigen::Index coefficient = 0;
+  double period = 0.0;         ///< positive
+  double lowest_shift = 0.0;   ///< with it the largest argument becomes 0, or the smallest one
+  double highest_shift = 0.0;  ///< not below the lowest one
+};
+
+/// The phases among the parameters without covariates.
+/// \param coefficients  (p) at which the period is evaluated
+std::vector<PhaseCoefficient> phase_coefficients(const NonlinearModel& model,
+                                                 const Eigen::VectorXd& coefficients);
 
 }  // namespace silvafit::fit

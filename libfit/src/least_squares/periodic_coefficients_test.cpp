@@ -161,3 +161,21 @@ TEST_CASE("a given frequency is used as start for any Nyquist frequency") {
   REQUIRE(fit.convergence.converged());
   CHECK(fit.estimate[kFrequency] == Approx(alias).margin(5.0 * frequency_error(times)));
 }
+
+TEST_CASE("a phase shifts the argument of a cosine equally everywhere") {
+  const data::Table table = wave(regular(21, 1.0), 0.8, 1);
+  const Eigen::VectorXd at = Eigen::Vector4d(12.0, 3.0, 5.0, 8.0);
+  const auto of_period = phase_coefficients(bound("y ~ A + B*cos(2*pi*(t - u)/P)", table), at);
+  REQUIRE(of_period.size() == 1);
+  CHECK(of_period[0].coefficient == 2);
+  CHECK(of_period[0].period == Approx(8.0));
+  // The argument is zero at t = u, which is between 0 and 20.
+  CHECK(of_period[0].lowest_shift == Approx(-5.0));
+  CHECK(of_period[0].highest_shift == Approx(15.0));
+  const auto of_angle = phase_coefficients(bound("y ~ A + B*sin(t/P - f)", table),
+                                           Eigen::Vector4d(12.0, 3.0, 4.0, 0.7));
+  REQUIRE(of_angle.size() == 1);
+  CHECK(of_angle[0].coefficient == 3);
+  CHECK(of_angle[0].period == Approx(2.0 * std::numbers::pi));
+  CHECK(phase_coefficients(bound(kWave, table), at).empty());
+}

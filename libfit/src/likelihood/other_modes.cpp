@@ -30,8 +30,8 @@ std::vector<Modes> other_starts(const Modes& modes) {
   const Modes none{.outer = MatrixXd::Zero(modes.outer.rows(), modes.outer.cols()),
                    .inner = MatrixXd::Zero(modes.inner.rows(), modes.inner.cols())};
   std::vector<Modes> starts{none};
-  constexpr double kFar = 2.0;  // standard deviations
-  for (const double side : {kFar, -kFar}) {
+  // Standard deviations.
+  for (const double side : {2.0, -2.0, 1.0, -1.0}) {
     for (Index k = 0; k < modes.inner.rows(); ++k) {
       starts.push_back(none);
       starts.back().inner.row(k).setConstant(side);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -59,25 +60,27 @@ bool is_higher(const MixedEffectsFit& smaller, const MixedEffectsFit& whole) {
 FixedPoints::FixedPoints(const NonlinearModel& model,
                          const LeastSquaresFit& pooled,
                          const OptimumSearchOptions& options,
-                         const VectorXd& from_part)
+                         const VectorXd& from_part,
+                         Starts starts)
     : model_(model),
       pooled_(pooled),
       options_(options),
       linearized_(options.linearized),
       from_part_(from_part),
+      starts_(starts),
       budget_(model, 1, kFixedPointSeconds) {
   linearized_.starts.clear();
 }
 
 std::vector<StartingPoint> FixedPoints::points() const {
-  const std::vector<VectorXd>& given = options_.linearized.starts;
-  if (from_part_.size() == 0) {
-    return starting_points(model_, pooled_, {.given = given, .spread = options_.spread_starts});
-  }
   std::vector<StartingPoint> result;
-  for (const VectorXd& start : given) {
-    result.push_back({.coefficients = start, .origin = std::string(kStartValues)});
+  if (starts_ == Starts::kGiven) {
+    for (const VectorXd& start : options_.linearized.starts) {
+      result.push_back({.coefficients = start, .origin = std::string(kStartValues)});
+    }
+    return result;
   }
+  if (from_part_.size() == 0) return starting_points(model_, pooled_, options_.spread_starts);
   result.push_back({.coefficients = pooled_.estimate, .origin = "least squares"});
   result.push_back({.coefficients = from_part_, .origin = "a part of the observations"});
   return result;
@@ -86,20 +89,21 @@ std::vector<StartingPoint> FixedPoints::points() const {
 void FixedPoints::search() {
   const std::vector<StartingPoint> starts = points();
   first_ = starts.front();
-  const std::size_t given = options_.linearized.starts.size();
   for (std::size_t k = 0; k < starts.size(); ++k) {
     // The user's starts and the pooled fit are tried at any cost.
-    const bool is_asked = k <= given || starts[k].origin == kSpreadStart;
+    const bool is_asked = starts_ == Starts::kGiven || k == 0 || starts[k].origin == kSpreadStart;
     if (!is_asked && budget_.is_spent() && has_converged(candidates_)) continue;
     linearize_from(starts[k], Persistence::kOnce);
     if (starts[k].with_effects) start_with_effects_of(starts[k]);
-    if (k >= given) continue;
+    if (starts_ == Starts::kFound) continue;
     // With narrow random effects the run stays near its starting coefficients.
     for (const double spread : {kNarrow, kVeryNarrow}) {
       linearize_from(starts[k], Persistence::kOnce, spread);
     }
   }
-  if (has_several_ends()) linearize_from(starts[given], Persistence::kOnce, kNarrow);
+  if (starts_ == Starts::kFound && has_several_ends()) {
+    linearize_from(first_, Persistence::kOnce, kNarrow);
+  }
   const bool has_random = !model_.specification().random.empty();
   if (has_random ? candidates_.empty() : !has_converged(candidates_)) search_longer();
 }
@@ -117,8 +121,7 @@ void FixedPoints::linearize_from(const StartingPoint& point,
   LindstromBatesSearch found =
       climb_lindstrom_bates(model_, point.coefficients, linearized_, persistence, spread);
   // The user's further starts are additional to all others.
-  const bool is_asked = point.origin == kStartValues || point.origin == kSpreadStart;
-  if (!is_asked) budget_.spend_work(found.work);
+  if (point.origin != kSpreadStart) budget_.spend_work(found.work);
   if (!found.outcome.is_valid) return;
   add_candidate(candidates_,
                 {.fit = found.engine->result(found.outcome),
@@ -210,6 +213,15 @@ void FixedPoints::compare_briefly() {
   if (!has_converged(candidates_)) search_longer();
   explore();
   compare_with_smaller();
+}
+
+void FixedPoints::absorb(FixedPoints&& other) {
+  for (Candidate& candidate : other.candidates_) add_candidate(candidates_, std::move(candidate));
+  for (Candidate& maximum : other.maxima_) add_candidate(maxima_, std::move(maximum));
+  std::ranges::move(other.contained_, std::back_inserter(contained_));
+  highest_laplace_ = std::max(highest_laplace_, other.highest_laplace_);
+  highest_first_order_ = std::max(highest_first_order_, other.highest_first_order_);
+  rank();
 }
 
 /// Runs that stopped early above the best fixed point, often at a singular covariance, continue

@@ -18,6 +18,9 @@
 
 namespace silvafit::fit {
 
+/// Where runs begin: at the user's start values, or at those that the program finds.
+enum class Starts { kGiven, kFound };
+
 /// Runs of Lindstrom and Bates' method, converged or not, each end point once. They are ranked by
 /// their marginal likelihood, because their own is that of a different linear model at each.
 class FixedPoints {
@@ -26,7 +29,8 @@ class FixedPoints {
   FixedPoints(const NonlinearModel& model,
               const LeastSquaresFit& pooled,
               const OptimumSearchOptions& options,
-              const Eigen::VectorXd& from_part);
+              const Eigen::VectorXd& from_part,
+              Starts starts);
 
   /// Runs from all starting points.
   void search();
@@ -35,6 +39,8 @@ class FixedPoints {
   void compare();
   /// The same without maxima of the marginal likelihood, for callers that search these themselves.
   void compare_briefly();
+  /// Adds the findings of a search from other starts, after both have compared their fits.
+  void absorb(FixedPoints&& other);
 
   std::vector<Candidate>& all() { return candidates_; }
   /// Maxima of the marginal likelihood that compare() has found from them.
@@ -84,6 +90,7 @@ class FixedPoints {
   const OptimumSearchOptions& options_;
   MixedEffectsOptions linearized_;  ///< of runs: without the user's starts
   const Eigen::VectorXd& from_part_;
+  Starts starts_;
   SearchBudget budget_;
   StartingPoint first_;
   std::vector<Candidate> candidates_;

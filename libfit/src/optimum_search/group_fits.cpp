@@ -68,12 +68,19 @@ class SingleGroups {
 
   /// Fits that begin at the same parameters; none if too few groups have one.
   std::optional<GroupFits> from(const VectorXd& start) const {
+    return from_each(start.replicate(1, group_count_));
+  }
+
+  /// The same from own parameters of each group; NaN where there are none.
+  std::optional<GroupFits> from_each(const MatrixXd& starts) const {
     constexpr std::size_t kFewest = 3;
     GroupFits result;
     result.own = MatrixXd::Constant(count_, group_count_, kNaN);
     std::vector<std::vector<double>> values(static_cast<std::size_t>(count_));
     Index freedom = 0;
     for (std::size_t k = 0; k < parts_.size(); ++k) {
+      const VectorXd start = starts.col(groups_[k]);
+      if (!start.allFinite()) continue;
       const Descent descent = descended(parts_[k], start);
       if (descent.coefficients.size() == 0 || !descent.coefficients.allFinite()) continue;
       result.own.col(groups_[k]) = descent.coefficients;
@@ -143,6 +150,29 @@ VectorXd deviations_of(const VectorXd& own, double median) {
   return result;
 }
 
+/// (K x G) the groups' own parameters after an exchange. A phase is shifted by periods of its own
+/// group, so that all groups start from the same phase.
+MatrixXd exchanged(const Exchange& exchange, const GroupFits& groups) {
+  const VectorXd medians = exchange.of(groups.medians);
+  MatrixXd result = groups.own;
+  for (Index g = 0; g < result.cols(); ++g) {
+    const VectorXd own = exchange.of(groups.own.col(g));
+    result.col(g) = exchange.is_shift() && own.allFinite() ? medians : own;
+  }
+  return result;
+}
+
+/// Numbers of the parameters with random effects.
+std::vector<Index> varying(const NonlinearModel& model) {
+  std::vector<Index> result;
+  for (const RandomEffects& term : model.specification().random) {
+    for (const Index place : model.coefficients_of(&term)) {
+      result.push_back(model.parameter_of(place));
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
@@ -161,25 +191,13 @@ std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
         found->sum_of_squares < SingleGroups::kClearlyLower * usual->sum_of_squares;
     if (is_lower) result.push_back(*std::move(found));
   }
-  return result;
-}
-
-std::vector<GroupFits> exchanged(const NonlinearModel& constants, const GroupFits& groups) {
-  std::vector<GroupFits> result;
-  const VectorXd& before = groups.medians;
-  for (const VectorXd& after : exchanged_minima(constants, before)) {
-    GroupFits other = groups;
-    other.medians = after;
-    for (Index i = 0; i < after.size(); ++i) {
-      if (after[i] == before[i]) continue;
-      if (after[i] == 1.0 - before[i]) other.own.row(i) = 1.0 - groups.own.row(i).array();
-      for (Index j = 0; j < after.size(); ++j) {
-        if (std::abs(after[i]) != std::abs(before[j])) continue;
-        const double sign = after[i] == before[j] ? 1.0 : -1.0;
-        other.own.row(i) = sign * groups.own.row(j);
-      }
+  const std::size_t count = result.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const GroupFits before = result[k];
+    for (const Exchange& exchange : exchanges(constants, before.medians, varying(model))) {
+      auto found = groups.from_each(exchanged(exchange, before));
+      if (found) result.push_back(*std::move(found));
     }
-    result.push_back(std::move(other));
   }
   return result;
 }

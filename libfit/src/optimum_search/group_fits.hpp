@@ -24,17 +24,13 @@ struct GroupFits {
 /// Fits the groups with enough observations, at most forty of them, evenly chosen, from the pooled
 /// coefficients. Where groups differ much, curves of quite different shapes fit all groups together
 /// equally well, but not each group. Therefore minima are also searched in three groups alone, and
-/// all groups are fitted from those that are lower.
+/// all groups are fitted from those that are lower, and from exchanged medians.
 /// \param constants  the model without covariates
 /// \param pooled     (p) coefficients of the fit to all groups together
 /// \returns none if fewer than three groups have a fit
 std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
                                          const NonlinearModel& constants,
                                          const Eigen::VectorXd& pooled);
-
-/// The same fits with exchanged parameters that give the same curves, as far as these exist.
-/// \param constants  the model without covariates
-std::vector<GroupFits> exchanged(const NonlinearModel& constants, const GroupFits& groups);
 
 /// A start with the deviations of the groups' own parameters as random effects, as nlme starts from
 /// an nlsList; none with two groupings or random effects of a covariate's coefficient.

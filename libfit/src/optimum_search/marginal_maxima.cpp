@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -66,6 +67,13 @@ void MarginalMaxima::search() {
   finish_highest();
   prefer_exact_fit();
   if (!is_first_order() && !has_converged(maxima_)) rank_ends();
+}
+
+void MarginalMaxima::absorb(MarginalMaxima&& other) {
+  for (Candidate& maximum : other.maxima_) add_candidate(maxima_, std::move(maximum));
+  std::ranges::move(other.contained_, std::back_inserter(contained_));
+  first_order_maximum_ = std::fmax(first_order_maximum_, other.first_order_maximum_);
+  prefer_exact_fit();
 }
 
 /// Towards a fit of all observations the likelihood increases without bound, so that maxima
@@ -153,8 +161,7 @@ void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) {
 /// Searches from the highest starts, then from further ones within the time budget, because a
 /// start with a lower likelihood may lead to a higher maximum.
 void MarginalMaxima::follow(const std::vector<Candidate>& starts) {
-  const std::size_t asked =
-      options_.linearized.starts.size() + static_cast<std::size_t>(options_.spread_starts) / 4;
+  const std::size_t asked = static_cast<std::size_t>(options_.spread_starts) / 4;
   // The maximum of Laplace's likelihood is the best start for quadrature.
   const bool is_unique = has_laplace_maximum_ && !points_.has_several_ends();
   const std::size_t usual = !is_quadrature() ? 6 : is_unique ? 1 : 3;
@@ -292,30 +299,43 @@ void MarginalMaxima::finish_highest() {
   add({.fit = *std::move(end.fit), .origin = start.origin, .obstacle = std::move(end.obstacle)});
 }
 
-/// The log-likelihood of the highest point above the best maximum at which a search has not
-/// converged; NaN without one. Laplace's increases without bound towards points at which it is not
-/// valid. Therefore the first-order one, which is bounded, must be higher there, too.
-double MarginalMaxima::highest_unfinished() const {
-  const MixedEffectsFit& best = best_of(maxima_).fit;
-  const double here = is_first_order() ? kNaN : value_at(best, Integration::kInteraction);
-  double highest = kNaN;
+/// The highest point at which a search has not converged, if it is above a maximum. Laplace's
+/// likelihood increases without bound towards points at which it is not valid. Therefore the
+/// first-order one, which is bounded, must be higher there, too.
+/// \param difference  of log-likelihoods, at least
+const Candidate* MarginalMaxima::unfinished_above(const MixedEffectsFit& fit,
+                                                  double difference) const {
+  const double here = is_first_order() ? kNaN : value_at(fit, Integration::kInteraction);
+  const Candidate* highest = nullptr;
   for (const Candidate& candidate : maxima_) {
     const double value = candidate.fit.log_likelihood;
-    if (candidate.fit.convergence.converged() || !(value > best.log_likelihood + kSameHeight))
+    if (candidate.fit.convergence.converged() || !(value > fit.log_likelihood + difference)) {
       continue;
+    }
     const bool counts =
-        is_first_order() || value_at(candidate.fit, Integration::kInteraction) > here + kSameHeight;
-    if (counts && !(value <= highest)) highest = value;
+        is_first_order() || value_at(candidate.fit, Integration::kInteraction) > here + difference;
+    if (counts && (!highest || value > highest->fit.log_likelihood)) highest = &candidate;
   }
   return highest;
+}
+
+/// A maximum far below a point that was reached elsewhere says nothing about the data.
+const Candidate& MarginalMaxima::best() const {
+  constexpr double kFar = 20.0;
+  const Candidate& best = best_of(maxima_);
+  if (!best.fit.convergence.converged()) return best;
+  const Candidate* const higher = unfinished_above(best.fit, kFar);
+  return higher ? *higher : best;
 }
 
 SearchEvidence MarginalMaxima::evidence() const {
   SearchEvidence result;
   result.method = integration_;
-  result.contained = higher_than(best_of(maxima_).fit.log_likelihood, contained_);
+  const MixedEffectsFit& found = best().fit;
+  result.contained = higher_than(found.log_likelihood, contained_);
   result.first_order_maximum = first_order_maximum_;
-  result.unfinished = highest_unfinished();
+  const Candidate* const higher = unfinished_above(found, kSameHeight);
+  result.unfinished = higher ? higher->fit.log_likelihood : kNaN;
   return result;
 }
 

@@ -26,8 +26,11 @@ class MarginalMaxima {
                  FixedPoints& points);
 
   void search();
+  /// Adds the findings of a finished search from other fixed points.
+  void absorb(MarginalMaxima&& other);
   const std::vector<Candidate>& all() const { return maxima_; }
-  const Candidate& best() { return best_of(maxima_); }
+  /// The highest maximum, or a point far above it at which a search has not converged.
+  const Candidate& best() const;
   SearchEvidence evidence() const;
 
  private:
@@ -45,7 +48,7 @@ class MarginalMaxima {
   void finish_highest();
   void prefer_exact_fit();
   void rank_ends();
-  double highest_unfinished() const;
+  const Candidate* unfinished_above(const MixedEffectsFit& fit, double difference) const;
   void add(Candidate candidate);
   MarginalEnd search_from(const NonlinearModel& model,
                           const MixedEffectsFit& start,

@@ -27,28 +27,51 @@ class OptimumSearch {
   OptimumSearch(const NonlinearModel& model,
                 const LeastSquaresFit& pooled,
                 const OptimumSearchOptions& options)
-      : model_(model),
-        pooled_(pooled),
-        options_(options),
-        points_(model, pooled, options, from_part_) {}
+      : model_(model), pooled_(pooled), options_(options) {}
 
   MixedEffectsFit run() {
     if (model_.observations() >= kManyObservations) learn_from_part();
-    points_.search();
-    if (points_.all().empty()) return usual_fit();
-    if (model_.specification().random.empty()) return best_without_random_effects();
-    return options_.integration ? marginal_maximum(*options_.integration) : best_fixed_point();
+    std::vector<FixedPoints> searches = search_fixed_points();
+    if (searches.empty()) return usual_fit();
+    if (model_.specification().random.empty()) return best_without_random_effects(searches);
+    return options_.integration ? marginal_maximum(searches, *options_.integration)
+                                : best_fixed_point(searches);
   }
 
   /// The coefficients of the best fit, without standard errors and message; none without a fit.
   std::optional<VectorXd> best_coefficients() {
-    points_.search();
-    if (points_.all().empty()) return std::nullopt;
-    if (!model_.specification().random.empty()) points_.compare();
-    return best_of(points_.all()).fit.estimate;
+    std::vector<FixedPoints> searches = search_fixed_points();
+    if (searches.empty()) return std::nullopt;
+    if (model_.specification().random.empty()) {
+      return best_without_random_effects(searches).estimate;
+    }
+    compare(searches);
+    return best_of(searches.front().all()).fit.estimate;
   }
 
  private:
+  /// Searches that have led to fits. Those from the user's starts and from the program's own are
+  /// separate, so that a start changes nothing in the search without it.
+  std::vector<FixedPoints> search_fixed_points() {
+    std::vector<FixedPoints> result;
+    // Of equal fits, such as those of an alias of a frequency, the first is reported.
+    for (const Starts starts : {Starts::kGiven, Starts::kFound}) {
+      if (starts == Starts::kGiven && options_.linearized.starts.empty()) continue;
+      FixedPoints points(model_, pooled_, options_, from_part_, starts);
+      points.search();
+      if (!points.all().empty()) result.push_back(std::move(points));
+    }
+    return result;
+  }
+
+  /// Compares the fixed points of each search; then the first one has those of all.
+  static void compare(std::vector<FixedPoints>& searches) {
+    for (FixedPoints& points : searches) points.compare();
+    for (std::size_t k = 1; k < searches.size(); ++k) {
+      searches.front().absorb(std::move(searches[k]));
+    }
+  }
+
   /// The result if no start leads to a fit.
   MixedEffectsFit usual_fit() {
     return options_.integration
@@ -69,23 +92,35 @@ class OptimumSearch {
     }
   }
 
-  MixedEffectsFit best_without_random_effects() {
-    std::vector<Candidate>& all = points_.all();
+  MixedEffectsFit best_without_random_effects(std::vector<FixedPoints>& searches) {
+    std::vector<Candidate> all;
+    for (FixedPoints& points : searches) {
+      for (Candidate& candidate : points.all()) add_candidate(all, std::move(candidate));
+    }
     for (Candidate& candidate : all) candidate.rank = candidate.fit.log_likelihood;
     return judged(best_of(all), all, {});
   }
 
-  MixedEffectsFit best_fixed_point() {
-    points_.compare();
-    const Candidate& best = best_of(points_.all());
-    return judged(best, points_.all(), points_.evidence(best));
+  MixedEffectsFit best_fixed_point(std::vector<FixedPoints>& searches) {
+    compare(searches);
+    FixedPoints& points = searches.front();
+    const Candidate& best = best_of(points.all());
+    return judged(best, points.all(), points.evidence(best));
   }
 
-  MixedEffectsFit marginal_maximum(Integration integration) {
-    points_.has_several_ends() ? points_.compare() : points_.compare_briefly();
-    MarginalMaxima maxima(model_, pooled_, options_, integration, points_);
-    maxima.search();
-    return judged(maxima.best(), maxima.all(), maxima.evidence());
+  MixedEffectsFit marginal_maximum(std::vector<FixedPoints>& searches, Integration integration) {
+    std::optional<MarginalMaxima> maxima;
+    for (FixedPoints& points : searches) {
+      points.has_several_ends() ? points.compare() : points.compare_briefly();
+      MarginalMaxima found(model_, pooled_, options_, integration, points);
+      found.search();
+      if (maxima) {
+        maxima->absorb(std::move(found));
+      } else {
+        maxima.emplace(std::move(found));
+      }
+    }
+    return judged(maxima->best(), maxima->all(), maxima->evidence());
   }
 
   MixedEffectsFit judged(const Candidate& best,
@@ -111,7 +146,6 @@ class OptimumSearch {
   const LeastSquaresFit& pooled_;
   const OptimumSearchOptions& options_;
   VectorXd from_part_;  ///< (p) best coefficients of a part of the data; empty without one
-  FixedPoints points_;
 };
 
 }  // namespace

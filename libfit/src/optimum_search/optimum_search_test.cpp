@@ -194,6 +194,57 @@ TEST_CASE("start values of the user are used") {
   CHECK(other.log_likelihood == Approx(fit.log_likelihood).epsilon(1e-9));
 }
 
+TEST_CASE("start values never give a lower result") {
+  // Far from the truth, in the region of a lower maximum, and outside the domain of the logarithm.
+  const std::map<std::string, double> far{{"A1", 0.5}, {"l1", -1.4}, {"A2", 2.8}, {"l2", 0.8}};
+  const std::map<std::string, double> useless{
+      {"A1", 50.0}, {"l1", 9.0}, {"A2", -40.0}, {"l2", 4.0}};
+  for (const Method method : {Method::kLindstromBates, Method::kInteraction, Method::kLaplace}) {
+    const Table table = biexponential(2);
+    const FittedModel usual = searched_fit(table, kBiexponential, "A1 | g", {.method = method});
+    REQUIRE(usual.convergence.converged());
+    for (const auto& start : {far, useless}) {
+      INFO(method_text(method));
+      const FittedModel fit =
+          searched_fit(table, kBiexponential, "A1 | g", {.method = method, .start = start});
+      REQUIRE(fit.convergence.converged());
+      // The difference of two searches of one maximum.
+      CHECK(fit.log_likelihood > usual.log_likelihood - 1e-3);
+    }
+  }
+}
+
+TEST_CASE("a phase is found if its period varies between groups") {
+  // Only near the true phase, not periods away, do the groups' curves meet.
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const Table table =
+        simulated({.groups = 12,
+                   .x = {1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29},
+                   .effect_sd = 0.5,
+                   .sigma = 0.3,
+                   .mean =
+                       [](double x, double effect) {
+                         const double turns = (x - 14.0) / (8.0 + effect);
+                         return 10.0 + 2.0 * std::cos(2.0 * 3.141592653589793 * turns);
+                       }},
+                  seed);
+    for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
+      INFO("seed " << seed << ", " << method_text(method));
+      const FittedModel fit =
+          searched_fit(table, "y ~ M + A*cos(2*pi*(x - t)/P)", "P | g", {.method = method});
+      INFO(fit.convergence.verdict);
+      REQUIRE(fit.convergence.converged());
+      // The standard error of t is about 0.05, that of P the effects' over the root of 12, 0.15.
+      // With a negative amplitude the phase is half a period away.
+      const double t = fit.estimate[2];
+      CHECK((fit.estimate[1] > 0.0 ? std::abs(t - 14.0) : std::abs(std::abs(t - 14.0) - 4.0)) <
+            0.5);
+      CHECK(std::abs(fit.estimate[3]) == Approx(8.0).margin(0.75));
+      CHECK(fit.random.back().sd()[0] == Approx(0.5).margin(0.4));
+    }
+  }
+}
+
 TEST_CASE("a formula that is linear after a transformation starts from its solution") {
   std::vector<double> x;
   std::vector<double> y;
@@ -222,9 +273,9 @@ TEST_CASE("spread starts are numerous, distinct and reproducible") {
   const NonlinearModel model = bound(biexponential(1), kBiexponential, "A1 | g");
   const LeastSquaresFit pooled = fit_least_squares(model, {.other_minima = true});
   const std::size_t usual = starting_points(model, pooled).size();
-  const auto more = starting_points(model, pooled, {.spread = 5});
+  const auto more = starting_points(model, pooled, 5);
   CHECK(more.size() == usual + 5);
-  const auto again = starting_points(model, pooled, {.spread = 5});
+  const auto again = starting_points(model, pooled, 5);
   for (std::size_t k = 0; k < more.size(); ++k) {
     CHECK(more[k].coefficients == again[k].coefficients);
   }

@@ -96,7 +96,6 @@ class Collection {
   void add_exchanged() {
     const std::vector<StartingPoint> points = points_;
     for (const StartingPoint& point : points) {
-      if (point.origin == kStartValues) continue;
       for (VectorXd& other : exchanged_minima(model_, point.coefficients)) {
         add(std::move(other), point.origin + " with exchanged terms");
       }
@@ -160,9 +159,8 @@ void add_spread(int count, Collection& collection) {
 
 std::vector<StartingPoint> starting_points(const NonlinearModel& model,
                                            const LeastSquaresFit& pooled,
-                                           const StartingPointOptions& options) {
+                                           int spread) {
   Collection collection(model);
-  for (const VectorXd& given : options.given) collection.add(given, std::string(kStartValues));
   collection.add(pooled.estimate, "least squares");
   for (const VectorXd& other : pooled.other_minima) {
     collection.add(other, "other least-squares minimum");
@@ -170,12 +168,7 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
   if (!model.specification().random.empty()) {
     const NonlinearModel constants = model.pooled();
     const std::vector<GroupFits> fits = fit_single_groups(model, constants, pooled.estimate);
-    for (const GroupFits& found : fits) {
-      collection.add_groups(constants, found);
-      for (const GroupFits& other : exchanged(constants, found)) {
-        collection.add_groups(constants, other);
-      }
-    }
+    for (const GroupFits& found : fits) collection.add_groups(constants, found);
     if (fits.empty()) {
       if (auto typical = start_of_strata(model, pooled.estimate)) {
         collection.add(*std::move(typical), "medians of strata of groups");
@@ -184,7 +177,7 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
   }
   add_solved_equation(model, collection);
   if (!model.specification().random.empty()) collection.add_exchanged();
-  add_spread(options.spread, collection);
+  add_spread(spread, collection);
   return std::move(collection).take();
 }
 

@@ -23,18 +23,15 @@ struct StartingPoint {
   std::optional<MixedEffectsFit> with_effects{};  ///< the same with random effects, if known
 };
 
-struct StartingPointOptions {
-  std::vector<Eigen::VectorXd> given{};  ///< (p) each: the user's, which are first
-  int spread = 0;                        ///< further points, spread around the others
-};
-
 /// Distinct points that may lead to different maxima of the likelihood, the most promising first:
-/// the user's values; the pooled least-squares fit; coefficients with exchanged terms, and those
-/// with a similar fit to the pooled data; medians of least-squares fits to single groups; the fit
-/// of a linear form of the formula (h = d^2/(a + b d) is linear in d^2/h); exchanged terms of all
-/// of these; and spread points. \param pooled  the least-squares fit, with its other minima
+/// the pooled least-squares fit; coefficients with exchanged terms, and those with a similar fit to
+/// the pooled data; medians of least-squares fits to single groups; the fit of a linear form of the
+/// formula (h = d^2/(a + b d) is linear in d^2/h); exchanged terms of all of these; and spread
+/// points.
+/// \param pooled  the least-squares fit, with its other minima
+/// \param spread  number of further points, spread around the others
 std::vector<StartingPoint> starting_points(const NonlinearModel& model,
                                            const LeastSquaresFit& pooled,
-                                           const StartingPointOptions& options = {});
+                                           int spread = 0);
 
 }  // namespace silvafit::fit
