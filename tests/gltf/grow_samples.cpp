@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Writes files for other programs to read: grow_samples MODELS DIR.
-//   DIR/*.glb          one file a preset, with ordinary and extreme trees, and one with all presets
+//   DIR/*.glb          one file a preset of segments without textures, and one of every builder's
+//   with
+//                      textures, with ordinary and extreme trees; one with all presets of segments
 //   DIR/scenes/*       one stand of shared models in every format and packing
 //   DIR/scenes/expected.json  what a reader should find in each of them
 #include <algorithm>
@@ -12,6 +14,7 @@
 #include <vector>
 
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/ground.hpp"
 #include "silvafit/tree/scene.hpp"
 #include "silvafit/tree/scene_writer.hpp"
@@ -61,6 +64,23 @@ void write_presets(const PresetCatalogue& catalogue, const fs::path& folder) {
   packed->add_tree(textured.trees.front());
   packed->add_tree(grow_tree(sample_trees().front(), catalogue.named("generic-conifer"), options));
   packed->finish();
+}
+
+/// All presets of all builders as `silvafit grow` draws them, at every level of detail.
+void write_builders(const fs::path& models, const fs::path& folder) {
+  const BuilderCatalogue catalogue = BuilderCatalogue::load(models);
+  for (const BuilderKind kind : builder_kinds()) {
+    for (const Builder* builder : catalogue.of(kind)) {
+      Scene scene;
+      int level = 0;
+      for (const Morphology& tree : sample_trees()) {
+        const MeshOptions mesh = level_of_detail(level, {.textured = true});
+        scene.trees.push_back(grow_tree(tree, *builder, {.mesh = mesh}));
+        level = (level + 1) % kLevelsOfDetail;
+      }
+      write_glb(scene, folder / (std::string(builder_name(kind)) + "-" + builder->name() + ".glb"));
+    }
+  }
 }
 
 /// A row of twelve trees of one model, each 5 % higher and 5 % narrower north-south than the last.
@@ -135,6 +155,7 @@ int main(int argc, char** argv) {
     const PresetCatalogue catalogue = PresetCatalogue::load(argv[1]);
     const fs::path folder = argv[2];
     write_presets(catalogue, folder);
+    write_builders(argv[1], folder);
     write_scenes(catalogue, folder / "scenes");
     return 0;
   } catch (const std::exception& error) {
