@@ -73,10 +73,12 @@ json time_preset(const std::vector<tree::Morphology>& stand,
 
 int main(int argc, char** argv) {
   std::string out;
+  std::string only;
   int trees = 1000;
   int repeats = 5;
   CLI::App app("Trees a second of CPU time, by preset and level of detail");
   app.add_option("--out", out, "JSON file (default: standard output)");
+  app.add_option("--preset", only, "Only presets of this name (default: all)");
   app.add_option("--trees", trees, "Trees of the stand")->capture_default_str();
   app.add_option("--repeats", repeats, "Runs, of which the median counts")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
@@ -86,6 +88,7 @@ int main(int argc, char** argv) {
     json results = json::array();
     for (const tree::BuilderKind kind : tree::builder_kinds()) {
       for (const tree::Builder* builder : catalogue.of(kind)) {
+        if (!only.empty() && builder->name() != only) continue;
         results.push_back(time_preset(stand, *builder, "", {.textured = true}, repeats));
         results.push_back(time_preset(stand, *builder, ", plain", {}, repeats));
         if (kind != tree::BuilderKind::kSegment) continue;

@@ -38,6 +38,13 @@ BuilderKind builder_from_text(std::string_view text) {
 
 Builder::Builder(BuilderKind kind, PresetHead preset) : kind_(kind), preset_(std::move(preset)) {}
 
+Skeleton Builder::grow_skeleton_for(const MeshOptions& /*mesh*/,
+                                    const TreeShape& shape,
+                                    const Crown& crown,
+                                    Random& random) const {
+  return grow_skeleton(shape, crown, random);
+}
+
 Skeleton Builder::grow_freely(double /*h_m*/, Random& /*random*/) const {
   throw UsageError(
       "the builder " + std::string(builder_name(kind_)) +

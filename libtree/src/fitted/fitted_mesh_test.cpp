@@ -57,3 +57,27 @@ TEST_CASE("meshes of iterated function systems have their measurements") {
     }
   }
 }
+
+TEST_CASE("a skeleton for a mesh with pictures of shoots is the same without leaves") {
+  for (const BuilderKind kind : {BuilderKind::kLsystem, BuilderKind::kIfs}) {
+    for (const Builder* builder : test::shipped_builders().of(kind)) {
+      INFO(builder->name());
+      const TreeShape shape = builder->shape_of(test::paper_tree_1());
+      const Crown crown(shape, builder->preset().crown_index);
+      Random for_all(3);
+      Random for_mesh(3);
+      Random for_plain(3);
+      const Skeleton all = builder->grow_skeleton(shape, crown, for_all);
+      const Skeleton bare = builder->grow_skeleton_for({.textured = true}, shape, crown, for_mesh);
+      const Skeleton plain = builder->grow_skeleton_for({}, shape, crown, for_plain);
+      CHECK(bare.leaves.empty());
+      CHECK(plain.leaves.size() == all.leaves.size());
+      REQUIRE(bare.axes.size() == all.axes.size());
+      REQUIRE(bare.points.size() == all.points.size());
+      for (std::size_t i = 0; i < all.points.size(); ++i) {
+        REQUIRE(length(bare.points[i].at - all.points[i].at) == 0.0);
+        REQUIRE(bare.points[i].radius_m == all.points[i].radius_m);
+      }
+    }
+  }
+}

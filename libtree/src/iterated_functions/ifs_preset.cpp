@@ -217,6 +217,15 @@ Skeleton IfsBuilder::grow_skeleton(const TreeShape& shape,
   return fit_to_measurements(grow_freely(shape.h_m, random), shape, crown, this->preset().taper);
 }
 
+Skeleton IfsBuilder::grow_skeleton_for(const MeshOptions& mesh,
+                                       const TreeShape& shape,
+                                       const Crown& crown,
+                                       Random& random) const {
+  const bool has_leaves = !shows_shoots(ifs_.style, mesh);
+  return fit_to_measurements(
+      grow_ifs(ifs_, random, has_leaves), shape, crown, this->preset().taper);
+}
+
 Mesh IfsBuilder::build_mesh(const Skeleton& skeleton,
                             const Crown& crown,
                             Random& random,

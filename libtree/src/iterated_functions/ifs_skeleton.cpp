@@ -27,14 +27,16 @@ class Grower {
  public:
   Grower(const IfsPreset& preset, Random& random) : preset_(preset), random_(random) {}
 
-  Skeleton grow() {
+  Skeleton grow(bool has_leaves) {
     copies_.push_back({.radius = preset_.trunk.radius});
     grow_axis(0, 0, 0);
     for (std::size_t i = 0; i < starts_.size(); ++i) {
       const Start start = starts_[i];
       grow_axis(start.copy, start.order, start.parent);
     }
-    for (std::size_t i = 0; i < preset_.leaves.count; ++i) add_leaf();
+    // Last, so that the branches have the same random numbers without leaves.
+    const std::size_t leaves = has_leaves ? preset_.leaves.count : 0;
+    for (std::size_t i = 0; i < leaves; ++i) add_leaf();
     return std::move(skeleton_);
   }
 
@@ -201,6 +203,8 @@ class Grower {
 
 }  // namespace
 
-Skeleton grow_ifs(const IfsPreset& preset, Random& random) { return Grower(preset, random).grow(); }
+Skeleton grow_ifs(const IfsPreset& preset, Random& random, bool has_leaves) {
+  return Grower(preset, random).grow(has_leaves);
+}
 
 }  // namespace silvafit::tree

@@ -171,7 +171,22 @@ Skeleton LsystemBuilder::grow_freely(double h_m, Random& random) const {
 Skeleton LsystemBuilder::grow_skeleton(const TreeShape& shape,
                                        const Crown& crown,
                                        Random& random) const {
+  return fitted(grow_freely(shape.h_m, random), shape, crown, random);
+}
+
+Skeleton LsystemBuilder::grow_skeleton_for(const MeshOptions& mesh,
+                                           const TreeShape& shape,
+                                           const Crown& crown,
+                                           Random& random) const {
   Skeleton grown = grow_freely(shape.h_m, random);
+  if (shows_shoots(lsystem_.style, mesh)) grown.leaves.clear();
+  return fitted(std::move(grown), shape, crown, random);
+}
+
+Skeleton LsystemBuilder::fitted(Skeleton grown,
+                                const TreeShape& shape,
+                                const Crown& crown,
+                                Random& random) const {
   turn_about_stem(grown, random.uniform(0.0, 2.0 * std::numbers::pi));
   try {
     return fit_to_measurements(grown, shape, crown, preset().taper);

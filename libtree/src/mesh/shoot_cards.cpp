@@ -226,14 +226,21 @@ void add_sites_along(const Skeleton& skeleton,
 /// A card: its base in the middle of its lower edge.
 struct Card {
   Point base{};
-  Point along{};   ///< to its tip, as long as the card
-  Point across{};  ///< from its middle to its right edge
+  Point along{};           ///< to its tip, as long as the card
+  Point across{};          ///< from its middle to its right edge
+  bool is_inside = false;  ///< known to be inside the crown
 };
 
 class CardWriter {
  public:
   CardWriter(const Crown& crown, const LeafyShoots& shoots, double variation, PartBuilder& build)
-      : crown_(crown), shoots_(shoots), variation_(variation), light_(crown), build_(build) {}
+      : crown_(crown),
+        shoots_(shoots),
+        variation_(variation),
+        cross_cos_(std::cos(kRadian * shoots.cross_deg)),
+        cross_sin_(std::sin(kRadian * shoots.cross_deg)),
+        light_(crown),
+        build_(build) {}
 
   /// \param number  of the shoot, which gives its side of the branch
   void add(const OnAxis& place, double end, double size_m, std::uint32_t number, Jitter& jitter) {
@@ -283,9 +290,8 @@ class CardWriter {
   void crossed_cards(
       Point base, Point along, double size_m, Point outward, std::uint32_t number, Jitter& jitter) {
     const Point up = upper_side(along, outward, jitter);
-    const double turn = kRadian * shoots_.cross_deg;
     const Point side = cross(along, up);
-    const Point crossed = std::cos(turn) * side + std::sin(turn) * up;
+    const Point crossed = cross_cos_ * side + cross_sin_ * up;
     const std::size_t picture = (number * 2654435761U >> 13U) % kShootsPerAtlas;
     const double shade = 1.0 + variation_ * jitter.next();
     const Bytes4 color = shaded(base + 0.5 * size_m * along, shade);
@@ -296,15 +302,18 @@ class CardWriter {
   /// A card that is inside the crown, if three tenths of its size suffice for this. If it is enough
   /// it becomes only narrower, so that it covers the wood where the crown is thin.
   Card fitted(Point base, Point along, Point across) const {
-    constexpr double kSmaller = 0.9;
-    constexpr double kNarrowest = 0.6;
-    constexpr double kSmallest = 0.3;
-    for (double width = 1.0; width > kNarrowest; width *= kSmaller * kSmaller) {
-      if (fits({base, along, width * across})) return {base, along, width * across};
+    for (const double width : {1.0, 0.8, 0.65}) {
+      const Card card{base, along, width * across, true};
+      if (fits(card)) return card;
     }
-    double scale = kSmaller;
-    while (scale > kSmallest && !fits({base, scale * along, scale * across})) scale *= kSmaller;
-    return {base, scale * along, scale * across};
+    constexpr int kHalvings = 3;
+    double inside = 0.3;
+    double outside = 1.0;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = 0.5 * (inside + outside);
+      (fits({base, middle * along, middle * across}) ? inside : outside) = middle;
+    }
+    return {base, inside * along, inside * across, false};
   }
 
   bool fits(const Card& card) const {
@@ -323,7 +332,8 @@ class CardWriter {
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const double across = i == 0 || i == 3 ? -1.0 : 1.0;
       const double along = i < 2 ? 0.0 : 1.0;
-      const Point at = crown_.confine(card.base + along * card.along + across * card.across);
+      const Point corner = card.base + along * card.along + across * card.across;
+      const Point at = card.is_inside ? corner : crown_.confine(corner);
       // Between the crown's surface and the card, and bulging to its edges.
       constexpr double kOfCard = 0.45;
       constexpr double kBulge = 0.35;
@@ -358,6 +368,8 @@ class CardWriter {
   const Crown& crown_;
   const LeafyShoots& shoots_;
   double variation_;
+  double cross_cos_;  ///< of the angle between the two cards
+  double cross_sin_;
   CrownLight light_;
   PartBuilder& build_;
 };

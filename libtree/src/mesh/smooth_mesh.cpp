@@ -214,6 +214,10 @@ void add_leaves(const Skeleton& skeleton,
 
 }  // namespace
 
+bool shows_shoots(const SmoothStyle& style, const MeshOptions& options) {
+  return options.textured && style.shoots && !style.leaves.empty();
+}
+
 Mesh build_smooth_mesh(const Skeleton& skeleton,
                        const Crown& crown,
                        const SmoothStyle& style,
@@ -238,7 +242,7 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
                    .color = leaf_material(skeleton, style, options.vertex_colors),
                    .double_sided = true};
   MeshPart roots{.kind = PartKind::kAerialRoots, .color = style.bark};
-  const bool has_shoots = options.textured && style.shoots && !style.leaves.empty();
+  const bool has_shoots = shows_shoots(style, options);
   if (options.textured) {
     stem.texture = branches.texture = roots.texture = bark_texture(style.bark_kind);
     stem.normal_texture = branches.normal_texture = roots.normal_texture =

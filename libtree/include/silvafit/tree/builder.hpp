@@ -59,6 +59,13 @@ class Builder {
                                  const Crown& crown,
                                  Random& random) const = 0;
 
+  /// The same skeleton for one mesh: without leaf sites if the mesh shows pictures of shoots
+  /// instead, which saves time.
+  virtual Skeleton grow_skeleton_for(const MeshOptions& mesh,
+                                     const TreeShape& shape,
+                                     const Crown& crown,
+                                     Random& random) const;
+
   /// The tree as the grammar or the function system draws it, in its own units; no measurement is
   /// fitted.
   /// \param h_m  selects the grammar of trees of that height

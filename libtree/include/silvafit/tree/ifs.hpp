@@ -110,8 +110,9 @@ struct IfsPreset {
 /// Each map places a copy on the trunk, and on each copy's trunk again. Leaves are drawn by the
 /// chaos game: from the first trunk on, the maps' probabilities select a copy of the current copy,
 /// down to the last one.
+/// \param has_leaves  whether leaves are drawn
 /// \throws GeometryError if there are more copies than the limits allow
-Skeleton grow_ifs(const IfsPreset& preset, Random& random);
+Skeleton grow_ifs(const IfsPreset& preset, Random& random, bool has_leaves = true);
 
 /// IFS trees, fitted to measurements.
 class IfsBuilder : public Builder {
@@ -126,6 +127,10 @@ class IfsBuilder : public Builder {
 
   Skeleton grow_freely(double h_m, Random& random) const override;
   Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
+  Skeleton grow_skeleton_for(const MeshOptions& mesh,
+                             const TreeShape& shape,
+                             const Crown& crown,
+                             Random& random) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,
                   Random& random,

@@ -49,6 +49,10 @@ class LsystemBuilder : public Builder {
   /// \throws InputError as grow_freely; GeometryError naming the grammar's file, as
   /// fit_to_measurements
   Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
+  Skeleton grow_skeleton_for(const MeshOptions& mesh,
+                             const TreeShape& shape,
+                             const Crown& crown,
+                             Random& random) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,
                   Random& random,
@@ -60,6 +64,7 @@ class LsystemBuilder : public Builder {
   /// The stage with the grammar for trees of that height.
   std::size_t stage_of(double h_m) const;
   Skeleton derive(const Grammar& grammar, Random& random) const;
+  Skeleton fitted(Skeleton grown, const TreeShape& shape, const Crown& crown, Random& random) const;
 
   LsystemPreset lsystem_;
   std::vector<std::unique_ptr<Derived>> derived_;  ///< of each stage

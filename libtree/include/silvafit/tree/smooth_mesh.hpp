@@ -57,6 +57,9 @@ struct SmoothStyle {
   std::optional<AerialRoots> aerial_roots{};
 };
 
+/// Whether a mesh with these options shows pictures of shoots instead of the skeleton's leaves.
+bool shows_shoots(const SmoothStyle& style, const MeshOptions& options);
+
 /// Tubes along cubic Hermite curves through the axes' points, with frames that do not twist about
 /// the curve; leaves at the skeleton's sites.
 ///
