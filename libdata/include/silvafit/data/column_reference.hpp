@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What stands for a column: its name as it is, or an expression of columns.
+// References to columns: a name, or an expression of columns.
 #pragma once
 
 #include <cstddef>
@@ -16,38 +16,39 @@ namespace silvafit::data {
 
 /// A column of a table, or an expression of its columns.
 struct ColumnReference {
-  std::string text{};                      ///< as it was written
-  std::optional<Expression> expression{};  ///< none: `text` is a column's name
+  std::string text{};                      ///< as the user wrote it
+  std::optional<Expression> expression{};  ///< none if `text` is the name of a column
 };
 
-/// The right side of `--columns NAME=TEXT`, by the one rule that all commands have: a text that
-/// equals the name of a column, with its blanks, dots and brackets, is that column; any other is an
-/// expression of columns, in which such names stand in backquotes.
-/// \param name     what the column is to be, for messages
-/// \param columns  of the table
+/// Interprets the right side of `--columns NAME=TEXT`, in the same way for all commands. A text
+/// that equals the name of a column, including blanks, dots and brackets, is that column. Any other
+/// text is an expression of columns, in which such names need backquotes.
+/// \param name     the left side, for messages
+/// \param columns  names of the table's columns
 /// \param file     for messages
-/// \throws FormulaError if the text is neither; InputError if an expression names what is no column
+/// \throws FormulaError if the text is neither; InputError if a name in an expression is not a
+///   column
 ColumnReference column_reference(std::string_view name,
                                  std::string_view text,
                                  std::span<const std::string> columns,
                                  const std::string& file = {});
 
-/// A cell that holds text where a number belongs.
+/// A cell with text in a column of numbers.
 struct TextCell {
   std::size_t row = 0;
   std::string column{};
   std::string text{};
 };
 
-/// The numbers of a column, whether or not all of its cells are numbers. A missing cell is NaN.
-/// \param text_cells  gets the cells that hold text, in the order of the rows; they are NaN, too
+/// The numbers of a column that may also contain text. Missing values and text are NaN.
+/// \param text_cells  the cells with text are added to it, in the order of the rows
 /// \throws UsageError if there is no such column
 std::vector<double> numbers_of(const Table& table,
                                std::string_view column,
                                std::vector<TextCell>& text_cells);
 
-/// The same of a column or an expression of columns.
-/// \throws UsageError also if an expression reads a column of text as a number and as text
+/// The same for a column or an expression of columns.
+/// \throws UsageError also if an expression uses a column both as numbers and as text
 std::vector<double> numbers_of(const Table& table,
                                const ColumnReference& reference,
                                std::vector<TextCell>& text_cells);

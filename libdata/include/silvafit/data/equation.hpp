@@ -9,17 +9,17 @@
 
 namespace silvafit::data {
 
-/// `part = value`, which holds where an expression has an outcome.
+/// `part = value`, which is equivalent to `expression = outcome`.
 struct SolvedEquation {
-  Expression part;   ///< the smallest part of the expression that holds all of the unknowns
+  Expression part;   ///< the smallest part of the expression that contains all unknowns
   Expression value;  ///< without unknowns if the outcome has none
 };
 
-/// Solves `expression = outcome` for the part of the expression that holds the unknowns.
+/// Solves `expression = outcome` for the part of the expression that contains the unknowns.
 ///
-/// Operations are undone from the outside inwards: + - * / ^, squares, exp, logarithms, sqrt. It
-/// ends where both operands hold unknowns, or where an operation has no inverse. Of two inverses
-/// of a square, the positive one is taken. Example: 1.3 + d^2/(a + b*d) = h for a and b gives
+/// Inverts operations from the outermost inwards: + - * / ^, squares, exp, logarithms, sqrt. Stops
+/// where both operands contain unknowns, or where an operation has no inverse. Of the two roots of
+/// a square, the positive one is used. Example: 1.3 + d^2/(a + b*d) = h for a and b gives
 /// a + b*d = d^2/(h - 1.3).
 SolvedEquation solve_for(const Expression& expression,
                          const std::vector<std::string>& unknowns,

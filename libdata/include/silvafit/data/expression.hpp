@@ -18,12 +18,12 @@ struct ExpressionNode;
 /// (right-associative, binds tighter than the sign), comparisons < <= > >= == != (1 or 0), && || !,
 /// parentheses, `name == "text"` for text columns, and the functions exp log log10 log2 log1p expm1
 /// sqrt abs sign sin cos tan asin acos atan sinh cosh tanh pow min max ifelse; the constant pi.
-/// I(...) is what it encloses. docs/formula-language.md describes them.
+/// I(...) has the value of its argument. docs/formula-language.md describes them.
 class Expression {
  public:
   /// \throws FormulaError with the column in `text`
   static Expression parse(std::string_view text);
-  /// Parses the part [begin, end) of a longer text; errors give the column in the whole.
+  /// Parses the part [begin, end) of a longer text. Errors give the column in the whole text.
   static Expression parse(std::string_view whole, std::size_t begin, std::size_t end);
   static Expression constant(double value);
   static Expression variable(std::string_view name);
@@ -35,9 +35,9 @@ class Expression {
   /// The symbolic derivative with respect to a variable, simplified.
   Expression derivative(std::string_view name) const;
 
-  /// The same expression, whose derivatives of all orders take a product to be zero where a factor
-  /// is zero and the other infinite. So it is at the edge of a domain where the value is finite:
-  /// there exp(-b/x) and 1/(1 + exp((b - log(x))/c)) of x = 0 do not depend on b and c.
+  /// The same expression, but in its derivatives of all orders the product of zero and infinity is
+  /// zero. This is their limit at the edge of a domain where the value is finite: at x = 0,
+  /// exp(-b/x) and 1/(1 + exp((b - log(x))/c)) do not depend on b and c.
   Expression with_limits() const;
 
   /// The arguments of its sines, cosines and tangents.
@@ -46,8 +46,9 @@ class Expression {
   /// The expression with a variable replaced.
   Expression substitute(std::string_view name, const Expression& replacement) const;
 
-  /// Whether abs, sign, min, max, a comparison, logic or the condition of an ifelse depends on a
-  /// variable: the derivative by it then jumps, which its symbolic form does not show.
+  /// Whether abs, sign, min, max, a comparison, a logical operator or the condition of an ifelse
+  /// depends on a variable. The derivative with respect to it then has jumps, which the symbolic
+  /// form does not show.
   bool has_kink_in(std::string_view name) const;
 
   bool is_constant() const;
@@ -55,7 +56,7 @@ class Expression {
   /// The value of a constant expression.
   double constant_value() const;
 
-  /// The value for given variables, one at a time, for tests; of blocks: see Program.
+  /// The value for one set of variables. Program evaluates blocks of rows.
   /// \param names, values  of equal length
   double value(const std::vector<std::string>& names, const std::vector<double>& values) const;
 
@@ -77,7 +78,7 @@ Expression operator-(const Expression& a);
 Expression exp(const Expression& a);
 Expression log(const Expression& a);
 
-/// `left ~ right` taken apart.
+/// The two sides of `left ~ right`.
 struct Formula {
   std::string left{};
   Expression right;
@@ -85,10 +86,10 @@ struct Formula {
 };
 
 /// \throws FormulaError if there is no `~`, the left side is not a name, or the right side cannot
-/// be read
+///   be parsed
 Formula parse_formula(std::string_view text);
 
-/// If a variable stands for `column == "text"`, its two parts.
+/// The two parts of a variable `column == "text"`.
 struct TextMatch {
   std::string column{};
   std::string value{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Reading JSON that people or programs wrote: every complaint names the file and the key.
+// Reading JSON files of users and programs. Every error names the file and the key.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,18 +19,18 @@
 
 namespace silvafit::data {
 
-/// A value somewhere in a JSON document, which knows its way from the root: `species[2].dbh.sd`.
-/// All members throw InputError with file and key where the document is not as they ask.
+/// A value in a JSON document, with its path from the root, such as `species[2].dbh.sd`. All
+/// members throw InputError with file and path if the document does not have the requested form.
 ///
-/// What people write is read strictly: texts are not empty, numbers are there. What programs write
-/// may lack values: for that are any_text() and number_or_missing().
+/// Files of users are read strictly: texts must not be empty, and numbers must not be missing.
+/// Files of programs may lack values, which any_text() and number_or_missing() accept.
 class JsonReader {
  public:
   static JsonReader open(const std::filesystem::path& path);
-  /// \param comments  whether `//` and `/* */` may explain the values
+  /// \param comments  whether comments in `//` and `/* */` are allowed
   static JsonReader parse(std::string_view text, std::string file, bool comments = false);
 
-  /// Stops at keys that nobody reads, since they are mostly misspelled ones.
+  /// Rejects all other keys, most of which are misspelled.
   void allow_only(std::initializer_list<std::string_view> keys) const;
   bool has(std::string_view key) const;
   JsonReader at(std::string_view key) const;
@@ -65,10 +65,10 @@ class JsonReader {
   std::vector<double> numbers() const;
   std::map<std::string, double> numbers_by_name() const;
   /// Numbers, NaN where null.
-  /// \param size  how many there must be
+  /// \param size  required number of elements
   Eigen::VectorXd vector(Eigen::Index size) const;
   /// Numbers row by row, NaN where null.
-  /// \param size  rows and columns
+  /// \param size  required number of rows, and of columns
   Eigen::MatrixXd square_matrix(Eigen::Index size) const;
 
   Expression expression() const;
@@ -77,7 +77,7 @@ class JsonReader {
   bool is_object() const;
   bool is_null() const;
   const std::string& file() const { return file_; }
-  /// The way from the root to this value.
+  /// The path from the root to this value.
   const std::string& key() const { return key_; }
 
   /// Throws InputError with the place of this value.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Codes such as -, n/a or -999 that stood for missing values, counted for a note.
+// Counts of the codes of missing values, such as -, n/a or -999, for a note.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace silvafit::data {
 
-/// Counts by column, in the order in which the columns came.
+/// Counts by column, in the order of the first calls.
 class MissingCodes {
  public:
   void add(std::string_view column, std::string_view code, std::size_t count = 1);

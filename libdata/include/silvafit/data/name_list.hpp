@@ -7,7 +7,7 @@
 
 namespace silvafit::data {
 
-/// A name in a list of names: in single quotes if it has a comma.
+/// A name as an item of a list: in single quotes if it contains a comma.
 std::string in_list(std::string_view name);
 
 }  // namespace silvafit::data

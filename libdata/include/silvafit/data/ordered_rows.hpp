@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rows of a result in the order of the file that they are computed from.
+// Writes rows of results in the order of the input file.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,16 @@
 
 namespace silvafit::data {
 
-/// Writes rows that were computed in another order than that of their lines in a file, such as plot
-/// by plot, in the order of these lines. Rows with one line keep their order. Memory: as
-/// ExternalSort.
+/// Writes rows that are computed in another order, such as plot by plot, in the order of their
+/// lines in the input file. Rows of the same line keep their order. Memory: that of ExternalSort.
 class OrderedRows {
  public:
-  /// \param sorts  false: the rows come in order, and are written as they come
+  /// \param sorts  false if the rows are added in order, so that they can be written at once
   OrderedRows(std::ostream& stream, bool sorts);
 
-  /// \param text  with its line end
+  /// \param text  including the line end
   void add(std::size_t line, std::string_view text);
-  /// Writes what is not written yet.
+  /// Writes the remaining rows.
   void finish();
 
  private:

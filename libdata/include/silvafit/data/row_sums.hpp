@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Sums over rows, the inner loops of everything that is estimated group by group.
+// Sums over rows, the inner loops of all estimates by group.
 //
-// All use the vector instructions of the processor that runs them. A result depends on the values
-// and on their number alone: not on where they lie in memory, and not on the number of threads.
-// Rows are added in 16 running sums (8 in weighted_products) which are then added pairwise, the
-// same on every processor; processors without fused multiply-add round each product once more, so
-// that their last digit may differ.
+// All functions use the vector instructions of the processor. A result depends on the values and
+// their number only, not on their address or on the number of threads. Rows are added to 16 partial
+// sums (8 in weighted_products), which are then added pairwise, in the same way on every processor.
+// Processors without fused multiply-add round each product separately, so that the last digit may
+// differ.
 //
-// Values need no alignment. No rows give zeros. NaN and infinities spread as in any sum.
+// Values need no alignment. The sum of no rows is zero. NaN and infinities propagate.
 #pragma once
 
 #include <cstddef>
@@ -27,13 +27,14 @@ double weighted_dot(const double* w, const double* a, const double* b, std::size
 /// The sum of each column over each segment of consecutive rows; equals sum() of each.
 ///
 /// \param columns  (C) pointers to the first row
-/// \param begins   (S+1) first row of each segment, ascending, and the end of the last; none: S = 0
+/// \param begins   (S+1) first row of each segment, ascending, and the end of the last one; empty
+///                 if there are no segments
 /// \param sums     (S x C) row-major: the sums of segment s start at sums[s*C]
 void segment_sums(std::span<const double* const> columns,
                   std::span<const std::size_t> begins,
                   double* sums);
 
-/// The matrix X' W X of C columns, in one sweep over the rows.
+/// The matrix X' W X of C columns, in one pass over the rows.
 ///
 /// \param columns   (C) pointers to `rows` values each
 /// \param weight    (rows) the diagonal of W, or null for ones

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A table of named columns, numeric or text, in the order of the file that it came from.
+// Tables of named columns of numbers or text.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace silvafit::data {
 /// The missing value of numeric columns.
 inline constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-/// A text column: each row holds the index of one of the distinct values ("levels"), or
+/// A column of text. Each row contains the index of one of the distinct values ("levels"), or
 /// kMissingCode.
 class TextColumn {
  public:
@@ -29,26 +29,26 @@ class TextColumn {
   std::size_t size() const { return codes_.size(); }
   bool is_missing(std::size_t row) const { return codes_[row] == kMissingCode; }
   std::uint32_t code(std::size_t row) const { return codes_[row]; }
-  /// The text of a row, empty where missing.
+  /// The text of a row; empty if it is missing.
   std::string_view operator[](std::size_t row) const;
   /// Distinct values in the order of their first appearance.
   const std::vector<std::string>& levels() const { return levels_; }
-  /// The code of a value, or kMissingCode if no row ever had it.
+  /// The code of a value, or kMissingCode if it is not a level.
   std::uint32_t code_of(std::string_view value) const;
 
  private:
-  /// The place of a value in slots_, or the free place where it belongs.
+  /// The index of a value in slots_, or of the free slot for it.
   std::size_t slot_of(std::string_view value) const;
   void grow_slots();
 
   std::vector<std::uint32_t> codes_;
   std::vector<std::string> levels_;
-  /// Hash table with open addressing: codes, or kMissingCode where free. At most half full.
+  /// Hash table with open addressing: codes, or kMissingCode in free slots. At most half full.
   std::vector<std::uint32_t> slots_;
 };
 
-/// Columns of equal length, each under a name. Text that was read from a file keeps its spelling
-/// ("07" stays "07"); numbers are doubles, NaN where missing.
+/// Named columns of equal length. Text from a file keeps its spelling ("07" remains "07"); missing
+/// numbers are NaN.
 class Table {
  public:
   Table() = default;
@@ -64,21 +64,21 @@ class Table {
   std::span<const double> numbers(std::string_view name) const;
   /// \throws UsageError if there is no such column, or it is numeric
   const TextColumn& text(std::string_view name) const;
-  /// A column as text, numbers in their shortest spelling that reads back as the same double.
+  /// A column as text; numbers by shortest().
   /// \throws UsageError if there is no such column
   TextColumn labels(std::string_view name) const;
 
-  /// Adds a column or replaces the one of that name.
-  /// \throws UsageError if its length differs from the table's
+  /// Adds a column, or replaces the one with this name.
+  /// \throws UsageError if its length differs from that of the table
   void set(std::string_view name, std::vector<double> values);
   void set(std::string_view name, TextColumn values);
 
-  /// The rows whose numbers are given, in that order, of all columns.
+  /// A table of the given rows, in the given order.
   Table select(std::span<const std::size_t> row_numbers) const;
 
-  /// Where the table came from, for messages: the file, and for each row the line it starts on.
+  /// The file of the table, for messages; empty if there is none.
   const std::string& file() const { return file_; }
-  /// Line of a row in the file, from 1; 0 if the table is not from a file.
+  /// First line of a row in the file, from 1; 0 if the table is not from a file.
   std::size_t line(std::size_t row) const { return row < lines_.size() ? lines_[row] : 0; }
   void set_origin(std::string file, std::vector<std::uint32_t> lines);
 
@@ -100,13 +100,13 @@ class Table {
   std::vector<std::uint32_t> lines_;
 };
 
-/// Names for a message: the first forty, and how many more there are.
+/// A list of names for a message: the first forty, and the number of others.
 std::string list_of(std::span<const std::string> names);
 
-/// The message of an error about a column that is missing.
+/// The error message for a column that does not exist.
 std::string no_such_column(std::string_view name, std::span<const std::string> names);
 
-/// The shortest decimal text that reads back as the same double.
+/// The shortest decimal text from which the same double is read.
 std::string shortest(double value);
 
 }  // namespace silvafit::data

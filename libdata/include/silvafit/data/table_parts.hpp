@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// CSV files larger than memory, in parts.
+// Reading CSV files that are larger than memory in parts.
 #pragma once
 
 #include <cstddef>
@@ -14,23 +14,23 @@
 namespace silvafit::data {
 
 struct TablePartsOptions {
-  /// Field, by position in the header, whose equal values stay in one part; none: rows are
-  /// independent.
+  /// Column, by position in the header, whose groups of equal values are not divided; none if rows
+  /// are independent.
   std::optional<std::size_t> group{};
-  std::vector<std::string> missing{};    ///< as CsvReader has it
-  std::vector<std::size_t> fill_down{};  ///< fields to fill down, by position in the header
-  bool finds_kinds = true;               ///< else TableHead has none
-  std::size_t rows = 200000;  ///< a part ends with the first group that makes it so large
+  std::vector<std::string> missing{};    ///< see CsvReader
+  std::vector<std::size_t> fill_down{};  ///< columns to fill down, by position in the header
+  bool finds_kinds = true;               ///< whether TableHead has the types of columns
+  std::size_t rows = 200000;             ///< a part ends with the group that reaches this number
 };
 
-/// A CSV file in parts of whole groups, so that memory does not grow with the file.
+/// Reads a CSV file in parts of complete groups, so that memory does not depend on its size.
 ///
-/// The file is read twice: first to find what only the whole file shows, which columns are text and
-/// whether the rows of each group follow each other; then in parts. If they do not, the rows are
-/// sorted on disk by group (ExternalSort); groups come in the order of their first rows. A table of
-/// a part is what the rows have in the table of the whole file. Memory: a part, and about
-/// 50 bytes for each group.
-/// \throws InputError if the file cannot be read, or only once; IoError if the disk fails
+/// The file is read twice: first to find the columns of text, and whether the rows of each group
+/// are contiguous; then in parts. If they are not contiguous, the rows are sorted on disk by group
+/// (ExternalSort), with the groups in the order of their first rows. The tables of the parts have
+/// the values and types of the table of the whole file. Memory: one part, and about 50 bytes per
+/// group.
+/// \throws InputError if the file cannot be read, or not twice; IoError if the disk fails
 class TableParts {
  public:
   TableParts(const std::filesystem::path& path, const TablePartsOptions& options);
@@ -38,10 +38,10 @@ class TableParts {
   TableParts(TableParts&&) noexcept;
   TableParts& operator=(TableParts&&) noexcept;
 
-  /// Whether the rows come in another order than that of the file; TableText::lines has it.
+  /// Whether the order of the rows differs from that of the file, which TableText::lines gives.
   bool is_sorted() const;
   std::size_t rows() const;
-  /// The next part; nothing after the last. A file without rows has one part without rows.
+  /// The next part; null after the last one. A file without rows has one part without rows.
   std::shared_ptr<const TableText> next();
 
  private:
@@ -49,8 +49,7 @@ class TableParts {
   std::unique_ptr<State> state_;
 };
 
-/// Fields as a record of a part, with its line end.
-/// \param record  gets the bytes at its end
+/// Appends fields to the text of a part, as a record with its line end.
 void append_record(const std::vector<std::string_view>& fields,
                    char separator,
                    std::string& record);

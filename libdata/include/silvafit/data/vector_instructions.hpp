@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-// Which vector instructions formulas and sums are computed with.
+// The vector instructions that compute formulas and sums.
 #pragma once
 
 #include <string>
 
 namespace silvafit::data {
 
-/// The instruction set that the vector code of this library runs on this processor: `AVX-512`,
-/// `AVX2 with FMA`, `SSE4`, `NEON`, or `none` where numbers are computed one after the other.
+/// The instruction set that this library uses on this processor: `AVX-512`, `AVX2 with FMA`,
+/// `SSE4`, `NEON`, or `none` without vector instructions.
 ///
-/// It can matter for the last digits: sets without fused multiply-add round once more.
+/// The last digits of results can depend on it: without fused multiply-add, products are rounded
+/// separately.
 std::string vector_instructions();
 
 }  // namespace silvafit::data
