@@ -186,6 +186,31 @@ std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const Vector
   return result;
 }
 
+VectorXd with_nearest_phases(const NonlinearModel& model,
+                             const VectorXd& coefficients,
+                             const VectorXd& to) {
+  VectorXd result = coefficients;
+  for (const PhaseCoefficient& phase : phase_coefficients(model, coefficients)) {
+    const double distance = to[phase.coefficient] - result[phase.coefficient];
+    const auto shift_to = [&](double half_periods) {
+      if (half_periods == 0.0) return true;
+      SameMean same(model, result, {});
+      Exchange exchange = identity(result.size());
+      exchange.offset[phase.coefficient] = 0.5 * half_periods * phase.period;
+      same.consider(exchange);
+      negate_each(std::move(exchange), same);
+      const std::vector<Exchange> found = std::move(same).found();
+      if (found.empty()) return false;
+      result = found.front().of(result);
+      return true;
+    };
+    if (!shift_to(std::round(2.0 * distance / phase.period))) {
+      shift_to(2.0 * std::round(distance / phase.period));
+    }
+  }
+  return result;
+}
+
 std::vector<VectorXd> exchanged_locations(const NonlinearModel& model, const VectorXd& minimum) {
   constexpr Index kSample = 200;
   constexpr double kSameMinimum = 1e-4;

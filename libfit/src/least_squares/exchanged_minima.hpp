@@ -39,6 +39,13 @@ std::vector<Exchange> exchanges(const NonlinearModel& model,
 std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
                                               const Eigen::VectorXd& minimum);
 
+/// The same mean with each phase of a sine as near to another one as shifts by half periods, with a
+/// change of sign of another coefficient, allow.
+/// \param to  (p) coefficients with the other phases
+Eigen::VectorXd with_nearest_phases(const NonlinearModel& model,
+                                    const Eigen::VectorXd& coefficients,
+                                    const Eigen::VectorXd& to);
+
 /// The same for locations on the axis of a column: two of them are exchanged, and a descent adapts
 /// the other coefficients.
 std::vector<Eigen::VectorXd> exchanged_locations(const NonlinearModel& model,

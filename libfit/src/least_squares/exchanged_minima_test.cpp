@@ -125,6 +125,22 @@ TEST_CASE("phases are shifted if their period has random effects") {
   CHECK(found == expected);
 }
 
+TEST_CASE("a phase moves as near to another one as half periods allow") {
+  const NonlinearModel model = model_of("y ~ M + A*cos(2*pi*(x - t)/P)");
+  const VectorXd at = Eigen::Vector4d(10.0, 2.0, 7.0, 8.0);  // M, A, t, P
+  const auto nearest = [&](double t) {
+    return with_nearest_phases(model, at, Eigen::Vector4d(10.0, 2.0, t, 8.0));
+  };
+  CHECK(nearest(24.0) == VectorXd(Eigen::Vector4d(10.0, 2.0, 23.0, 8.0)));
+  CHECK(nearest(-1.5) == VectorXd(Eigen::Vector4d(10.0, 2.0, -1.0, 8.0)));
+  CHECK(nearest(11.5) == VectorXd(Eigen::Vector4d(10.0, -2.0, 11.0, 8.0)));
+  CHECK(nearest(8.0) == at);
+  // Without another coefficient that turns the wave, shifts are by whole periods.
+  const NonlinearModel given = model_of("y ~ exp(cos(2*pi*(x - t)/8))");
+  CHECK(with_nearest_phases(given, VectorXd::Constant(1, 7.0), VectorXd::Constant(1, 11.5))[0] ==
+        15.0);
+}
+
 TEST_CASE("curves without interchangeable terms have no exchanged minima") {
   CHECK(exchanged_minima(model_of("y ~ a*(1 - exp(-b*x))"), Eigen::Vector2d(2.0, 0.3)).empty());
   // A sign alone is no exchange: random effects turn with it.

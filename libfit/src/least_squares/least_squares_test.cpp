@@ -271,6 +271,23 @@ TEST_CASE("a formula without coefficients cannot be fitted") {
   CHECK_THROWS_AS(fitted("h ~ 1.3 + dbh", trees(1.0)), silvafit::UsageError);
 }
 
+TEST_CASE("the place of a narrow peak is found anywhere in the data") {
+  constexpr std::size_t kRows = 101;
+  for (const double place : {112.0, 137.0, 188.5}) {
+    Table table(kRows);
+    table.set("x", column(kRows, [](double i) { return 100.0 + i; }));
+    table.set("y", column(kRows, [&](double i) {
+                const double z = (100.0 + i - place) / 2.0;
+                return 5.0 * std::exp(-z * z) + 0.1 * wobble(i);
+              }));
+    const LeastSquaresFit fit = fit_least_squares(
+        NonlinearModel(specify_model("y ~ A*exp(-((x - m)/2)^2)", {}, table), table));
+    REQUIRE(fit.convergence.converged());
+    // The standard error of the place is about 0.02.
+    CHECK(fit.estimate[1] == Approx(place).margin(0.1));
+  }
+}
+
 TEST_CASE("a kink in a coefficient does not pass for linear") {
   // Both forms are a line of slope a; in the first, a is known up to its sign.
   const LeastSquaresFit kinked = fitted("h ~ abs(a)*dbh", trees(1.0));

@@ -224,8 +224,15 @@ class StartSearch {
     return true;
   }
 
-  /// One coefficient: a grid of both signs, four points per decade.
+  /// One coefficient: a grid of both signs, four points per decade; of a location also one over the
+  /// range of the observations.
   void scan_line() {
+    constexpr int kLocations = 60;
+    for (int step = 0; locations_[0] && step <= kLocations; ++step) {
+      const double share = static_cast<double>(step) / kLocations;
+      try_candidate(
+          VectorXd::Constant(1, std::lerp(locations_[0]->lowest, locations_[0]->highest, share)));
+    }
     for (int step = -40; step <= 40; ++step) {
       const double magnitude = std::pow(10.0, step / 4.0);
       try_candidate(VectorXd::Constant(1, magnitude));

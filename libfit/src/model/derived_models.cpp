@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Models that follow from another one: on some of its observations, without covariates, with
-// another equation or fewer random effects.
+// Models that follow from another one: on some of its observations, without covariates, with held
+// parameters, another equation or fewer random effects.
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "model/held_coefficients.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -63,6 +64,15 @@ NonlinearModel NonlinearModel::pooled() const {
   model.specification_.random.clear();
   model.names_ = model.specification_.coefficient_names();
   model.covariates_.resize(observations(), 0);
+  model.compile();
+  return model;
+}
+
+NonlinearModel NonlinearModel::with_held(const std::map<std::string, double>& held) const {
+  NonlinearModel model = pooled();
+  model.specification_ = fit::with_held(model.specification_, held);
+  model.slots_.resize(model.specification_.parameters.size());
+  model.names_ = model.specification_.coefficient_names();
   model.compile();
   return model;
 }

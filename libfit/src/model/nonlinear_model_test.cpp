@@ -106,6 +106,15 @@ TEST_CASE("the pooled model has a constant for each parameter") {
   CHECK(pooled.is_bilinear(0, 1));
 }
 
+TEST_CASE("held parameters have their value in the mean") {
+  const Table table = five_trees();
+  const NonlinearModel model = by_plot(table).pooled();
+  const NonlinearModel held = model.with_held({{"a", 1.5}});
+  CHECK(held.coefficient_names() == std::vector<std::string>{"b"});
+  const VectorXd all = Eigen::Vector2d(1.5, 0.25);
+  CHECK(mean_of(held, all.tail(1)) == mean_of(model, all));
+}
+
 TEST_CASE("a coefficient has its parameter and its covariate") {
   const NonlinearModel model = by_plot(five_trees());
   CHECK(model.parameter_of(2) == 1);

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <iterator>
+#include <map>
+#include <string>
 #include <utility>
 
 #include "least_squares/exchanged_minima.hpp"
@@ -22,18 +25,23 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr std::size_t kMostGroups = 40;
+
+Descent descended(const NonlinearModel& group, const VectorXd& start) {
+  ProjectedModel projected(group);
+  return descend(
+      projected, projected.nonlinear_part(start), {.maximum_iterations = 50, .tolerance = 1e-9});
+}
+
 /// Groups with some observations more than parameters, thinned to a bounded number.
-std::vector<Index> groups_to_fit(const NonlinearModel& model, Index parameters) {
-  constexpr std::size_t kMostGroups = 40;
+std::vector<Index> groups_to_fit(const NonlinearModel& model, Index parameters, std::size_t most) {
   std::vector<Index> groups;
   for (Index g = 0; g < model.group_count(); ++g) {
     if (model.group_begin(g + 1) - model.group_begin(g) > parameters) groups.push_back(g);
   }
-  if (groups.size() <= kMostGroups) return groups;
+  if (groups.size() <= most) return groups;
   std::vector<Index> chosen;
-  for (std::size_t k = 0; k < kMostGroups; ++k) {
-    chosen.push_back(groups[k * groups.size() / kMostGroups]);
-  }
+  for (std::size_t k = 0; k < most; ++k) chosen.push_back(groups[k * groups.size() / most]);
   return chosen;
 }
 
@@ -57,12 +65,48 @@ VectorXd mean_parameters(const NonlinearModel& model, const VectorXd& coefficien
   return result;
 }
 
+/// Own parameters of groups, with the sum of squares of their fits.
+class OwnParameters {
+ public:
+  OwnParameters(Index parameters, Index groups)
+      : own_(MatrixXd::Constant(parameters, groups, kNaN)),
+        values_(static_cast<std::size_t>(parameters)) {}
+
+  /// \param freedom  observations of the group less fitted parameters
+  void add(Index group, const VectorXd& parameters, double sum_of_squares, Index freedom) {
+    own_.col(group) = parameters;
+    for (Index j = 0; j < parameters.size(); ++j) {
+      values_[static_cast<std::size_t>(j)].push_back(parameters[j]);
+    }
+    sum_of_squares_ += sum_of_squares;
+    freedom_ += freedom;
+  }
+
+  /// None if too few groups have a fit.
+  std::optional<GroupFits> fits() && {
+    constexpr std::size_t kFewest = 3;
+    if (values_.empty() || values_.front().size() < kFewest) return std::nullopt;
+    GroupFits result{.own = std::move(own_),
+                     .fitted = values_.front().size(),
+                     .sum_of_squares = sum_of_squares_,
+                     .residual_sd = std::sqrt(sum_of_squares_ / static_cast<double>(freedom_))};
+    result.medians = medians(std::move(values_));
+    return result;
+  }
+
+ private:
+  MatrixXd own_;
+  std::vector<std::vector<double>> values_;
+  double sum_of_squares_ = 0.0;
+  Index freedom_ = 0;
+};
+
 /// The observations of the groups that are fitted alone.
 class SingleGroups {
  public:
   SingleGroups(const NonlinearModel& model, const NonlinearModel& constants)
       : group_count_(model.group_count()), count_(constants.coefficient_count()) {
-    groups_ = groups_to_fit(model, count_);
+    groups_ = groups_to_fit(model, count_, kMostGroups);
     for (const Index group : groups_) parts_.push_back(constants.subset(rows_of(model, group)));
   }
 
@@ -73,38 +117,37 @@ class SingleGroups {
 
   /// The same from own parameters of each group; NaN where there are none.
   std::optional<GroupFits> from_each(const MatrixXd& starts) const {
-    constexpr std::size_t kFewest = 3;
-    GroupFits result;
-    result.own = MatrixXd::Constant(count_, group_count_, kNaN);
-    std::vector<std::vector<double>> values(static_cast<std::size_t>(count_));
-    Index freedom = 0;
+    OwnParameters own(count_, group_count_);
     for (std::size_t k = 0; k < parts_.size(); ++k) {
       const VectorXd start = starts.col(groups_[k]);
       if (!start.allFinite()) continue;
       const Descent descent = descended(parts_[k], start);
       if (descent.coefficients.size() == 0 || !descent.coefficients.allFinite()) continue;
-      result.own.col(groups_[k]) = descent.coefficients;
-      result.sum_of_squares += descent.sum_of_squares;
-      freedom += parts_[k].observations() - count_;
-      for (Index j = 0; j < count_; ++j) {
-        values[static_cast<std::size_t>(j)].push_back(descent.coefficients[j]);
-      }
+      const Index freedom = parts_[k].observations() - count_;
+      own.add(groups_[k], descent.coefficients, descent.sum_of_squares, freedom);
     }
-    if (count_ == 0 || values.front().size() < kFewest) return std::nullopt;
-    result.fitted = values.front().size();
-    result.medians = medians(std::move(values));
-    result.residual_sd = std::sqrt(result.sum_of_squares / static_cast<double>(freedom));
-    return result;
+    return std::move(own).fits();
   }
 
-  /// Minima of the largest groups that are clearly lower than those from a start.
-  std::vector<VectorXd> lower_than_from(const VectorXd& start) const {
-    std::vector<VectorXd> result;
-    for (const NonlinearModel* const group : largest()) {
-      if (ProjectedModel(*group).size() < 2) break;
-      const double near = descended(*group, start).sum_of_squares;
-      for (const VectorXd& found : search_starts(*group, {.count = 1})) {
-        if (descended(*group, found).sum_of_squares < kClearlyLower * near) result.push_back(found);
+  /// The minimum of a group.
+  struct Minimum {
+    VectorXd parameters{};
+    bool is_lower = false;  ///< clearly than the one near a start
+  };
+
+  /// The lowest minima of the largest groups but the first ones.
+  std::vector<Minimum> minima_of_largest(const VectorXd& start,
+                                         std::size_t first,
+                                         std::size_t count) const {
+    std::vector<Minimum> result;
+    const std::vector<const NonlinearModel*> groups = by_size();
+    for (std::size_t k = first; k < std::min(first + count, groups.size()); ++k) {
+      const NonlinearModel& group = *groups[k];
+      if (ProjectedModel(group).size() < 2) break;
+      const double near = descended(group, start).sum_of_squares;
+      for (VectorXd& found : search_starts(group, {.count = 1})) {
+        const bool is_lower = descended(group, found).sum_of_squares < kClearlyLower * near;
+        result.push_back({.parameters = std::move(found), .is_lower = is_lower});
       }
     }
     return result;
@@ -113,18 +156,14 @@ class SingleGroups {
   static constexpr double kClearlyLower = 0.99;
 
  private:
-  static Descent descended(const NonlinearModel& group, const VectorXd& start) {
-    ProjectedModel projected(group);
-    return descend(
-        projected, projected.nonlinear_part(start), {.maximum_iterations = 50, .tolerance = 1e-9});
-  }
-
-  std::vector<const NonlinearModel*> largest() const {
-    constexpr std::size_t kMost = 3;
+  /// Of equally large groups the first ones are those with the largest responses, so that the order
+  /// of the rows does not matter.
+  std::vector<const NonlinearModel*> by_size() const {
     std::vector<const NonlinearModel*> result;
     for (const NonlinearModel& group : parts_) result.push_back(&group);
-    std::ranges::stable_sort(result, std::ranges::greater(), &NonlinearModel::observations);
-    result.resize(std::min(kMost, result.size()));
+    std::ranges::stable_sort(result, std::ranges::greater(), [](const NonlinearModel* group) {
+      return std::pair(group->observations(), group->response().sum());
+    });
     return result;
   }
 
@@ -173,6 +212,70 @@ std::vector<Index> varying(const NonlinearModel& model) {
   return result;
 }
 
+/// Fits of the parameters with random effects to each group, at the lowest minimum, with the others
+/// held. Groups with fewer observations than parameters have a fit, too, and their own places of
+/// peaks and steps are found wherever these are.
+/// \param most  number of groups, at most
+std::optional<GroupFits> fit_varying(const NonlinearModel& model,
+                                     const NonlinearModel& constants,
+                                     const VectorXd& parameters,
+                                     std::size_t most) {
+  const std::vector<Index> free = varying(model);
+  std::map<std::string, double> held;
+  for (Index k = 0; k < parameters.size(); ++k) {
+    if (std::ranges::find(free, k) != free.end()) continue;
+    held[constants.coefficient_names()[static_cast<std::size_t>(k)]] = parameters[k];
+  }
+  if (held.empty() || held.size() == static_cast<std::size_t>(parameters.size())) return {};
+  const NonlinearModel of_groups = constants.with_held(held);
+  const Index count = of_groups.coefficient_count();
+  std::vector<Index> places;
+  for (const std::string& name : of_groups.coefficient_names()) {
+    places.push_back(constants.coefficient_index(name));
+  }
+  OwnParameters own(parameters.size(), model.group_count());
+  for (const Index group : groups_to_fit(model, count, most)) {
+    const NonlinearModel part = of_groups.subset(rows_of(model, group));
+    for (const VectorXd& start : search_starts(part, {.count = 1})) {
+      const Descent descent = descended(part, start);
+      if (descent.coefficients.size() == 0 || !descent.coefficients.allFinite()) continue;
+      VectorXd found = parameters;
+      found(places) = with_nearest_phases(part, descent.coefficients, parameters(places));
+      own.add(group, found, descent.sum_of_squares, part.observations() - count);
+    }
+  }
+  return std::move(own).fits();
+}
+
+/// The best of these fits from several parameters, which are compared in a few groups.
+std::optional<GroupFits> best_varying(const NonlinearModel& model,
+                                      const NonlinearModel& constants,
+                                      const std::vector<VectorXd>& parameters) {
+  constexpr std::size_t kFewGroups = 20;
+  std::optional<GroupFits> best;
+  const VectorXd* best_parameters = nullptr;
+  for (const VectorXd& each : parameters) {
+    auto found = fit_varying(model, constants, each, kFewGroups);
+    const bool is_better =
+        found && (!best || found->fitted > best->fitted ||
+                  (found->fitted == best->fitted && found->sum_of_squares < best->sum_of_squares));
+    if (!is_better) continue;
+    best = std::move(found);
+    best_parameters = &each;
+  }
+  if (!best) return std::nullopt;
+  return fit_varying(model, constants, *best_parameters, kMostGroups);
+}
+
+/// Whether a parameter with random effects is nonlinear, such as the place of a peak. If groups
+/// differ by more than a peak is wide, their mean has no peak.
+bool varies_nonlinearly(const NonlinearModel& model, const NonlinearModel& constants) {
+  const std::vector<Index> nonlinear = split_coefficients(constants).nonlinear;
+  return std::ranges::any_of(varying(model), [&](Index parameter) {
+    return std::ranges::find(nonlinear, parameter) != nonlinear.end();
+  });
+}
+
 }  // namespace
 
 std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
@@ -183,8 +286,11 @@ std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
   std::vector<GroupFits> result;
   const std::optional<GroupFits> usual = groups.from(start);
   if (usual) result.push_back(*usual);
-  for (const VectorXd& other : groups.lower_than_from(start)) {
-    std::optional<GroupFits> found = groups.from(other);
+  constexpr std::size_t kGroups = 3;
+  std::vector<SingleGroups::Minimum> minima = groups.minima_of_largest(start, 0, kGroups);
+  for (const SingleGroups::Minimum& minimum : minima) {
+    if (!minimum.is_lower) continue;
+    std::optional<GroupFits> found = groups.from(minimum.parameters);
     if (!found) continue;
     const bool is_lower =
         !usual || found->fitted > usual->fitted ||
@@ -199,6 +305,13 @@ std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
       if (found) result.push_back(*std::move(found));
     }
   }
+  const bool is_any_lower = std::ranges::any_of(minima, &SingleGroups::Minimum::is_lower);
+  if (!is_any_lower || !varies_nonlinearly(model, constants)) return result;
+  std::ranges::move(groups.minima_of_largest(start, kGroups, kGroups), std::back_inserter(minima));
+  std::vector<VectorXd> typical{start};
+  if (usual) typical.push_back(usual->medians);
+  for (SingleGroups::Minimum& minimum : minima) typical.push_back(std::move(minimum.parameters));
+  if (auto found = best_varying(model, constants, typical)) result.push_back(*std::move(found));
   return result;
 }
 

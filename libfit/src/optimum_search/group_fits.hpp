@@ -23,8 +23,12 @@ struct GroupFits {
 
 /// Fits the groups with enough observations, at most forty of them, evenly chosen, from the pooled
 /// coefficients. Where groups differ much, curves of quite different shapes fit all groups together
-/// equally well, but not each group. Therefore minima are also searched in three groups alone, and
-/// all groups are fitted from those that are lower, and from exchanged medians.
+/// equally well, but not each group. Therefore minima are also searched in the largest groups
+/// alone, and all groups are fitted from those of three groups that are lower, and from exchanged
+/// medians. If there are lower ones and nonlinear parameters have random effects, the last of the
+/// fits has the others held at those of one group, so that groups with few observations have a fit,
+/// too, and places that vary more than a peak is wide are found.
+///
 /// \param constants  the model without covariates
 /// \param pooled     (p) coefficients of the fit to all groups together
 /// \returns none if fewer than three groups have a fit

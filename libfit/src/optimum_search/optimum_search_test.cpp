@@ -194,8 +194,35 @@ TEST_CASE("start values of the user are used") {
   CHECK(other.log_likelihood == Approx(fit.log_likelihood).epsilon(1e-9));
 }
 
+TEST_CASE("peaks are found if their places vary more than they are wide") {
+  // All groups together have no peak, and the groups have few observations more than coefficients.
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const Table table = simulated({.groups = 14,
+                                   .x = {1.0, 3.5, 6.0, 8.5, 11.0, 13.5, 16.0, 18.5, 21.0, 23.5},
+                                   .effect_sd = 3.0,
+                                   .sigma = 0.3,
+                                   .mean =
+                                       [](double x, double effect) {
+                                         const double z = (x - 13.0 - effect) / 2.0;
+                                         return 4.0 + 0.2 * x + 8.0 * std::exp(-z * z);
+                                       }},
+                                  seed);
+    for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
+      INFO("seed " << seed << ", " << method_text(method));
+      const FittedModel fit =
+          searched_fit(table, "y ~ c + d*x + A*exp(-((x - m)/s)^2)", "m | g", {.method = method});
+      INFO(fit.convergence.verdict);
+      REQUIRE(fit.convergence.converged());
+      // Standard errors are about 0.1, 0.8 (the effects' over the root of 14) and 0.6.
+      CHECK(fit.estimate[2] == Approx(8.0).margin(0.6));
+      CHECK(fit.estimate[3] == Approx(13.0).margin(3.2));
+      CHECK(fit.random.back().sd()[0] == Approx(3.0).margin(1.8));
+    }
+  }
+}
+
 TEST_CASE("start values never give a lower result") {
-  // Far from the truth, in the region of a lower maximum, and outside the domain of the logarithm.
+  // In the region of a lower maximum, and far from the data.
   const std::map<std::string, double> far{{"A1", 0.5}, {"l1", -1.4}, {"A2", 2.8}, {"l2", 0.8}};
   const std::map<std::string, double> useless{
       {"A1", 50.0}, {"l1", 9.0}, {"A2", -40.0}, {"l2", 4.0}};

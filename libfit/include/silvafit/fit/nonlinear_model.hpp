@@ -134,6 +134,11 @@ class NonlinearModel {
   /// The model without covariates: each parameter is one coefficient of the same name.
   NonlinearModel pooled() const;
 
+  /// The model without covariates and random effects, with some parameters held at a value.
+  /// \param held  values by parameter, not of all of them
+  /// \throws UsageError if a name is unknown or a value is not finite
+  NonlinearModel with_held(const std::map<std::string, double>& held) const;
+
   /// The model without covariates with another response and mean, which may use no further columns
   /// or parameters.
   /// \param response  (N)
