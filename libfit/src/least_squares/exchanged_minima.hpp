@@ -46,8 +46,8 @@ Eigen::VectorXd with_nearest_phases(const NonlinearModel& model,
                                     const Eigen::VectorXd& coefficients,
                                     const Eigen::VectorXd& to);
 
-/// The same for locations on the axis of a column: two of them are exchanged, and a descent adapts
-/// the other coefficients.
+/// Minima with two locations on the axis of a column exchanged, to which a descent adapts the other
+/// coefficients.
 std::vector<Eigen::VectorXd> exchanged_locations(const NonlinearModel& model,
                                                  const Eigen::VectorXd& minimum);
 
