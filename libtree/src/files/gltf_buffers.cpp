@@ -13,8 +13,8 @@ constexpr std::size_t kAlignment = 4;
 
 /// glTF's target constants of a buffer view; 0 for none.
 constexpr int kNoTarget = 0;
-constexpr int kVertices = 34962;
-constexpr int kIndices = 34963;
+constexpr int kArrayBuffer = 34962;
+constexpr int kElementArrayBuffer = 34963;
 
 std::string accessor_text(const PackedStream& stream, std::size_t view, std::size_t start) {
   static constexpr std::array<const char*, 5> kTypes{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
@@ -83,7 +83,7 @@ std::size_t GltfBuffers::add_view(const std::string& bytes) {
 
 std::size_t GltfBuffers::view(const PackedStream& format, const std::vector<std::uint8_t>& bytes) {
   const bool is_index = format.attribute.empty();
-  const int target = is_index ? kIndices : kVertices;
+  const int target = is_index ? kElementArrayBuffer : kArrayBuffer;
   const std::size_t stride = is_index ? 0 : format.stride;
   if (compress_) return packed_view(format, bytes, stride, target);
   return plain_view(bytes.data(), bytes.size(), stride, target);

@@ -12,12 +12,12 @@ namespace {
 
 /// Corners of one leaf of the spiral; `share` is from 0 at the lowest to 1 at the uppermost.
 std::array<Point, 4> spiral_leaf(int number, double share, double aspect) {
-  constexpr double kGoldenAngle = 137.507764 * kRadian;
+  constexpr double kDivergence = 137.507764 * kRadian;
   constexpr double kShoot = 1.1;    // length with leaves
   constexpr double kLowest = 95.0;  // degrees between shoot and leaf
   constexpr double kUppermost = 25.0;
   constexpr double kFold = 0.12;
-  const double azimuth = kGoldenAngle * number;
+  const double azimuth = kDivergence * number;
   const double angle = kRadian * (kLowest + share * (kUppermost - kLowest));
   const Point out = {std::cos(azimuth), std::sin(azimuth), 0.0};
   const Point along = std::sin(angle) * out + Point{0.0, 0.0, std::cos(angle)};

@@ -22,10 +22,10 @@ struct Foot {
   double z_m = 0.0;
 };
 
-constexpr double kPerMeter = 100.0;
+constexpr double kCentimetersPerMeter = 100.0;
 
 std::int32_t centimeters(double meters) {
-  const double value = std::round(kPerMeter * meters);
+  const double value = std::round(kCentimetersPerMeter * meters);
   // The diagram's arithmetic has 32 bits; half of the range leaves space for the margin.
   if (!(std::abs(value) <= 1e9)) {
     throw GeometryError("the stems are too far apart for one ground surface");
@@ -153,9 +153,9 @@ MeshPart ground_mesh(std::span<const Position> stems,
   make_unique(feet);
   MeshPart part{.kind = PartKind::kStem, .color = {0.07, 0.055, 0.035}, .double_sided = true};
   for (const Foot& foot : feet) {
-    part.positions.push_back(static_cast<float>(foot.east / kPerMeter));
+    part.positions.push_back(static_cast<float>(foot.east / kCentimetersPerMeter));
     part.positions.push_back(static_cast<float>(foot.z_m));
-    part.positions.push_back(static_cast<float>(-foot.north / kPerMeter) + 0.0F);
+    part.positions.push_back(static_cast<float>(-foot.north / kCentimetersPerMeter) + 0.0F);
   }
   part.indices = triangles_of(feet);
   add_normals(part);
