@@ -4,15 +4,12 @@
 #include <algorithm>
 
 namespace silvafit::fit {
-namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// (p + 1 x p + 1) the triangle R of the columns of J, divided by their lengths, and of r. Blocks
-/// of rows are added to the triangle of those before them.
-MatrixXd triangle_of(const MatrixXd& jacobian, const VectorXd& scale, const VectorXd& residuals) {
+MatrixXd triangle_of(const MatrixXd& jacobian, const VectorXd& lengths, const VectorXd& residuals) {
   constexpr Index kRows = 512;
   const Index p = jacobian.cols();
   MatrixXd triangle = MatrixXd::Zero(p + 1, p + 1);
@@ -23,7 +20,7 @@ MatrixXd triangle_of(const MatrixXd& jacobian, const VectorXd& scale, const Vect
     stacked.setZero(p + 1 + rows, p + 1);
     stacked.topRows(p + 1) = triangle;
     stacked.bottomLeftCorner(rows, p) =
-        jacobian.middleRows(begin, rows) * scale.cwiseInverse().asDiagonal();
+        jacobian.middleRows(begin, rows) * lengths.cwiseInverse().asDiagonal();
     if (residuals.size() > 0) {
       stacked.bottomRightCorner(rows, 1) = residuals.segment(begin, rows);
     }
@@ -32,8 +29,6 @@ MatrixXd triangle_of(const MatrixXd& jacobian, const VectorXd& scale, const Vect
   }
   return triangle;
 }
-
-}  // namespace
 
 JacobianFactors::JacobianFactors(const MatrixXd& jacobian,
                                  double tolerance,

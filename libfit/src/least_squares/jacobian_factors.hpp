@@ -8,6 +8,16 @@
 
 namespace silvafit::fit {
 
+/// (p + 1 x p + 1) the triangle R of the QR decomposition of the columns of J, divided by their
+/// lengths, and of r. Blocks of rows are added to the triangle of those before them, so that it
+/// needs little memory.
+/// \param jacobian   (N x p), finite
+/// \param lengths    (p), positive
+/// \param residuals  (N) r, or empty for zeros
+Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& jacobian,
+                            const Eigen::VectorXd& lengths,
+                            const Eigen::VectorXd& residuals);
+
 /// J = Q R with pivoting, in coefficients of equal column length. Q is not kept: J may have as many
 /// rows as there is memory for.
 class JacobianFactors {

@@ -40,7 +40,6 @@ std::string eigen() {
 ordered_json report_versions() {
   return ordered_json::array({{{"name", "silvafit"}, {"version", SILVAFIT_VERSION}},
                               {{"name", "compiler"}, {"version", compiler()}},
-                              {{"name", "Ceres Solver"}, {"version", SILVAFIT_CERES_VERSION}},
                               {{"name", "Eigen"}, {"version", eigen()}},
                               {{"name", "Boost"}, {"version", boost()}}});
 }

@@ -42,7 +42,7 @@ struct LeastSquaresFit : Estimates {
 ///
 /// Coefficients that enter linearly are solved for (variable projection; their start values are not
 /// used). A start with all coefficients determines the minimum; else the rules and a deterministic
-/// search, scaled by the data, give several. Levenberg-Marquardt (Ceres) minimizes from the best,
+/// search, scaled by the data, give several. Levenberg-Marquardt minimizes from the best,
 /// and Newton steps add the last digits. A model with covariates starts from the fit without them,
 /// so that it never fits worse. A failed fit is a result with converged = false and a convergence
 /// message, not an exception; docs/least-squares.md lists the messages. For a formula whose
