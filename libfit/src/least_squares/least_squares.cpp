@@ -221,6 +221,11 @@ Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
                       std::back_inserter(starts));
   }
   Minima result = minima(projected, starts, options);
+  for (const PeriodicCoefficient& periodic : periodic_coefficients(model)) {
+    std::erase_if(result.others, [&](const VectorXd& found) {
+      return !periodic.contains(found[periodic.coefficient]);
+    });
+  }
   Descent& lowest = result.lowest;
   if (lowest.coefficients.size() == 0) return result;
   prefer_positive(projected, lowest);

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -286,6 +287,43 @@ TEST_CASE("the place of a narrow peak is found anywhere in the data") {
     // The standard error of the place is about 0.02.
     CHECK(fit.estimate[1] == Approx(place).margin(0.1));
   }
+}
+
+// Five distinct x and five coefficients: every minimum has the means of the rows of an x, so that
+// all have the same sum of squares, that within these rows.
+TEST_CASE("with a given phase, frequencies of both signs are different minima") {
+  constexpr std::size_t kRows = 40;
+  constexpr double kFrequency = 4.6;
+  const auto x_of = [](double i) { return 0.8 + 0.4 * std::fmod(i, 5.0); };
+  Table table(kRows);
+  table.set("x", column(kRows, x_of));
+  table.set("x2", column(kRows, [&](double i) { return x_of(i) * x_of(i); }));
+  table.set("y", column(kRows, [&](double i) {
+              const double x = x_of(i);
+              return -4.3 + 5.6 * x + 1.3 * x * x -
+                     0.14 * std::cos(kFrequency * x + std::numbers::pi / 4.0) + 0.001 * wobble(i);
+            }));
+  VectorXd within = VectorXd::Zero(5);
+  VectorXd mean = VectorXd::Zero(5);
+  for (std::size_t i = 0; i < kRows; ++i) {
+    mean[static_cast<Index>(i % 5)] += table.numbers("y")[i] / (kRows / 5.0);
+  }
+  for (std::size_t i = 0; i < kRows; ++i) {
+    const auto k = static_cast<Index>(i % 5);
+    within[k] += std::pow(table.numbers("y")[i] - mean[k], 2);
+  }
+  const LeastSquaresFit fit = fitted(
+      "y ~ A + B*cos(w*x + 0.7853981633974483)", table, {"A ~ 1 + x + x2"}, {.other_minima = true});
+  CHECK(fit.sum_of_squares == Approx(within.sum()).epsilon(1e-6));
+  std::vector<double> found{fit.estimate[4]};
+  for (const VectorXd& other : fit.other_minima) found.push_back(other[4]);
+  const auto near = [](double w) {
+    return [w](double value) { return std::abs(value - w) < 0.2; };
+  };
+  CHECK(std::ranges::any_of(found, near(kFrequency)));
+  CHECK(std::ranges::any_of(found, [](double w) { return w < 0.0; }));
+  // Higher ones have the values of lower ones.
+  CHECK(std::ranges::all_of(found, [](double w) { return std::abs(w) <= std::numbers::pi / 0.4; }));
 }
 
 TEST_CASE("a kink in a coefficient does not pass for linear") {

@@ -128,12 +128,23 @@ class StartSearch {
   /// True if each nonlinear coefficient has the same sign and a size within a factor, or belongs to
   /// the same peak.
   bool are_near(const Candidate& a, const Candidate& b, double factor) const {
+    if (are_different_waves(a, b)) return false;
     for (Index k = 0; k < a.nonlinear.size(); ++k) {
       if (!are_near(a.nonlinear[k], b.nonlinear[k], static_cast<std::size_t>(k), factor)) {
         return false;
       }
     }
     return true;
+  }
+
+  /// With a given phase, frequencies of opposite signs belong to different waves. If they belong to
+  /// the same one, it has the same sum of squares.
+  bool are_different_waves(const Candidate& a, const Candidate& b) const {
+    constexpr double kSameWave = 1e-9;
+    if (a.nonlinear.size() != 1 || !periodic_[0] || a.nonlinear[0] * b.nonlinear[0] > 0.0) {
+      return false;
+    }
+    return std::abs(a.sum_of_squares - b.sum_of_squares) > kSameWave * b.sum_of_squares;
   }
 
   /// The best candidates, no two of them near each other.
