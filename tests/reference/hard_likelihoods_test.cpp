@@ -109,7 +109,8 @@ TEST_CASE("a constant that outgrows a steep power is not taken for a constant va
       return fit.convergence.verdict.find(text) != std::string::npos;
     };
     CHECK(says("the variance is constant") == is_constant);
-    CHECK(says("observations only") != is_constant);
+    // Else it is that of a few observations, or lb says that it is far from the likelihood there.
+    CHECK((says("observations only") || says("not reliable here")) != is_constant);
   }
   // Laplace's maximum is far above that of a constant variance (-119.2).
   const fit::FittedModel steep =

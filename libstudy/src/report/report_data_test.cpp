@@ -177,8 +177,7 @@ TEST_CASE("the report names the file's fingerprint and what computed it") {
     INFO(names.back());
     CHECK(entry["version"].get<std::string>().find_first_of("0123456789") != std::string::npos);
   }
-  CHECK(names ==
-        std::vector<std::string>{"silvafit", "compiler", "Eigen", "Boost"});
+  CHECK(names == std::vector<std::string>{"silvafit", "compiler", "Eigen", "Boost"});
 }
 
 TEST_CASE("names from the inventory are escaped") {
