@@ -29,7 +29,7 @@ constexpr double kLeastDiagonal = 1e-6;
 constexpr double kShortestStep = 1e-15;
 constexpr int kMostInvalidSteps = 40;
 
-/// All in coefficients that are divided by the lengths of the first Jacobian's columns.
+/// Steps are in coefficients that are multiplied by the lengths of the first Jacobian's columns.
 class DampedDescent {
  public:
   DampedDescent(ProjectedModel& model, const DescentOptions& options)
