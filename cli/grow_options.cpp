@@ -52,8 +52,8 @@ void add_scene_options(CLI::App& command, study::GrowSettings& options) {
   command
       .add_option("--lod",
                   options.levels,
-                  "Level of detail, 0 (finest) to 3; several levels, such as 0,2, are written to "
-                  "separate files")
+                  "Level of detail, 0 (finest) to 3, or 4 for pictures of crowns on crossed cards; "
+                  "several levels, such as 0,2, are written to separate files")
       ->delimiter(',')
       ->capture_default_str();
   command

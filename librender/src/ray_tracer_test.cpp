@@ -129,6 +129,28 @@ TEST_CASE("rays pass where a picture is transparent, and shadows have its shape"
   CHECK(east[1] > 100);
 }
 
+TEST_CASE("the back of a picture with one side is not drawn") {
+  // A wall that faces south, half of which is transparent: as in glTF, a viewer in the north sees
+  // through the other half, too, unless both sides are to be drawn.
+  auto texture = std::make_shared<tree::Texture>(tree::Texture{.width = 2, .height = 1});
+  texture->rgba = {230, 5, 5, 255, 230, 5, 5, 0};
+  const auto shown_red = [&](bool double_sided, double azimuth) {
+    Surface wall = plate(0, 0, 0, {.double_sided = double_sided});
+    wall.positions = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+    wall.uvs = {0.25F, 0.5F, 0.25F, 0.5F, 0.25F, 0.5F, 0.25F, 0.5F};
+    wall.texture = texture;
+    RenderOptions options = small();
+    options.camera = {.azimuth_deg = azimuth, .elevation_deg = 0.0};
+    options.has_ground = false;
+    const Picture picture = RayTracer(scene_of({wall})).picture(options);
+    const std::uint8_t* middle = picture.pixel(32, 32);
+    return middle[0] > 2 * middle[2];
+  };
+  CHECK(shown_red(false, 180.0));
+  CHECK_FALSE(shown_red(false, 0.0));
+  CHECK(shown_red(true, 0.0));
+}
+
 TEST_CASE("colors between pixels are mixed in linear light and by opacity") {
   // A black and a white pixel; between them, and over the edge, half of the light.
   const tree::Texture pair{.width = 2, .height = 1, .rgba = {0, 0, 0, 255, 255, 255, 255, 255}};

@@ -111,12 +111,25 @@ Vector3f bent_normal(const Surface& surface,
   return bent.squaredNorm() > 0.0F ? Vector3f(bent.normalized()) : normal;
 }
 
-/// Rays pass where a texture is less than half opaque, as in glTF viewers.
+/// Whether a ray hits a triangle from the side from which it is wound clockwise.
+bool is_back(const RTCFilterFunctionNArguments* hit, unsigned i) {
+  const float along = RTCHitN_Ng_x(hit->hit, hit->N, i) * RTCRayN_dir_x(hit->ray, hit->N, i) +
+                      RTCHitN_Ng_y(hit->hit, hit->N, i) * RTCRayN_dir_y(hit->ray, hit->N, i) +
+                      RTCHitN_Ng_z(hit->hit, hit->N, i) * RTCRayN_dir_z(hit->ray, hit->N, i);
+  return along > 0.0F;
+}
+
+/// As in glTF viewers, rays pass where a texture is less than half opaque, and they pass the backs
+/// of pictures that have only one side.
 void pass_transparent(const RTCFilterFunctionNArguments* hit) {
   constexpr float kOpaque = 0.5F;
   const auto& surface = *static_cast<const Surface*>(hit->geometryUserPtr);
   for (unsigned i = 0; i < hit->N; ++i) {
     if (hit->valid[i] == 0) continue;
+    if (!surface.material.double_sided && is_back(hit, i)) {
+      hit->valid[i] = 0;
+      continue;
+    }
     const auto [u, v] = place_in_picture(surface,
                                          RTCHitN_primID(hit->hit, hit->N, i),
                                          RTCHitN_u(hit->hit, hit->N, i),

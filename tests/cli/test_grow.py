@@ -311,6 +311,31 @@ class Grow(ProgramTest):
         error = self.run_program("grow", "commas.csv", "--out", "f", "--plot", "B, north", status=3).stderr
         self.assertIn('no trees in plot B; available: "B, north", C, ', error)
 
+    def test_impostors_are_small_and_have_the_measurements(self):
+        self.write("in.csv", INVENTORY)
+        result = self.run_json("grow", "in.csv", "--scene", "far.glb", "--lod", "4", "--ground", "none")
+        gltf, binary = read_glb(self.folder / "far.glb")
+        self.assertEqual(len(result["trees"]), len(gltf["meshes"]))
+        for tree, mesh in zip(result["trees"], gltf["meshes"]):
+            self.assertLess(tree["triangles"], 200)
+            crown = vertices_of(gltf, binary, mesh)["foliage"]
+            self.assertAlmostEqual(max(y for _, y, _ in crown), tree["h"], delta=0.01)
+            self.assertAlmostEqual(min(y for _, y, _ in crown), tree["hcb"], delta=0.01)
+            self.assertAlmostEqual(max(x for x, _, _ in crown), tree["radii"]["e"], delta=0.01)
+            self.assertAlmostEqual(max(z for _, _, z in crown), tree["radii"]["s"], delta=0.01)
+        # Pictures only, no bark; trees of similar crowns share them.
+        self.assertLessEqual(len(gltf["images"]), len(result["trees"]))
+        names = {material["name"].rsplit("-", 1)[1] for material in gltf["materials"]}
+        self.assertEqual(names, {"bark", "leaf"})
+
+        alone = self.run_json("grow", "in.csv", "--out", "alone", "--lod", "4")
+        for one, other in zip(alone["trees"], result["trees"]):
+            for key in ("h", "hcb", "dbh", "radii", "triangles"):
+                self.assertEqual(one[key], other[key])
+
+        shared = self.run_json("grow", "in.csv", "--scene", "s.glb", "--lod", "4", "--share", "--instancing", "--compress")
+        self.assertLess(shared["shared"]["worst_error_cm"]["dbh"], 0.15)
+
     def test_wrong_usage_has_status_2(self):
         self.write("in.csv", INVENTORY)
         for arguments in (["in.csv"],
@@ -319,6 +344,10 @@ class Grow(ProgramTest):
                           ["in.csv", "--scene", "s.xyz"],
                           ["in.csv", "--scene", "s.glb", "--format", "obj"],
                           ["in.csv", "--out", "d", "--lod", "9"],
+                          ["in.csv", "--out", "d", "--lod", "4", "--plain"],
+                          ["in.csv", "--scene", "s.ply", "--lod", "0,4"],
+                          ["in.csv", "--scene", "s.glb", "--lod", "4", "--resolve-overlaps"],
+                          ["in.csv", "--out", "d", "--lod", "4", "--unfitted", "--builder", "ifs"],
                           ["in.csv", "--out", "d", "--share"],
                           ["in.csv", "--scene", "s.glb", "--instancing"],
                           ["in.csv", "--scene", "s.obj", "--compress"],

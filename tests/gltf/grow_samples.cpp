@@ -66,9 +66,14 @@ void write_presets(const PresetCatalogue& catalogue, const fs::path& folder) {
   packed->finish();
 }
 
-/// All presets of all builders as `silvafit grow` draws them, at every level of detail.
+/// All presets of all builders as `silvafit grow` draws them, at every level of detail, and as
+/// impostors.
 void write_builders(const fs::path& models, const fs::path& folder) {
   const BuilderCatalogue catalogue = BuilderCatalogue::load(models);
+  Impostors impostors;
+  const auto far = open_scene(folder / "impostors.glb", SceneFormat::kGlb);
+  const auto packed =
+      open_scene(folder / "impostors-packed.glb", SceneFormat::kGlb, {.compress = true});
   for (const BuilderKind kind : builder_kinds()) {
     for (const Builder* builder : catalogue.of(kind)) {
       Scene scene;
@@ -77,10 +82,15 @@ void write_builders(const fs::path& models, const fs::path& folder) {
         const MeshOptions mesh = level_of_detail(level, {.textured = true});
         scene.trees.push_back(grow_tree(tree, *builder, {.mesh = mesh}));
         level = (level + 1) % kLevelsOfDetail;
+        const SceneTree impostor = grow_tree(tree, *builder, {.impostors = &impostors});
+        far->add_tree(impostor);
+        packed->add_tree(impostor);
       }
       write_glb(scene, folder / (std::string(builder_name(kind)) + "-" + builder->name() + ".glb"));
     }
   }
+  far->finish();
+  packed->finish();
 }
 
 /// A row of twelve trees of one model, each 5 % higher and 5 % narrower north-south than the last.

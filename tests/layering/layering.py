@@ -32,7 +32,7 @@ FOLDERS = {
             "mixed_effects", "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference",
             "prediction", "resampling", "shared_fit", "summary"],
     "tree": ["morphology", "pictures", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
-             "builders", "stand", "files"],
+             "builders", "impostors", "stand", "files"],
     "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],
 }
 

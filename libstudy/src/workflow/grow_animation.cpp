@@ -64,9 +64,7 @@ class Animator {
   }
 
   GrownStages grow(std::size_t i) const {
-    const tree::GrowOptions options{
-        .seed = job_.seed,
-        .mesh = tree::level_of_detail(job_.levels.front(), {.textured = job_.textures})};
+    const tree::GrowOptions options = grow_options(job_, job_.levels.front());
     GrownStages grown;
     for (const tree::Stage& stage : growing_[i].stages) {
       grown.trees.push_back(tree::grow_tree(stage.tree, builder_of(i), options));

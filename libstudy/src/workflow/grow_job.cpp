@@ -86,6 +86,33 @@ void check_unfitted(const GrowJob& job) {
   }
 }
 
+/// \param job  with its format and textures
+void check_levels(const GrowJob& job) {
+  for (const int level : job.levels) {
+    if (level < 0 || level > tree::kImpostorLevel) {
+      throw UsageError(
+          fmt::format("--lod must be from 0 (finest) to {} (pictures of crowns), not {}",
+                      tree::kImpostorLevel,
+                      level));
+    }
+  }
+  if (job.levels.back() < tree::kImpostorLevel) return;
+  if (!job.textures) {
+    throw UsageError(
+        fmt::format("--lod {} shows crowns as pictures; omit --plain, use the format glb, gltf or "
+                    "obj, or use --lod {}",
+                    tree::kImpostorLevel,
+                    tree::kImpostorLevel - 1));
+  }
+  if (job.resolve_overlaps || job.is_unfitted) {
+    throw UsageError(
+        fmt::format("--lod {} shows whole crowns, fitted to the measurements; omit "
+                    "--resolve-overlaps and --unfitted, or use --lod {}",
+                    tree::kImpostorLevel,
+                    tree::kImpostorLevel - 1));
+  }
+}
+
 /// Whether a path ends as a file of one of the formats.
 bool has_model_ending(const std::filesystem::path& path) {
   constexpr std::array<std::string_view, 4> kEndings{".glb", ".gltf", ".obj", ".ply"};
@@ -137,9 +164,9 @@ GrowJob grow_job(const GrowSettings& settings,
   check_unfitted(job);
   std::sort(job.levels.begin(), job.levels.end());
   job.levels.erase(std::unique(job.levels.begin(), job.levels.end()), job.levels.end());
-  for (const int level : job.levels) static_cast<void>(tree::level_of_detail(level));
   job.scene_format = scene_format_of(job);
   if (job.scene_format == tree::SceneFormat::kPly) job.textures = false;
+  check_levels(job);
   if (job.ascii && job.scene_format != tree::SceneFormat::kPly) {
     throw UsageError("--ascii needs the format ply");
   }
@@ -147,6 +174,15 @@ GrowJob grow_job(const GrowSettings& settings,
   check_moments(job);
   check_parts(job);
   return job;
+}
+
+tree::GrowOptions grow_options(const GrowJob& job, int level) {
+  const bool is_far = level == tree::kImpostorLevel;
+  return {.seed = job.seed,
+          .mesh = tree::level_of_detail(std::min(level, tree::kLevelsOfDetail - 1),
+                                        {.textured = job.textures}),
+          .is_unfitted = job.is_unfitted,
+          .impostors = is_far ? &job.state->impostors : nullptr};
 }
 
 }  // namespace silvafit::study

@@ -35,6 +35,7 @@ struct GrowState {
   TakenNames names{};               ///< of files of trees and plots, in small letters
   tree::SharedPictures pictures{};  ///< of OBJ files of trees
   std::set<std::string> unknown_species{};
+  tree::Impostors impostors{};  ///< of the coarsest level
   /// Called for each written tree, by its number in the result.
   std::function<void(std::size_t tree, const GrownTree&)> each_tree{};
 };
@@ -84,6 +85,9 @@ std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morpho
                                                   const tree::BuilderCatalogue& catalogue,
                                                   const GrowJob& job,
                                                   const tree::Builder* for_all);
+
+/// How the trees of a level of detail are grown.
+tree::GrowOptions grow_options(const GrowJob& job, int level);
 
 tree::SceneOptions scene_options(const GrowJob& job, const tree::Position& origin);
 

@@ -59,18 +59,12 @@ class Grower {
  private:
   unsigned threads() const { return job_.threads; }
 
-  tree::GrowOptions options(int level) const {
-    return {.seed = job_.seed,
-            .mesh = tree::level_of_detail(level, {.textured = job_.textures}),
-            .is_unfitted = job_.is_unfitted};
-  }
-
   void resolve() {
     tree::check_crown_density(morphologies_, threads());
     std::vector<tree::StandTree> trees(morphologies_.size());
     std::atomic<std::size_t> done = 0;
     parallel_for(trees.size(), threads(), [&](std::size_t i) {
-      trees[i] = tree::grow_for_stand(morphologies_[i], *builders_[i], options(0));
+      trees[i] = tree::grow_for_stand(morphologies_[i], *builders_[i], grow_options(job_, 0));
       job_.show("searching neighbors", ++done, trees.size());
     });
     overlap_ = tree::resolve_overlaps(trees, threads());
@@ -81,9 +75,9 @@ class Grower {
 
   GrownTree grow(std::size_t i, int level) const {
     const tree::TreeOverlap* overlap = job_.resolve_overlaps ? &overlap_.trees[i] : nullptr;
-    GrownTree grown{
-        .tree = tree::grow_tree(morphologies_[i], *builders_[i], options(level), overlap),
-        .level = level};
+    GrownTree grown{.tree = tree::grow_tree(
+                        morphologies_[i], *builders_[i], grow_options(job_, level), overlap),
+                    .level = level};
     constexpr double kPerMeter = 100.0;
     grown.surface_error_cm = kPerMeter * grown.tree.mesh.surface_error_m;
     if (listed_[i] == nullptr) {
@@ -180,7 +174,7 @@ class Grower {
     std::vector<std::size_t> triangles;
     for (std::size_t m = 0; m < result_.shared.models.size(); ++m) {
       const tree::SharedModel& model = result_.shared.models[m];
-      tree::GrowOptions of_model = options(level);
+      tree::GrowOptions of_model = grow_options(job_, level);
       // Scaling moves other cross-sections to breast height than the one that all levels keep.
       of_model.mesh.stem_tolerance_m = tree::level_of_detail(0).stem_tolerance_m;
       tree::SceneTree grown = tree::grow_tree(model.morphology, *model.builder, of_model);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/scene_writer.hpp"
 
+#include <utility>
+
 #include "files/format_writers.hpp"
 #include "silvafit/base/error.hpp"
 
@@ -31,8 +33,10 @@ const char* file_ending(SceneFormat format) {
 std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset) {
   std::vector<ModelPart> parts;
   for (const MeshPart& part : mesh.parts) {
-    const std::string material = preset + "-" + material_name(material_of(part.kind));
-    parts.push_back({.part = part_name(part.kind), .material = material, .mesh = &part});
+    std::string material = preset + "-";
+    if (!part.variant.empty()) material += part.variant + "-";
+    material += material_name(material_of(part.kind));
+    parts.push_back({.part = part_name(part.kind), .material = std::move(material), .mesh = &part});
   }
   return parts;
 }

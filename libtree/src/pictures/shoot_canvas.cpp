@@ -90,6 +90,18 @@ std::uint8_t srgb_byte(double linear) {
   return bytes[static_cast<std::size_t>(kSteps * std::clamp(linear, 0.0, 1.0) + 0.5)];
 }
 
+double linear_light(std::uint8_t srgb) {
+  static const std::array<double, 256> values = [] {
+    std::array<double, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const double c = static_cast<double>(i) / 255.0;
+      table[i] = c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+    }
+    return table;
+  }();
+  return values[srgb];
+}
+
 ShootCanvas::ShootCanvas(std::size_t size) : size_(size), pixels_(size * size) {}
 
 void ShootCanvas::cover(

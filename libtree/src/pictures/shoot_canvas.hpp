@@ -91,5 +91,7 @@ class ShootCanvas {
 
 /// Linear light as sRGB (IEC 61966-2-1).
 std::uint8_t srgb_byte(double linear);
+/// The reverse.
+double linear_light(std::uint8_t srgb);
 
 }  // namespace silvafit::tree

@@ -61,6 +61,26 @@ Grown grow_to_skeleton(const Morphology& morphology,
   return {std::move(shape), std::move(crown), random, std::move(skeleton)};
 }
 
+SceneTree tree_of(const Morphology& morphology, const Builder& builder) {
+  return {.plot = morphology.plot,
+          .tree = morphology.tree,
+          .species = morphology.species,
+          .preset = builder.name(),
+          .position = morphology.position};
+}
+
+SceneTree grow_impostor(const Morphology& morphology,
+                        const Builder& builder,
+                        const GrowOptions& options) {
+  SceneTree tree = tree_of(morphology, builder);
+  TreeShape shape = builder.shape_of(morphology);
+  Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
+  tree.mesh = options.impostors->build(builder, shape, random, options.mesh.stem_tolerance_m);
+  tree.measured = measure(tree.mesh);
+  tree.notes = std::move(shape.notes);
+  return tree;
+}
+
 std::string crossing_note(std::size_t crossing) {
   return fmt::format(
       "{} branches at measured radii cross a neighbor's stem or branch, because the stems are too "
@@ -74,14 +94,14 @@ SceneTree grow_tree(const Morphology& morphology,
                     const Builder& builder,
                     const GrowOptions& options,
                     const TreeOverlap* overlap) {
+  if (options.impostors != nullptr && (overlap != nullptr || options.is_unfitted)) {
+    throw UsageError("impostors show whole, fitted crowns; they need trees without overlaps");
+  }
   return named(morphology, [&] {
+    if (options.impostors != nullptr) return grow_impostor(morphology, builder, options);
     Grown grown = grow_to_skeleton(morphology, builder, options);
-    SceneTree tree{.plot = morphology.plot,
-                   .tree = morphology.tree,
-                   .species = morphology.species,
-                   .preset = builder.name(),
-                   .position = morphology.position,
-                   .notes = grown.shape.notes};
+    SceneTree tree = tree_of(morphology, builder);
+    tree.notes = grown.shape.notes;
     if (overlap != nullptr) {
       PrunedSkeleton pruned = prune(grown.skeleton, grown.crown, *overlap);
       tree.removed_share = pruned.removed_share();

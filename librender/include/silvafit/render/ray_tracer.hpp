@@ -25,7 +25,9 @@ struct Material {
   double translucency = 0.0;  ///< proportion of the light from behind that passes, tinted
   double reflectance = 0.0;   ///< at normal incidence; grows towards 1 at grazing angles (Schlick)
   double roughness = 0.0;     ///< of the reflection: 0 is a mirror, 1 the roughest
-  bool double_sided = false;  ///< false: the back is black, as the inside of a stem
+  /// False: the back is black, as the inside of a stem; that of a texture with transparent pixels
+  /// is not drawn.
+  bool double_sided = false;
 };
 
 /// Triangles of one material, y up.

@@ -33,10 +33,11 @@ struct GrowSettings {
   std::string format{};      ///< glb, gltf, obj or ply; empty: from the ending of `scene`, else glb
   // How trees look.
   tree::BuilderKind builder = tree::BuilderKind::kSegment;
-  std::string preset{};        ///< of the builder, for all trees; empty: by species
-  std::string grammar{};       ///< file of an L-system grammar for all trees
-  bool is_unfitted = false;    ///< grammars and function systems as they are, scaled to the height
-  std::vector<int> levels{0};  ///< of detail, 0 (finest) to 3; each has files of its own
+  std::string preset{};      ///< of the builder, for all trees; empty: by species
+  std::string grammar{};     ///< file of an L-system grammar for all trees
+  bool is_unfitted = false;  ///< grammars and function systems as they are, scaled to the height
+  /// Of detail, 0 (finest) to 3, or 4 for impostors; each has files of its own.
+  std::vector<int> levels{0};
   bool resolve_overlaps = false;       ///< remove and turn branches where crowns overlap
   bool share = false;                  ///< trees of similar shape share a model
   std::size_t models_per_preset = 64;  ///< with `share`

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "silvafit/tree/skeleton.hpp"
@@ -30,6 +31,8 @@ const char* material_name(MaterialKind kind);
 /// axis meets the ground.
 struct MeshPart {
   PartKind kind = PartKind::kStem;
+  /// Distinguishes materials of the same kind and preset: PRESET-VARIANT-leaf in files; or empty.
+  std::string variant{};
   Color color{};                       ///< of the material, linear RGB
   bool double_sided = false;           ///< open surfaces that are visible from both sides
   std::vector<float> positions{};      ///< 3 per vertex [m]

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/impostor.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/overlap.hpp"
@@ -46,12 +47,17 @@ struct GrowOptions {
   /// Draws the tree as its grammar or function system is, scaled to the height only; the other
   /// measurements are ignored.
   bool is_unfitted = false;
+  /// If given, it builds the tree for the far distance; of the mesh options only the stem's
+  /// tolerance is used. Impostors show whole and fitted crowns: neither overlaps nor `is_unfitted`
+  /// can be combined with them.
+  Impostors* impostors = nullptr;
 };
 
 /// Morphology -> shape -> skeleton -> mesh -> measurements. The same input and seed give the same
 /// tree.
 /// \param overlap  the result of resolve_overlaps() for this tree, or null for a single tree
-/// \throws DomainError, GeometryError with plot and tree
+/// \throws DomainError, GeometryError with plot and tree; UsageError for options that cannot be
+///   combined
 SceneTree grow_tree(const Morphology& morphology,
                     const Builder& builder,
                     const GrowOptions& options = {},

@@ -72,7 +72,7 @@ struct ModelPart {
   const MeshPart* mesh = nullptr;
 };
 
-/// The parts of a tree of a preset: materials PRESET-bark and PRESET-leaf.
+/// The parts of a tree of a preset: materials PRESET-bark and PRESET-leaf, or PRESET-VARIANT-leaf.
 std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset);
 
 /// A scale at a time.
