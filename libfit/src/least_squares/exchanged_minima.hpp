@@ -46,6 +46,10 @@ Eigen::VectorXd with_nearest_phases(const NonlinearModel& model,
                                     const Eigen::VectorXd& coefficients,
                                     const Eigen::VectorXd& to);
 
+/// The same mean with each phase of a sine near the observations. A descent that passes a zero
+/// amplitude, where the phase is not determined, may end many periods away.
+Eigen::VectorXd with_usual_phases(const NonlinearModel& model, const Eigen::VectorXd& coefficients);
+
 /// Minima with two locations on the axis of a column exchanged, to which a descent adapts the other
 /// coefficients.
 std::vector<Eigen::VectorXd> exchanged_locations(const NonlinearModel& model,

@@ -141,6 +141,22 @@ TEST_CASE("a phase moves as near to another one as half periods allow") {
         15.0);
 }
 
+TEST_CASE("a phase many periods away moves to the observations") {
+  // x is from 0.2 to 5.7, the argument zero at an observation for t from 0.2 to 5.7.
+  const NonlinearModel model = model_of("y ~ M + A*cos(2*pi*(x - t)/8)");
+  const auto phase_from = [](const NonlinearModel& of, double phase) {
+    return with_usual_phases(of, Eigen::Vector3d(10.0, 2.0, phase))[2];
+  };
+  CHECK(phase_from(model, 3.0) == 3.0);
+  CHECK(phase_from(model, 3.0 + 8.0 * 5) == Approx(3.0).epsilon(1e-14));
+  // The digits of 8e7 are 1.5e-8.
+  CHECK(phase_from(model, 3.0 - 8.0e7) == Approx(3.0).margin(2e-8));
+  // The user may count periods from elsewhere.
+  CHECK(phase_from(model, 11.0) == 11.0);
+  const NonlinearModel outside = model_of("y ~ M + A*cos(2*pi*(x - t)/8) + 0.1*t");
+  CHECK(phase_from(outside, 83.0) == 83.0);
+}
+
 TEST_CASE("curves without interchangeable terms have no exchanged minima") {
   CHECK(exchanged_minima(model_of("y ~ a*(1 - exp(-b*x))"), Eigen::Vector2d(2.0, 0.3)).empty());
   // A sign alone is no exchange: random effects turn with it.

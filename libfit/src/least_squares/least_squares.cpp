@@ -228,6 +228,8 @@ Minima solve(const NonlinearModel& model, const LeastSquaresOptions& options) {
   }
   Descent& lowest = result.lowest;
   if (lowest.coefficients.size() == 0) return result;
+  lowest.coefficients = with_usual_phases(model, lowest.coefficients);
+  for (VectorXd& other : result.others) other = with_usual_phases(model, other);
   prefer_positive(projected, lowest);
   if (options.other_minima && !has_covariates) {
     std::vector<VectorXd> exchanged = exchanged_minima(model, lowest.coefficients);
