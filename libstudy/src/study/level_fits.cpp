@@ -16,7 +16,20 @@
 namespace silvafit::study {
 namespace {
 
-/// A fit with its cross-validation as bytes, for other processes.
+/// A fit as bytes, for other processes.
+std::string bytes_of_result(const fit::FitResult& result) {
+  std::string bytes;
+  append_text(fit::to_json(result.fit), bytes);
+  const std::vector<double> rows(result.rows.begin(), result.rows.end());
+  append_numbers(rows.data(), rows.size(), bytes);
+  for (const Eigen::VectorXd* const values :
+       {&result.fitted_population, &result.fitted_conditional, &result.residual_sd}) {
+    append_numbers(values->data(), static_cast<std::size_t>(values->size()), bytes);
+  }
+  return bytes;
+}
+
+/// The same with its cross-validation.
 std::string bytes_of_candidate(const fit::FitResult& result,
                                const std::optional<CrossValidated>& cross_validated) {
   std::vector<double> numbers;
@@ -29,14 +42,7 @@ std::string bytes_of_candidate(const fit::FitResult& result,
   }
   std::string bytes;
   append_numbers(numbers.data(), numbers.size(), bytes);
-  append_text(fit::to_json(result.fit), bytes);
-  numbers.assign(result.rows.begin(), result.rows.end());
-  append_numbers(numbers.data(), numbers.size(), bytes);
-  for (const Eigen::VectorXd* const values :
-       {&result.fitted_population, &result.fitted_conditional, &result.residual_sd}) {
-    append_numbers(values->data(), static_cast<std::size_t>(values->size()), bytes);
-  }
-  return bytes;
+  return bytes + bytes_of_result(result);
 }
 
 CrossValidated cross_validated_from(const std::vector<double>& numbers) {
@@ -290,8 +296,23 @@ const LevelFits::Task& LevelFits::task_of(std::size_t work, std::size_t position
       tasks_, [&](const Task& task) { return task.work == work && task.position == position; });
 }
 
-fit::FitResult LevelFits::result(std::size_t work, std::size_t position) const {
+std::vector<fit::FitResult> LevelFits::results(const std::vector<Place>& places,
+                                               unsigned threads) const {
+  std::vector<std::optional<fit::FitResult>> own(places.size());
+  const auto bytes = farm(places.size(), threads, [&](std::size_t i) {
+    own[i] = result(places[i]);
+    return Ranks::of_process().size() == 1 ? std::string() : bytes_of_result(*own[i]);
+  });
+  std::vector<fit::FitResult> all;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    all.push_back(own[i] ? *std::move(own[i]) : result_from(bytes[i]));
+  }
+  return all;
+}
+
+fit::FitResult LevelFits::result(const Place& place) const {
   using enum fit::SearchEffort;
+  const auto [work, position] = place;
   const fit::FitResult& known = results_[work][position];
   const Task& task = task_of(work, position);
   if (task.known) return *task.known;

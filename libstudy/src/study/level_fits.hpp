@@ -17,6 +17,12 @@ namespace silvafit::study {
 /// busy.
 class LevelFits {
  public:
+  /// A fit of a work, in the order in which they were added.
+  struct Place {
+    std::size_t work = 0;
+    std::size_t position = 0;
+  };
+
   /// \param criterion  of the level: candidates are cross-validated where it asks for that
   /// \param group      column of the groups that cross-validation leaves out
   LevelFits(std::string name,
@@ -34,7 +40,9 @@ class LevelFits {
   std::vector<Candidate> candidates(std::size_t work) const;
   /// One fit of a work to all of its trees, in that order. Fits that are far from the best one are
   /// repeated, as are those to a sample; mixed ones are searched from all starts.
-  fit::FitResult result(std::size_t work, std::size_t position) const;
+  fit::FitResult result(const Place& place) const;
+  /// Several of them. Threads, and the processes of a job, share the work.
+  std::vector<fit::FitResult> results(const std::vector<Place>& places, unsigned threads) const;
 
  private:
   /// One fit to be done, and the place of its result.

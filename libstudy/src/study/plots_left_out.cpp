@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
@@ -11,6 +12,7 @@
 
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/ranks.hpp"
 #include "silvafit/fit/cross_validation.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
 
@@ -37,7 +39,7 @@ Eigen::VectorXd errors_of(const std::optional<fit::FitResult>& fit,
                           const std::function<void()>& on_fit) {
   if (!can_be_left_out(fit)) return {};
   fit::CrossValidationOptions options{.folds = kFolds, .group = group, .measured = 0};
-  options.threads = 1;  // the tasks of a study are parallel already
+  options.threads = 1;  // the models are parallel already
   if (on_fit) options.progress = [&on_fit](std::size_t, std::size_t) { on_fit(); };
   try {
     const fit::CrossValidation result = fit::cross_validate(fit->fit, table, options);
@@ -96,6 +98,41 @@ double critical_t(const std::vector<std::size_t>& plot) {
       boost::math::students_t_distribution<double>(freedom), kSignificance));
 }
 
+/// Errors of the trees of each model; empty without the model.
+struct ErrorsOfLevels {
+  Eigen::VectorXd nlme;
+  Eigen::VectorXd ols;
+  Eigen::VectorXd covariates;
+};
+
+std::optional<LeftOutPlots> compared(const StudiedTrees& study, const ErrorsOfLevels& errors) {
+  const auto& [result, table] = study;
+  const auto& [nlme, ols, covariates] = errors;
+  if (nlme.size() == 0 || ols.size() == 0) return std::nullopt;
+  const std::vector<Eigen::Index> rows = rows_in_all({&nlme, &ols, &covariates});
+  if (rows.empty()) return std::nullopt;
+  const std::span<const double> observed = table.numbers(result.response);
+  LeftOutPlots left_out{.folds = std::min(kFolds, result.plots),
+                        .trees = rows.size(),
+                        .trees_without = table.rows() - rows.size(),
+                        .rmse_ols = rmse_of(ols, rows),
+                        .rmse_covariates = rmse_of(covariates, rows),
+                        .rmse_nlme = rmse_of(nlme, rows),
+                        .r2_ols = r2_of(ols, rows, observed),
+                        .r2_covariates = r2_of(covariates, rows, observed),
+                        .r2_nlme = r2_of(nlme, rows, observed)};
+  const bool is_better_with = left_out.rmse_covariates < left_out.rmse_ols;
+  const Eigen::VectorXd& least_squares = is_better_with ? covariates : ols;
+  const data::TextColumn labels = table.labels(result.group);
+  std::vector<std::size_t> plot;
+  for (const Eigen::Index row : rows) plot.push_back(labels.code(static_cast<std::size_t>(row)));
+  left_out.t = paired_t(nlme(rows), least_squares(rows), plot);
+  const double least = is_better_with ? left_out.rmse_covariates : left_out.rmse_ols;
+  const double share = left_out.rmse_nlme / least - 1.0;
+  left_out.is_worse = share > kMuchWorse || (share > kWorse && left_out.t > critical_t(plot));
+  return left_out;
+}
+
 }  // namespace
 
 double paired_t(const Eigen::VectorXd& first,
@@ -128,36 +165,37 @@ std::size_t left_out_fits(const ResponseStudy& result) {
   return levels * std::min(kFolds, result.plots);
 }
 
-std::optional<LeftOutPlots> cross_validate_levels(const ResponseStudy& result,
-                                                  const data::Table& table,
-                                                  const std::function<void()>& on_fit) {
-  if (left_out_fits(result) == 0) return std::nullopt;
-  const Eigen::VectorXd nlme = errors_of(result.nlme, table, result.group, on_fit);
-  const Eigen::VectorXd ols = errors_of(result.ols, table, result.group, on_fit);
-  const Eigen::VectorXd covariates = errors_of(result.with_covariates, table, result.group, on_fit);
-  if (nlme.size() == 0 || ols.size() == 0) return std::nullopt;
-  const std::vector<Eigen::Index> rows = rows_in_all({&nlme, &ols, &covariates});
-  if (rows.empty()) return std::nullopt;
-  const std::span<const double> observed = table.numbers(result.response);
-  LeftOutPlots left_out{.folds = std::min(kFolds, result.plots),
-                        .trees = rows.size(),
-                        .trees_without = table.rows() - rows.size(),
-                        .rmse_ols = rmse_of(ols, rows),
-                        .rmse_covariates = rmse_of(covariates, rows),
-                        .rmse_nlme = rmse_of(nlme, rows),
-                        .r2_ols = r2_of(ols, rows, observed),
-                        .r2_covariates = r2_of(covariates, rows, observed),
-                        .r2_nlme = r2_of(nlme, rows, observed)};
-  const bool is_better_with = left_out.rmse_covariates < left_out.rmse_ols;
-  const Eigen::VectorXd& least_squares = is_better_with ? covariates : ols;
-  const data::TextColumn labels = table.labels(result.group);
-  std::vector<std::size_t> plot;
-  for (const Eigen::Index row : rows) plot.push_back(labels.code(static_cast<std::size_t>(row)));
-  left_out.t = paired_t(nlme(rows), least_squares(rows), plot);
-  const double least = is_better_with ? left_out.rmse_covariates : left_out.rmse_ols;
-  const double share = left_out.rmse_nlme / least - 1.0;
-  left_out.is_worse = share > kMuchWorse || (share > kWorse && left_out.t > critical_t(plot));
-  return left_out;
+std::vector<std::optional<LeftOutPlots>> cross_validate_levels(
+    const std::vector<StudiedTrees>& studies,
+    unsigned threads,
+    const std::function<void()>& on_fit) {
+  // Mixed models, whose fits take longest, are first, so that they are spread over the processes.
+  const std::array levels{
+      &ResponseStudy::nlme, &ResponseStudy::ols, &ResponseStudy::with_covariates};
+  const std::size_t count = studies.size();
+  const auto bytes = farm(levels.size() * count, threads, [&](std::size_t task) {
+    const auto& [result, table] = studies[task % count];
+    std::string own;
+    if (left_out_fits(result) == 0) return own;
+    const Eigen::VectorXd errors =
+        errors_of(result.*levels[task / count], table, result.group, on_fit);
+    append_numbers(errors.data(), static_cast<std::size_t>(errors.size()), own);
+    return own;
+  });
+  const auto errors_at = [&](std::size_t task) {
+    std::string_view rest = bytes[task];
+    const std::vector<double> errors = rest.empty() ? std::vector<double>() : take_numbers(rest);
+    return Eigen::VectorXd(
+        Eigen::Map<const Eigen::VectorXd>(errors.data(), static_cast<Eigen::Index>(errors.size())));
+  };
+  std::vector<std::optional<LeftOutPlots>> results;
+  for (std::size_t i = 0; i < count; ++i) {
+    results.push_back(compared(studies[i],
+                               {.nlme = errors_at(i),
+                                .ols = errors_at(count + i),
+                                .covariates = errors_at(2 * count + i)}));
+  }
+  return results;
 }
 
 std::string doubt_of(const LeftOutPlots& left_out, const std::string& unit) {

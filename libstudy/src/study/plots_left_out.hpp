@@ -13,15 +13,23 @@
 
 namespace silvafit::study {
 
+/// A result and the trees of its models.
+struct StudiedTrees {
+  const ResponseStudy& result;
+  const data::Table& table;
+};
+
 /// The number of fits of cross_validate_levels() for a result: 0 without a mixed model.
 std::size_t left_out_fits(const ResponseStudy& result);
 
-/// Cross-validates the chosen models of a result on the same folds of its plots.
-/// \param on_fit  called after each fit
-/// \return nothing without a mixed model, or if it could not be fitted to any fold
-std::optional<LeftOutPlots> cross_validate_levels(const ResponseStudy& result,
-                                                  const data::Table& table,
-                                                  const std::function<void()>& on_fit = {});
+/// Cross-validates the chosen models of each result on the same folds of its plots. Threads, and
+/// the processes of a job, share the models.
+/// \param on_fit  called after each fit, from any thread
+/// \return for each result; nothing without a mixed model, or if it could not be fitted to any fold
+std::vector<std::optional<LeftOutPlots>> cross_validate_levels(
+    const std::vector<StudiedTrees>& studies,
+    unsigned threads,
+    const std::function<void()>& on_fit = {});
 
 /// t of the sums of differences between squared errors: positive where the first errors are larger.
 /// Plots are independent, their trees are not.

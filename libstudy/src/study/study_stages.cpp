@@ -65,10 +65,16 @@ std::vector<SmallerModel> smaller_variances(const ResponseStudy& result) {
   return smaller;
 }
 
-/// A chosen candidate and its fit to all trees.
-struct Settled {
-  std::size_t chosen = 0;
-  fit::FitResult result;
+/// The choice among the candidates of a level for one work.
+struct Choice {
+  std::size_t work = 0;
+  std::vector<Candidate>* candidates = nullptr;
+  std::function<std::optional<std::size_t>()> choose{};
+  /// First candidate of the level; those before it are of an earlier level and have a final fit.
+  std::size_t begin = 0;
+  std::optional<std::size_t> chosen{};  ///< nothing if all final fits have objections
+  /// Of the chosen candidate to all trees, unless it is of an earlier level.
+  std::optional<fit::FitResult> final{};
 };
 
 /// The objection to the final fit of a chosen candidate: to all trees if a sample was compared, or
@@ -92,22 +98,47 @@ std::string take_if_sound(const Work& work,
   return "";
 }
 
-/// Chooses until the final fit of a choice has no objection; nothing if all have.
-std::optional<Settled> settle(const Work& work,
-                              const LevelFits& level,
-                              std::size_t index,
-                              std::vector<Candidate>& candidates,
-                              const std::function<std::optional<std::size_t>()>& choose) {
-  while (const auto chosen = choose()) {
-    Settled settled{.chosen = *chosen, .result = level.result(index, *chosen)};
-    Candidate& candidate = candidates[*chosen];
-    // Candidates with an objection are chosen only if there is no other.
-    if (!candidate.objection.empty()) return settled;
-    candidate.objection = objection_to_final_fit(work, settled.result.fit);
-    if (!work.is_sampled()) candidate.fit = settled.result.fit;
-    if (candidate.objection.empty()) return settled;
+/// Judges the final fit of a choice.
+/// \return  whether it is used
+bool accept(const Work& work, fit::FitResult final, Choice& choice) {
+  Candidate& candidate = (*choice.candidates)[*choice.chosen];
+  // Candidates with an objection are chosen only if there is no other.
+  const bool is_last_resort = !candidate.objection.empty();
+  if (!is_last_resort) {
+    candidate.objection = objection_to_final_fit(work, final.fit);
+    if (!work.is_sampled()) candidate.fit = final.fit;
+    if (!candidate.objection.empty()) return false;
   }
-  return std::nullopt;
+  choice.final = std::move(final);
+  return true;
+}
+
+/// Chooses until the final fits of all choices have no objection. Threads, and the processes of a
+/// job, share the fits of a round.
+void settle(const std::vector<Work>& works,
+            const LevelFits& level,
+            unsigned threads,
+            std::vector<Choice>& choices) {
+  std::vector<Choice*> open;
+  for (Choice& choice : choices) open.push_back(&choice);
+  while (true) {
+    parallel_for(open.size(), threads, [&](std::size_t i) { open[i]->chosen = open[i]->choose(); });
+    std::erase_if(open, [](const Choice* choice) {
+      return !choice->chosen || *choice->chosen < choice->begin;
+    });
+    if (open.empty()) return;
+    std::vector<LevelFits::Place> places;
+    for (const Choice* choice : open) {
+      places.push_back({.work = choice->work, .position = *choice->chosen - choice->begin});
+    }
+    std::vector<fit::FitResult> finals = level.results(places, threads);
+    std::vector<char> is_settled(open.size(), 0);
+    parallel_for(open.size(), threads, [&](std::size_t i) {
+      is_settled[i] = accept(works[open[i]->work], std::move(finals[i]), *open[i]) ? 1 : 0;
+    });
+    std::size_t i = 0;
+    std::erase_if(open, [&](const Choice*) { return is_settled[i++] != 0; });
+  }
 }
 
 void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
@@ -116,25 +147,31 @@ void run_base(std::vector<Work>& works, Study& study, const ProgressCallback& pr
     level.add(i, base_trials(works[i].candidates, works[i].table));
   }
   level.run(study.options.threads, progress, study.stages);
-  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
+  std::vector<Choice> choices;
+  for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.base = level.candidates(i);
     for (const auto& [barred, why] : works[i].barred) {
       result.base[barred].objection = why;
       result.base[barred].is_examined = true;
     }
-    const Examination examine = curves_of(works[i], result.base);
-    const auto settled = settle(works[i], level, i, result.base, [&] {
-      return choose_base(result.base, study.options, examine);
-    });
-    if (!settled) return;
-    result.ols = settled->result;
-    works[i].compared = result.base[settled->chosen].fit;
-    const std::string& objection = result.base[settled->chosen].objection;
-    if (objection.empty()) return;
-    result.doubts.push_back(
-        fmt::format("No base model has plausible curves; this is the best one. {}", objection));
-  });
+    choices.push_back({.work = i,
+                       .candidates = &result.base,
+                       .choose = [&result, &study, examine = curves_of(works[i], result.base)] {
+                         return choose_base(result.base, study.options, examine);
+                       }});
+  }
+  settle(works, level, study.options.threads, choices);
+  for (Choice& choice : choices) {
+    if (!choice.final) continue;
+    ResponseStudy& result = works[choice.work].result;
+    result.ols = std::move(choice.final);
+    const Candidate& chosen = result.base[*choice.chosen];
+    works[choice.work].compared = chosen.fit;
+    if (chosen.objection.empty()) continue;
+    result.doubts.push_back(fmt::format(
+        "No base model has plausible curves; this is the best one. {}", chosen.objection));
+  }
 }
 
 /// Tests against the first candidate; a fit that failed has no likelihood to test. If the first
@@ -172,7 +209,7 @@ void run_without_intercept(std::vector<Work>& works,
       };
       if (choose() != last) continue;
       const std::string objection =
-          take_if_sound(works[i], level.result(i, 0), result.with_covariates);
+          take_if_sound(works[i], level.result({.work = i, .position = 0}), result.with_covariates);
       if (objection.empty()) {
         works[i].compared = result.covariates[last].fit;
       } else {
@@ -195,19 +232,26 @@ void run_covariates(std::vector<Work>& works, Study& study, const ProgressCallba
                                works[i].table));
   }
   level.run(study.options.threads, progress, study.stages);
-  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
+  std::vector<Choice> choices;
+  for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.covariates = level.candidates(i);
     result.with_covariates = result.ols;
     add_tests(result.covariates);
-    const Examination examine = curves_of(works[i], result.covariates);
-    const auto settled = settle(works[i], level, i, result.covariates, [&] {
-      return choose_covariates(result.covariates, study.options, examine);
-    });
-    if (!settled) return;
-    result.with_covariates = settled->result;
-    works[i].compared = result.covariates[settled->chosen].fit;
-  });
+    choices.push_back(
+        {.work = i,
+         .candidates = &result.covariates,
+         .choose = [&result, &study, examine = curves_of(works[i], result.covariates)] {
+           return choose_covariates(result.covariates, study.options, examine);
+         }});
+  }
+  settle(works, level, study.options.threads, choices);
+  for (Choice& choice : choices) {
+    if (!choice.final) continue;
+    ResponseStudy& result = works[choice.work].result;
+    result.with_covariates = std::move(choice.final);
+    works[choice.work].compared = result.covariates[*choice.chosen].fit;
+  }
   run_without_intercept(works, study, progress);
 }
 
@@ -230,6 +274,17 @@ void doubt_mixed_models(ResponseStudy& result) {
       fmt::format("With random effects on {}: {}", fmt::join(best->terms, ", "), best->objection));
 }
 
+Choice choice_of_random_effects(Work& work, std::size_t index, const StudyOptions& options) {
+  ResponseStudy& result = work.result;
+  return {.work = index,
+          .candidates = &result.random,
+          .choose = [&result,
+                     &options,
+                     examine = mixed_models_of(work, result.random, smaller_random_effects(work))] {
+            return choose_random_effects(result.random, options, examine);
+          }};
+}
+
 void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCallback& progress) {
   LevelFits level("random effects", works, study.options.criteria.random, study.options.group);
   for (std::size_t i = 0; i < works.size(); ++i) {
@@ -241,41 +296,21 @@ void run_random_effects(std::vector<Work>& works, Study& study, const ProgressCa
                                    study.options.maximum_random_effects));
   }
   level.run(study.options.threads, progress, study.stages);
-  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
+  std::vector<Choice> choices;
+  for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.random = level.candidates(i);
     if (works[i].compared) add_random_effect_tests(result.random, *works[i].compared);
-    const Examination examine =
-        mixed_models_of(works[i], result.random, smaller_random_effects(works[i]));
-    const auto settled = settle(works[i], level, i, result.random, [&] {
-      return choose_random_effects(result.random, study.options, examine);
-    });
-    if (settled) {
-      result.nlme = settled->result;
+    choices.push_back(choice_of_random_effects(works[i], i, study.options));
+  }
+  settle(works, level, study.options.threads, choices);
+  for (Choice& choice : choices) {
+    ResponseStudy& result = works[choice.work].result;
+    if (choice.final) {
+      result.nlme = std::move(choice.final);
     } else {
       doubt_mixed_models(result);
     }
-  });
-}
-
-/// Chooses between the mixed models of the groups, which have been settled, and those with periods
-/// from a place in the list on.
-void settle_periods(const Work& work,
-                    const LevelFits& level,
-                    std::size_t index,
-                    std::size_t begin,
-                    const StudyOptions& options,
-                    ResponseStudy& result) {
-  const Examination examine = mixed_models_of(work, result.random, smaller_random_effects(work));
-  while (const auto chosen = choose_random_effects(result.random, options, examine)) {
-    if (*chosen < begin) return;
-    fit::FitResult final = level.result(index, *chosen - begin);
-    Candidate& candidate = result.random[*chosen];
-    candidate.objection = objection_to_final_fit(work, final.fit);
-    if (!work.is_sampled()) candidate.fit = final.fit;
-    if (!candidate.objection.empty()) continue;
-    result.nlme = std::move(final);
-    return;
   }
 }
 
@@ -293,15 +328,21 @@ void run_periods(std::vector<Work>& works, Study& study, const ProgressCallback&
     }
   }
   level.run(study.options.threads, progress, study.stages);
-  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
+  std::vector<Choice> choices;
+  for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     std::vector<Candidate> nested = level.candidates(i);
-    if (nested.empty()) return;
+    if (nested.empty()) continue;
     if (works[i].compared) add_random_effect_tests(nested, *works[i].compared);
     const std::size_t begin = result.random.size();
     std::ranges::move(nested, std::back_inserter(result.random));
-    settle_periods(works[i], level, i, begin, study.options, result);
-  });
+    choices.push_back(choice_of_random_effects(works[i], i, study.options));
+    choices.back().begin = begin;
+  }
+  settle(works, level, study.options.threads, choices);
+  for (Choice& choice : choices) {
+    if (choice.final) works[choice.work].result.nlme = std::move(choice.final);
+  }
 }
 
 void note_boundary_fits(std::vector<Work>& works) {
@@ -324,17 +365,24 @@ void run_variance(std::vector<Work>& works, Study& study, const ProgressCallback
     }
   }
   level.run(study.options.threads, progress, study.stages);
-  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
+  std::vector<Choice> choices;
+  for (std::size_t i = 0; i < works.size(); ++i) {
     ResponseStudy& result = works[i].result;
     result.variance = level.candidates(i);
     add_tests(result.variance);
-    const Examination examine =
-        mixed_models_of(works[i], result.variance, smaller_variances(result));
-    const auto settled = settle(works[i], level, i, result.variance, [&] {
-      return choose_variance(result.variance, study.options, examine);
-    });
-    if (settled) result.nlme = settled->result;
-  });
+    choices.push_back({.work = i,
+                       .candidates = &result.variance,
+                       .choose = [&result,
+                                  &study,
+                                  examine = mixed_models_of(
+                                      works[i], result.variance, smaller_variances(result))] {
+                         return choose_variance(result.variance, study.options, examine);
+                       }});
+  }
+  settle(works, level, study.options.threads, choices);
+  for (Choice& choice : choices) {
+    if (choice.final) works[choice.work].result.nlme = std::move(choice.final);
+  }
 }
 
 /// The mixed model with b = 0 predicts a typical plot, which may be far from the mean of all plots.
@@ -344,17 +392,19 @@ void run_plots_left_out(std::vector<Work>& works, Study& study, const ProgressCa
   StageTime stage{.name = name};
   for (const Work& work : works) stage.fits += left_out_fits(work.result);
   std::atomic<std::size_t> done{0};
-  parallel_for(works.size(), study.options.threads, [&](std::size_t i) {
-    ResponseStudy& result = works[i].result;
-    result.left_out = cross_validate_levels(result, works[i].compared_trees(), [&] {
-      const std::size_t count = ++done;
-      if (progress) progress(name, count, stage.fits);
-    });
+  std::vector<StudiedTrees> studies;
+  for (const Work& work : works) {
+    studies.push_back({.result = work.result, .table = work.compared_trees()});
+  }
+  const auto left_out = cross_validate_levels(studies, study.options.threads, [&] {
+    const std::size_t count = ++done;
+    if (progress) progress(name, count, stage.fits);
   });
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   stage.seconds = seconds.count();
-  for (Work& work : works) {
-    ResponseStudy& result = work.result;
+  for (std::size_t i = 0; i < works.size(); ++i) {
+    ResponseStudy& result = works[i].result;
+    result.left_out = left_out[i];
     if (!result.left_out || !result.left_out->is_worse) continue;
     result.doubts.push_back(doubt_of(*result.left_out, unit_of(result.response)));
   }
