@@ -125,10 +125,10 @@ TEST_CASE("likelihoods of intervals have exact gradients, with any parameter hel
   };
   check("a + b | plot", "power", "laplace");
   check("a + b | plot", "exponential", "lb");
-  check("a + b | plot", "stratum(species)", "lb");
+  check("a + b | plot", "stratum(species)", "lb", Covariance::kDiagonal);
   check("a + b | plot", "power", "focei", Covariance::kDiagonal);
   check("a + b | plot", "none", "lb", Covariance::kIdentity);
-  check("a | stand; a + b | plot", "power(dbh)", "lb");
+  check("a | stand; a + b | plot", "power(dbh)", "lb", Covariance::kDiagonal);
   check("", "stratum(species) * power(dbh)", "gnls");
   check("", "power", "gnls");
 }

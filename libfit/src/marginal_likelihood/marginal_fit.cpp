@@ -27,7 +27,7 @@ MixedEffectsFit result_of(MarginalSearch& search,
                           bool is_complete) {
   MixedEffectsFit fit = search.result();
   if (!search.is_out_of_scale(fit)) return fit;
-  MarginalSearch anew(model, integration, options, fit);
+  MarginalSearch anew(model, integration, options, fit.estimate);
   if (!is_complete) anew.limit_search();
   anew.try_fit(fit);
   if (!anew.has_optimum()) return fit;
@@ -35,6 +35,18 @@ MixedEffectsFit result_of(MarginalSearch& search,
   constexpr double kRounding = 1e-6;
   const bool is_as_good = again.log_likelihood > fit.log_likelihood - kRounding;
   return is_as_good && (anew.has_converged() || !search.has_converged()) ? again : fit;
+}
+
+MarginalEnd end_of(MarginalSearch& search,
+                   const NonlinearModel& model,
+                   Integration integration,
+                   const MarginalOptions& options,
+                   bool is_complete) {
+  MarginalEnd end{.evaluations = search.evaluations()};
+  if (!search.has_optimum()) return end;
+  end.obstacle = search.obstacle();
+  end.fit = result_of(search, model, integration, options, is_complete);
+  return end;
 }
 
 /// The result if the likelihood with curvature has no valid point near that without it.
@@ -114,22 +126,28 @@ MarginalEnd marginal_from(const NonlinearModel& model,
                           Integration integration,
                           const MarginalOptions& options,
                           const MarginalEffort& effort) {
-  MarginalSearch search(model, integration, options, start);
+  MarginalSearch search(model, integration, options, start.estimate);
   if (!effort.is_complete) search.limit_search();
   search.stop_below(effort.known);
   search.try_fit(start);
-  MarginalEnd end{.evaluations = search.evaluations()};
-  if (!search.has_optimum()) return end;
-  end.obstacle = search.obstacle();
-  end.fit = result_of(search, model, integration, options, effort.is_complete);
-  return end;
+  return end_of(search, model, integration, options, effort.is_complete);
+}
+
+MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
+                                       const VectorXd& coefficients,
+                                       Integration integration,
+                                       const MarginalOptions& options) {
+  MarginalSearch search(model, integration, options, coefficients);
+  search.limit_search();
+  search.try_pooled(coefficients);
+  return end_of(search, model, integration, options, false);
 }
 
 double marginal_log_likelihood(const NonlinearModel& model,
                                const MixedEffectsFit& fit,
                                Integration integration,
                                const MarginalOptions& options) {
-  return MarginalSearch(model, integration, options, fit).value_of(fit);
+  return MarginalSearch(model, integration, options, fit.estimate).value_of(fit);
 }
 
 MixedEffectsFit fit_marginal(const NonlinearModel& model,
@@ -146,7 +164,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
                                   const MixedEffectsFit& linearized,
                                   Integration integration,
                                   const MarginalOptions& options) {
-  MarginalSearch search(model, integration, options, linearized);
+  MarginalSearch search(model, integration, options, linearized.estimate);
   const bool is_first_order = !needs_curvature(integration);
   // With parameters that are not identifiable, the linear model may still be at a maximum.
   const bool is_at_maximum =
@@ -155,7 +173,7 @@ MixedEffectsFit fit_marginal_from(const NonlinearModel& model,
   std::optional<MixedEffectsFit> smooth;
   if (!search.has_converged() && !is_first_order) {
     // The first-order likelihood is bounded, and smooth if there are modes.
-    MarginalSearch first_order(model, Integration::kInteraction, options, linearized);
+    MarginalSearch first_order(model, Integration::kInteraction, options, linearized.estimate);
     first_order.try_fit(linearized);
     if (!first_order.has_converged()) first_order.try_pooled(pooled);
     if (first_order.has_optimum()) smooth = first_order.result();

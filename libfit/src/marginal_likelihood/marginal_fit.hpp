@@ -43,7 +43,14 @@ MarginalEnd marginal_from(const NonlinearModel& model,
                           const MarginalOptions& options,
                           const MarginalEffort& effort = {});
 
-/// The same, with standard errors and convergence message.
+/// The maximum of a short search from coefficients with random effects of several spreads.
+/// \param coefficients  (p)
+MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
+                                       const Eigen::VectorXd& coefficients,
+                                       Integration integration,
+                                       const MarginalOptions& options);
+
+/// The maximum of one search from a fit, with standard errors and convergence message.
 /// \returns no value if it does not converge
 std::optional<MixedEffectsFit> refit_marginal(const NonlinearModel& model,
                                               const MixedEffectsFit& start,

@@ -55,7 +55,7 @@ bool needs_curvature(Integration integration) {
 MarginalSearch::MarginalSearch(const NonlinearModel& model,
                                Integration integration,
                                const MarginalOptions& options,
-                               const MixedEffectsFit& linearized,
+                               const VectorXd& near,
                                const SharedClusters* shared)
     : model_(model),
       shared_(shared),
@@ -67,11 +67,10 @@ MarginalSearch::MarginalSearch(const NonlinearModel& model,
                   curvature_of(integration),
                   integration == Integration::kQuadrature ? options.quadrature_points : 1,
                   shared),
-      coordinates_(model,
-                   variance_,
-                   shared != nullptr ? shared->frame : frame_at(model, linearized.estimate)) {}
+      coordinates_(model, variance_, shared != nullptr ? shared->frame : frame_at(model, near)) {}
 
 void MarginalSearch::limit_search() {
+  is_limited_ = true;
   rounds_ = 3;
   steps_ = 30;
   short_steps_ = 3;
@@ -92,7 +91,7 @@ void MarginalSearch::try_pooled(const VectorXd& beta) {
                                        static_cast<double>(model_.observations()));
   for (const double spread : {0.3, 0.03, 1.0}) {
     try_spread(beta, residual_sd, spread);
-    if (has_converged()) break;
+    if (has_converged() || (is_limited_ && has_optimum())) break;
   }
 }
 

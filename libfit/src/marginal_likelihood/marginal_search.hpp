@@ -33,13 +33,14 @@ void fill_in_fitted(const NonlinearModel& model,
 /// is the result.
 class MarginalSearch {
  public:
-  /// \param linearized  a fit near which the search begins; its coefficients give the units, unless
-  ///   they are shared
-  /// \param shared      the model's clusters among those of all ranks; null: they are all
+  /// \param near    (p) coefficients near which the search begins; they give the units, unless
+  /// these
+  ///   are shared
+  /// \param shared  the model's clusters among those of all ranks; null: they are all
   MarginalSearch(const NonlinearModel& model,
                  Integration integration,
                  const MarginalOptions& options,
-                 const MixedEffectsFit& linearized,
+                 const Eigen::VectorXd& near,
                  const SharedClusters* shared = nullptr);
 
   /// Limits the iterations if other starts follow: near the maximum the descent may be below
@@ -52,7 +53,8 @@ class MarginalSearch {
   /// From a fit by another method.
   void try_fit(const MixedEffectsFit& fit);
 
-  /// From the pooled fit with random effects of several spreads, until one converges.
+  /// From the pooled fit with random effects of several spreads, until one converges; a limited
+  /// search, until one ends at a valid point.
   void try_pooled(const Eigen::VectorXd& beta);
 
   /// The log-likelihood at a fit by another method; NaN if it is not valid there.
@@ -154,6 +156,7 @@ class MarginalSearch {
   double value_at_last_check_ = std::numeric_limits<double>::infinity();
   int next_check_ = 0;
   bool is_too_slow_ = false;
+  bool is_limited_ = false;
   int outside_ = 0;  ///< evaluations at points where the likelihood is not valid
 };
 

@@ -21,13 +21,12 @@ std::pair<bool, double> place_of(const Candidate& candidate) {
           std::isnan(candidate.rank) ? -std::numeric_limits<double>::infinity() : candidate.rank};
 }
 
-/// Whether coefficients have the same signs and similar sizes.
+}  // namespace
+
 bool is_in_region(const VectorXd& a, const VectorXd& b) {
   constexpr double kShare = 0.5;
   return ((a - b).array().abs() <= kShare * a.array().abs().max(b.array().abs())).all();
 }
-
-}  // namespace
 
 bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b) {
   if (!(std::abs(a.log_likelihood - b.log_likelihood) < kSameLikelihood)) return false;

@@ -29,6 +29,9 @@ bool is_same(const MixedEffectsFit& a, const MixedEffectsFit& b);
 /// one at the same point.
 bool add_candidate(std::vector<Candidate>& candidates, Candidate candidate);
 
+/// Whether coefficients have the same signs and similar sizes.
+bool is_in_region(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
+
 /// Whether a likelihood is so much lower than that of a converged fit that searches from there
 /// hardly ever lead to a higher one: by half a unit per observation.
 bool is_far_below(double rank, const Candidate& best);

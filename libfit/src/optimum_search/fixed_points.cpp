@@ -11,6 +11,7 @@
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimum_search/exchanged_fits.hpp"
+#include "optimum_search/group_fits.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
@@ -81,7 +82,7 @@ std::vector<StartingPoint> FixedPoints::points() const {
     return result;
   }
   if (from_part_.size() == 0) return starting_points(model_, pooled_, options_.spread_starts);
-  result.push_back({.coefficients = pooled_.estimate, .origin = "least squares"});
+  result.push_back({.coefficients = pooled_.estimate, .origin = std::string(kPooledFit)});
   result.push_back({.coefficients = from_part_, .origin = "a part of the observations"});
   return result;
 }
@@ -93,7 +94,9 @@ void FixedPoints::search() {
     // The user's starts and the pooled fit are tried at any cost.
     const bool is_asked = starts_ == Starts::kGiven || k == 0 || starts[k].origin == kSpreadStart;
     if (!is_asked && budget_.is_spent() && has_converged(candidates_)) continue;
-    linearize_from(starts[k], Persistence::kOnce);
+    const bool is_reached = linearize_from(starts[k], Persistence::kOnce);
+    const bool is_minimum = starts[k].origin == kPooledFit || starts[k].origin == kOtherMinimum;
+    if (!is_reached && is_minimum) failed_.push_back(starts[k].coefficients);
     if (starts[k].with_effects) start_with_effects_of(starts[k]);
     if (starts_ == Starts::kFound) continue;
     // With narrow random effects the run stays near its starting coefficients.
@@ -115,18 +118,19 @@ void FixedPoints::start_with_effects_of(const StartingPoint& point) {
   if (found) add_candidate(candidates_, {.fit = *std::move(found), .origin = point.origin});
 }
 
-void FixedPoints::linearize_from(const StartingPoint& point,
+bool FixedPoints::linearize_from(const StartingPoint& point,
                                  Persistence persistence,
                                  double spread) {
   LindstromBatesSearch found =
       climb_lindstrom_bates(model_, point.coefficients, linearized_, persistence, spread);
   // The user's further starts are additional to all others.
   if (point.origin != kSpreadStart) budget_.spend_work(found.work);
-  if (!found.outcome.is_valid) return;
+  if (!found.outcome.is_valid) return false;
   add_candidate(candidates_,
                 {.fit = found.engine->result(found.outcome),
                  .origin = point.origin,
                  .obstacle = found.outcome.obstacle});
+  return found.outcome.converged;
 }
 
 void FixedPoints::rank() {
@@ -182,6 +186,8 @@ void FixedPoints::compare() {
   rank();
   if (is_settled()) return compare_with_smaller();
   follow_to_maxima();
+  start_from_failed();
+  start_from_own_minima();
   if (!has_converged(candidates_)) search_longer();
   start_from_exchanged();
   start_from_maxima();
@@ -299,12 +305,58 @@ void FixedPoints::follow_to_maximum(const MixedEffectsFit& start) {
     maximum = maximum_from(start, integration);
   }
   if (!maximum || !std::isfinite(maximum->log_likelihood)) return;
+  add_maximum(*maximum, integration);
+}
+
+void FixedPoints::add_maximum(const MixedEffectsFit& maximum, Integration integration) {
   double& highest = integration == Integration::kLaplace ? highest_laplace_ : highest_first_order_;
-  highest = std::max(highest, maximum->log_likelihood);
-  if (!add_candidate(maxima_, {.fit = *maximum})) return;
-  if (auto found = fixed_point_from(model_, *maximum)) {
+  highest = std::max(highest, maximum.log_likelihood);
+  if (!add_candidate(maxima_, {.fit = maximum})) return;
+  if (auto found = fixed_point_from(model_, maximum)) {
     add_candidate(candidates_, {.fit = *std::move(found), .origin = std::string(kMaximumOrigin)});
   }
+}
+
+/// Runs with the groups' own minima around the best fixed point, again after a better one was
+/// found.
+void FixedPoints::start_from_own_minima() {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
+    const std::size_t known = candidates_.size();
+    const double before = best_of(candidates_).rank;
+    const auto start = start_at_own_minima(model_, best_of(candidates_).fit.estimate);
+    if (!start) return;
+    auto found = fixed_point_from(model_, *start);
+    if (found) {
+      add_candidate(candidates_, {.fit = *std::move(found), .origin = "own minima of groups"});
+    }
+    if (candidates_.size() == known) return;
+    rank();
+    follow_to_maxima();
+    if (!(best_of(candidates_).rank > before + kSlack)) return;
+  }
+}
+
+/// A failed run from a pooled minimum ends anywhere. Searches of the first-order likelihood, which
+/// is bounded and smooth, begin at the minimum itself.
+void FixedPoints::start_from_failed() {
+  const std::size_t known = candidates_.size();
+  for (const VectorXd& start : failed_) {
+    if (budget_.is_spent()) break;
+    const bool has_near = std::ranges::any_of(candidates_, [&](const Candidate& candidate) {
+      return candidate.fit.convergence.converged() && is_in_region(candidate.fit.estimate, start);
+    });
+    if (has_near) continue;
+    const MarginalEnd end =
+        marginal_from_coefficients(model_, start, Integration::kInteraction, options_.marginal);
+    budget_.spend_evaluations(end.evaluations);
+    if (end.fit && std::isfinite(end.fit->log_likelihood)) {
+      add_maximum(*end.fit, Integration::kInteraction);
+    }
+  }
+  if (candidates_.size() == known) return;
+  rank();
+  follow_to_maxima();
 }
 
 /// Runs from the coefficients of the maxima, with other random effects.
@@ -408,8 +460,13 @@ const VectorXd& FixedPoints::first_coefficients() const {
 SearchEvidence FixedPoints::evidence(const Candidate& best) const {
   SearchEvidence result;
   const double highest = std::max(highest_laplace_, highest_first_order_);
-  // At a fixed point the marginal likelihood is below its maximum because of the method's bias.
-  result.contained = higher_than(std::max(best.rank, highest), contained_);
+  std::vector<ContainedModel> higher = contained_;
+  if (!options_.linearized.reml) {
+    std::erase_if(higher, [&](const ContainedModel& model) {
+      return !(model.log_likelihood > best.fit.log_likelihood + kSlack);
+    });
+  }
+  result.contained = higher_than(best.rank, higher);
   result.is_restricted = options_.linearized.reml;
   result.marginal = ranking_;
   result.marginal_here = best.rank;

@@ -60,7 +60,8 @@ class FixedPoints {
   SearchEvidence evidence(const Candidate& best) const;
 
  private:
-  void linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0);
+  /// \return  whether a fixed point was reached
+  bool linearize_from(const StartingPoint& point, Persistence persistence, double spread = 1.0);
   void start_with_effects_of(const StartingPoint& point);
   std::vector<StartingPoint> points() const;
   void rank();
@@ -73,6 +74,10 @@ class FixedPoints {
   void find_own_maximum();
   void follow_to_maxima();
   void follow_to_maximum(const MixedEffectsFit& start);
+  void start_from_failed();
+  void start_from_own_minima();
+  /// Notes a maximum of a marginal likelihood; a new one is a start.
+  void add_maximum(const MixedEffectsFit& maximum, Integration integration);
   void start_from_exchanged();
   void start_from_maxima();
   std::optional<MixedEffectsFit> fixed_point_from(const NonlinearModel& model,
@@ -93,6 +98,8 @@ class FixedPoints {
   Starts starts_;
   SearchBudget budget_;
   StartingPoint first_;
+  std::vector<Eigen::VectorXd>
+      failed_;  ///< pooled minima from which no run has reached a fixed point
   std::vector<Candidate> candidates_;
   std::vector<Candidate> maxima_;  ///< of the marginal likelihood, used as starts
   std::vector<ContainedModel> contained_;

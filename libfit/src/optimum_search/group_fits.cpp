@@ -26,6 +26,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kMostGroups = 40;
+constexpr double kClearlyLower = 0.99;
+
+bool is_clearly_lower(const GroupFits& found, const std::optional<GroupFits>& usual) {
+  return !usual || found.fitted > usual->fitted ||
+         found.sum_of_squares < kClearlyLower * usual->sum_of_squares;
+}
 
 Descent descended(const NonlinearModel& group, const VectorXd& start) {
   ProjectedModel projected(group);
@@ -124,7 +130,10 @@ class SingleGroups {
       const Descent descent = descended(parts_[k], start);
       if (descent.coefficients.size() == 0 || !descent.coefficients.allFinite()) continue;
       const Index freedom = parts_[k].observations() - count_;
-      own.add(groups_[k], descent.coefficients, descent.sum_of_squares, freedom);
+      own.add(groups_[k],
+              with_nearest_phases(parts_[k], descent.coefficients, start),
+              descent.sum_of_squares,
+              freedom);
     }
     return std::move(own).fits();
   }
@@ -145,15 +154,14 @@ class SingleGroups {
       const NonlinearModel& group = *groups[k];
       if (ProjectedModel(group).size() < 2) break;
       const double near = descended(group, start).sum_of_squares;
-      for (VectorXd& found : search_starts(group, {.count = 1})) {
+      for (const VectorXd& found : search_starts(group, {.count = 1})) {
         const bool is_lower = descended(group, found).sum_of_squares < kClearlyLower * near;
-        result.push_back({.parameters = std::move(found), .is_lower = is_lower});
+        result.push_back(
+            {.parameters = with_nearest_phases(group, found, start), .is_lower = is_lower});
       }
     }
     return result;
   }
-
-  static constexpr double kClearlyLower = 0.99;
 
  private:
   /// Of equally large groups the first ones are those with the largest responses, so that the order
@@ -212,6 +220,9 @@ std::vector<Index> varying(const NonlinearModel& model) {
   return result;
 }
 
+/// Where minima are searched.
+enum class Extent { kNear, kEverywhere };
+
 /// Fits of the parameters with random effects to each group, at the lowest minimum, with the others
 /// held. Groups with fewer observations than parameters have a fit, too, and their own places of
 /// peaks and steps are found wherever these are.
@@ -219,7 +230,8 @@ std::vector<Index> varying(const NonlinearModel& model) {
 std::optional<GroupFits> fit_varying(const NonlinearModel& model,
                                      const NonlinearModel& constants,
                                      const VectorXd& parameters,
-                                     std::size_t most) {
+                                     std::size_t most,
+                                     Extent extent = Extent::kEverywhere) {
   const std::vector<Index> free = varying(model);
   std::map<std::string, double> held;
   for (Index k = 0; k < parameters.size(); ++k) {
@@ -236,7 +248,10 @@ std::optional<GroupFits> fit_varying(const NonlinearModel& model,
   OwnParameters own(parameters.size(), model.group_count());
   for (const Index group : groups_to_fit(model, count, most)) {
     const NonlinearModel part = of_groups.subset(rows_of(model, group));
-    for (const VectorXd& start : search_starts(part, {.count = 1})) {
+    const std::vector<VectorXd> starts = extent == Extent::kNear
+                                             ? std::vector<VectorXd>{VectorXd(parameters(places))}
+                                             : search_starts(part, {.count = 1});
+    for (const VectorXd& start : starts) {
       const Descent descent = descended(part, start);
       if (descent.coefficients.size() == 0 || !descent.coefficients.allFinite()) continue;
       VectorXd found = parameters;
@@ -292,10 +307,7 @@ std::vector<GroupFits> fit_single_groups(const NonlinearModel& model,
     if (!minimum.is_lower) continue;
     std::optional<GroupFits> found = groups.from(minimum.parameters);
     if (!found) continue;
-    const bool is_lower =
-        !usual || found->fitted > usual->fitted ||
-        found->sum_of_squares < SingleGroups::kClearlyLower * usual->sum_of_squares;
-    if (is_lower) result.push_back(*std::move(found));
+    if (is_clearly_lower(*found, usual)) result.push_back(*std::move(found));
   }
   const std::size_t count = result.size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -340,6 +352,18 @@ std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
   result.variance = variance.estimate(variance.start());
   result.sigma = groups.residual_sd * variance.sigma_factor(variance.start());
   return result;
+}
+
+std::optional<MixedEffectsFit> start_at_own_minima(const NonlinearModel& model,
+                                                   const VectorXd& estimate) {
+  const NonlinearModel constants = model.pooled();
+  if (!varies_nonlinearly(model, constants)) return std::nullopt;
+  const VectorXd parameters = mean_parameters(model, estimate, constants.coefficient_count());
+  const auto found = fit_varying(model, constants, parameters, kMostGroups);
+  if (!found) return std::nullopt;
+  const auto near = fit_varying(model, constants, parameters, kMostGroups, Extent::kNear);
+  if (!is_clearly_lower(*found, near)) return std::nullopt;
+  return start_with_effects(model, spread_constants(model, constants, found->medians), *found);
 }
 
 }  // namespace silvafit::fit

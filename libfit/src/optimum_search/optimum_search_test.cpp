@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "optimum_search/candidate_fits.hpp"
+#include "optimum_search/group_fits.hpp"
 #include "optimum_search/search_verdict.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "optimum_search/starting_points.hpp"
@@ -221,6 +222,46 @@ TEST_CASE("peaks are found if their places vary more than they are wide") {
   }
 }
 
+TEST_CASE("groups find their own peaks where a search from the common one does not") {
+  // From the common place the slope is zero in groups whose peak is elsewhere.
+  constexpr double kPlaces[] = {1.5, 2.5, 3.5, 5.0, 6.5, 8.0, 9.0};
+  Table table;
+  TextColumn group;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (const double place : kPlaces) {
+    for (int i = 0; i < 20; ++i) {
+      group.append(std::to_string(place));
+      x.push_back(0.25 + 0.5 * i);
+      y.push_back(1.0 + 10.0 * std::exp(-std::pow((x.back() - place) / 0.7, 2)) +
+                  0.01 * std::sin(7.0 * i));
+    }
+  }
+  table.set("g", group);
+  table.set("x", x);
+  table.set("y", y);
+  const char* const formula = "y ~ b + A*exp(-((x - m)/s)^2)";
+  const NonlinearModel model = bound(table, formula, "m | g");
+  const Eigen::Vector4d at(1.0, 10.0, 5.0, 0.7);  // b, A, m, s
+  const auto start = start_at_own_minima(model, at);
+  REQUIRE(start);
+  for (Index g = 0; g < model.group_count(); ++g) {
+    // The wave of 0.01 moves a peak of 10 by less than a thousandth of its width.
+    CHECK(start->estimate[2] + start->random.front().effects(0, g) ==
+          Approx(kPlaces[g]).margin(1e-3));
+  }
+  // Peaks near the common one are found by any search.
+  TextColumn near;
+  for (int i = 0; i < 20; ++i) near.append(std::to_string(i % 4));
+  Table middle;
+  middle.set("g", near);
+  middle.set("x", std::vector<double>(x.begin() + 60, x.begin() + 80));
+  middle.set("y", std::vector<double>(y.begin() + 60, y.begin() + 80));
+  CHECK_FALSE(start_at_own_minima(bound(middle, formula, "m | g"), at));
+  // The place has no random effects.
+  CHECK_FALSE(start_at_own_minima(bound(middle, formula, "A | g"), at));
+}
+
 TEST_CASE("start values never give a lower result") {
   // In the region of a lower maximum, and far from the data.
   const std::map<std::string, double> far{{"A1", 0.5}, {"l1", -1.4}, {"A2", 2.8}, {"l2", 0.8}};
@@ -397,6 +438,12 @@ TEST_CASE("the findings of a search are in the convergence message") {
   CHECK(below.has(Evidence::Kind::kContainedModel, "without b"));
   CHECK(below.evidence.back().value == -90.0);
   CHECK(below.verdict.find("without b") != std::string::npos);
+  CHECK(below.verdict.find("other start values") != std::string::npos);
+  // Another method is recommended if it has a maximum above the contained model.
+  const Convergence helped =
+      after({.contained = ContainedModel{.log_likelihood = -90.0, .rank = -90.0},
+             .marginal_maximum = -89.0});
+  CHECK(helped.verdict.find("--method laplace") != std::string::npos);
 
   const Convergence doubtful = after({.marginal_here = -99.0, .marginal_maximum = -96.0});
   CHECK(doubtful.converged());
@@ -418,6 +465,31 @@ TEST_CASE("the findings of a search are in the convergence message") {
   fit.optima = {{.estimate = fit.estimate, .log_likelihood = -100.0},
                 {.estimate = Eigen::Vector2d(5.0, 6.0), .log_likelihood = -101.0}};
   CHECK(after({}).verdict.find("log-likelihood -101.00 at a = 5, b = 6") != std::string::npos);
+}
+
+TEST_CASE("a linearized fit below a model that it contains has not converged") {
+  // Six plots of five trees: the linearization at random effects of both coefficients is worse than
+  // that with one. Without b's effect nlme 3.1-162 finds -54.4135.
+  Table table;
+  TextColumn plot;
+  for (int row = 0; row < 30; ++row) plot.append(std::to_string(row / 5));
+  table.set("g", plot);
+  table.set("x", std::vector<double>{17.673, 25.762, 9.48,   30.254, 32.05,  26.978, 30.674, 35.715,
+                                     7.11,   28.091, 25.748, 28.952, 23.312, 17.342, 8.076,  23.202,
+                                     25.931, 12.237, 24.573, 7.679,  25.826, 39.813, 34.547, 18.676,
+                                     39.232, 10.697, 23.617, 17.272, 33.316, 26.141});
+  table.set("y", std::vector<double>{17.64397, 22.59124, 11.65038, 21.82605, 24.08815, 19.86355,
+                                     20.29426, 23.41601, 11.01131, 20.14210, 17.75279, 22.97370,
+                                     17.91756, 16.91525, 12.10306, 22.98488, 20.55136, 11.43234,
+                                     21.31052, 12.65264, 20.71243, 25.36562, 24.70559, 18.87936,
+                                     23.88197, 11.33847, 19.57832, 17.26824, 24.53648, 19.80966});
+  constexpr const char* kMeyer = "y ~ 1.3 + a*(1 - exp(-b*x))";
+  const FittedModel contained = searched_fit(table, kMeyer, "a | g");
+  CHECK(contained.log_likelihood == Approx(-54.4135).margin(1e-3));
+  const FittedModel fit = searched_fit(table, kMeyer, "a + b | g");
+  REQUIRE(fit.log_likelihood < contained.log_likelihood - 0.1);
+  CHECK(fit.convergence.status == ConvergenceStatus::kContainedModelHigher);
+  CHECK(fit.convergence.verdict.find("--method focei") != std::string::npos);
 }
 
 TEST_CASE("a search on a part of many observations has the same result") {

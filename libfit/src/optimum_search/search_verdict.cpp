@@ -59,6 +59,11 @@ double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evi
   return error;
 }
 
+/// The method of the marginal likelihood that ranks fits by Lindstrom and Bates' method.
+std::string name_of(Integration ranking) {
+  return ranking == Integration::kLaplace ? "laplace" : "focei";
+}
+
 void add_optimum(const LocalOptimum& optimum, Convergence& convergence) {
   convergence.evidence.push_back({.kind = Evidence::Kind::kOtherOptimum,
                                   .term = optimum.origin,
@@ -82,12 +87,14 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
     convergence.evidence.push_back({.kind = Evidence::Kind::kContainedModel,
                                     .term = evidence.contained->text,
                                     .value = evidence.contained->log_likelihood});
+    const bool is_helped = evidence.marginal_maximum > evidence.contained->rank + kContainedSlack;
     convergence.verdict = fmt::format(
         "Not converged: the model {}, which this one contains, has a higher log-likelihood ({:.2f} "
-        "against {:.2f}). Use that model, or give other start values.",
+        "against {:.2f}). Use that model, or {}.",
         evidence.contained->text,
         evidence.contained->log_likelihood,
-        fit.log_likelihood);
+        fit.log_likelihood,
+        is_helped ? "--method " + name_of(evidence.marginal) : "give other start values");
     return;
   }
   constexpr double kDoubtful = 2.0;
@@ -119,7 +126,7 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   }
   constexpr double kUseless = 0.1;  // per observation
   const double error = linearization_error(fit, evidence);
-  const std::string method = evidence.marginal == Integration::kLaplace ? "laplace" : "focei";
+  const std::string method = name_of(evidence.marginal);
   if (error > kDoubtful) {
     convergence.evidence.push_back(
         {.kind = Evidence::Kind::kMarginal, .term = method, .value = evidence.marginal_here});

@@ -161,9 +161,9 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
                                            const LeastSquaresFit& pooled,
                                            int spread) {
   Collection collection(model);
-  collection.add(pooled.estimate, "least squares");
+  collection.add(pooled.estimate, std::string(kPooledFit));
   for (const VectorXd& other : pooled.other_minima) {
-    collection.add(other, "other least-squares minimum");
+    collection.add(other, std::string(kOtherMinimum));
   }
   if (!model.specification().random.empty()) {
     const NonlinearModel constants = model.pooled();

@@ -14,6 +14,9 @@
 
 namespace silvafit::fit {
 
+/// The origins of the pooled fit and of pooled fits that are nearly as good.
+inline constexpr std::string_view kPooledFit = "least squares";
+inline constexpr std::string_view kOtherMinimum = "other least-squares minimum";
 /// The origin of medians of least-squares fits to single groups.
 inline constexpr std::string_view kGroupMedians = "medians of single groups";
 

@@ -129,7 +129,7 @@ class SharedFit {
         MatrixXd::Zero(start.random.back().effects.rows(), model().group_count());
     const MarginalOptions marginal{.quadrature_points = options_.quadrature_points,
                                    .trace = options_.trace};
-    MarginalSearch search(model(), integration_, marginal, start, &clusters_);
+    MarginalSearch search(model(), integration_, marginal, start.estimate, &clusters_);
     search.try_fit(start);
     if (!search.has_optimum()) return without_optimum();
     return described(search.result(), search.obstacle(), variance);
