@@ -194,10 +194,10 @@ def study(program, folder, kind, number, seed, limit):
     return result
 
 
-def run(chosen):
-    """Studies of chosen.inventories inventories, the kinds in turn."""
+def run(chosen, numbers):
+    """Studies of inventories by their numbers from 0, the kinds in turn."""
     folder = pathlib.Path(chosen.folder)
-    wanted = [(list(KINDS)[number % len(KINDS)], number // len(KINDS) + 1) for number in range(chosen.inventories)]
+    wanted = [(list(KINDS)[number % len(KINDS)], number // len(KINDS) + 1) for number in numbers]
     with concurrent.futures.ThreadPoolExecutor(chosen.jobs) as pool:
         running = [pool.submit(study, chosen.program, folder, kind, number, chosen.seed, max(120.0, chosen.time_out)) for kind, number in wanted]
         for done, _ in enumerate(concurrent.futures.as_completed(running), 1):

@@ -8,11 +8,14 @@
     bench/scorecard/scorecard.py --best --family fol              tries many starts, and records in best_known.csv what is better
     bench/scorecard/scorecard.py --page results.csv               writes the tables of docs/scorecard.md
     bench/scorecard/scorecard.py --from-truth --seed 7            fits simulated data also from their true values
+    bench/scorecard/scorecard.py --part 3/8                       the third of eight parts, on another machine or in a job of an array
+    bench/scorecard/scorecard.py --join part-*.csv                the results of all parts
 
 The program is that of the environment variable SILVAFIT, by default build/bin/silvafit.
 """
 
 import argparse
+import itertools
 import os
 import pathlib
 import re
@@ -57,8 +60,10 @@ def options():
     parser.add_argument("--time-out", type=float, default=60, help="seconds that one fit may take")
     parser.add_argument("--jobs", type=int, default=2, help="fits at the same time")
     parser.add_argument("--inventories", type=int, default=100, help="how many inventories family inventories draws")
-    parser.add_argument("--out", default=str(ROOT / "build" / "scorecard" / "results.csv"), help="CSV, a line for each case and method")
-    parser.add_argument("--folder", default=str(ROOT / "build" / "scorecard" / "data"), help="where drawn data are written")
+    parser.add_argument("--part", type=part, metavar="K/N", help="only every N-th fit and inventory, from the K-th on")
+    parser.add_argument("--join", nargs="+", metavar="RESULTS", help="join the results of all parts, in their order")
+    parser.add_argument("--out", help="CSV, a line for each case and method; default build/scorecard/results.csv, of a part part-K.csv")
+    parser.add_argument("--folder", help="where drawn data are written; default build/scorecard/data, of a part data-K: parts may run at the same time")
     parser.add_argument("--draw", action="store_true", help="only write the drawn data")
     parser.add_argument("--from-truth", action="store_true", help="compare with fits from the true values of simulated data")
     parser.add_argument("--best", action="store_true", help="look for better fits from many starts and record them")
@@ -67,7 +72,36 @@ def options():
     parser.add_argument("--summary", metavar="RESULTS", help="print the tables of a file of results, without running anything")
     parser.add_argument("--baseline", nargs="+", metavar="RESULTS", help="keep these results as what the page calls before")
     parser.add_argument("--page", metavar="RESULTS", help="write the tables of docs/scorecard.md from a file of results")
-    return parser.parse_args()
+    chosen = parser.parse_args()
+    here = ROOT / "build" / "scorecard"
+    chosen.out = chosen.out or str(here / (f"part-{chosen.part[0]}.csv" if chosen.part else "results.csv"))
+    chosen.folder = chosen.folder or str(here / (f"data-{chosen.part[0]}" if chosen.part else "data"))
+    return chosen
+
+
+def part(text):
+    """(K, N) of "K/N"."""
+    number, count = map(int, text.split("/"))
+    if not 1 <= number <= count:
+        raise argparse.ArgumentTypeError(f"K must be from 1 to {count}")
+    return number, count
+
+
+def own_part(chosen, items):
+    return items[chosen.part[0] - 1::chosen.part[1]] if chosen.part else items
+
+
+def by_number(path):
+    """Sorts part-2.csv before part-10.csv."""
+    return [int(word) if word.isdigit() else word for word in re.split(r"(\d+)", path)]
+
+
+def joined(parts):
+    """The results of parts 1, ..., N in the order of a run of all."""
+    def in_turn(lists):
+        return [one for row in itertools.zip_longest(*lists) for one in row if one is not None]
+
+    return [one for is_study in (False, True) for one in in_turn([[one for one in results if (one.method == "study") == is_study] for results in parts])]
 
 
 def chosen_cases(chosen):
@@ -126,6 +160,11 @@ def compare(chosen, known):
             print(summary.table(summary.BAD_HEAD, rows))
 
 
+def write_results(path, results):
+    pathlib.Path(path).parent.mkdir(parents=True, exist_ok=True)
+    fitting.write(path, results)
+
+
 def main():
     chosen = options()
     all_cases = chosen_cases(chosen)
@@ -142,6 +181,11 @@ def main():
         before = summary.Score(fitting.read(page.BASELINE), known, summary.read_best())
         page.write(score_of(fitting.read(chosen.page), known, chosen.seed), before, ROOT)
         return
+    if chosen.join:
+        results = joined([fitting.read(path) for path in sorted(chosen.join, key=by_number)])
+        write_results(chosen.out, results)
+        print_summary(score_of(results, known, chosen.seed))
+        return
     if chosen.summary:
         print_summary(score_of(fitting.read(chosen.summary), known, chosen.seed))
         return
@@ -154,11 +198,10 @@ def main():
         best_known.improve(chosen.program, work(chosen, all_cases), chosen.time_out, chosen.jobs,
                             fitting.read(chosen.results) if chosen.results else [])
         return
-    results = fitting.fit_all(chosen.program, [(*one, "") for one in work(chosen, all_cases)], chosen.time_out, chosen.jobs)
+    results = fitting.fit_all(chosen.program, [(*one, "") for one in own_part(chosen, work(chosen, all_cases))], chosen.time_out, chosen.jobs)
     if not chosen.family or "inventories" in chosen.family:
-        results += inventories.run(chosen)
-    pathlib.Path(chosen.out).parent.mkdir(parents=True, exist_ok=True)
-    fitting.write(chosen.out, results)
+        results += inventories.run(chosen, own_part(chosen, list(range(chosen.inventories))))
+    write_results(chosen.out, results)
     print_summary(score_of(results, known, chosen.seed))
 
 
