@@ -186,6 +186,18 @@ std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const Vector
   return result;
 }
 
+std::vector<Exchange> phase_shifts(const NonlinearModel& model,
+                                   const VectorXd& coefficients,
+                                   const PhaseCoefficient& phase,
+                                   double half_periods) {
+  SameMean same(model, coefficients, {});
+  Exchange exchange = identity(coefficients.size());
+  exchange.offset[phase.coefficient] = 0.5 * half_periods * phase.period;
+  same.consider(exchange);
+  negate_each(std::move(exchange), same);
+  return std::move(same).found();
+}
+
 VectorXd with_nearest_phases(const NonlinearModel& model,
                              const VectorXd& coefficients,
                              const VectorXd& to) {
@@ -194,12 +206,7 @@ VectorXd with_nearest_phases(const NonlinearModel& model,
     const double distance = to[phase.coefficient] - result[phase.coefficient];
     const auto shift_to = [&](double half_periods) {
       if (half_periods == 0.0) return true;
-      SameMean same(model, result, {});
-      Exchange exchange = identity(result.size());
-      exchange.offset[phase.coefficient] = 0.5 * half_periods * phase.period;
-      same.consider(exchange);
-      negate_each(std::move(exchange), same);
-      const std::vector<Exchange> found = std::move(same).found();
+      const std::vector<Exchange> found = phase_shifts(model, result, phase, half_periods);
       if (found.empty()) return false;
       result = found.front().of(result);
       return true;
@@ -228,6 +235,22 @@ VectorXd with_usual_phases(const NonlinearModel& model, const VectorXd& coeffici
     const double rounding =
         std::max(1e-9, 1e-15 * std::abs(result[phase.coefficient]) / phase.period);
     if ((shifted_mean - mean).norm() <= rounding * mean.norm()) result = std::move(shifted);
+  }
+  return result;
+}
+
+VectorXd with_signs_of(const NonlinearModel& model,
+                       const VectorXd& coefficients,
+                       const VectorXd& to) {
+  VectorXd result = coefficients;
+  for (const PhaseCoefficient& phase : phase_coefficients(model, coefficients)) {
+    for (const Exchange& exchange : phase_shifts(model, result, phase, 1.0)) {
+      const Eigen::ArrayXd products = (result.cwiseProduct(to)).array();
+      if ((exchange.factor.array() < 0.0 && products < 0.0).any()) {
+        result = exchange.of(result);
+        break;
+      }
+    }
   }
   return result;
 }

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "least_squares/periodic_coefficients.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -45,6 +46,19 @@ std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
 Eigen::VectorXd with_nearest_phases(const NonlinearModel& model,
                                     const Eigen::VectorXd& coefficients,
                                     const Eigen::VectorXd& to);
+
+/// Shifts of a phase by half periods that leave the mean unchanged, with a change of sign of
+/// another coefficient if necessary.
+std::vector<Exchange> phase_shifts(const NonlinearModel& model,
+                                   const Eigen::VectorXd& coefficients,
+                                   const PhaseCoefficient& phase,
+                                   double half_periods);
+
+/// The same mean with the signs of other coefficients, as far as half periods of phases change
+/// them: -A*cos(x - t) is A*cos(x - t + pi). \param to  (p) coefficients with the signs
+Eigen::VectorXd with_signs_of(const NonlinearModel& model,
+                              const Eigen::VectorXd& coefficients,
+                              const Eigen::VectorXd& to);
 
 /// The same mean with each phase of a sine near the observations. A descent that passes a zero
 /// amplitude, where the phase is not determined, may end many periods away.

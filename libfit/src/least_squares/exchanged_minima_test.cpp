@@ -141,6 +141,14 @@ TEST_CASE("a phase moves as near to another one as half periods allow") {
         15.0);
 }
 
+TEST_CASE("half a period turns the sign of an amplitude") {
+  const NonlinearModel model = model_of("y ~ M + A*cos(2*pi*(x - t)/8)");
+  const VectorXd at = Eigen::Vector3d(10.0, -2.0, 1.0);
+  const VectorXd turned = with_signs_of(model, at, Eigen::Vector3d(9.0, 3.0, 0.0));
+  CHECK(turned == VectorXd(Eigen::Vector3d(10.0, 2.0, 5.0)));
+  CHECK(with_signs_of(model, at, Eigen::Vector3d(9.0, -3.0, 0.0)) == at);
+}
+
 TEST_CASE("a phase many periods away moves to the observations") {
   // x is from 0.2 to 5.7, the argument zero at an observation for t from 0.2 to 5.7.
   const NonlinearModel model = model_of("y ~ M + A*cos(2*pi*(x - t)/8)");

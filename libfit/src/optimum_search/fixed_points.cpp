@@ -192,6 +192,7 @@ void FixedPoints::compare() {
   start_from_exchanged();
   start_from_maxima();
   explore();
+  start_from_shifted();
   compare_with_smaller();
   follow_to_maxima();
   finish_given_up();
@@ -333,6 +334,26 @@ void FixedPoints::start_from_own_minima() {
     if (candidates_.size() == known) return;
     rank();
     follow_to_maxima();
+    if (!(best_of(candidates_).rank > before + kSlack)) return;
+  }
+}
+
+/// Phases of groups are angles, so that there is a maximum for each way to cut the circle.
+void FixedPoints::start_from_shifted() {
+  constexpr int kRounds = 5;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::size_t known = candidates_.size();
+    const MixedEffectsFit best = best_of(candidates_).fit;
+    const double before = best_of(candidates_).rank;
+    for (const MixedEffectsFit& start : shifted_fits(model_, best)) {
+      if (budget_.is_spent()) break;
+      auto found = fixed_point_from(model_, start);
+      if (found) {
+        add_candidate(candidates_, {.fit = *std::move(found), .origin = "a shifted phase"});
+      }
+    }
+    if (candidates_.size() == known) return;
+    rank();
     if (!(best_of(candidates_).rank > before + kSlack)) return;
   }
 }

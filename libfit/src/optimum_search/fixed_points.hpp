@@ -76,6 +76,7 @@ class FixedPoints {
   void follow_to_maximum(const MixedEffectsFit& start);
   void start_from_failed();
   void start_from_own_minima();
+  void start_from_shifted();
   /// Notes a maximum of a marginal likelihood; a new one is a start.
   void add_maximum(const MixedEffectsFit& maximum, Integration integration);
   void start_from_exchanged();

@@ -6,12 +6,14 @@
 #include <cstddef>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
 
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/levenberg_marquardt.hpp"
+#include "least_squares/periodic_coefficients.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "mixed_effects/medians.hpp"
@@ -71,38 +73,97 @@ VectorXd mean_parameters(const NonlinearModel& model, const VectorXd& coefficien
   return result;
 }
 
+/// Shifts angles by whole periods, so that their sum of squares around their mean is the least one.
+/// The circle is cut between two of them.
+/// \param angles  NaN are left
+void gather_angles(double period, Eigen::Ref<VectorXd> angles) {
+  std::vector<Index> order;
+  for (Index g = 0; g < angles.size(); ++g) {
+    if (std::isnan(angles[g])) continue;
+    angles[g] -= period * std::floor(angles[g] / period);
+    order.push_back(g);
+  }
+  std::ranges::sort(order, {}, [&](Index g) { return angles[g]; });
+  const auto count = static_cast<double>(order.size());
+  double sum = angles(order).sum();
+  double squares = angles(order).squaredNorm();
+  double least = std::numeric_limits<double>::infinity();
+  std::size_t cut = 0;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const double around_mean = squares - sum * sum / count;
+    if (around_mean < least) {
+      least = around_mean;
+      cut = k;
+    }
+    const double angle = angles[order[k]];
+    sum += period;
+    squares += period * (period + 2.0 * angle);
+  }
+  for (std::size_t k = 0; k < cut; ++k) angles[order[k]] += period;
+}
+
 /// Own parameters of groups, with the sum of squares of their fits.
 class OwnParameters {
  public:
   OwnParameters(Index parameters, Index groups)
       : own_(MatrixXd::Constant(parameters, groups, kNaN)),
-        values_(static_cast<std::size_t>(parameters)) {}
+        periods_(MatrixXd::Constant(parameters, groups, kNaN)) {}
 
   /// \param freedom  observations of the group less fitted parameters
   void add(Index group, const VectorXd& parameters, double sum_of_squares, Index freedom) {
     own_.col(group) = parameters;
-    for (Index j = 0; j < parameters.size(); ++j) {
-      values_[static_cast<std::size_t>(j)].push_back(parameters[j]);
-    }
+    ++fitted_;
     sum_of_squares_ += sum_of_squares;
     freedom_ += freedom;
+  }
+
+  /// \param phases  of the fit of the group
+  void set_periods(Index group, const std::vector<PhaseCoefficient>& phases) {
+    for (const PhaseCoefficient& phase : phases) periods_(phase.coefficient, group) = phase.period;
   }
 
   /// None if too few groups have a fit.
   std::optional<GroupFits> fits() && {
     constexpr std::size_t kFewest = 3;
-    if (values_.empty() || values_.front().size() < kFewest) return std::nullopt;
-    GroupFits result{.own = std::move(own_),
-                     .fitted = values_.front().size(),
+    if (own_.rows() == 0 || fitted_ < kFewest) return std::nullopt;
+    gather_phases();
+    std::vector<std::vector<double>> values(static_cast<std::size_t>(own_.rows()));
+    for (Index k = 0; k < own_.rows(); ++k) {
+      std::ranges::copy_if(own_.row(k),
+                           std::back_inserter(values[static_cast<std::size_t>(k)]),
+                           [](double value) { return !std::isnan(value); });
+    }
+    return GroupFits{.own = std::move(own_),
+                     .medians = medians(std::move(values)),
+                     .fitted = fitted_,
                      .sum_of_squares = sum_of_squares_,
                      .residual_sd = std::sqrt(sum_of_squares_ / static_cast<double>(freedom_))};
-    result.medians = medians(std::move(values_));
-    return result;
   }
 
  private:
+  /// Phases are angles, of which a median means nothing.
+  void gather_phases() {
+    for (Index k = 0; k < own_.rows(); ++k) {
+      double least = std::numeric_limits<double>::infinity();
+      double most = 0.0;
+      bool is_phase = true;
+      for (Index g = 0; g < own_.cols(); ++g) {
+        if (std::isnan(own_(k, g))) continue;
+        is_phase = is_phase && std::isfinite(periods_(k, g));
+        least = std::min(least, periods_(k, g));
+        most = std::max(most, periods_(k, g));
+      }
+      constexpr double kSame = 1e-9;
+      if (!is_phase || most - least > kSame * most) continue;
+      VectorXd angles = own_.row(k).transpose();
+      gather_angles(most, angles);
+      own_.row(k) = angles.transpose();
+    }
+  }
+
   MatrixXd own_;
-  std::vector<std::vector<double>> values_;
+  MatrixXd periods_;  ///< (K x G) of phases; NaN for other parameters
+  std::size_t fitted_ = 0;
   double sum_of_squares_ = 0.0;
   Index freedom_ = 0;
 };
@@ -131,9 +192,10 @@ class SingleGroups {
       if (descent.coefficients.size() == 0 || !descent.coefficients.allFinite()) continue;
       const Index freedom = parts_[k].observations() - count_;
       own.add(groups_[k],
-              with_nearest_phases(parts_[k], descent.coefficients, start),
+              with_signs_of(parts_[k], descent.coefficients, start),
               descent.sum_of_squares,
               freedom);
+      own.set_periods(groups_[k], phase_coefficients(parts_[k], descent.coefficients));
     }
     return std::move(own).fits();
   }
@@ -257,6 +319,10 @@ std::optional<GroupFits> fit_varying(const NonlinearModel& model,
       VectorXd found = parameters;
       found(places) = with_nearest_phases(part, descent.coefficients, parameters(places));
       own.add(group, found, descent.sum_of_squares, part.observations() - count);
+      for (PhaseCoefficient phase : phase_coefficients(part, descent.coefficients)) {
+        phase.coefficient = places[static_cast<std::size_t>(phase.coefficient)];
+        own.set_periods(group, {phase});
+      }
     }
   }
   return std::move(own).fits();
@@ -361,8 +427,14 @@ std::optional<MixedEffectsFit> start_at_own_minima(const NonlinearModel& model,
   const VectorXd parameters = mean_parameters(model, estimate, constants.coefficient_count());
   const auto found = fit_varying(model, constants, parameters, kMostGroups);
   if (!found) return std::nullopt;
+  // Whole periods of phases make no difference to the groups' fits, but to their distribution.
+  const std::vector<Index> places = varying(model);
+  const bool has_phase =
+      std::ranges::any_of(phase_coefficients(constants, parameters), [&](const auto& phase) {
+        return std::ranges::find(places, phase.coefficient) != places.end();
+      });
   const auto near = fit_varying(model, constants, parameters, kMostGroups, Extent::kNear);
-  if (!is_clearly_lower(*found, near)) return std::nullopt;
+  if (!has_phase && !is_clearly_lower(*found, near)) return std::nullopt;
   return start_with_effects(model, spread_constants(model, constants, found->medians), *found);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "optimum_search/candidate_fits.hpp"
+#include "optimum_search/exchanged_fits.hpp"
 #include "optimum_search/group_fits.hpp"
 #include "optimum_search/search_verdict.hpp"
 #include "optimum_search/smaller_structures.hpp"
@@ -220,6 +221,49 @@ TEST_CASE("peaks are found if their places vary more than they are wide") {
       CHECK(fit.random.back().sd()[0] == Approx(3.0).margin(1.8));
     }
   }
+}
+
+/// Waves of period 12 with a phase for each group.
+Table waves(const std::vector<double>& phases) {
+  Table table;
+  TextColumn group;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (std::size_t g = 0; g < phases.size(); ++g) {
+    for (int i = 0; i < 12; ++i) {
+      group.append(std::to_string(g));
+      x.push_back(1.5 * i);
+      const double angle = 2.0 * 3.14159265358979 * (x.back() - phases[g]) / 12.0;
+      y.push_back(5.0 + 2.0 * std::cos(angle) + 0.01 * std::sin(5.0 * i + static_cast<double>(g)));
+    }
+  }
+  table.set("g", group);
+  table.set("x", x);
+  table.set("y", y);
+  return table;
+}
+
+TEST_CASE("phases of groups are angles") {
+  // Around 12, which is 0; the groups' waves determine them to a hundredth.
+  const Table table = waves({11.2, 0.6, 11.8, 0.0, 0.2, 11.6, 0.9});
+  const char* const formula = "y ~ M + A*cos(2*pi*(x - t)/12)";
+  const NonlinearModel model = bound(table, formula, "t | g");
+  const std::vector<GroupFits> fits =
+      fit_single_groups(model, model.pooled(), Eigen::Vector3d(5.0, 2.0, 3.0));  // M, A, t
+  REQUIRE_FALSE(fits.empty());
+  const VectorXd phases = fits.front().own.row(2).transpose();
+  CHECK(phases.maxCoeff() - phases.minCoeff() == Approx(1.7).margin(0.02));
+  CHECK(std::remainder(fits.front().medians[2], 12.0) == Approx(0.0).margin(0.03));
+
+  MixedEffectsFit fit;
+  fit.estimate = Eigen::Vector3d(5.0, 2.0, 3.0);
+  fit.random.resize(1);
+  fit.random.front().effects = Eigen::RowVectorXd{{4.0, 0.5, -5.0, 1.0, 0.0, -1.5}};
+  const std::vector<MixedEffectsFit> shifted = shifted_fits(model, fit);
+  REQUIRE(shifted.size() == 2);  // groups more than a quarter of a period away, the farthest first
+  CHECK(shifted[0].random.front().effects(0, 2) == Approx(7.0));
+  CHECK(shifted[1].random.front().effects(0, 0) == Approx(-8.0));
+  CHECK(shifted[1].random.front().effects(0, 2) == -5.0);
 }
 
 TEST_CASE("groups find their own peaks where a search from the common one does not") {
