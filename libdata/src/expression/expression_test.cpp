@@ -259,6 +259,7 @@ TEST_CASE("slopes at the edge of a domain are the limits of those inside") {
     }
   }
   const Expression korf = Expression::parse("A*exp(-m*m/x)").with_limits();
+  CHECK(korf.text() == Expression::parse("A*exp(-m*m/x)").text());
   CHECK(korf.derivative("m").value(names, at) == 0.0);
   // Inside they are unchanged.
   const std::vector<double> inside{3.0, 5.0, 2.0, -1.0, 0.5};

@@ -112,6 +112,10 @@ std::string render(const NodePointer& node, int least_binding) {
   if (node->operation == Operation::kNegate || node->operation == Operation::kNot) {
     return prefix_text(node, least_binding);
   }
+  // The mark of an expression with limits is not a part of it.
+  if (node->operation == Operation::kLimitProduct && is_constant(node->operands[0], 1.0)) {
+    return render(node->operands[1], least_binding);
+  }
   const Operator infix = operator_of(node->operation);
   if (infix.symbol == nullptr) return call_text(node);
   const std::string text = operator_text(node, infix);

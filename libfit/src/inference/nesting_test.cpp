@@ -318,3 +318,30 @@ TEST_CASE("factors of a variance function are paired by their strata, in any ord
   CHECK_FALSE(is_nested("stratum(plot)", "stratum(stand)"));
   CHECK_FALSE(is_nested("power(x)", "power(x | stand)"));
 }
+
+TEST_CASE("a covariate that is zero somewhere does not change the formula of a fit") {
+  // At z = 0 a power c*z of the base has no derivative by c of its own, only a limit.
+  Random random(5);
+  data::Table table;
+  std::vector<double> x;
+  std::vector<double> z;
+  std::vector<double> y;
+  for (int i = 0; i < 60; ++i) {
+    x.push_back(1.0 + 0.5 * i);
+    z.push_back(i % 4);
+    y.push_back(20.0 * std::pow(1.0 - std::exp(-0.1 * x.back()), 1.3) + random.normal(0.0, 0.3));
+  }
+  table.set("x", x);
+  table.set("z", z);
+  table.set("y", y);
+  const auto fitted = [&table](const std::vector<std::string>& sub_models) {
+    return fit_model(specify_model("y ~ a*(1 - exp(-b*x))^c", sub_models, table), table).fit;
+  };
+  const FittedModel smaller = fitted({});
+  for (const char* const sub_model : {"a ~ 1 + z", "b ~ 1 + z", "c ~ 1 + z"}) {
+    INFO(sub_model);
+    const FittedModel larger = fitted({sub_model});
+    CHECK(larger.specification.formula.right.text() == "a*(1 - exp(-b*x))^c");
+    CHECK(likelihood_ratio_test(larger, smaller).degrees_of_freedom == 1);
+  }
+}
