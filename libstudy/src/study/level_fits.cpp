@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
 #include "silvafit/base/ranks.hpp"
 #include "silvafit/fit/cross_validation.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -94,9 +95,11 @@ std::vector<std::string> random_effects_of(const Trial& trial) {
 fit::FitResult fit_trial(const Trial& trial,
                          const data::Table& table,
                          fit::SearchEffort effort,
-                         const fit::FittedModel* from = nullptr) {
+                         const fit::FittedModel* from = nullptr,
+                         unsigned threads = 1) {
   try {
     fit::FitModelOptions options = trial.options;
+    options.threads = threads;
     options.from = from;
     options.effort = effort;
     fit::FitResult result = fit::fit_model(trial.specification, table, options);
@@ -299,8 +302,12 @@ const LevelFits::Task& LevelFits::task_of(std::size_t work, std::size_t position
 std::vector<fit::FitResult> LevelFits::results(const std::vector<Place>& places,
                                                unsigned threads) const {
   std::vector<std::optional<fit::FitResult>> own(places.size());
+  // A few long fits are left at the end of a level: threads without one help with those.
+  const std::size_t ranks = Ranks::of_process().size();
+  const std::size_t own_count = std::max<std::size_t>(1, (places.size() + ranks - 1) / ranks);
+  const auto each = std::max(1U, static_cast<unsigned>(worker_count(threads) / own_count));
   const auto bytes = farm(places.size(), threads, [&](std::size_t i) {
-    own[i] = result(places[i]);
+    own[i] = result(places[i], each);
     return Ranks::of_process().size() == 1 ? std::string() : bytes_of_result(*own[i]);
   });
   std::vector<fit::FitResult> all;
@@ -310,7 +317,7 @@ std::vector<fit::FitResult> LevelFits::results(const std::vector<Place>& places,
   return all;
 }
 
-fit::FitResult LevelFits::result(const Place& place) const {
+fit::FitResult LevelFits::result(const Place& place, unsigned threads) const {
   using enum fit::SearchEffort;
   const auto [work, position] = place;
   const fit::FitResult& known = results_[work][position];
@@ -318,8 +325,10 @@ fit::FitResult LevelFits::result(const Place& place) const {
   if (task.known) return *task.known;
   const Trial& trial = task.trial;
   const data::Table& table = works_[work].table;
-  if (works_[work].is_sampled()) return fit_trial(trial, table, kQuick, &known.fit);
-  if (!trial.specification.random.empty()) return fit_trial(trial, table, kThorough);
+  if (works_[work].is_sampled()) return fit_trial(trial, table, kQuick, &known.fit, threads);
+  if (!trial.specification.random.empty()) {
+    return fit_trial(trial, table, kThorough, nullptr, threads);
+  }
   if (std::ranges::find(whole_[work], position) != whole_[work].end()) return known;
   fit::FitResult again = fit_trial(trial, table, kQuick);
   again.fit = known.fit;

@@ -40,7 +40,8 @@ class LevelFits {
   std::vector<Candidate> candidates(std::size_t work) const;
   /// One fit of a work to all of its trees, in that order. Fits that are far from the best one are
   /// repeated, as are those to a sample; mixed ones are searched from all starts.
-  fit::FitResult result(const Place& place) const;
+  /// \param threads  of the fit; the result does not depend on them
+  fit::FitResult result(const Place& place, unsigned threads = 1) const;
   /// Several of them. Threads, and the processes of a job, share the work.
   std::vector<fit::FitResult> results(const std::vector<Place>& places, unsigned threads) const;
 
