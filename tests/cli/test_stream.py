@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Files that are read in parts: the same bytes as in one piece, and memory that does not grow with the file."""
 
+import functools
 import json
 import random
 import subprocess
@@ -13,6 +14,7 @@ MEYER = "h ~ 1.3 + a*(1 - exp(-b*dbh))"
 PLOTS, TREES = 2300, 90
 
 
+@functools.cache
 def many_trees(is_shuffled, plots=PLOTS, seed=5):
     """Trees of many plots, 5 % with heights; rows that cannot be used, copies, and codes for missing values."""
     draw = random.Random(seed)

@@ -131,8 +131,8 @@ class WrittenFiles(ProgramTest):
         for call in ("write", "fsync", "close", "rename"):
             self.assertGreaterEqual(calls.count(call), len(new))
         old = {name: b"old" for name in new}
-        # Every third call, which is each kind of call for some of the fifty files.
-        for number, call in list(enumerate(calls, 1))[::3]:
+        # Every seventh call, which is each kind of call for some of the fifty files.
+        for number, call in list(enumerate(calls, 1))[::7]:
             for name in new:
                 (out / name).write_bytes(old[name])
             done = subprocess.run([PROGRAM, *study], cwd=self.folder, env=environment | {"FAIL_AT": str(number)},

@@ -81,7 +81,7 @@ void check_restarts(const json& reference, const json& formula_of, const data::T
   INFO(reference["id"].get<std::string>());
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> factor(0.75, 1.25);
-  for (int restart = 0; restart < 5; ++restart) {
+  for (int restart = 0; restart < 2; ++restart) {
     std::map<std::string, double> start;
     for (std::size_t j = 0; j < best.coefficient_names.size(); ++j) {
       start[best.coefficient_names[j]] =

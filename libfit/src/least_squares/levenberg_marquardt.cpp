@@ -71,7 +71,10 @@ class DampedDescent {
     if (free_.size() < static_cast<std::size_t>(jacobian_.cols())) {
       jacobian_ = jacobian_(Eigen::all, free_).eval();
     }
-    if (lengths_.size() == 0) lengths_ = 1.0 + jacobian_.colwise().norm().array().transpose();
+    if (lengths_.size() == 0) {
+      const VectorXd norms = jacobian_.colwise().norm();
+      lengths_ = (norms.array() > 0.0).select(norms, 1.0);
+    }
     const Index q = jacobian_.cols();
     const MatrixXd triangle = triangle_of(jacobian_, lengths_, model_.residuals());
     if (!triangle.allFinite()) return false;
