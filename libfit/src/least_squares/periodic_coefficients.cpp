@@ -95,8 +95,8 @@ double PeriodicCoefficient::frequency(double value) const {
   return std::abs(is_period ? 1.0 / value : value);
 }
 
-double PeriodicCoefficient::value(std::size_t number) const {
-  const double frequency = step * static_cast<double>(number);
+double PeriodicCoefficient::value(double number) const {
+  const double frequency = step * number;
   return is_period ? 1.0 / frequency : frequency;
 }
 

@@ -21,8 +21,8 @@ struct PeriodicCoefficient {
   double step = 0.0;       ///< of frequencies: a quarter of a peak's width
   std::size_t count = 0;   ///< of steps up to the highest frequency that is searched
 
-  /// The value at a step from 1 to count.
-  double value(std::size_t number) const;
+  /// The value at a number of steps, not 0.
+  double value(double number) const;
   /// Whether a value is no more than the highest frequency.
   bool contains(double value) const;
   /// Whether two values belong to the same peak.

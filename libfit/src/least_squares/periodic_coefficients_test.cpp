@@ -69,7 +69,7 @@ TEST_CASE("identifiable frequencies are those up to Nyquist's") {
   CHECK(found[0].coefficient == kFrequency);
   CHECK_FALSE(found[0].is_period);
   const double nyquist = std::numbers::pi / 0.1;
-  CHECK(found[0].value(found[0].count) == Approx(nyquist));
+  CHECK(found[0].value(static_cast<double>(found[0].count)) == Approx(nyquist));
   CHECK(found[0].contains(-0.99 * nyquist));
   CHECK_FALSE(found[0].contains(1.01 * nyquist));
   CHECK(found[0].step == Approx(2.0 * std::numbers::pi / 10.0 / 4.0));
@@ -77,7 +77,7 @@ TEST_CASE("identifiable frequencies are those up to Nyquist's") {
   const auto period = periodic_coefficients(bound("y ~ A + B*sin(2*pi*(t - s)/P)", table));
   REQUIRE(period.size() == 1);
   CHECK(period[0].is_period);
-  CHECK(period[0].value(period[0].count) == Approx(0.2));
+  CHECK(period[0].value(static_cast<double>(period[0].count)) == Approx(0.2));
   CHECK(period[0].contains(0.3));
   CHECK_FALSE(period[0].contains(0.1));
 

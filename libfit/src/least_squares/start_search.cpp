@@ -104,9 +104,14 @@ class StartSearch {
     reached.reserve(starts.size());
     for (const Candidate& start : starts) reached.push_back(descended(start));
     hop(reached);
+    std::size_t count = options_.count;
+    for (Candidate& found : frequency_minima()) {
+      reached.push_back(std::move(found));
+      ++count;
+    }
     leave_out_aliases(reached);
     std::vector<VectorXd> result;
-    for (const Candidate& candidate : best_of(std::move(reached), options_.count, kStartFactor)) {
+    for (const Candidate& candidate : best_of(std::move(reached), count, kStartFactor)) {
       result.push_back(candidate.coefficients);
     }
     return result;
@@ -207,7 +212,8 @@ class StartSearch {
     for (Index k = 0; k < q; ++k) {
       const auto& periodic = periodic_[static_cast<std::size_t>(k)];
       for (std::size_t number = 1; periodic && number <= periodic->count; ++number) {
-        for (const double value : {periodic->value(number), -periodic->value(number)}) {
+        const double at = periodic->value(static_cast<double>(number));
+        for (const double value : {at, -at}) {
           VectorXd point = VectorXd::Constant(q, scales[number % scales.size()]);
           point[k] = value;
           try_candidate(point);
@@ -218,6 +224,37 @@ class StartSearch {
         }
       }
     }
+  }
+
+  /// With few distinct observations, a frequency with a given phase may have many minima of nearly
+  /// the same height, which are half as far apart as peaks are wide. If it is the only nonlinear
+  /// coefficient, all minima along a fine grid are nearly as cheap as one.
+  std::vector<Candidate> frequency_minima() {
+    constexpr int kPointsPerStep = 4;
+    constexpr std::size_t kMostSteps = 100;
+    constexpr double kNearlyAsLow = 1.01;
+    if (projected_.size() != 1 || !periodic_[0] || periodic_[0]->count > kMostSteps) return {};
+    const int most = kPointsPerStep * static_cast<int>(periodic_[0]->count);
+    std::vector<Candidate> line;
+    for (int point = -most; point <= most; ++point) {
+      if (point == 0) continue;
+      const double number = static_cast<double>(point) / kPointsPerStep;
+      const VectorXd value = VectorXd::Constant(1, periodic_[0]->value(number));
+      if (!projected_.evaluate(value)) return {};
+      line.push_back({.nonlinear = value, .sum_of_squares = projected_.residuals().squaredNorm()});
+    }
+    std::vector<Candidate> result;
+    for (std::size_t i = 1; i + 1 < line.size(); ++i) {
+      const double here = line[i].sum_of_squares;
+      const bool is_lowest =
+          here <= line[i - 1].sum_of_squares && here < line[i + 1].sum_of_squares;
+      if (is_lowest) result.push_back(descended(line[i]));
+    }
+    const auto lowest = std::ranges::min_element(result, {}, &Candidate::sum_of_squares);
+    if (lowest == result.end()) return {};
+    const double limit = kNearlyAsLow * lowest->sum_of_squares;
+    std::erase_if(result, [&](const Candidate& found) { return found.sum_of_squares > limit; });
+    return result;
   }
 
   /// Removes frequencies that are aliases of lower ones, to which descents may have led.

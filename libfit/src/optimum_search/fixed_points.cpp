@@ -185,8 +185,8 @@ void FixedPoints::explore() {
 void FixedPoints::compare() {
   rank();
   if (is_settled()) return compare_with_smaller();
-  follow_to_maxima();
   start_from_failed();
+  follow_to_maxima();
   start_from_own_minima();
   if (!has_converged(candidates_)) search_longer();
   start_from_exchanged();
@@ -359,25 +359,33 @@ void FixedPoints::start_from_shifted() {
 }
 
 /// A failed run from a pooled minimum ends anywhere. Searches of the first-order likelihood, which
-/// is bounded and smooth, begin at the minimum itself.
+/// is bounded and smooth, begin at the minimum itself. They have a budget of their own.
 void FixedPoints::start_from_failed() {
+  constexpr double kSeconds = 2.0;
+  std::erase_if(failed_, [&](const VectorXd& start) {
+    return std::ranges::any_of(candidates_, [&](const Candidate& candidate) {
+      return candidate.fit.convergence.converged() && is_in_region(candidate.fit.estimate, start);
+    });
+  });
+  if (failed_.empty()) return;
+  SearchBudget others(model_, 1, kSeconds);
+  std::swap(budget_, others);
   const std::size_t known = candidates_.size();
   for (const VectorXd& start : failed_) {
     if (budget_.is_spent()) break;
-    const bool has_near = std::ranges::any_of(candidates_, [&](const Candidate& candidate) {
-      return candidate.fit.convergence.converged() && is_in_region(candidate.fit.estimate, start);
-    });
-    if (has_near) continue;
-    const MarginalEnd end =
+    MarginalEnd end =
         marginal_from_coefficients(model_, start, Integration::kInteraction, options_.marginal);
     budget_.spend_evaluations(end.evaluations);
-    if (end.fit && std::isfinite(end.fit->log_likelihood)) {
-      add_maximum(*end.fit, Integration::kInteraction);
+    std::optional<MixedEffectsFit> fit = std::move(end.fit);
+    while (fit && !fit->convergence.converged() && !budget_.is_spent()) {
+      auto next = maximum_from(*fit, Integration::kInteraction);
+      if (!next || !(next->log_likelihood > fit->log_likelihood + kSlack)) break;
+      fit = std::move(next);
     }
+    if (fit && std::isfinite(fit->log_likelihood)) add_maximum(*fit, Integration::kInteraction);
   }
-  if (candidates_.size() == known) return;
-  rank();
-  follow_to_maxima();
+  std::swap(budget_, others);
+  if (candidates_.size() > known) rank();
 }
 
 /// Runs from the coefficients of the maxima, with other random effects.
