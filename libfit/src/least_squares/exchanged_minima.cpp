@@ -186,6 +186,25 @@ std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const Vector
   return result;
 }
 
+VectorXd nearest_minimum(const NonlinearModel& model,
+                         const VectorXd& minimum,
+                         const VectorXd& start) {
+  VectorXd result = minimum;
+  double largest_gain = 0.0;
+  for (const Exchange& exchange : exchanges(model, minimum, {})) {
+    const VectorXd point = exchange.of(minimum);
+    // Coefficients that are exchanged have the same unit.
+    const Eigen::ArrayXd unit = start.array().abs().max(start(exchange.from).array().abs());
+    const Eigen::ArrayXd gains =
+        (minimum - start).array().square() - (point - start).array().square();
+    const double gain = (unit > 0.0).select(gains / unit.square(), 0.0).sum();
+    if (!(gain > largest_gain)) continue;
+    largest_gain = gain;
+    result = point;
+  }
+  return result;
+}
+
 std::vector<Exchange> phase_shifts(const NonlinearModel& model,
                                    const VectorXd& coefficients,
                                    const PhaseCoefficient& phase,

@@ -40,6 +40,12 @@ std::vector<Exchange> exchanges(const NonlinearModel& model,
 std::vector<Eigen::VectorXd> exchanged_minima(const NonlinearModel& model,
                                               const Eigen::VectorXd& minimum);
 
+/// Of a minimum and those with the same mean after an exchange, the one nearest to a start.
+/// \param start  (p)
+Eigen::VectorXd nearest_minimum(const NonlinearModel& model,
+                                const Eigen::VectorXd& minimum,
+                                const Eigen::VectorXd& start);
+
 /// The same mean with each phase of a sine as near to another one as shifts by half periods, with a
 /// change of sign of another coefficient, allow.
 /// \param to  (p) coefficients with the other phases

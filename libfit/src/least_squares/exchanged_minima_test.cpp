@@ -197,3 +197,16 @@ TEST_CASE("places change with the shares of the terms that they belong to") {
   // Standard errors are about 0.02.
   CHECK((found[0] - Eigen::Vector3d(0.7, 4.0, 1.0)).norm() < 0.2);
 }
+
+TEST_CASE("of exchanged minima the one nearest to a start is chosen in all units") {
+  const NonlinearModel model = model_of("y ~ A*exp(-k*x) + B*exp(-l*x)");
+  const VectorXd minimum = Eigen::Vector4d(2.8, 0.8, 0.5, 0.2);  // A, k, B, l
+  const VectorXd exchanged = Eigen::Vector4d(0.5, 0.2, 2.8, 0.8);
+  const VectorXd start = Eigen::Vector4d(1.0, 1.0, 1.0, 2.0);
+  CHECK(nearest_minimum(model, minimum, start) == exchanged);
+  CHECK(nearest_minimum(model, exchanged, start) == exchanged);
+  const VectorXd units = Eigen::Vector4d(1000.0, 1e-3, 1000.0, 1e-3);
+  CHECK(nearest_minimum(model, minimum.cwiseProduct(units), start.cwiseProduct(units)) ==
+        exchanged.cwiseProduct(units));
+  CHECK(nearest_minimum(model, minimum, VectorXd(minimum.array() * 1.3)) == minimum);
+}

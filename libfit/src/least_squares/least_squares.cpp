@@ -372,10 +372,11 @@ LeastSquaresFit fit_least_squares(const NonlinearModel& model, const LeastSquare
   const std::vector<VectorXd> given = complete_starts(model, options.start);
   if (!given.empty()) {
     ProjectedModel projected(model);
-    const Descent minimum = descend(projected,
-                                    projected.nonlinear_part(given.front()),
-                                    {.maximum_iterations = options.maximum_iterations});
+    Descent minimum = descend(projected,
+                              projected.nonlinear_part(given.front()),
+                              {.maximum_iterations = options.maximum_iterations});
     if (minimum.coefficients.size() > 0) {
+      minimum.coefficients = nearest_minimum(model, minimum.coefficients, given.front());
       LeastSquaresFit fit = described(model, minimum, options);
       if (fit.convergence.converged()) return with_other_minima(std::move(fit), model, options);
     }
