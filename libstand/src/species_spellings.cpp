@@ -30,7 +30,15 @@ std::vector<std::size_t> tree_counts(const data::TextColumn& column) {
 
 }  // namespace
 
+void SpeciesSpellings::know(const std::vector<std::string>& species) {
+  for (const std::string& name : species) {
+    const auto [known, is_new] = spelling_of_.try_emplace(key_of(name), name);
+    are_distinct_ = are_distinct_ || known->second != name;
+  }
+}
+
 void SpeciesSpellings::unify(data::TextColumn& species) {
+  if (are_distinct_) return;
   const std::vector<std::string>& levels = species.levels();
   const std::vector<std::size_t> counts = tree_counts(species);
   std::vector<std::string> keys;

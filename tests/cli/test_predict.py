@@ -225,6 +225,25 @@ class Predictions(ProgramTest):
         self.assertEqual([row["flag"] for row in rows], ["", "", "unknown species", "unknown zone", "missing species"])
         self.assertEqual(rows[2]["h_pred"], rows[0]["h_pred"])
 
+    def test_species_of_new_data_are_found_whatever_their_capitals(self):
+        """The study treats fir and Fir as one species; new data may have the other spelling."""
+        lines = stand_csv(plots=12).splitlines()
+        spelled = ["fir", "fir", "Fir"]
+        rows = [line.replace(",SM,", f",{spelled[i % 3]},") for i, line in enumerate(lines[1:])]
+        self.write("trees.csv", "\n".join([lines[0], *rows]) + "\n")
+        self.write("settings.json", json.dumps({"responses": ["h"], "minimum_trees": 50}))
+        self.run_program("study", "trees.csv", "--config", "settings.json", "--out", "study", "--quiet")
+        self.write("new.csv", "plot,tree,species,dbh\n1,1,Fir,20\n1,2,FIR ,20\n1,3,oak,20\n")
+        done = self.run_program("predict", "study/library.json", "new.csv")
+        predicted = list(csv.DictReader(io.StringIO(done.stdout)))
+        heights = [row["h_pred"] for row in predicted]
+        self.assertTrue(heights[0])
+        self.assertEqual(heights, [heights[0]] * 2 + [""])
+        self.assertEqual([row["species"] for row in predicted], ["Fir", "FIR ", "oak"])
+        self.assertIn("'Fir' as 'fir' (1 tree)", done.stderr)
+        strict = self.run_program("predict", "study/library.json", "new.csv", "--case-sensitive")
+        self.assertEqual([bool(row["h_pred"]) for row in csv.DictReader(io.StringIO(strict.stdout))], [False] * 3)
+
     def test_input_columns_stay_as_they_were(self):
         self.fit()
         self.run_program("predict", "fit.json", "new.csv", "--out", "out.csv")

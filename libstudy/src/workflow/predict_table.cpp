@@ -66,6 +66,25 @@ PredictResponsesOptions options_of(const PredictionSettings& settings, const Cat
           .catalogue = &catalogue};
 }
 
+/// The species that a library's models are for, or distinguish; each once.
+std::vector<std::string> species_of(const ModelLibrary& library) {
+  std::set<std::string> result;
+  const auto add = [&](const std::string& column, const std::vector<std::string>& labels) {
+    if (column == "species") result.insert(labels.begin(), labels.end());
+  };
+  for (const LibraryModel& model : library.models) {
+    if (!model.species.empty()) result.insert(model.species);
+    for (const fit::ColumnLevels& levels : model.fit.levels) add(levels.column, levels.labels);
+    for (const fit::VarianceFactorEstimate& factor : model.fit.variance.factors) {
+      add(factor.factor.stratum, factor.strata);
+    }
+    if (!model.fit.random.empty()) {
+      add(model.fit.specification.random.front().group, model.fit.random.front().labels);
+    }
+  }
+  return {result.begin(), result.end()};
+}
+
 /// Counts the trees of species without a model in the library.
 class UnknownSpecies {
  public:
@@ -161,6 +180,7 @@ class PredictionRun {
                                           {.names = text_columns(library_),
                                            .wanted = std::move(wanted),
                                            .units = unit_options(units_, settings_.threads),
+                                           .species = species_of(library_),
                                            .state = state},
                                           note);
     TablePrediction result{.settings = settings_};

@@ -54,6 +54,7 @@ struct Wishes {
   std::function<bool(const std::string&)> is_wanted{};
   const ReadingSettings& settings;
   bool unifies_spellings = false;
+  Names species{};  ///< whose spelling is given
   bool leaves_out_dead = false;
   RepeatedRows repeated = RepeatedRows::kAll;
   ReadingState* state = nullptr;  ///< of earlier parts of the file, if there are parts
@@ -179,6 +180,7 @@ void TableReader::unify_spellings() {
   data::Table& table = result_.table;
   if (wishes_.settings.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
   data::TextColumn species = table.text(name);
+  state_.spellings.know(wishes_.species);
   state_.spellings.unify(species);
   table.set(name, std::move(species));
   note(state_.spellings.note());
@@ -376,6 +378,7 @@ ObservedTable read_model_table(const data::TableSource& source,
                           },
                       .settings = settings,
                       .unifies_spellings = !columns.keeps_spellings,
+                      .species = columns.species,
                       .repeated = RepeatedRows::kObservations,
                       .state = columns.state};
   TableReader::Result result = TableReader(source, wishes).read();

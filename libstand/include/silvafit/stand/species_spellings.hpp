@@ -15,13 +15,18 @@ namespace silvafit::stand {
 /// another.
 class SpeciesSpellings {
  public:
-  /// Gives all trees of a species its most frequent spelling; later parts get that of the first.
+  /// Species whose spelling is given, as by a library of models. If two of them differ only in case
+  /// and blanks, no spelling is changed.
+  void know(const std::vector<std::string>& species);
+  /// Gives all trees of a species its given or most frequent spelling; later parts get that of the
+  /// first.
   void unify(data::TextColumn& species);
   /// A note on the changed spellings; empty if none was changed.
   std::string note() const;
 
  private:
   std::map<std::string, std::string> spelling_of_{};  ///< by the folded name
+  bool are_distinct_ = false;  ///< whether given spellings are the only difference
   struct Change {
     std::string to{};
     std::size_t trees = 0;

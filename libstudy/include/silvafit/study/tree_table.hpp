@@ -98,6 +98,7 @@ struct ModelColumns {
   std::vector<std::string> wanted{};     ///< looked for under their usual names, too
   stand::StructuralUnitOptions units{};  ///< of indices that the settings' columns ask for: C=C
   bool keeps_spellings = false;          ///< species are what the source has
+  std::vector<std::string> species{};    ///< whose spelling is given
   ReadingState* state = nullptr;         ///< of the parts before; null: this is the whole table
 };
 
