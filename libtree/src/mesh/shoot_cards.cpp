@@ -182,6 +182,7 @@ struct ShootSite {
   double along_m = 0.0;
   double rest_m = 0.0;  ///< up to the end of the axis
   double twig_m = 0.0;  ///< length of the twig that the shoot is, if it is a whole one
+  bool is_tip = false;  ///< at the end of a branch that is drawn as wood
 };
 
 /// Length of the stem above its highest branch.
@@ -215,7 +216,7 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
     return skeleton.axes[part.axis].order == 1 || diameter_m(part) >= options.thinnest_wood_m;
   };
   for (const LeafyPart& part : parts) {
-    if (is_wood(part)) sites.push_back({part.axis, part.whole_m, 0.0});
+    if (is_wood(part)) sites.push_back({part.axis, part.whole_m, 0.0, 0.0, true});
   }
   for (const LeafyPart& part : parts) {
     constexpr double kThick = 0.025;
@@ -302,22 +303,46 @@ class CardWriter {
     const Point outward = light_.outward(place.at);
     const Point along = direction_of(place, end, outward, number, jitter);
     const double size = size_m * (1.0 + 0.15 * jitter.next());
-    Point base = place.at;
-    // A shoot that would reach out of the crown starts farther inside, and is shorter if it must.
-    const double room = crown_.length_inside_m(base, along, size);
-    base = base - std::min(size - room, 0.75 * size) * along;
+    Point base = moved_inside(place.at, along, size, 0.75 * size);
     if (!crown_.contains(base)) base = crown_.confine(base);
-    crossed_cards(base, along, size, outward, number, jitter, end > 0.5);
+    crossed_cards(base, along, size, outward, number, jitter, end > 0.5 ? At::kEnd : At::kBranch);
+  }
+
+  /// The shoot at the very end of a branch, which covers its tip.
+  void add_tip(const OnAxis& place, double size_m, std::uint32_t number, Jitter& jitter) {
+    const Point outward = light_.outward(place.at);
+    Point along = direction_of(place, 1.0, outward, number, jitter);
+    if (place.at.z <= crown_.hc_m()) {
+      // Such branches rise along the lower surface of the crown. A shoot that rises more than its
+      // branch would start outside.
+      constexpr double kFlatter = 0.5;
+      const Point flat = direction({place.at.x, place.at.y, 0.0}, place.along);
+      along = direction(place.along + kFlatter * flat, place.along);
+    }
+    const double size = size_m * (1.0 + 0.15 * jitter.next());
+    Point base = moved_inside(place.at, along, size, size);
+    if (!crown_.contains(base)) base = crown_.confine(base);
+    crossed_cards(base, along, size, outward, number, jitter, At::kTip);
   }
 
   /// A whole twig, which stays at its branch and is shorter if it would reach out of the crown.
   void add_twig(Point base, Point chord, double size_m, std::uint32_t number, Jitter& jitter) {
     const Point along = direction(direction(chord) + Point{0.0, 0.0, shoots_.lift});
     const double room = crown_.length_inside_m(base, along, size_m);
-    if (room > 0.0) crossed_cards(base, along, room, light_.outward(base), number, jitter, true);
+    if (room > 0.0)
+      crossed_cards(base, along, room, light_.outward(base), number, jitter, At::kEnd);
   }
 
  private:
+  /// Where a shoot is on its branch. Those at its end must cover it and are not moved.
+  enum class At { kBranch, kEnd, kTip };
+
+  /// A shoot that would reach out of the crown starts farther inside.
+  Point moved_inside(Point base, Point along, double size_m, double farthest_m) const {
+    const double room = crown_.length_inside_m(base, along, size_m);
+    return base - std::min(size_m - room, farthest_m) * along;
+  }
+
   /// The shoot at the end of a branch continues it, others turn off to all sides.
   Point direction_of(
       const OnAxis& place, double end, Point outward, std::uint32_t number, Jitter& jitter) const {
@@ -342,23 +367,25 @@ class CardWriter {
   }
 
   /// Two cards, each smaller if the crown has no room for it.
-  /// \param is_end  of a branch, which it must cover: the shoot is not moved
   void crossed_cards(Point base,
                      Point along,
                      double size_m,
                      Point outward,
                      std::uint32_t number,
                      Jitter& jitter,
-                     bool is_end) {
+                     At at) {
     const Point up = upper_side(along, outward, jitter);
     const Point side = cross(along, up);
     const Point crossed = cross_cos_ * side + cross_sin_ * up;
     const std::size_t picture = (number * 2654435761U >> 13U) % kShootsPerAtlas;
     const double shade = 1.0 + variation_ * jitter.next();
     const Bytes4 color = shaded(base + 0.5 * size_m * along, shade);
-    const Point moved = is_end ? base : with_room(base, size_m, {along, side, crossed}, outward);
-    card(fitted(moved, size_m * along, 0.5 * size_m * side), picture, outward, color);
-    card(fitted(moved, size_m * along, 0.5 * size_m * crossed), picture, outward, color);
+    const Point moved =
+        at == At::kBranch ? with_room(base, size_m, {along, side, crossed}, outward) : base;
+    for (const Point across : {side, crossed}) {
+      const Card whole{moved, size_m * along, 0.5 * size_m * across};
+      card(at == At::kTip ? fitted_to_tip(whole) : fitted(whole), picture, outward, color);
+    }
   }
 
   /// The base, or a place deeper in the crown at which both cards keep their size. Without this,
@@ -381,7 +408,8 @@ class CardWriter {
 
   /// A card that is inside the crown, if three tenths of its size suffice for this. If it is enough
   /// it becomes only narrower, so that it covers the wood where the crown is thin.
-  Card fitted(Point base, Point along, Point across) const {
+  Card fitted(const Card& whole) const {
+    const auto& [base, along, across, known] = whole;
     for (const double width : {1.0, 0.8, 0.65}) {
       const Card card{base, along, width * across, true};
       if (fits(card)) return card;
@@ -394,6 +422,23 @@ class CardWriter {
       (fits({base, middle * along, middle * across}) ? inside : outside) = middle;
     }
     return {base, inside * along, inside * across, false};
+  }
+
+  /// The same at the end of a branch: the card ends as near to the tip as possible, even if it is
+  /// smaller for this.
+  Card fitted_to_tip(const Card& whole) const {
+    if (fits(whole)) return {whole.base, whole.along, whole.across, true};
+    for (const double end : {1.0, 0.96, 0.88, 0.75}) {
+      for (const double size : {1.0, 0.7}) {
+        const Point base = whole.base + (1.0 - size) * end * whole.along;
+        for (const double width : {1.0, 0.65, 0.45}) {
+          const double part = size * end;
+          const Card card{base, part * whole.along, part * width * whole.across, true};
+          if (fits(card)) return card;
+        }
+      }
+    }
+    return fitted(whole);
   }
 
   bool fits(const Card& card) const {
@@ -439,7 +484,7 @@ class CardWriter {
     constexpr double kInside = 0.55;
     const double open = kInside + (1.0 - kInside) * light_.share(at);
     // In steps that compress well and are not visible.
-    constexpr double kSteps = 12.0;
+    constexpr double kSteps = 10.0;
     const std::uint8_t level =
         to_byte(std::round(kSteps * open * shade / (1.0 + variation_)) / kSteps);
     return {level, level, level, 255};
@@ -535,6 +580,10 @@ void add_shoots(const Skeleton& skeleton,
     if (site.twig_m > 0.0) {
       const auto twig = skeleton.points_of(skeleton.axes[site.axis]);
       writer.add_twig(place.at, twig.back().at - twig.front().at, larger * site.twig_m, i, jitter);
+      continue;
+    }
+    if (site.is_tip) {
+      writer.add_tip(place, size_m, i, jitter);
       continue;
     }
     // The last shoots of a branch continue it.
