@@ -48,8 +48,10 @@ class Planner {
     aim(branch, draw_angle(layer), radius);
     // At the crown base a flat branch would leave a concave crown at once: turn it up, first within
     // its layer, then until it reaches a quarter of the radius.
-    constexpr double kShortest = 0.02;
-    constexpr double kReach = 0.25;
+    // A single branch must reach farther than one of a whorl, or it is a tuft at the stem.
+    const bool is_single = branching_.arrangement == Arrangement::kSpiral;
+    const double kShortest = is_single ? 0.4 : 0.02;
+    const double kReach = is_single ? 0.5 : 0.25;
     const bool below_widest = base_m < crown_.hc_m();
     if (below_widest && branch.distance_m < kShortest * radius) {
       aim(branch, layer.low_deg * kRadian, radius);
