@@ -32,7 +32,8 @@ tree::SceneOptions scene_options(const GrowJob& job, const tree::Position& origi
           .instancing = job.instancing,
           .quantize = job.quantize,
           .compress = job.compress,
-          .ascii = job.ascii};
+          .ascii = job.ascii,
+          .threads = job.threads};
 }
 
 void add_ground(const GrowJob& job,

@@ -129,6 +129,7 @@ class Grower {
       const fs::path path = tree_path(job_, names_[i], level);
       grown.file = path.string();
       tree::SceneOptions scene = scene_options(job_, {});
+      scene.threads = 1;  // the files are written on all of them
       scene.pictures = &job_.state->pictures;
       const auto writer = tree::open_scene(path, job_.scene_format, scene);
       // A single tree is at the origin.

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "files/png_file.hpp"
+#include "silvafit/base/parallel.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -26,10 +27,20 @@ std::string scale_of(const Texture& picture) {
 std::size_t GltfMaterials::number_of(const ModelPart& part) {
   const auto [found, is_new] = materials_.try_emplace(part.material, materials_.size());
   if (is_new) {
+    compress_pictures(*part.mesh);
     if (!materials_text_.empty()) materials_text_ += ',';
     materials_text_ += description(part);
   }
   return found->second;
+}
+
+/// Compressing takes longer than all else in a scene of shared models: both pictures of a part at
+/// the same time. png_file() keeps the results.
+void GltfMaterials::compress_pictures(const MeshPart& part) const {
+  if (picture_of(part) == nullptr || !has_normal_map(part, is_packed_)) return;
+  parallel_for(2, threads_, [&](std::size_t i) {
+    png_file(i == 0 ? part.texture : part.normal_texture, is_packed_);
+  });
 }
 
 std::string GltfMaterials::description(const ModelPart& part) {

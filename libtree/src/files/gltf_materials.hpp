@@ -17,7 +17,9 @@ class GltfMaterials {
  public:
   /// \param buffers  receive the bytes of the images; must outlive this
   /// \param is_packed  quantized or compressed
-  GltfMaterials(GltfBuffers& buffers, bool is_packed) : buffers_(buffers), is_packed_(is_packed) {}
+  /// \param threads    of parallel_for()
+  GltfMaterials(GltfBuffers& buffers, bool is_packed, unsigned threads)
+      : buffers_(buffers), is_packed_(is_packed), threads_(threads) {}
 
   /// The index of a part's material: that of the first part with the same material name.
   std::size_t number_of(const ModelPart& part);
@@ -30,11 +32,13 @@ class GltfMaterials {
   bool has_textures() const { return !textures_.empty(); }
 
  private:
+  void compress_pictures(const MeshPart& part) const;
   std::string description(const ModelPart& part);
   std::size_t texture(const std::shared_ptr<const Texture>& picture);
 
   GltfBuffers& buffers_;
   bool is_packed_;
+  unsigned threads_;
   std::map<std::string, std::size_t> materials_{};
   std::string materials_text_{};
   std::map<std::string, std::size_t> textures_{};

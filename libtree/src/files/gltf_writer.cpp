@@ -389,7 +389,7 @@ class GltfWriter final : public SceneWriter {
   ArraySpool meshes_;
   ArraySpool nodes_;
   ArraySpool roots_;
-  GltfMaterials materials_{buffers_, options_.quantize || options_.compress};
+  GltfMaterials materials_{buffers_, options_.quantize || options_.compress, options_.threads};
   GltfAnimation animation_{buffers_};
   std::vector<PlacedModel> models_{};
   std::vector<WaitingModel> waiting_{};

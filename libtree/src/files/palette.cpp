@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <map>
+#include <cstdint>
 #include <queue>
 #include <span>
+#include <unordered_map>
+#include <vector>
 
 namespace silvafit::tree {
 namespace {
@@ -73,6 +75,48 @@ Rgba mean_of(std::span<const Counted> colors) {
   return mean;
 }
 
+/// A number for each color. Pictures have a million pixels, of which many have the color of the one
+/// before.
+class ColorNumbers {
+ public:
+  std::size_t& operator[](const Rgba& color) {
+    const std::uint32_t key = packed(color);
+    if (last_ == nullptr || key != last_key_) {
+      last_ = &numbers_[key];  // stays valid when others are added
+      last_key_ = key;
+    }
+    return *last_;
+  }
+
+  bool contains(const Rgba& color) const { return numbers_.contains(packed(color)); }
+
+  /// In the order of the colors.
+  std::vector<Counted> sorted() const {
+    std::vector<Counted> colors;
+    colors.reserve(numbers_.size());
+    for (const auto& [key, number] : numbers_) colors.push_back({unpacked(key), number});
+    std::ranges::sort(colors, {}, &Counted::color);
+    return colors;
+  }
+
+ private:
+  static std::uint32_t packed(const Rgba& c) {
+    return std::uint32_t{c[0]} << 24U | std::uint32_t{c[1]} << 16U | std::uint32_t{c[2]} << 8U |
+           std::uint32_t{c[3]};
+  }
+  static Rgba unpacked(std::uint32_t key) {
+    Rgba color{};
+    for (std::size_t k = 0; k < 4; ++k) {
+      color[k] = static_cast<std::uint8_t>(key >> (24U - 8U * k) & 255U);
+    }
+    return color;
+  }
+
+  std::unordered_map<std::uint32_t, std::size_t> numbers_{};
+  std::uint32_t last_key_ = 0;
+  std::size_t* last_ = nullptr;
+};
+
 /// Opaque and invisible colors are apart from all others.
 std::vector<Box> separate_boxes(std::vector<Counted>& colors) {
   const auto kind = [](const Counted& one) {
@@ -92,16 +136,14 @@ std::vector<Box> separate_boxes(std::vector<Counted>& colors) {
 }  // namespace
 
 PaletteImage with_palette(const Texture& texture) {
-  std::map<Rgba, std::size_t> counts;
+  ColorNumbers counts;
   const auto color_at = [&](std::size_t pixel) {
     const std::uint8_t* from = texture.rgba.data() + 4 * pixel;
     return from[3] == 0 ? Rgba{} : Rgba{from[0], from[1], from[2], from[3]};
   };
   const std::size_t pixels = texture.rgba.size() / 4;
   for (std::size_t i = 0; i < pixels; ++i) ++counts[color_at(i)];
-  std::vector<Counted> colors;
-  colors.reserve(counts.size());
-  for (const auto& [color, count] : counts) colors.push_back({color, count});
+  std::vector<Counted> colors = counts.sorted();
 
   std::priority_queue<Box> boxes;
   for (const Box& box : separate_boxes(colors)) boxes.push(box);

@@ -28,17 +28,15 @@ std::string encoded(std::size_t width,
   image.height = static_cast<png_uint_32>(height);
   image.format = format;
   image.colormap_entries = static_cast<png_uint_32>(palette.size());
-  png_alloc_size_t size = 0;
-  std::string bytes;
-  for (const bool measures : {true, false}) {
-    void* const target = measures ? nullptr : bytes.data();
-    if (png_image_write_to_memory(&image, target, &size, 0, pixels.data(), 0, palette.data()) ==
-        0) {
-      throw UsageError(std::string("cannot write the image (") + image.message + ")");
-    }
-    if (measures) bytes.resize(size);
+  // Room for the largest file, because libpng measures a size by compressing the whole image.
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string bytes(size, '\0');
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, palette.data()) ==
+      0) {
+    throw UsageError(std::string("cannot write the image (") + image.message + ")");
   }
   bytes.resize(size);
+  bytes.shrink_to_fit();
   return bytes;
 }
 

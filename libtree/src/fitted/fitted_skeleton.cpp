@@ -61,8 +61,13 @@ Point chord_of(std::span<const SkeletonPoint> line) { return line.back().at - li
 
 class Fitter {
  public:
-  Fitter(StandingSkeleton grown, const TreeShape& shape, const Crown& crown, const Taper& taper)
+  Fitter(StandingSkeleton grown,
+         const TreeShape& shape,
+         const Crown& crown,
+         const Taper& taper,
+         double head)
       : grown_(std::move(grown)),
+        head_(head),
         crown_(crown),
         map_(grown_, crown),
         stem_(fitted_stem(grown_, map_, shape, crown, taper)) {}
@@ -140,7 +145,9 @@ class Fitter {
     const int side = radius_axes_.direction_of(i);
     const bool is_measured = i == lowest_ || bears_radius_[i];
     const std::optional<double> start = side >= 0 ? start_of_radius_m(i) : std::nullopt;
-    if (start) {
+    if (head_ > 0.0 && axis.order == 1) {
+      arch_from_head(i, side);
+    } else if (start) {
       lead_to_radius(i, *start);
     } else if (side >= 0) {
       bend_to_measurement(i);
@@ -181,7 +188,7 @@ class Fitter {
   Point base_of(std::uint32_t i) const {
     const Axis& axis = grown_.skeleton.axes[i];
     if (axis.order == 1) {
-      if (i == lowest_) return at_height(stem_, crown_.hcb_m()).at;
+      if (i == lowest_ && head_ == 0.0) return at_height(stem_, crown_.hcb_m()).at;
       const double z = std::clamp(line_.front().at.z, crown_.hcb_m(), crown_.h_m());
       return crown_.confine(at_height(stem_, z).at);
     }
@@ -244,7 +251,7 @@ class Fitter {
   /// The height at which a branch of the stem to a measured radius starts: where the map has it, or
   /// as near as its angle allows. None if it must bend.
   std::optional<double> start_of_radius_m(std::uint32_t i) {
-    if (i == lowest_ || grown_.skeleton.axes[i].order > 1) return std::nullopt;
+    if (i == lowest_ || grown_.skeleton.axes[i].order > 1 || head_ > 0.0) return std::nullopt;
     place(i, false);
     const double mapped = base_of(i).z;
     const Point tip = radius_tip(radius_axes_.direction_of(i));
@@ -262,9 +269,37 @@ class Fitter {
     return has_room ? std::optional(start) : std::nullopt;
   }
 
+  /// A branch of the stem from its upper part to the surface of the crown: the lower the branch
+  /// is, the farther it hangs, and the lowest one to the crown base.
+  void arch_from_head(std::uint32_t i, int side) {
+    place(i, false);
+    const double low_m = crown_.hcb_m();
+    const double crown_m = crown_.h_m() - low_m;
+    const double share = std::clamp((base_of(i).z - low_m) / crown_m, 0.0, 1.0);
+    const double start_m = low_m + (head_ + (1.0 - head_) * share) * crown_m;
+    if (side >= 0) {
+      lead_to(i, start_m, radius_tip(side));
+    } else if (i == lowest_) {
+      lead_to(i, start_m, {0.0, 0.0, low_m});
+      line_.back() = {{0.0, 0.0, low_m}, 0.0};
+    } else {
+      constexpr double kLowest = 0.12;
+      constexpr double kHighest = 0.92;
+      const double tip_m = low_m + (kLowest + (kHighest - kLowest) * share) * crown_m;
+      const Point out = direction({line_.back().at.x, line_.back().at.y, 0.0}, {1.0, 0.0, 0.0});
+      Point tip = crown_.radius_m(out.x, out.y) * crown_.relative_width(tip_m) * out;
+      tip.z = tip_m;
+      lead_to(i, start_m, crown_.confine(tip));
+    }
+  }
+
   /// A branch of the stem ends at a measured radius and keeps its shape.
   void lead_to_radius(std::uint32_t i, double start_m) {
-    const Point tip = radius_tip(radius_axes_.direction_of(i));
+    lead_to(i, start_m, radius_tip(radius_axes_.direction_of(i)));
+  }
+
+  /// A branch of the stem ends at a point and keeps its shape.
+  void lead_to(std::uint32_t i, double start_m, Point tip) {
     const Point base = crown_.confine(at_height(stem_, start_m).at);
     // Its branches move as the line between its ends does in the map; itself it keeps its shape.
     moves_[i] = moved_between(chord_of(line_), line_.front().at, tip - base, base).after(moves_[i]);
@@ -375,6 +410,7 @@ class Fitter {
   }
 
   StandingSkeleton grown_;
+  double head_ = 0.0;
   const Crown& crown_;
   CrownMap map_;
   std::vector<SkeletonPoint> stem_;
@@ -394,8 +430,9 @@ class Fitter {
 Skeleton fit_to_measurements(const Skeleton& grown,
                              const TreeShape& shape,
                              const Crown& crown,
-                             const Taper& taper) {
-  return Fitter(standing(grown), shape, crown, taper).run();
+                             const Taper& taper,
+                             double head) {
+  return Fitter(standing(grown), shape, crown, taper, head).run();
 }
 
 }  // namespace silvafit::tree

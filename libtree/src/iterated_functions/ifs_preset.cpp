@@ -178,6 +178,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                     "taper",
                     "crown",
                     "trunk",
+                    "head",
                     "maps",
                     "variation",
                     "recursion",
@@ -194,6 +195,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                    .variation = variation_of(entry.child("variation")),
                    .limits = limits_of(entry.child("recursion")),
                    .leaves = leaves_of(entry.child("leaves"))};
+  if (entry.has("head")) preset.head = entry.number("head", 0.0, 0.95);
   preset.style.bark = color_of(entry, "bark_color");
   preset.style.bark_kind = bark_kind_of(entry);
   if (entry.has("leafy_shoots")) {
@@ -214,7 +216,8 @@ Skeleton IfsBuilder::grow_freely(double /*h_m*/, Random& random) const {
 Skeleton IfsBuilder::grow_skeleton(const TreeShape& shape,
                                    const Crown& crown,
                                    Random& random) const {
-  return fit_to_measurements(grow_freely(shape.h_m, random), shape, crown, this->preset().taper);
+  return fit_to_measurements(
+      grow_freely(shape.h_m, random), shape, crown, this->preset().taper, ifs_.head);
 }
 
 Skeleton IfsBuilder::grow_skeleton_for(const MeshOptions& mesh,
@@ -223,7 +226,7 @@ Skeleton IfsBuilder::grow_skeleton_for(const MeshOptions& mesh,
                                        Random& random) const {
   const bool has_leaves = !shows_shoots(ifs_.style, mesh);
   return fit_to_measurements(
-      grow_ifs(ifs_, random, has_leaves), shape, crown, this->preset().taper);
+      grow_ifs(ifs_, random, has_leaves), shape, crown, this->preset().taper, ifs_.head);
 }
 
 Mesh IfsBuilder::build_mesh(const Skeleton& skeleton,

@@ -403,3 +403,38 @@ TEST_CASE("a system with an invalid field is refused with file and field") {
   CHECK(with_value("broadleaf", "depth", "4") == "accepted");
   fs::remove_all(models);
 }
+
+TEST_CASE(
+    "the fronds of a tree fern start at the top of the stem, and one hangs to the crown base") {
+  const Builder& fern = test::shipped_builders().named(BuilderKind::kIfs, "fern");
+  const double head = dynamic_cast<const IfsBuilder&>(fern).ifs().head;
+  REQUIRE(head == 0.7);
+  for (int i = 0; i < 5; ++i) {
+    const Morphology tree{.plot = "1",
+                          .tree = std::to_string(i),
+                          .dbh_cm = 22,
+                          .h_m = 6,
+                          .hcb_m = 3.6 - 0.5 * i,
+                          .cw_m = 5.0 - 0.4 * i};
+    const TreeShape shape = fern.shape_of(tree);
+    const Crown crown(shape, fern.preset().crown_index);
+    Random random(static_cast<std::uint64_t>(i) + 1);
+    const Skeleton skeleton = fern.grow_skeleton(shape, crown, random);
+    const double crown_m = tree.h_m - tree.hcb_m;
+    int fronds = 0;
+    int hanging = 0;
+    double lowest_m = tree.h_m;
+    for (const Axis& axis : skeleton.axes) {
+      if (axis.order != 1) continue;
+      const auto points = skeleton.points_of(axis);
+      ++fronds;
+      CHECK(points.front().at.z >= tree.hcb_m + head * crown_m - 1e-9);
+      // Old ones end lower than they start.
+      hanging += points.back().at.z < points.front().at.z ? 1 : 0;
+      for (const SkeletonPoint& point : points) lowest_m = std::min(lowest_m, point.at.z);
+    }
+    CHECK(fronds > 20);
+    CHECK(hanging > fronds / 2);
+    CHECK(lowest_m == Approx(tree.hcb_m).margin(1e-9));
+  }
+}

@@ -48,60 +48,6 @@ std::vector<double> bare_ends_m(const Skeleton& skeleton) {
   return ends;
 }
 
-/// Branches that bear others have leaves only on their outer part, because the rest is shaded: the
-/// less the higher they start.
-std::vector<LeafyPart> leafy_parts(const Skeleton& skeleton, const Crown& crown) {
-  const std::vector<double> ends = bare_ends_m(skeleton);
-  // A drawing that is not fitted may have all its branches at one height.
-  const double crown_m = std::max(crown.h_m() - crown.hcb_m(), kFlat_m);
-  std::vector<LeafyPart> parts;
-  parts.reserve(skeleton.axes.size());
-  for (std::uint32_t i = 1; i < skeleton.axes.size(); ++i) {
-    constexpr double kBareBearer = 0.6;
-    constexpr double kBareTwig = 0.1;
-    const auto points = skeleton.points_of(skeleton.axes[i]);
-    const double whole = length_of(points);
-    const double depth = std::clamp((crown.h_m() - points.front().at.z) / crown_m, 0.0, 1.0);
-    const double from = (std::isfinite(ends[i]) ? kBareBearer * depth : kBareTwig) * whole;
-    if (whole > 0.0) parts.push_back({i, from, whole - from, whole, std::min(ends[i], whole)});
-  }
-  return parts;
-}
-
-/// Leaves are where the light is: the shoots of a layer follow the crown's surface there, and not
-/// only the length of its branches, of which a skeleton may have few or many near its top.
-void follow_surface(const Skeleton& skeleton, const Crown& crown, std::vector<LeafyPart>& parts) {
-  constexpr std::size_t kLayers = 12;
-  constexpr double kLeast = 0.4;
-  constexpr double kMost = 2.5;
-  const double layer_m = (crown.h_m() - crown.hcb_m()) / kLayers;
-  if (layer_m < kFlat_m) return;
-  std::array<double, kLayers> weights{};
-  double surface = 0.0;
-  for (std::size_t k = 0; k < kLayers; ++k) {
-    const double middle_m = crown.hcb_m() + (static_cast<double>(k) + 0.5) * layer_m;
-    weights[k] = crown.relative_width(middle_m);
-    surface += weights[k];
-  }
-  const auto layer_of = [&](const LeafyPart& part) {
-    const Axis& axis = skeleton.axes[part.axis];
-    const double z = skeleton.points[axis.first + axis.count / 2].at.z;
-    const double layer = std::clamp((z - crown.hcb_m()) / layer_m, 0.0, kLayers - 1.0);
-    return static_cast<std::size_t>(layer);
-  };
-  std::array<double, kLayers> leafy_m{};
-  double sum_m = 0.0;
-  for (const LeafyPart& part : parts) {
-    leafy_m[layer_of(part)] += part.length_m;
-    sum_m += part.length_m;
-  }
-  for (std::size_t k = 0; k < kLayers; ++k) {
-    if (!(leafy_m[k] > 0.0)) continue;
-    weights[k] = std::clamp(weights[k] * sum_m / (surface * leafy_m[k]), kLeast, kMost);
-  }
-  for (LeafyPart& part : parts) part.weight = weights[layer_of(part)];
-}
-
 /// A point of an axis and the direction there.
 struct OnAxis {
   Point at{};
@@ -121,12 +67,122 @@ OnAxis on_axis(std::span<const SkeletonPoint> points, double along_m) {
   return {points.back().at, {0.0, 0.0, 1.0}};
 }
 
+/// The first place of an axis that is near the crown's surface: where the crown is at most twice as
+/// wide as the axis is far from the stem. Relative to the axis' length, at steps of a tenth.
+double from_surface(std::span<const SkeletonPoint> points, double whole_m, const Crown& crown) {
+  constexpr int kSteps = 10;
+  constexpr double kNear = 0.5;
+  for (int i = 0; i < kSteps; ++i) {
+    const double share = static_cast<double>(i) / kSteps;
+    const Point at = on_axis(points, share * whole_m).at;
+    const double width_m = crown.radius_m(at.x, at.y) * crown.relative_width(at.z);
+    if (std::hypot(at.x, at.y) >= kNear * width_m) return share;
+  }
+  return 1.0;
+}
+
+/// Branches that bear others have leaves only where they are not shaded: on their outer part, which
+/// is the longer the higher they start, and along the surface of the crown.
+std::vector<LeafyPart> leafy_parts(const Skeleton& skeleton, const Crown& crown) {
+  const std::vector<double> ends = bare_ends_m(skeleton);
+  // A drawing that is not fitted may have all its branches at one height.
+  const double crown_m = std::max(crown.h_m() - crown.hcb_m(), kFlat_m);
+  std::vector<LeafyPart> parts;
+  parts.reserve(skeleton.axes.size());
+  for (std::uint32_t i = 1; i < skeleton.axes.size(); ++i) {
+    constexpr double kBareBearer = 0.6;
+    constexpr double kBareTwig = 0.1;
+    const auto points = skeleton.points_of(skeleton.axes[i]);
+    const double whole = length_of(points);
+    if (!(whole > 0.0)) continue;
+    double from = kBareTwig;
+    if (std::isfinite(ends[i])) {
+      const double depth = std::clamp((crown.h_m() - points.front().at.z) / crown_m, 0.0, 1.0);
+      from = std::min(kBareBearer * depth, from_surface(points, whole, crown));
+    }
+    parts.push_back({i, from * whole, (1.0 - from) * whole, whole, std::min(ends[i], whole)});
+  }
+  return parts;
+}
+
+/// Leaves are where the light is: the shoots of a part of the crown follow its surface there, and
+/// not only the length of its branches, of which a skeleton may have few or many near its top or on
+/// one side.
+class SurfaceCells {
+ public:
+  explicit SurfaceCells(const Crown& crown)
+      : crown_(crown), layer_m_((crown.h_m() - crown.hcb_m()) / kLayers) {}
+
+  void follow(const Skeleton& skeleton, std::vector<LeafyPart>& parts) const {
+    if (layer_m_ < kFlat_m) return;
+    std::vector<std::size_t> cells(parts.size());
+    std::array<double, kCells> leafy_m{};
+    double sum_m = 0.0;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const Axis& axis = skeleton.axes[parts[i].axis];
+      cells[i] = cell_of(skeleton.points[axis.first + axis.count / 2].at);
+      leafy_m[cells[i]] += parts[i].length_m;
+      sum_m += parts[i].length_m;
+    }
+    std::array<double, kCells> weights = surface_with(leafy_m);
+    constexpr double kLeast = 0.4;
+    constexpr double kMost = 2.5;
+    for (std::size_t k = 0; k < kCells; ++k) {
+      if (leafy_m[k] > 0.0) weights[k] = std::clamp(weights[k] * sum_m / leafy_m[k], kLeast, kMost);
+    }
+    for (std::size_t i = 0; i < parts.size(); ++i) parts[i].weight = weights[cells[i]];
+  }
+
+ private:
+  static constexpr std::size_t kLayers = 12;
+  static constexpr std::size_t kSectors = 8;
+  static constexpr std::size_t kCells = kLayers * kSectors;
+
+  /// Proportion of the crown's surface in each cell. That of cells without branches counts for the
+  /// others of their layer.
+  std::array<double, kCells> surface_with(const std::array<double, kCells>& leafy_m) const {
+    std::array<double, kCells> areas{};
+    double sum = 0.0;
+    for (std::size_t layer = 0; layer < kLayers; ++layer) {
+      const double z = crown_.hcb_m() + (static_cast<double>(layer) + 0.5) * layer_m_;
+      const double width = crown_.relative_width(z);
+      double whole = 0.0;
+      double leafy = 0.0;
+      for (std::size_t sector = 0; sector < kSectors; ++sector) {
+        const double azimuth = kTwoPi * (static_cast<double>(sector) + 0.5) / kSectors;
+        const std::size_t k = layer * kSectors + sector;
+        areas[k] = width * crown_.radius_m(std::cos(azimuth), std::sin(azimuth));
+        whole += areas[k];
+        if (leafy_m[k] > 0.0) leafy += areas[k];
+      }
+      if (!(leafy > 0.0)) continue;
+      for (std::size_t k = layer * kSectors; k < (layer + 1) * kSectors; ++k) {
+        areas[k] *= whole / leafy;
+      }
+      sum += whole;
+    }
+    for (double& area : areas) area /= sum;
+    return areas;
+  }
+
+  std::size_t cell_of(Point at) const {
+    const double turn = std::atan2(at.y, at.x) / kTwoPi + 1.0;
+    const double layer = std::clamp((at.z - crown_.hcb_m()) / layer_m_, 0.0, kLayers - 1.0);
+    const auto sector = static_cast<std::size_t>(turn * kSectors) % kSectors;
+    return static_cast<std::size_t>(layer) * kSectors + sector;
+  }
+
+  const Crown& crown_;
+  double layer_m_;
+};
+
 /// The position of a shoot.
 struct ShootSite {
   std::uint32_t axis = 0;
   double along_m = 0.0;
   double rest_m = 0.0;  ///< up to the end of the axis
   double twig_m = 0.0;  ///< length of the twig that the shoot is, if it is a whole one
+  bool is_tip = false;  ///< at the end of a branch that is drawn as wood
 };
 
 /// Length of the stem above its highest branch.
@@ -160,7 +216,7 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
     return skeleton.axes[part.axis].order == 1 || diameter_m(part) >= options.thinnest_wood_m;
   };
   for (const LeafyPart& part : parts) {
-    if (is_wood(part)) sites.push_back({part.axis, part.whole_m, 0.0});
+    if (is_wood(part)) sites.push_back({part.axis, part.whole_m, 0.0, 0.0, true});
   }
   for (const LeafyPart& part : parts) {
     constexpr double kThick = 0.025;
@@ -247,22 +303,46 @@ class CardWriter {
     const Point outward = light_.outward(place.at);
     const Point along = direction_of(place, end, outward, number, jitter);
     const double size = size_m * (1.0 + 0.15 * jitter.next());
-    Point base = place.at;
-    // A shoot that would reach out of the crown starts farther inside, and is shorter if it must.
-    const double room = crown_.length_inside_m(base, along, size);
-    base = base - std::min(size - room, 0.75 * size) * along;
+    Point base = moved_inside(place.at, along, size, 0.75 * size);
     if (!crown_.contains(base)) base = crown_.confine(base);
-    crossed_cards(base, along, size, outward, number, jitter, end > 0.5);
+    crossed_cards(base, along, size, outward, number, jitter, end > 0.5 ? At::kEnd : At::kBranch);
+  }
+
+  /// The shoot at the very end of a branch, which covers its tip.
+  void add_tip(const OnAxis& place, double size_m, std::uint32_t number, Jitter& jitter) {
+    const Point outward = light_.outward(place.at);
+    Point along = direction_of(place, 1.0, outward, number, jitter);
+    if (place.at.z <= crown_.hc_m()) {
+      // Such branches rise along the lower surface of the crown. A shoot that rises more than its
+      // branch would start outside.
+      constexpr double kFlatter = 0.5;
+      const Point flat = direction({place.at.x, place.at.y, 0.0}, place.along);
+      along = direction(place.along + kFlatter * flat, place.along);
+    }
+    const double size = size_m * (1.0 + 0.15 * jitter.next());
+    Point base = moved_inside(place.at, along, size, size);
+    if (!crown_.contains(base)) base = crown_.confine(base);
+    crossed_cards(base, along, size, outward, number, jitter, At::kTip);
   }
 
   /// A whole twig, which stays at its branch and is shorter if it would reach out of the crown.
   void add_twig(Point base, Point chord, double size_m, std::uint32_t number, Jitter& jitter) {
     const Point along = direction(direction(chord) + Point{0.0, 0.0, shoots_.lift});
     const double room = crown_.length_inside_m(base, along, size_m);
-    if (room > 0.0) crossed_cards(base, along, room, light_.outward(base), number, jitter, true);
+    if (room > 0.0)
+      crossed_cards(base, along, room, light_.outward(base), number, jitter, At::kEnd);
   }
 
  private:
+  /// Where a shoot is on its branch. Those at its end must cover it and are not moved.
+  enum class At { kBranch, kEnd, kTip };
+
+  /// A shoot that would reach out of the crown starts farther inside.
+  Point moved_inside(Point base, Point along, double size_m, double farthest_m) const {
+    const double room = crown_.length_inside_m(base, along, size_m);
+    return base - std::min(size_m - room, farthest_m) * along;
+  }
+
   /// The shoot at the end of a branch continues it, others turn off to all sides.
   Point direction_of(
       const OnAxis& place, double end, Point outward, std::uint32_t number, Jitter& jitter) const {
@@ -287,23 +367,25 @@ class CardWriter {
   }
 
   /// Two cards, each smaller if the crown has no room for it.
-  /// \param is_end  of a branch, which it must cover: the shoot is not moved
   void crossed_cards(Point base,
                      Point along,
                      double size_m,
                      Point outward,
                      std::uint32_t number,
                      Jitter& jitter,
-                     bool is_end) {
+                     At at) {
     const Point up = upper_side(along, outward, jitter);
     const Point side = cross(along, up);
     const Point crossed = cross_cos_ * side + cross_sin_ * up;
     const std::size_t picture = (number * 2654435761U >> 13U) % kShootsPerAtlas;
     const double shade = 1.0 + variation_ * jitter.next();
     const Bytes4 color = shaded(base + 0.5 * size_m * along, shade);
-    const Point moved = is_end ? base : with_room(base, size_m, {along, side, crossed}, outward);
-    card(fitted(moved, size_m * along, 0.5 * size_m * side), picture, outward, color);
-    card(fitted(moved, size_m * along, 0.5 * size_m * crossed), picture, outward, color);
+    const Point moved =
+        at == At::kBranch ? with_room(base, size_m, {along, side, crossed}, outward) : base;
+    for (const Point across : {side, crossed}) {
+      const Card whole{moved, size_m * along, 0.5 * size_m * across};
+      card(at == At::kTip ? fitted_to_tip(whole) : fitted(whole), picture, outward, color);
+    }
   }
 
   /// The base, or a place deeper in the crown at which both cards keep their size. Without this,
@@ -326,7 +408,8 @@ class CardWriter {
 
   /// A card that is inside the crown, if three tenths of its size suffice for this. If it is enough
   /// it becomes only narrower, so that it covers the wood where the crown is thin.
-  Card fitted(Point base, Point along, Point across) const {
+  Card fitted(const Card& whole) const {
+    const auto& [base, along, across, known] = whole;
     for (const double width : {1.0, 0.8, 0.65}) {
       const Card card{base, along, width * across, true};
       if (fits(card)) return card;
@@ -339,6 +422,23 @@ class CardWriter {
       (fits({base, middle * along, middle * across}) ? inside : outside) = middle;
     }
     return {base, inside * along, inside * across, false};
+  }
+
+  /// The same at the end of a branch: the card ends as near to the tip as possible, even if it is
+  /// smaller for this.
+  Card fitted_to_tip(const Card& whole) const {
+    if (fits(whole)) return {whole.base, whole.along, whole.across, true};
+    for (const double end : {1.0, 0.96, 0.88, 0.75}) {
+      for (const double size : {1.0, 0.7}) {
+        const Point base = whole.base + (1.0 - size) * end * whole.along;
+        for (const double width : {1.0, 0.65, 0.45}) {
+          const double part = size * end;
+          const Card card{base, part * whole.along, part * width * whole.across, true};
+          if (fits(card)) return card;
+        }
+      }
+    }
+    return fitted(whole);
   }
 
   bool fits(const Card& card) const {
@@ -384,7 +484,7 @@ class CardWriter {
     constexpr double kInside = 0.55;
     const double open = kInside + (1.0 - kInside) * light_.share(at);
     // In steps that compress well and are not visible.
-    constexpr double kSteps = 24.0;
+    constexpr double kSteps = 10.0;
     const std::uint8_t level =
         to_byte(std::round(kSteps * open * shade / (1.0 + variation_)) / kSteps);
     return {level, level, level, 255};
@@ -461,7 +561,7 @@ void add_shoots(const Skeleton& skeleton,
   if (shoots.is_whole_twig) {
     sites = sites_of_whole_twigs(skeleton, parts);
   } else {
-    follow_surface(skeleton, crown, parts);
+    SurfaceCells(crown).follow(skeleton, parts);
     sites = sites_at_ends(skeleton, parts, size_m, options);
     const int rest = number.shoots - static_cast<int>(sites.size());
     add_sites_along(skeleton, parts, rest, size_m, places, sites);
@@ -480,6 +580,10 @@ void add_shoots(const Skeleton& skeleton,
     if (site.twig_m > 0.0) {
       const auto twig = skeleton.points_of(skeleton.axes[site.axis]);
       writer.add_twig(place.at, twig.back().at - twig.front().at, larger * site.twig_m, i, jitter);
+      continue;
+    }
+    if (site.is_tip) {
+      writer.add_tip(place, size_m, i, jitter);
       continue;
     }
     // The last shoots of a branch continue it.

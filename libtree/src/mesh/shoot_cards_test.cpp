@@ -239,3 +239,35 @@ TEST_CASE("leaves deep in the crown are darker") {
   REQUIRE(outer > 10);
   CHECK(inside / static_cast<double>(inner) < 0.85 * outside / static_cast<double>(outer));
 }
+
+TEST_CASE("the limbs of a shrub at the measured radii are leafy up to their tips") {
+  const Builder& shrub = all_builders().named(BuilderKind::kLsystem, "shrub");
+  double sum_m = 0.0;
+  double farthest_m = 0.0;
+  int tips = 0;
+  for (int i = 0; i < 12; ++i) {
+    const Morphology tree{.plot = "1",
+                          .tree = std::to_string(i),
+                          .dbh_cm = 6,
+                          .h_m = 3,
+                          .hcb_m = 0.15 * (i % 3),
+                          .cw_m = 3.4};
+    const SceneTree grown = grow_tree(tree, shrub, {.mesh = {.textured = true}});
+    const MeshPart& foliage = grown.mesh.parts.back();
+    const double hc_m = shrub.shape_of(tree).hc_m;
+    for (const Point tip :
+         {Point{1.7, 0, hc_m}, {-1.7, 0, hc_m}, {0, 1.7, hc_m}, {0, -1.7, hc_m}}) {
+      double nearest_m = 10.0;
+      for (std::size_t t = 0; t < foliage.triangle_count(); ++t) {
+        nearest_m =
+            std::min(nearest_m, test::distance_to_triangle(tip, test::triangle_of(foliage, t)));
+      }
+      sum_m += nearest_m;
+      farthest_m = std::max(farthest_m, nearest_m);
+      ++tips;
+    }
+  }
+  // Shoots have 40 cm, their leaves 6 cm. Before there were shoots for tips: 9 and 21 cm.
+  CHECK(sum_m / tips < 0.06);
+  CHECK(farthest_m < 0.15);
+}

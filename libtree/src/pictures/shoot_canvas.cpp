@@ -137,6 +137,10 @@ void ShootCanvas::leaf(const DrawnLeaf& leaf, const Blade& blade, double shadow)
       const double off =
           from.x * across.x + from.y * across.y - leaf.bend * leaf.length * share * share;
       const double half_width = 0.5 * leaf.width;
+      // No blade is wider than its widest place: beside it there is nothing to draw.
+      constexpr double kRounding = 1e-9;
+      const bool is_beside = std::abs(off) - half_width > shadow_width + kRounding;
+      if (is_beside && blade.outline.empty()) continue;
       double inside = 0.0;  // distance from the edge, positive inside
       double side = 0.0;
       if (blade.outline.empty()) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -173,11 +174,24 @@ BarkPictures pictures_of(const std::string& name, Bark bark, double relief) {
           std::make_shared<const Texture>(normals_of(name + "-normal", points, relief))};
 }
 
+BarkPictures drawn_bark(BarkKind kind) {
+  switch (kind) {
+    case BarkKind::kFurrowed:
+      return pictures_of("bark-furrowed", furrowed, 0.035);
+    case BarkKind::kSmooth:
+      return pictures_of("bark-smooth", smooth, 0.008);
+    case BarkKind::kCulm:
+      return pictures_of("bark-culm", culm, 0.004);
+  }
+  return {};
+}
+
 const BarkPictures& bark_pictures(BarkKind kind) {
-  static const std::array<BarkPictures, 3> pictures{pictures_of("bark-furrowed", furrowed, 0.035),
-                                                    pictures_of("bark-smooth", smooth, 0.008),
-                                                    pictures_of("bark-culm", culm, 0.004)};
-  return pictures.at(static_cast<std::size_t>(kind));
+  static std::array<std::once_flag, 3> once;
+  static std::array<BarkPictures, 3> pictures;
+  const auto at = static_cast<std::size_t>(kind);
+  std::call_once(once.at(at), [&] { pictures.at(at) = drawn_bark(kind); });
+  return pictures.at(at);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "segments/crown_gaps.hpp"
 #include "segments/drawn_angle.hpp"
 #include "segments/whorls.hpp"
 #include "silvafit/base/constants.hpp"
@@ -20,6 +21,25 @@ class Planner {
   Planner(const Crown& crown, const Branching& branching, Random& random)
       : crown_(crown), branching_(branching), random_(random) {}
 
+  /// Of several buds at one height the one that ends farthest from other branches and from the
+  /// stem.
+  PlannedBranch branch_in_gap(double base_m, double turn, const CrownGaps& gaps) {
+    constexpr int kBuds = 8;
+    PlannedBranch best{};
+    double widest = -1.0;
+    for (int i = 0; i < kBuds; ++i) {
+      const double azimuth =
+          turn + 2.0 * kPi * i / kBuds + random_.normal(0.0, branching_.azimuth_sd_deg * kRadian);
+      const PlannedBranch bud = branch(base_m, azimuth);
+      const Point tip = bud.tip();
+      const double gap = std::min(gaps.squared_gap(tip), gaps.squared_from_stem(tip));
+      if (gap <= widest) continue;
+      widest = gap;
+      best = bud;
+    }
+    return best;
+  }
+
   PlannedBranch branch(double base_m, double azimuth_rad) {
     PlannedBranch branch{.base_m = base_m,
                          .outward = {std::sin(azimuth_rad), std::cos(azimuth_rad), 0.0}};
@@ -28,8 +48,10 @@ class Planner {
     aim(branch, draw_angle(layer), radius);
     // At the crown base a flat branch would leave a concave crown at once: turn it up, first within
     // its layer, then until it reaches a quarter of the radius.
-    constexpr double kShortest = 0.02;
-    constexpr double kReach = 0.25;
+    // A single branch must reach farther than one of a whorl, or it is a tuft at the stem.
+    const bool is_single = branching_.arrangement == Arrangement::kSpiral;
+    const double kShortest = is_single ? 0.4 : 0.02;
+    const double kReach = is_single ? 0.5 : 0.25;
     const bool below_widest = base_m < crown_.hc_m();
     if (below_widest && branch.distance_m < kShortest * radius) {
       aim(branch, layer.low_deg * kRadian, radius);
@@ -94,6 +116,32 @@ class Planner {
   Random& random_;
 };
 
+constexpr std::array kMeasuredDirections{
+    Point{1, 0, 0}, Point{-1, 0, 0}, Point{0, -1, 0}, Point{0, 1, 0}};
+
+/// Branches one above the other, each of them in the largest gap between the limbs, the branches at
+/// the measured radii, and those before it.
+std::vector<PlannedBranch> spiral_branches(const std::vector<Whorl>& heights,
+                                           const Crown& crown,
+                                           const Branching& branching,
+                                           double turn,
+                                           Planner& planner) {
+  std::vector<PlannedBranch> last;
+  for (int i = 0; i < branching.fork.limbs; ++i) last.push_back(planner.limb(i, turn));
+  for (const Point outward : kMeasuredDirections) last.push_back(planner.widest(outward));
+  CrownGaps gaps(crown);
+  for (const PlannedBranch& branch : last) gaps.occupy(branch.tip());
+  std::vector<PlannedBranch> branches;
+  branches.reserve(heights.size() + last.size());
+  for (const Whorl& height : heights) {
+    turn += branching.divergence_deg * kRadian;
+    branches.push_back(planner.branch_in_gap(height.base_m, turn, gaps));
+    gaps.occupy(branches.back().tip());
+  }
+  branches.insert(branches.end(), last.begin(), last.end());
+  return branches;
+}
+
 }  // namespace
 
 double PlannedBranch::length_m() const { return distance_m / std::sin(angle_rad); }
@@ -116,16 +164,18 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
       plan_whorls(shape, preset, kMeasured + branching.fork.limbs, random, notes);
 
   Planner planner(crown, branching, random);
+  double turn = random.uniform(0.0, 2.0 * kPi);
+  if (branching.arrangement == Arrangement::kSpiral) {
+    return spiral_branches(whorls, crown, branching, turn, planner);
+  }
   std::vector<PlannedBranch> branches;
   branches.reserve(static_cast<std::size_t>(branching.most) + kMeasured + 8);
-  double turn = random.uniform(0.0, 2.0 * kPi);
   int direction = 0;
   for (std::size_t w = 0; w < whorls.size(); ++w) {
     const Whorl& whorl = whorls[w];
     const double next_m = w + 1 < whorls.size() ? whorls[w + 1].base_m : crown.h_m();
     const double spread_m = branching.whorl_spread * std::max(next_m - whorl.base_m, 0.0);
-    const bool spiral = branching.arrangement == Arrangement::kSpiral;
-    turn += spiral ? branching.divergence_deg * kRadian : random.uniform(0.0, 2.0 * kPi);
+    turn += random.uniform(0.0, 2.0 * kPi);
     const int directions = std::max(whorl.branches, branching.per_whorl);
     for (int i = 0; i < whorl.branches; ++i, ++direction) {
       const double azimuth = turn + 2.0 * kPi * (direction % directions) / directions +
@@ -136,9 +186,7 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
     }
   }
   for (int i = 0; i < branching.fork.limbs; ++i) branches.push_back(planner.limb(i, turn));
-  for (const Point outward : {Point{1, 0, 0}, Point{-1, 0, 0}, Point{0, -1, 0}, Point{0, 1, 0}}) {
-    branches.push_back(planner.widest(outward));
-  }
+  for (const Point outward : kMeasuredDirections) branches.push_back(planner.widest(outward));
   return branches;
 }
 

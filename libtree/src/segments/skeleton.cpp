@@ -9,6 +9,7 @@
 #include "morphology/breast_height.hpp"
 #include "segments/branch_plan.hpp"
 #include "segments/branch_skeleton.hpp"
+#include "segments/crown_gaps.hpp"
 #include "segments/drawn_angle.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -35,13 +36,14 @@ Frame frame_along(Point chord) {
 class SkeletonGrower {
  public:
   SkeletonGrower(const TreeShape& shape, const Crown& crown, const Preset& preset, Random& random)
-      : shape_(shape), crown_(crown), preset_(preset), random_(random) {}
+      : shape_(shape), crown_(crown), preset_(preset), random_(random), gaps_(crown) {}
 
   Skeleton grow() {
     add_stem();
     const std::vector<PlannedBranch> branches =
         plan_branches(shape_, crown_, preset_, random_, skeleton_.notes);
     reserve(branches.size());
+    for (const PlannedBranch& branch : branches) gaps_.occupy(branch.tip());
     for (const PlannedBranch& branch : branches) add_whole_branch(branch);
     return std::move(skeleton_);
   }
@@ -200,6 +202,46 @@ class SkeletonGrower {
     }
   }
 
+  /// A straight line inside the crown.
+  struct Line {
+    Point along{};
+    double length_m = 0.0;
+  };
+
+  /// \param azimuth  about the parent's axis, from its sideways direction
+  Line twig_line(Point base,
+                 const Frame& frame,
+                 double angle,
+                 double azimuth,
+                 double wanted_m,
+                 double lift) const {
+    Point along =
+        std::cos(angle) * frame.tangent +
+        std::sin(angle) * (std::cos(azimuth) * frame.sideways + std::sin(azimuth) * frame.upward);
+    if (lift != 0.0) along = direction(along + Point{0.0, 0.0, lift});
+    return {along, crown_.length_inside_m(base, along, wanted_m)};
+  }
+
+  /// Of several buds around the parent's axis the one that ends farthest from other branches.
+  Line line_in_gap(Point base,
+                   const Frame& frame,
+                   double angle,
+                   double azimuth,
+                   double wanted_m,
+                   double lift) const {
+    constexpr int kBuds = 6;
+    Line best{};
+    double widest = -1.0;
+    for (int i = 0; i < kBuds; ++i) {
+      const Line line = twig_line(base, frame, angle, azimuth + kTwoPi * i / kBuds, wanted_m, lift);
+      const double gap = gaps_.squared_gap(base + line.length_m * line.along);
+      if (gap <= widest) continue;
+      widest = gap;
+      best = line;
+    }
+    return best;
+  }
+
   /// \param azimuth  about the parent's axis, from its sideways direction
   void add_twig(std::uint32_t bearer,
                 const SkeletonPoint& base,
@@ -209,14 +251,14 @@ class SkeletonGrower {
                 const Twigs& twigs,
                 const Twigs* shoots) {
     const double angle = drawn_angle(random_, twigs.angle_low_deg, twigs.angle_high_deg);
-    Point along =
-        std::cos(angle) * frame.tangent +
-        std::sin(angle) * (std::cos(azimuth) * frame.sideways + std::sin(azimuth) * frame.upward);
-    if (twigs.lift != 0.0) along = direction(along + Point{0.0, 0.0, twigs.lift});
-    const double length = crown_.length_inside_m(base.at, along, wanted_m);
+    const bool in_gap = twigs.arrangement == TwigArrangement::kSpiral;
+    const auto [along, length] =
+        in_gap ? line_in_gap(base.at, frame, angle, azimuth, wanted_m, twigs.lift)
+               : twig_line(base.at, frame, angle, azimuth, wanted_m, twigs.lift);
     // Parts outside the crown curve are cut off and have no twigs.
     constexpr double kShortest = 0.05;
     if (length < kShortest * wanted_m) return;
+    if (in_gap) gaps_.occupy(base.at + length * along);
     const std::uint32_t axis = begin_axis(skeleton_.axes[bearer].order + 1, bearer);
     const double radius = twigs.has_wood ? twig_radius_m(base.radius_m, length) : 0.0;
     add_point(base.at, radius);
@@ -248,6 +290,7 @@ class SkeletonGrower {
   const Crown& crown_;
   const Preset& preset_;
   Random& random_;
+  CrownGaps gaps_;
   Skeleton skeleton_;
 };
 

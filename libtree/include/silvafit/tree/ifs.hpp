@@ -102,6 +102,7 @@ struct IfsPreset {
   IfsVariation variation{};
   IfsLimits limits{};
   IfsLeaves leaves{};
+  double head = 0.0;  ///< proportion of the crown's length below which no branch starts
   SmoothStyle style{};
 };
 

@@ -91,7 +91,7 @@ struct MeshOptions {
   bool textured = false;
   /// With textures: thinner branches are in the pictures of shoots and not drawn, except those that
   /// define a measurement of the crown [m].
-  double thinnest_wood_m = 0.012;
+  double thinnest_wood_m = 0.014;
   /// With textures: triangles of stem and limbs of smooth meshes, as far as measurements allow.
   int most_wood = 5000;
   /// Colors of foliage that vary with its depth in the crown, in addition to the material's.

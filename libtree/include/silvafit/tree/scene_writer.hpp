@@ -50,7 +50,8 @@ struct SceneOptions {
   bool quantize = false;
   /// GLB and glTF: buffers compressed by meshoptimizer (EXT_meshopt_compression); implies quantize.
   bool compress = false;
-  bool ascii = false;  ///< PLY as text
+  bool ascii = false;    ///< PLY as text
+  unsigned threads = 1;  ///< GLB and glTF: for compressing pictures; 0: one for each core
   /// OBJ: pictures that this file shares with others of its folder; null: it has its own.
   SharedPictures* pictures = nullptr;
   /// GLB: the longest file that is written, in bytes. The format has 32 bits for its length.

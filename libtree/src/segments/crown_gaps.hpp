@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// The places of a crown that are far from the ends of its branches.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/point.hpp"
+
+namespace silvafit::tree {
+
+/// Of the buds in all directions, those in the light become branches. A new branch therefore ends
+/// where it is farthest from the ends of the others, which leaves no large gap in the crown.
+class CrownGaps {
+ public:
+  explicit CrownGaps(const Crown& crown)
+      : crown_(&crown), along_(2.0 / std::max(crown.h_m() - crown.hcb_m(), kLeast_m)) {}
+
+  void reserve(std::size_t number) { ends_.reserve(number); }
+
+  void occupy(Point end) { ends_.push_back(scaled(end)); }
+
+  /// Squared distance to the stem's axis.
+  double squared_from_stem(Point place) const {
+    const Point at = scaled(place);
+    return at.x * at.x + at.y * at.y;
+  }
+
+  /// Squared distance to the nearest end.
+  double squared_gap(Point place) const {
+    const Point at = scaled(place);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Point& end : ends_) {
+      const Point apart = end - at;
+      nearest = std::min(nearest, dot(apart, apart));
+    }
+    return nearest;
+  }
+
+ private:
+  static constexpr double kLeast_m = 1e-6;
+
+  /// In radii of the crown in the same direction, and in halves of its length: otherwise the wide
+  /// side of a crown would get all branches.
+  Point scaled(Point at) const {
+    const double across = 1.0 / crown_->radius_m(at.x, at.y);
+    return {across * at.x, across * at.y, along_ * at.z};
+  }
+
+  const Crown* crown_;
+  double along_;
+  std::vector<Point> ends_{};
+};
+
+}  // namespace silvafit::tree
