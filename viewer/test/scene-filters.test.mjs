@@ -38,14 +38,14 @@ test("trees are shown by a residual, observed minus predicted", () => {
 });
 
 test("a link has the whole state", () => {
-  const state = { camera: [1.25, -3, 40.123], target: [0, 8.5, 0], color: "residual:h", filter: { ...ALL, plot: 0, species: 3, most: 17.5, residual: 2, lowest: -0.5 } };
+  const state = { camera: [1.25, -3, 40.123], target: [0, 8.5, 0], isWalking: true, color: "residual:h", filter: { ...ALL, plot: 0, species: 3, most: 17.5, residual: 2, lowest: -0.5 } };
   const fragment = fragmentOf(state);
   assert.ok(fragment.startsWith("#camera=1.25,-3,40.123&target=0,8.5,0"), fragment);
   assert.deepEqual(stateOf(fragment), state);
 });
 
 test("what a fragment does not say, or says wrongly, is null", () => {
-  const nothing = { camera: null, target: null, color: null, filter: ALL };
+  const nothing = { camera: null, target: null, isWalking: false, color: null, filter: ALL };
   assert.deepEqual(stateOf(""), nothing);
   assert.deepEqual(stateOf("#camera=1,2&target=a,b,c&plot=x&least="), nothing);
   assert.deepEqual(stateOf("#somewhere"), nothing);

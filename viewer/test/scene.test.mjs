@@ -395,6 +395,16 @@ test("a scene without measurements keeps its ground, and one walks on it", { ski
     const ground = await page.evaluate(([east, south]) => window.silvafitView.groundAt(east, south), [x, z]);
     assert.ok(Math.abs(eye - ground - 1.7) < 1e-6, `${eye} over ${ground}`);
     assert.ok(drawnShare(await pixels(page)) > 0.05);
+    // The link leads to the same place, still walking.
+    const ahead = await pixels(page);
+    await page.locator("#link").click();
+    assert.match(page.url(), /mode=walk/);
+    await page.reload();
+    await page.evaluate(() => window.silvafitView.ready);
+    const again = await page.evaluate(() => window.silvafitView.camera());
+    for (const [i, value] of [x, eye, z].entries()) assert.ok(Math.abs(again[i] - value) < 2e-3, `${again} after ${[x, eye, z]}`);
+    assert.equal(await page.getByRole("button", { name: "Walk", exact: true }).getAttribute("aria-pressed"), "true");
+    assert.ok(Math.abs(drawnShare(await pixels(page)) - drawnShare(ahead)) < 0.02);
   }),
 );
 

@@ -292,21 +292,24 @@ class Page {
 
   /** The view of the link with which the page was opened. */
   restore() {
-    const { camera, target, color } = this.linked;
+    const { camera, target, isWalking, color } = this.linked;
     if (color !== null && treeCount(this.data) > 0) {
       this.colorSelect.value = color;
       // A link of another page may name a coloring that this one lacks.
       if (this.colorSelect.selectedIndex < 0) this.colorSelect.selectedIndex = 0;
       this.setColoring(this.colorSelect.value);
     }
-    if (camera && target) this.moves.lookFrom(camera, target);
+    if (!camera || !target) return;
+    if (isWalking) this.setMode("walk");
+    this.moves.lookFrom(camera, target);
   }
 
   /** Puts the state into the address, and the address on the clipboard where the browser allows it. */
   async link() {
     const { camera } = this.view;
     const color = this.colorSelect?.value ?? "";
-    location.hash = fragmentOf({ camera: camera.position.toArray(), target: this.moves.orbit.target.toArray(), color, filter: this.filtered });
+    const target = this.moves.target().toArray();
+    location.hash = fragmentOf({ camera: camera.position.toArray(), target, isWalking: this.moves.mode === "walk", color, filter: this.filtered });
     await navigator.clipboard?.writeText(location.href).catch(() => {});
     this.linkNote.textContent = "The address of this page now shows this view.";
   }

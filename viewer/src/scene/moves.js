@@ -67,10 +67,23 @@ export class Moves {
 
   /** Looks from one point at another, both [x, y, z]. */
   lookFrom(from, at) {
-    this.orbit.target.fromArray(at);
-    this.view.camera.position.fromArray(from);
-    this.orbit.update();
+    const { camera } = this.view;
+    camera.position.fromArray(from);
+    if (this.mode === "walk") {
+      this.stand();
+      camera.lookAt(...at);
+    } else {
+      this.orbit.target.fromArray(at);
+      this.orbit.update();
+    }
     this.view.invalidate();
+  }
+
+  /** The middle of the view; while walking, a point ahead. */
+  target() {
+    const { camera } = this.view;
+    if (this.mode !== "walk") return this.orbit.target;
+    return camera.position.clone().addScaledVector(camera.getWorldDirection(new Vector3()), 10);
   }
 
   /** Shows a whole box, and other points, from the south-west above. */
