@@ -17,8 +17,10 @@ struct StartSearchOptions {
   std::map<std::string, double> fixed{};
   /// One more candidate, by name; coefficients that it does not have are 1.
   std::map<std::string, double> rule{};
-  std::size_t count = 3;  ///< number of requested starts
-  int further_hops = 0;   ///< in addition to those of formulas with many coefficients
+  /// Number of requested starts. Frequencies of a wave with a given phase that fit nearly as well
+  /// as the best one are added.
+  std::size_t count = 3;
+  int further_hops = 0;  ///< in addition to those of formulas with many coefficients
 };
 
 /// Good starts, best first, each near another minimum.

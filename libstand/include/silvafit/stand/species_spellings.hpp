@@ -26,7 +26,7 @@ class SpeciesSpellings {
 
  private:
   std::map<std::string, std::string> spelling_of_{};  ///< by the folded name
-  bool are_distinct_ = false;  ///< whether given spellings are the only difference
+  bool are_distinct_ = false;  ///< two given species differ only in case or blanks
   struct Change {
     std::string to{};
     std::size_t trees = 0;
