@@ -3,6 +3,9 @@
 import { MeshDepthMaterial, RGBADepthPacking, ShaderChunk } from "three";
 import { PLACED, SIZED } from "./shape.js";
 
+/* Cards are often seen from the side. */
+const ANISOTROPY = 8;
+
 export const COLOR_PARS = /* glsl */ `
 varying vec3 vTreeColor;
 varying float vTreeShade;
@@ -18,15 +21,24 @@ export const COLOR = /* glsl */ `
 }
 `;
 
-/* Mipmaps average the opacity, so that far leaves would vanish; it is raised with the level. */
+/*
+ * Mipmaps average the opacity: with one threshold for all, far shoots would lose either their leaves or their gaps. From the first level on
+ * each texel of a level is therefore drawn with the probability of its opacity, always the same texels.
+ */
 export const COVERAGE = /* glsl */ `
 #if defined( USE_MAP ) && defined( USE_ALPHATEST )
 {
   vec2 texel = vMapUv * vec2(textureSize(map, 0));
   vec2 dx = dFdx(texel);
   vec2 dy = dFdy(texel);
-  float level = max(0.0, 0.5 * log2(max(dot(dx, dx), dot(dy, dy))));
-  diffuseColor.a *= 1.0 + 0.3 * level;
+  float first = dot(dx, dx);
+  float second = dot(dy, dy);
+  // Of the narrow side of a pixel, as far as the filter is anisotropic.
+  float level = max(0.0, 0.5 * log2(max(min(first, second), max(first, second) / ${ANISOTROPY * ANISOTROPY}.0)));
+  vec2 cell = floor(texel / exp2(floor(level)));
+  float chance = fract(sin(dot(cell, vec2(12.9898, 78.233))) * 43758.5453);
+  float threshold = mix(alphaTest, clamp(chance, 0.05, 0.95), clamp(level, 0.0, 1.0));
+  diffuseColor.a = diffuseColor.a < threshold ? 0.0 : 1.0;
 }
 #endif
 #include <alphatest_fragment>
@@ -37,6 +49,10 @@ export const BOTH_SIDES = ShaderChunk.normal_fragment_begin.replace("gl_FrontFac
 
 /** Whether a material shows pictures of shoots. */
 export const isCutOut = (material) => Boolean(material.map) && material.alphaTest > 0;
+
+const sharpen = (material) => {
+  if (isCutOut(material)) material.map.anisotropy = ANISOTROPY;
+};
 
 /** Functions that place the vertices of trees without sizes, or with them. */
 export const placingOf = (isPlaced) => (isPlaced ? PLACED : SIZED);
@@ -57,6 +73,7 @@ export function placeTrees(shader, uniforms, functions) {
  * @param {boolean} isPlaced  by matrices instead of sizes
  */
 export function treeMaterial(material, uniforms, isPlaced) {
+  sharpen(material);
   const copy = material.clone();
   copy.onBeforeCompile = (shader) => {
     placeTrees(shader, uniforms, placingOf(isPlaced));
@@ -73,6 +90,7 @@ export function treeMaterial(material, uniforms, isPlaced) {
 /** Lights pictures of shoots in a scene that is shown unchanged from both sides, too. */
 export function lightBothSides(material) {
   if (!isCutOut(material)) return;
+  sharpen(material);
   material.onBeforeCompile = (shader) => {
     shader.fragmentShader = shader.fragmentShader.replace("#include <alphatest_fragment>", COVERAGE).replace("#include <normal_fragment_begin>", BOTH_SIDES);
   };
