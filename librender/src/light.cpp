@@ -114,6 +114,7 @@ struct Surroundings {
   Vector3f back;  ///< towards the start of the ray
   Vector3f flat_normal;
   Vector3f normal;
+  Vector3f facet_normal;    ///< of what reflects: not smooth, but with the relief of the normal map
   float reflected = 0.0F;   ///< share of the light that is reflected
   float through = 0.0F;     ///< light scattered to the other side relative to this side
   Vector3f color{0, 0, 0};  ///< scattered to this side; both sides together at most 1
@@ -122,7 +123,10 @@ struct Surroundings {
     flat_normal = at.flat_normal.dot(back) < 0.0F ? Vector3f(-at.flat_normal) : at.flat_normal;
     // Vertex normals of a leaf may point to its other side.
     normal = at.normal.dot(flat_normal) < 0.0F ? Vector3f(-at.normal) : at.normal;
-    if (at.material->reflectance > 0.0) reflected = fresnel(*at.material, flat_normal.dot(back));
+    facet_normal =
+        at.facet_normal.dot(flat_normal) < 0.0F ? Vector3f(-at.facet_normal) : at.facet_normal;
+    if (facet_normal.dot(back) <= 0.0F) facet_normal = flat_normal;
+    if (at.material->reflectance > 0.0) reflected = fresnel(*at.material, facet_normal.dot(back));
     through = static_cast<float>(at.material->translucency);
     color = at.color / std::max(1.0F, (1.0F + through) * at.color.maxCoeff());
   }
@@ -186,11 +190,12 @@ Vector3f Light::from_sun(const Surroundings& here, Random& random) const {
   const float share = cosine >= 0.0F ? 1.0F : here.through;
   Vector3f light = (1.0F - here.reflected) * share * std::abs(cosine) * here.color;
   const float alpha = alpha_of(*here.hit.material);
-  if (here.reflected > 0.0F && alpha > 0.0F && flat_cosine > 0.0F) {
+  const float facet_cosine = here.facet_normal.dot(direction);
+  if (here.reflected > 0.0F && alpha > 0.0F && flat_cosine > 0.0F && facet_cosine > 0.0F) {
     const Vector3f facet = (direction + here.back).normalized();
-    const float view_cosine = std::max(here.flat_normal.dot(here.back), 1e-4F);
-    const float density = facet_density(here.flat_normal.dot(facet), alpha);
-    const float reflected = here.reflected * density * visible_share(flat_cosine, alpha) *
+    const float view_cosine = std::max(here.facet_normal.dot(here.back), 1e-4F);
+    const float density = facet_density(here.facet_normal.dot(facet), alpha);
+    const float reflected = here.reflected * density * visible_share(facet_cosine, alpha) *
                             visible_share(view_cosine, alpha) / (4.0F * view_cosine);
     light += Vector3f::Constant(kPi * reflected);
   }
@@ -204,12 +209,13 @@ Vector3f Light::from_sun(const Surroundings& here, Random& random) const {
 Ray Light::next(const Surroundings& here, Random& random, Vector3f& share) const {
   if (here.reflected > 0.0F && uniform(random) < here.reflected) {
     const float alpha = alpha_of(*here.hit.material);
-    // A mirror reflects by its smooth normal, a rough surface by that of its triangle.
+    // A mirror reflects by its smooth normal, a rough surface by that of its triangle and relief.
     const Vector3f facet =
-        alpha > 0.0F ? visible_facet(here.flat_normal, here.back, alpha, random) : here.normal;
+        alpha > 0.0F ? visible_facet(here.facet_normal, here.back, alpha, random) : here.normal;
     const Vector3f direction = (2.0F * facet.dot(here.back) * facet - here.back).normalized();
-    const float cosine = here.flat_normal.dot(direction);
-    if (alpha > 0.0F) share *= cosine > 0.0F ? visible_share(cosine, alpha) : 0.0F;
+    const float cosine = here.facet_normal.dot(direction);
+    const bool is_away = cosine > 0.0F && here.flat_normal.dot(direction) > 0.0F;
+    if (alpha > 0.0F) share *= is_away ? visible_share(cosine, alpha) : 0.0F;
     return leaving(here.hit, here.flat_normal, direction);
   }
   const bool is_through = uniform(random) * (1.0F + here.through) > 1.0F;

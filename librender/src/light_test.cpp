@@ -5,7 +5,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <vector>
 
 using namespace silvafit;
 using namespace silvafit::render;
@@ -26,6 +28,10 @@ Surface floor(const Material& material) {
 
 TracedScene traced(Surface surface) {
   return TracedScene(Scene{.models = {{.surfaces = {std::move(surface)}}}, .instances = {{}}});
+}
+
+std::shared_ptr<const tree::Texture> picture_of(const std::vector<std::uint8_t>& pixel) {
+  return std::make_shared<tree::Texture>(tree::Texture{.width = 1, .height = 1, .rgba = pixel});
 }
 
 Sky uniform_sky(float radiance) {
@@ -83,6 +89,49 @@ TEST_CASE("a rough reflection of the sun has the density of its microfacets") {
   const double alpha = 0.36;
   CHECK(mean_light(light, {0.0F, 3.0F, 0.0F}, 2000)[0] ==
         Approx(2.0 * 0.04 / (4.0 * alpha * alpha)).epsilon(0.002));
+}
+
+TEST_CASE("a rough reflection has the relief of the normal map") {
+  // Facets that lean by 30 degrees to the east show an observer above them the sun in the east at
+  // 30 degrees: Schlick's F times D V V / (4 cos 30), with D = 1 / (pi alpha^2) and Smith's V,
+  // times the irradiance pi.
+  Surface leaning = floor({.color = {0, 0, 0}, .reflectance = 0.04, .roughness = 0.6});
+  leaning.uvs = {0, 0, 0, 1, 1, 1, 1, 0};
+  leaning.texture = picture_of({255, 255, 255, 255});
+  leaning.normal_texture = picture_of({191, 128, 238, 255});
+  Sky sky{.to_sun = sky_direction(90.0, 30.0)};
+  sky.sun = Vector3f::Ones();
+  const double square = 0.36 * 0.36;
+  const double cosine = std::cos(std::numbers::pi / 6.0);
+  const double fresnel = 0.04 + (0.4 - 0.04) * std::pow(1.0 - cosine, 5.0);
+  const double visible =
+      2.0 * cosine / (cosine + std::sqrt(square + (1.0 - square) * cosine * cosine));
+  const double expected = fresnel * visible * visible / (4.0 * square * cosine);
+  const TracedScene scene = traced(leaning);
+  // The map's bytes are exact to a quarter of a degree.
+  CHECK(mean_light(Light(scene, sky, kNoGround), {0.0F, 3.0F, 0.0F}, 2000)[0] ==
+        Approx(expected).epsilon(0.005));
+  leaning.normal_texture = nullptr;
+  const TracedScene level = traced(leaning);
+  CHECK(mean_light(Light(level, sky, kNoGround), {0.0F, 3.0F, 0.0F}, 2000)[0] < 0.3 * expected);
+}
+
+TEST_CASE("a picture of leaves is not drawn if it is seen from its edge") {
+  const auto is_drawn = [](double translucency, double angle_deg) {
+    Surface card = floor({.translucency = translucency, .double_sided = true});
+    // The opaque half of its picture.
+    card.uvs = {0.25F, 0.5F, 0.25F, 0.5F, 0.25F, 0.5F, 0.25F, 0.5F};
+    card.texture = std::make_shared<tree::Texture>(
+        tree::Texture{.width = 2, .height = 1, .rgba = {255, 255, 255, 255, 255, 255, 255, 0}});
+    const double angle = angle_deg * std::numbers::pi / 180.0;
+    const Eigen::Vector3d up(std::cos(angle), std::sin(angle), 0.0);
+    const Vector3f from = up.cast<float>();
+    return traced(card).nearest({from, -from}).has_value();
+  };
+  CHECK_FALSE(is_drawn(0.6, 5.0));
+  CHECK_FALSE(is_drawn(0.6, -5.0));
+  CHECK(is_drawn(0.6, 9.0));
+  CHECK(is_drawn(0.0, 5.0));  // not a leaf
 }
 
 TEST_CASE("a level surface shows the sun by the sine of its elevation, and the sky") {

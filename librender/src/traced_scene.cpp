@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -111,22 +112,31 @@ Vector3f bent_normal(const Surface& surface,
   return bent.squaredNorm() > 0.0F ? Vector3f(bent.normalized()) : normal;
 }
 
-/// Whether a ray hits a triangle from the side from which it is wound clockwise.
-bool is_back(const RTCFilterFunctionNArguments* hit, unsigned i) {
-  const float along = RTCHitN_Ng_x(hit->hit, hit->N, i) * RTCRayN_dir_x(hit->ray, hit->N, i) +
-                      RTCHitN_Ng_y(hit->hit, hit->N, i) * RTCRayN_dir_y(hit->ray, hit->N, i) +
-                      RTCHitN_Ng_z(hit->hit, hit->N, i) * RTCRayN_dir_z(hit->ray, hit->N, i);
-  return along > 0.0F;
+/// The cosine between a ray and the normal of the triangle that it hits: positive if it comes from
+/// the side from which the triangle is wound clockwise.
+float cosine_of(const RTCFilterFunctionNArguments* hit, unsigned i) {
+  const Vector3f normal(RTCHitN_Ng_x(hit->hit, hit->N, i),
+                        RTCHitN_Ng_y(hit->hit, hit->N, i),
+                        RTCHitN_Ng_z(hit->hit, hit->N, i));
+  const Vector3f along(RTCRayN_dir_x(hit->ray, hit->N, i),
+                       RTCRayN_dir_y(hit->ray, hit->N, i),
+                       RTCRayN_dir_z(hit->ray, hit->N, i));
+  return normal.dot(along) / (normal.norm() * along.norm());
 }
 
 /// As in glTF viewers, rays pass where a texture is less than half opaque, and they pass the backs
-/// of pictures that have only one side.
+/// of pictures that have only one side. They pass pictures of leaves that are seen from their edge,
+/// which would look like a streak.
 void pass_transparent(const RTCFilterFunctionNArguments* hit) {
   constexpr float kOpaque = 0.5F;
+  constexpr float kEdge = 0.12F;
   const auto& surface = *static_cast<const Surface*>(hit->geometryUserPtr);
   for (unsigned i = 0; i < hit->N; ++i) {
     if (hit->valid[i] == 0) continue;
-    if (!surface.material.double_sided && is_back(hit, i)) {
+    const float cosine = cosine_of(hit, i);
+    const bool is_back = !surface.material.double_sided && cosine > 0.0F;
+    const bool is_edge = surface.material.translucency > 0.0 && std::abs(cosine) < kEdge;
+    if (is_back || is_edge) {
       hit->valid[i] = 0;
       continue;
     }
@@ -341,6 +351,7 @@ std::optional<Hit> TracedScene::nearest(const Ray& ray) const {
   hit.at = ray.origin + hit.distance * ray.direction;
   hit.flat_normal = (turn * Vector3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z)).normalized();
   hit.normal = hit.flat_normal;
+  hit.facet_normal = hit.flat_normal;
   hit.color = to_float(surface.material.color);
   if (!surface.normals.empty()) {
     Vector3f sum = Vector3f::Zero();
@@ -361,7 +372,12 @@ std::optional<Hit> TracedScene::nearest(const Ray& ray) const {
     const auto [u, v] = place_in_picture(surface, query.hit.primID, query.hit.u, query.hit.v);
     const Eigen::Vector4f stored = sampled_as_stored(*surface.normal_texture, u, v);
     const Matrix3f linear = transforms_[number].topLeftCorner<3, 3>();
-    hit.normal = bent_normal(surface, query.hit.primID, linear, hit.normal, stored.head<3>());
+    const auto bent = [&](const Vector3f& normal) {
+      return bent_normal(surface, query.hit.primID, linear, normal, stored.head<3>());
+    };
+    const bool is_turned = hit.normal.dot(hit.flat_normal) < 0.0F;
+    hit.facet_normal = bent(is_turned ? Vector3f(-hit.flat_normal) : hit.flat_normal);
+    hit.normal = bent(hit.normal);
   }
   return hit;
 }

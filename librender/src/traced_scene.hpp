@@ -24,8 +24,9 @@ struct Ray {
 struct Hit {
   float distance = std::numeric_limits<float>::infinity();
   Eigen::Vector3f at{0, 0, 0};
-  Eigen::Vector3f flat_normal{0, 1, 0};  ///< of the triangle, as it is wound; of length 1
-  Eigen::Vector3f normal{0, 1, 0};       ///< by its vertices and the normal map; of length 1
+  Eigen::Vector3f flat_normal{0, 1, 0};   ///< of the triangle, as it is wound; of length 1
+  Eigen::Vector3f normal{0, 1, 0};        ///< by its vertices and the normal map; of length 1
+  Eigen::Vector3f facet_normal{0, 1, 0};  ///< of the triangle, with the normal map; of length 1
   Eigen::Vector3f color{1, 1, 1};
   const Material* material = nullptr;
 };
