@@ -19,6 +19,11 @@ PresetHead preset_head_of(const std::filesystem::path& models, const JsonEntry& 
   return head;
 }
 
+double largest_gap_of(const JsonEntry& entry) {
+  constexpr double kSmallest = 0.1;
+  return entry.has("largest_gap") ? entry.number("largest_gap", kSmallest, 2.0) : 0.0;
+}
+
 Color color_of(const JsonEntry& entry, const std::string& field) {
   const auto color = entry.get<Color>(field);
   for (const double channel : color) {

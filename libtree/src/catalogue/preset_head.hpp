@@ -13,6 +13,9 @@ namespace silvafit::tree {
 /// \throws InputError naming file and field
 PresetHead preset_head_of(const std::filesystem::path& models, const JsonEntry& entry);
 
+/// The optional field of the same name, 0 if it is absent: FitOptions.
+double largest_gap_of(const JsonEntry& entry);
+
 /// Three numbers in [0, 1].
 Color color_of(const JsonEntry& entry, const std::string& field);
 

@@ -142,7 +142,8 @@ void filter_normals(PackedStream& stream, const MeshPart& part) {
   for (std::size_t i = 0; i < part.normals.size(); ++i) four[i / 3 * 4 + i % 3] = part.normals[i];
   // The normals of cards are those of the crown, more or less, and bark is rough: a few degrees do
   // not matter.
-  const int bits = has_picture(part) ? 5 : 8;
+  const int of_textured = is_cards(part) ? 4 : 5;
+  const int bits = has_picture(part) ? of_textured : 8;
   meshopt_encodeFilterOct(stream.bytes.data(), stream.count, stream.stride, bits, four.data());
   stream.octahedral = true;
 }

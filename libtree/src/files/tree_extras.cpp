@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "silvafit/base/json_text.hpp"
@@ -9,8 +10,17 @@ namespace {
 
 using nlohmann::ordered_json;
 
+/// Vertices are floats: digits beyond these are their rounding.
+double rounded(double value) {
+  constexpr double kSteps = 1e5;
+  return std::round(kSteps * value) / kSteps;
+}
+
 ordered_json json_of(const CrownRadii& radii) {
-  return {{"e", radii.east_m}, {"w", radii.west_m}, {"s", radii.south_m}, {"n", radii.north_m}};
+  return {{"e", rounded(radii.east_m)},
+          {"w", rounded(radii.west_m)},
+          {"s", rounded(radii.south_m)},
+          {"n", rounded(radii.north_m)}};
 }
 
 }  // namespace
@@ -20,10 +30,10 @@ std::string tree_extras(const SceneTree& tree) {
                       {"tree", tree.tree},
                       {"species", tree.species},
                       {"preset", tree.preset},
-                      {"h", tree.measured.h_m},
-                      {"hcb", tree.measured.hcb_m},
-                      {"dbh", tree.measured.dbh_cm},
-                      {"cw", tree.measured.radii.width_m()},
+                      {"h", rounded(tree.measured.h_m)},
+                      {"hcb", rounded(tree.measured.hcb_m)},
+                      {"dbh", rounded(tree.measured.dbh_cm)},
+                      {"cw", rounded(tree.measured.radii.width_m())},
                       {"radii", json_of(tree.measured.radii)}};
   if (tree.removed_share) extras["removed_share"] = *tree.removed_share;
   if (!tree.notes.empty()) {

@@ -11,6 +11,7 @@
 #include "fitted/crown_map.hpp"
 #include "fitted/fitted_leaves.hpp"
 #include "fitted/fitted_stem.hpp"
+#include "fitted/gap_branches.hpp"
 #include "fitted/radius_axes.hpp"
 #include "fitted/skeleton_line.hpp"
 #include "fitted/standing_skeleton.hpp"
@@ -431,8 +432,10 @@ Skeleton fit_to_measurements(const Skeleton& grown,
                              const TreeShape& shape,
                              const Crown& crown,
                              const Taper& taper,
-                             double head) {
-  return Fitter(standing(grown), shape, crown, taper, head).run();
+                             const FitOptions& options) {
+  Skeleton fitted = Fitter(standing(grown), shape, crown, taper, options.head).run();
+  if (options.largest_gap > 0.0) fill_gaps(fitted, crown, options.largest_gap);
+  return fitted;
 }
 
 }  // namespace silvafit::tree

@@ -179,6 +179,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                     "crown",
                     "trunk",
                     "head",
+                    "largest_gap",
                     "maps",
                     "variation",
                     "recursion",
@@ -195,7 +196,8 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                    .variation = variation_of(entry.child("variation")),
                    .limits = limits_of(entry.child("recursion")),
                    .leaves = leaves_of(entry.child("leaves"))};
-  if (entry.has("head")) preset.head = entry.number("head", 0.0, 0.95);
+  if (entry.has("head")) preset.fit.head = entry.number("head", 0.0, 0.95);
+  preset.fit.largest_gap = largest_gap_of(entry);
   preset.style.bark = color_of(entry, "bark_color");
   preset.style.bark_kind = bark_kind_of(entry);
   if (entry.has("leafy_shoots")) {
@@ -217,7 +219,7 @@ Skeleton IfsBuilder::grow_skeleton(const TreeShape& shape,
                                    const Crown& crown,
                                    Random& random) const {
   return fit_to_measurements(
-      grow_freely(shape.h_m, random), shape, crown, this->preset().taper, ifs_.head);
+      grow_freely(shape.h_m, random), shape, crown, this->preset().taper, ifs_.fit);
 }
 
 Skeleton IfsBuilder::grow_skeleton_for(const MeshOptions& mesh,
@@ -226,7 +228,7 @@ Skeleton IfsBuilder::grow_skeleton_for(const MeshOptions& mesh,
                                        Random& random) const {
   const bool has_leaves = !shows_shoots(ifs_.style, mesh);
   return fit_to_measurements(
-      grow_ifs(ifs_, random, has_leaves), shape, crown, this->preset().taper, ifs_.head);
+      grow_ifs(ifs_, random, has_leaves), shape, crown, this->preset().taper, ifs_.fit);
 }
 
 Mesh IfsBuilder::build_mesh(const Skeleton& skeleton,

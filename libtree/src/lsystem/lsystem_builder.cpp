@@ -89,6 +89,7 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "grammar",
                     "constants",
                     "by_height",
+                    "largest_gap",
                     "bark_color",
                     "bark",
                     "leaves",
@@ -97,6 +98,7 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "bud",
                     "basis"});
   LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
+  preset.fit.largest_gap = largest_gap_of(entry);
   preset.style.bark = color_of(entry, "bark_color");
   preset.style.bark_kind = bark_kind_of(entry);
   if (entry.has("leafy_shoots")) {
@@ -127,6 +129,7 @@ LsystemBuilder::~LsystemBuilder() = default;
 std::unique_ptr<LsystemBuilder> LsystemBuilder::with_grammar(const Grammar& grammar) const {
   LsystemPreset changed = lsystem_;
   changed.stages = {{0.0, grammar}};
+  changed.fit = {};  // shows the user's branches only
   return std::make_unique<LsystemBuilder>(preset(), std::move(changed));
 }
 
@@ -189,7 +192,7 @@ Skeleton LsystemBuilder::fitted(Skeleton grown,
                                 Random& random) const {
   turn_about_stem(grown, random.uniform(0.0, 2.0 * std::numbers::pi));
   try {
-    return fit_to_measurements(grown, shape, crown, preset().taper);
+    return fit_to_measurements(grown, shape, crown, preset().taper, lsystem_.fit);
   } catch (const GeometryError& error) {
     // The drawing causes the error, not the measurements.
     throw GeometryError(error.message(),

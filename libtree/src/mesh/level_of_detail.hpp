@@ -21,7 +21,7 @@ inline int sides_of(const SkeletonPoint& base, const MeshOptions& options) {
   return 2.0 * base.radius_m >= options.thick_branch_m ? options.branch_sides : options.twig_sides;
 }
 
-/// Tolerances of segment trees. With textures, bark hides smaller deviations than without.
+/// With textures, bark hides smaller deviations than without.
 inline double stem_tolerance_m(const MeshOptions& options) {
   constexpr double kWithBark = 0.002;
   return options.textured ? std::max(options.stem_tolerance_m, kWithBark)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -73,7 +74,9 @@ class PartBuilder {
     if (part_.colors.size() < 4 * (colored_ + 1)) {
       grow(part_.colors, 4 * std::max(colored_ + 1, reserved_));
     }
-    std::copy(color.begin(), color.end(), part_.colors.begin() + 4 * colored_++);
+    std::copy(color.begin(),
+              color.end(),
+              part_.colors.begin() + static_cast<std::ptrdiff_t>(4 * colored_++));
   }
 
   void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {

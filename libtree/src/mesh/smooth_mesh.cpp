@@ -129,36 +129,50 @@ double wood_error_m(const Limbs& limbs,
   return WoodError(limbs, WoodRings(limbs, crown, finest), rings).bound();
 }
 
-/// The diameter of the thinnest limbs that are drawn, so that the wood has about as many triangles
-/// as the options allow [m].
-double thinnest_wood_m(const Limbs& limbs, const WoodRings& rings, const MeshOptions& options) {
+/// The limbs that are drawn with their bends, and the thinner ones that are drawn straight, so that
+/// the wood has about as many triangles as the options allow.
+struct ThinnestWood {
+  double bent_m = 0.0;  ///< diameter at the base
+  double straight_m = 0.0;
+};
+
+ThinnestWood thinnest_wood(const Limbs& limbs,
+                           const WoodRings& rings,
+                           int most,
+                           const MeshOptions& options) {
   struct Cost {
     double diameter_m = 0.0;
     int triangles = 0;
   };
   std::vector<Cost> costs;
-  int sum = 0;
   for (std::size_t i = 0; i < limbs.all().size(); ++i) {
     const Limb& limb = limbs.all()[i];
     const int count = static_cast<int>(rings.of(i).size());
     if (count < 2) continue;
     costs.push_back(
-        {2.0 * limbs.knots_of(limb).front().radius_m, (2 * count - 1) * rings.sides_of(limb)});
-    sum += costs.back().triangles;
+        {2.0 * limbs.knots_of(limb).front().radius_m, (2 * count - 2) * rings.sides_of(limb) - 2});
   }
-  if (sum <= options.most_wood) return options.thinnest_wood_m;
   std::stable_sort(costs.begin(), costs.end(), [](const Cost& a, const Cost& b) {
     return a.diameter_m > b.diameter_m;
   });
-  sum = 0;
+  constexpr double kBarelyMore = 1.0 + 1e-9;
+  constexpr int kOfStraight = 4;  // three sides and a base
+  const int most_bent = 3 * most / 4;
+  ThinnestWood thinnest{options.thinnest_wood_m, 0.0};
+  int sum = 0;
+  bool is_bent = true;
   for (const Cost& cost : costs) {
-    sum += cost.triangles;
-    if (sum > options.most_wood) {
-      constexpr double kBarelyMore = 1.0 + 1e-9;
-      return std::max(options.thinnest_wood_m, kBarelyMore * cost.diameter_m);
+    if (is_bent && sum + cost.triangles > most_bent) {
+      is_bent = false;
+      thinnest.bent_m = std::max(thinnest.bent_m, kBarelyMore * cost.diameter_m);
+    }
+    sum += cost.diameter_m >= thinnest.bent_m ? cost.triangles : kOfStraight;
+    if (sum > most) {
+      thinnest.straight_m = kBarelyMore * cost.diameter_m;
+      break;
     }
   }
-  return options.thinnest_wood_m;
+  return thinnest;
 }
 
 void add_wood(const Limbs& limbs,
@@ -227,14 +241,18 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
   check_looks(skeleton, style);
   check_finite(skeleton);
   const Limbs limbs(skeleton);
-  WoodRings rings(limbs, crown, options);
-  // With textures, thin limbs are in the pictures of shoots.
+  // With textures, thin limbs are straight, or only in the pictures of shoots.
   MeshOptions drawn = options;
+  constexpr double kThinnestStraight = 0.4;
+  if (options.textured) drawn.thinnest_wood_m *= kThinnestStraight;
+  WoodRings rings(limbs, crown, drawn);
   if (options.textured) {
     // Aerial roots take about a fifth of the triangles.
     if (style.aerial_roots) drawn.most_wood = 4 * options.most_wood / 5;
-    drawn.thinnest_wood_m = thinnest_wood_m(limbs, rings, drawn);
+    const ThinnestWood thinnest = thinnest_wood(limbs, rings, drawn.most_wood, options);
+    drawn.thinnest_wood_m = std::max(drawn.thinnest_wood_m, thinnest.straight_m);
     rings.omit_thinner(drawn.thinnest_wood_m);
+    rings.straighten_thinner(thinnest.bent_m);
   }
   MeshPart stem{.kind = PartKind::kStem, .color = style.bark};
   MeshPart branches{.kind = PartKind::kBranches, .color = style.bark};
@@ -266,8 +284,7 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
         return limbs.moved(axis, place);
       };
       const double variation = style.leaves.front().color_variation;
-      add_shoots(
-          skeleton, crown, *style.shoots, variation, random, options, shift, foliage_builder);
+      add_shoots(skeleton, crown, *style.shoots, variation, random, drawn, shift, foliage_builder);
     } else {
       LeafWriter writer(crown, style, options, foliage.color, foliage_builder);
       writer.reserve(skeleton);

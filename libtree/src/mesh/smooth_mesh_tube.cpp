@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "mesh/bark_surface.hpp"
+#include "mesh/level_of_detail.hpp"
 #include "mesh/line_simplification.hpp"
 #include "mesh/moving_frame.hpp"
 #include "mesh/polygon.hpp"
@@ -31,7 +32,14 @@ double own_tolerance_m(double radius_m, int sides) {
 }
 
 double tolerance_of(const Limb& limb, double radius_m, int sides, const MeshOptions& options) {
-  const double wanted = limb.axis == 0 ? options.stem_tolerance_m : options.branch_tolerance_m;
+  double wanted = limb.axis == 0 ? stem_tolerance_m(options) : branch_tolerance_m(options);
+  if (options.textured && limb.axis != 0) {
+    // Bends of twigs are hidden by their leaves, small ones of thick limbs by their bark.
+    constexpr double kOfTwig = 0.03;
+    constexpr double kOfRadius = 0.3;
+    const bool is_twig = 2.0 * radius_m < options.thick_branch_m;
+    wanted = std::max(wanted, is_twig ? kOfTwig : kOfRadius * radius_m);
+  }
   return wanted > 0.0 ? wanted : own_tolerance_m(radius_m, sides);
 }
 
@@ -108,14 +116,40 @@ bool WoodRings::is_omitted(const Limb& limb, double thinnest_m) const {
 }
 
 void WoodRings::omit_thinner(double diameter_m) {
+  std::vector<bool> is_kept(rings_.size(), true);
+  for (std::size_t i = 0; i < limbs_.all().size(); ++i) {
+    if (!is_omitted(limbs_.all()[i], diameter_m)) continue;
+    for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) is_kept[k] = false;
+  }
+  keep_rings(is_kept);
+}
+
+void WoodRings::straighten_thinner(double diameter_m) {
+  std::vector<bool> is_kept(rings_.size(), true);
+  for (std::size_t i = 0; i < limbs_.all().size(); ++i) {
+    if (!is_omitted(limbs_.all()[i], diameter_m)) continue;
+    for (std::size_t k = first_[i] + 1; k + 1 < first_[i + 1]; ++k) is_kept[k] = false;
+  }
+  keep_rings(is_kept);
+  for (std::size_t i = 0; i < limbs_.all().size(); ++i) {
+    const Limb& limb = limbs_.all()[i];
+    if (of(i).size() < 2 || !is_omitted(limb, diameter_m)) continue;
+    Ring& base = rings_[first_[i]];
+    const Ring& tip = rings_[first_[i + 1] - 1];
+    if (limb.bearer != kNone) place_base(limb, base);
+    base.turn(direction(tip.at - base.at, base.tangent), base.sideways);
+    fit_base_into_crown(limb, corners_of(limb), base);
+  }
+}
+
+void WoodRings::keep_rings(const std::vector<bool>& is_kept) {
   std::size_t kept = 0;
   std::size_t begin = 0;
   for (std::size_t i = 0; i < limbs_.all().size(); ++i) {
     const std::size_t end = first_[i + 1];
-    if (!is_omitted(limbs_.all()[i], diameter_m)) {
-      for (; begin < end; ++begin) rings_[kept++] = rings_[begin];
+    for (; begin < end; ++begin) {
+      if (is_kept[begin]) rings_[kept++] = rings_[begin];
     }
-    begin = end;
     first_[i + 1] = kept;
   }
   rings_.resize(kept);
@@ -148,7 +182,7 @@ void WoodRings::add(const Limb& limb) {
       const double base = kept_.front().radius_m;
       ring.radius_m = std::min(ring.radius_m, base + share * (widest - base));
     }
-    fit_base_into_crown(limb, corners);
+    fit_base_into_crown(limb, corners, kept_.front());
     for (std::size_t i = 1; i + 1 < kept_.size(); ++i) fit_into_crown(kept_[i], corners);
     keep_advancing(limb, corners);
     if (kept_.size() < 2) return;
@@ -176,7 +210,9 @@ void WoodRings::take_steps(const Limb& limb, std::size_t drawn_knots) {
   // All levels of detail choose from the same steps.
   const double of_finest = tolerance_of(limb, radius, sides_with(limb, radius, finest), finest);
   sampler_.sample(pieces, limb, kStepShare * std::min(tolerance, of_finest), samples_);
-  const double bend = limb.axis == 0 ? 1.0 / kBendTolerance : 1.0;
+  // Its axis may shift more below the relief of bark; its diameters may not.
+  const double stem_bend = options_.textured ? 3.0 * kBendTolerance : kBendTolerance;
+  const double bend = limb.axis == 0 ? 1.0 / stem_bend : 1.0;
   keep_needed((1.0 - kStepShare) * tolerance, bend);
 }
 
@@ -229,9 +265,10 @@ void WoodRings::place_base(const Limb& limb, Ring& base) const {
 /// A base inside a branch is not moved, because the branch has been fitted itself; it is
 /// moved only if the crown is concave, so that the straight line between two fitted rings
 /// leaves it.
-void WoodRings::fit_base_into_crown(const Limb& limb, std::span<const Point> corners) {
+void WoodRings::fit_base_into_crown(const Limb& limb,
+                                    std::span<const Point> corners,
+                                    Ring& base) const {
   constexpr double kLetPass = 0.0005;
-  Ring& base = kept_.front();
   const bool is_on_branch = limb.bearer != kNone && limbs_.all()[limb.bearer].axis != 0;
   const bool stays =
       is_on_branch && std::all_of(corners.begin(), corners.end(), [&](const Point& corner) {
@@ -267,7 +304,7 @@ void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners)
   // A hook that returns behind its base becomes straight.
   if (kept == 1 && !reaches(base, tip, corners, least)) {
     base.turn(direction(whole), base.sideways);
-    fit_base_into_crown(limb, corners);
+    fit_base_into_crown(limb, corners, kept_.front());
   }
   kept_[kept++] = tip;
   kept_.resize(kept);

@@ -34,16 +34,19 @@ class WoodRings {
 
   /// Omits limbs that are thinner than this at their base, except those that define a measurement.
   void omit_thinner(double diameter_m);
+  /// Draws such limbs as a straight line from their base to their tip.
+  void straighten_thinner(double diameter_m);
 
  private:
   void add(const Limb& limb);
+  void keep_rings(const std::vector<bool>& is_kept);
   bool is_omitted(const Limb& limb, double thinnest_m) const;
   void take_steps(const Limb& limb, std::size_t drawn_knots);
   void keep_needed(double tolerance_m, double bend);
   void place_base(const Limb& limb, Ring& base) const;
   double collar_radius_m(const Limb& limb) const;
   void fit_into_crown(Ring& ring, std::span<const Point> corners) const;
-  void fit_base_into_crown(const Limb& limb, std::span<const Point> corners);
+  void fit_base_into_crown(const Limb& limb, std::span<const Point> corners, Ring& base) const;
   void keep_advancing(const Limb& limb, std::span<const Point> corners);
   std::span<const Point> corners_of(const Limb& limb) const;
 

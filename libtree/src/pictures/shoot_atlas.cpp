@@ -218,8 +218,8 @@ class ShootDrawing {
                    .bend = random_.normal(0.0, 0.05),
                    .shade = std::max(0.5, 1.0 + random_.normal(0.0, plan_.shade_sd)),
                    .warmth = random_.normal(0.0, plan_.warmth_sd),
-                   .tilt_x = random_.normal(0.0, 0.3),
-                   .tilt_y = random_.normal(0.0, 0.3)};
+                   .tilt_x = random_.normal(0.0, 0.5),
+                   .tilt_y = random_.normal(0.0, 0.5)};
     leaf.width = plan_.leaf_aspect * leaf.length * random_.uniform(0.85, 1.1);
     // Young leaves at the tip are lighter.
     leaf.shade *= 0.92 + 0.16 * share;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "segments/crown_gaps.hpp"
+#include "morphology/crown_gaps.hpp"
 #include "segments/drawn_angle.hpp"
 #include "segments/whorls.hpp"
 #include "silvafit/base/constants.hpp"

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "morphology/breast_height.hpp"
+#include "morphology/crown_gaps.hpp"
 #include "segments/branch_plan.hpp"
 #include "segments/branch_skeleton.hpp"
-#include "segments/crown_gaps.hpp"
 #include "segments/drawn_angle.hpp"
 #include "silvafit/base/constants.hpp"
 

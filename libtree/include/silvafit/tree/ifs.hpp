@@ -12,6 +12,7 @@
 
 #include "silvafit/tree/affine_map.hpp"
 #include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/fitted_skeleton.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 
 namespace silvafit::tree {
@@ -102,7 +103,7 @@ struct IfsPreset {
   IfsVariation variation{};
   IfsLimits limits{};
   IfsLeaves leaves{};
-  double head = 0.0;  ///< proportion of the crown's length below which no branch starts
+  FitOptions fit{};
   SmoothStyle style{};
 };
 

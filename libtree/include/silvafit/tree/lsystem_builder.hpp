@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/fitted_skeleton.hpp"
 #include "silvafit/tree/lsystem.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 
@@ -21,6 +22,7 @@ struct LsystemPreset {
     Grammar grammar;
   };
   std::vector<Stage> stages{};  ///< at least one, by increasing height, the first from 0
+  FitOptions fit{};
   SmoothStyle style{};
   std::optional<std::uint32_t> bud_grade{};  ///< the index of the leaf type for buds
 };

@@ -16,7 +16,7 @@ namespace silvafit::tree {
 class CrownGaps {
  public:
   explicit CrownGaps(const Crown& crown)
-      : crown_(&crown), along_(2.0 / std::max(crown.h_m() - crown.hcb_m(), kLeast_m)) {}
+      : crown_(&crown), along_(2.0 / std::max(crown.h_m() - crown.hcb_m(), kLeast)) {}
 
   void reserve(std::size_t number) { ends_.reserve(number); }
 
@@ -39,15 +39,15 @@ class CrownGaps {
     return nearest;
   }
 
- private:
-  static constexpr double kLeast_m = 1e-6;
-
   /// In radii of the crown in the same direction, and in halves of its length: otherwise the wide
   /// side of a crown would get all branches.
   Point scaled(Point at) const {
     const double across = 1.0 / crown_->radius_m(at.x, at.y);
     return {across * at.x, across * at.y, along_ * at.z};
   }
+
+ private:
+  static constexpr double kLeast = 1e-6;
 
   const Crown* crown_;
   double along_;
