@@ -76,7 +76,10 @@ class GapFiller {
 
   void run() {
     const std::size_t grown = skeleton_.axes.size();
-    for (std::uint32_t i = 1; i < grown; ++i) occupy(skeleton_.points_of(skeleton_.axes[i]));
+    for (std::uint32_t i = 0; i < grown; ++i) {
+      add_forks(i);
+      if (i > 0) occupy(skeleton_.points_of(skeleton_.axes[i]));
+    }
     measure_leaves();
     // Steps of the golden ratio: neighbors are not filled one after the other.
     constexpr std::size_t kNumber = std::size_t{kLayers} * kAzimuths * kDepths.size();
@@ -148,39 +151,50 @@ class GapFiller {
                               .first = first,
                               .count = kSegments + 1});
     occupy(skeleton_.points_of(skeleton_.axes.back()));
+    add_forks(axis);
     add_leaves(axis);
   }
 
-  /// The place on a bearer with wood that is nearest, if the branch need not turn back for it.
-  Fork fork_for(Point place) const {
-    constexpr double kLongest = 0.9;
-    double best = kLongest * crown_.radii().width_m();
-    Fork fork;
-    for (std::uint32_t i = 0; i < skeleton_.axes.size(); ++i) {
-      const auto line = skeleton_.points_of(skeleton_.axes[i]);
-      constexpr double kThinnestBearer = 0.006;
-      if (line.front().radius_m < kThinnestBearer) continue;
-      for (std::size_t k = 1; k < line.size(); ++k) {
-        const Point step = line[k].at - line[k - 1].at;
-        const Point along = direction(step);
-        for (const double share : {0.2, 0.7}) {
-          const Point from = line[k - 1].at + share * step;
-          const Point chord = place - from;
-          const double cosine = dot(direction(chord), along);
-          // Branches of the lower crown may turn back a little; none doubles its bearer.
-          constexpr double kBack = -0.2;
-          constexpr double kBeside = 0.9;
-          const double cost = length(chord) * (1.6 - cosine);
-          if (cosine < kBack || cosine > kBeside || cost >= best) continue;
-          if (!crown_.contains(from) || !crown_.contains(from + 0.5 * chord)) continue;
-          const double radius_m =
-              line[k - 1].radius_m + share * (line[k].radius_m - line[k - 1].radius_m);
-          best = cost;
-          fork = {i, {from, radius_m}, along};
-        }
+  /// Places on an axis from which branches may start.
+  void add_forks(std::uint32_t axis) {
+    const auto line = skeleton_.points_of(skeleton_.axes[axis]);
+    constexpr double kThinnestBearer = 0.006;
+    if (line.front().radius_m < kThinnestBearer) return;
+    for (std::size_t k = 1; k < line.size(); ++k) {
+      const Point step = line[k].at - line[k - 1].at;
+      for (const double share : {0.2, 0.7}) {
+        const Point from = line[k - 1].at + share * step;
+        if (!crown_.contains(from)) continue;
+        const double radius_m =
+            line[k - 1].radius_m + share * (line[k].radius_m - line[k - 1].radius_m);
+        forks_.push_back({axis, {from, radius_m}, direction(step)});
       }
     }
-    return fork;
+  }
+
+  /// The nearest place on a bearer from which the branch need not turn back.
+  Fork fork_for(Point place) const {
+    // Branches of the lower crown may turn back a little; none doubles its bearer.
+    constexpr double kBack = -0.2;
+    constexpr double kBeside = 0.9;
+    constexpr double kAside = 1.6;
+    constexpr double kLongest = 0.9;
+    double best = kLongest * crown_.radii().width_m();
+    Fork nearest;
+    for (const Fork& fork : forks_) {
+      const Point chord = place - fork.base.at;
+      const double squared = dot(chord, chord);
+      constexpr double kLeast = kAside - kBeside;
+      if (kLeast * kLeast * squared >= best * best) continue;
+      const double long_m = std::sqrt(squared);
+      const double along_m = dot(chord, fork.along);
+      if (along_m < kBack * long_m || along_m > kBeside * long_m) continue;
+      const double cost = kAside * long_m - along_m;
+      if (cost >= best || !crown_.contains(fork.base.at + 0.5 * chord)) continue;
+      best = cost;
+      nearest = fork;
+    }
+    return nearest;
   }
 
   void measure_leaves() {
@@ -213,6 +227,7 @@ class GapFiller {
   Skeleton& skeleton_;
   const Crown& crown_;
   CrownGaps gaps_;
+  std::vector<Fork> forks_{};
   NearPoints occupied_;  ///< by branches, in the coordinates of unit()
   double leaf_m_ = 0.0;  ///< mean length of the leaves
 };
