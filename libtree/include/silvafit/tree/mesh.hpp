@@ -76,7 +76,8 @@ struct MeshOptions {
   int twig_sides = 3;    ///< for all others
   double thick_branch_m = 0.06;
   /// Stem sections are omitted if this changes the radius by less than this value and the axis by
-  /// less than five times this value [m]; 0 keeps all.
+  /// less than five times this value [m]; 0 keeps all. With textures it is at least 2 mm, and the
+  /// axis of a smooth mesh may shift by fifteen times the value.
   double stem_tolerance_m = 0.0005;
   /// Bends of branches are omitted if the surface moves by less than this [m]; 0 keeps all.
   double branch_tolerance_m = 0.0;
@@ -90,7 +91,8 @@ struct MeshOptions {
   /// leaves.
   bool textured = false;
   /// With textures: thinner branches are in the pictures of shoots and not drawn, except those that
-  /// define a measurement of the crown [m].
+  /// define a measurement of the crown [m]. Smooth meshes draw them down to two fifths of this, as
+  /// straight lines.
   double thinnest_wood_m = 0.014;
   /// With textures: triangles of stem and limbs of smooth meshes, as far as measurements allow.
   int most_wood = 5000;
