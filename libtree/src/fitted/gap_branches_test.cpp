@@ -74,12 +74,13 @@ TEST_CASE("branches are added where a crown is empty") {
     }
     test::check_axes(tree);
     test::check_leaves(tree);
-    // Between the places that are tried the gaps may be larger by half of their distance: 0.09
-    // along the crown's length, and 0.13 around.
+    // A place between those that are tried is at most half of their distance from one: 0.06 along
+    // the crown's length, 0.11 around it, and 0.08 across, because they are farther out. Together
+    // 0.15.
     const std::vector<double> filled = gaps_near_surface(after, tree.crown);
     INFO("widest gap " << widest << ", filled " << *std::max_element(filled.begin(), filled.end()));
-    CHECK(std::all_of(filled.begin(), filled.end(), [](double gap) { return gap < kGap + 0.12; }));
-    if (widest > kGap + 0.12) CHECK(after.axes.size() > before.axes.size());
+    CHECK(std::all_of(filled.begin(), filled.end(), [](double gap) { return gap < kGap + 0.15; }));
+    if (widest > kGap + 0.15) CHECK(after.axes.size() > before.axes.size());
   }
 }
 
