@@ -53,6 +53,9 @@ FitResult BoundedSearch::run() {
     const double limit = free.converged ? std::min(free.value, branch.limit) : branch.limit;
     if (found.converged() && found.point.value > limit + kSame) limits_hold_ = false;
     const bool is_limit = found.converged() && !branch.held.empty();
+    if (branch.held.empty() && !found.is_inside() && inside_) {
+      if (auto inside = inside_(found.result.fit)) keep(candidate({}, *std::move(inside)));
+    }
     branch_from(found, is_limit ? found.point.value : branch.limit);
     keep(std::move(found));
   }
@@ -60,9 +63,8 @@ FitResult BoundedSearch::run() {
   return conclusion();
 }
 
-BoundedSearch::Candidate BoundedSearch::candidate(const HeldValues& held,
-                                                  const FittedModel* nearby) const {
-  Candidate result{.result = fit_(held, nearby), .held = held};
+BoundedSearch::Candidate BoundedSearch::candidate(const HeldValues& held, FitResult found) const {
+  Candidate result{.result = std::move(found), .held = held};
   const FittedModel& fit = result.result.fit;
   for (const auto& [name, range] : bounds_) {
     const double value = estimate_of(fit, name);
@@ -98,6 +100,7 @@ void BoundedSearch::branch_from(const Candidate& at, double limit) {
     }
   }
   for (const std::string& name : names) {
+    if (varying_.contains(name)) continue;
     const Bounds& range = bounds_.at(name);
     for (const double bound : {range.low, range.high}) {
       if (std::isfinite(bound)) open(with(at.held, name, bound), limit);
@@ -266,8 +269,13 @@ FitResult BoundedSearch::outside(Candidate candidate) const {
   Convergence& convergence = candidate.result.fit.convergence;
   const bool was_converged = convergence.converged();
   convergence.status = ConvergenceStatus::kOutsideBounds;
+  const bool varies = std::ranges::any_of(
+      candidate.crossed, [this](const std::string& name) { return varying_.contains(name); });
   convergence.verdict = fmt::format(
-      "Not converged: no fit within the bounds was found. The fit without bounds is shown{}",
+      "Not converged: no fit within the bounds was found{}. The fit without bounds is shown{}",
+      varies ? " (the bound is for the fixed effect of a coefficient that varies by group, which "
+               "cannot be held at the bound itself)"
+             : "",
       was_converged ? "." : ". " + convergence.verdict);
   return std::move(candidate.result);
 }

@@ -27,13 +27,24 @@ using HeldFit = std::function<FitResult(const HeldValues& held, const FittedMode
 /// Slopes of the likelihood at a converged fit; see at_held.
 using SlopesOf = std::function<HeldPoint(const FittedModel& fit, const HeldValues& held)>;
 
+/// The best fit within the bounds that the search without bounds knows or finds from a known
+/// optimum; none if it knows none. Null for no such search.
+/// \param free  the fit without bounds
+using InsideFit = std::function<std::optional<FitResult>(const FittedModel& free)>;
+
 /// The search that fit_constrained describes. Used once.
 class BoundedSearch {
  public:
   BoundedSearch(const std::map<std::string, Bounds>& bounds,
                 const HeldFit& fit,
-                const SlopesOf& slopes_of)
-      : bounds_(bounds), fit_(fit), slopes_of_(slopes_of) {}
+                const SlopesOf& slopes_of,
+                const InsideFit& inside = {},
+                std::set<std::string> varying = {})
+      : bounds_(bounds),
+        fit_(fit),
+        slopes_of_(slopes_of),
+        inside_(inside),
+        varying_(std::move(varying)) {}
 
   FitResult run();
 
@@ -64,7 +75,10 @@ class BoundedSearch {
     std::vector<std::string> rising{};
   };
 
-  Candidate candidate(const HeldValues& held, const FittedModel* nearby) const;
+  Candidate candidate(const HeldValues& held, FitResult result) const;
+  Candidate candidate(const HeldValues& held, const FittedModel* nearby) const {
+    return candidate(held, fit_(held, nearby));
+  }
   bool rises_inwards(const std::string& name, double slope, double at) const;
   void branch_from(const Candidate& at, double limit);
   void open(const HeldValues& held, double limit);
@@ -87,6 +101,8 @@ class BoundedSearch {
   const std::map<std::string, Bounds>& bounds_;
   const HeldFit& fit_;
   const SlopesOf& slopes_of_;
+  InsideFit inside_;
+  std::set<std::string> varying_;  ///< coefficients with random effects, which cannot be held
   std::vector<Branch> open_;
   std::set<HeldValues> known_;  ///< sets that were tried or are in the list of branches
   std::map<HeldValues, Outcome> outcomes_;

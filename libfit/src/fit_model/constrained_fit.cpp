@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -70,7 +72,7 @@ FitResult impossible(const ModelSpecification& whole, const Values& held, const 
 
 void check_bounds(const ModelSpecification& specification, const FitModelOptions& options) {
   for (const auto& [name, bounds] : options.bounds) {
-    check_holdable(specification, name);
+    check_known(specification, name);
     if (!(bounds.low < bounds.high)) {
       throw UsageError(fmt::format("the lower bound of {} must be below its upper bound", name));
     }
@@ -82,30 +84,46 @@ void check_bounds(const ModelSpecification& specification, const FitModelOptions
 
 }  // namespace
 
+HeldFit held_fit_of(const ModelSpecification& specification,
+                    const Values& fixed,
+                    const FreeFit& fit) {
+  return [&specification, &fixed, &fit](const Values& also_held, const FittedModel* nearby) {
+    Values held = fixed;
+    held.insert(also_held.begin(), also_held.end());
+    try {
+      return expanded(fit(with_constants(specification, held), nearby), specification, held);
+    } catch (const DomainError& error) {
+      // A value may be so far away that the formula has no value there.
+      if (also_held.empty()) throw;
+      return impossible(specification, held, error);
+    }
+  };
+}
+
 FitResult fit_constrained(const ModelSpecification& specification,
                           const data::Table& table,
                           const FitModelOptions& options,
-                          const FreeFit& fit) {
+                          const FreeFit& fit,
+                          const InsideFit& inside) {
   check_bounds(specification, options);
   if (options.bounds.empty()) {
     return expanded(
         fit(with_held(specification, options.fixed), nullptr), specification, options.fixed);
   }
-  const HeldFit fit_held = [&](const Values& at_bound, const FittedModel* nearby) {
-    Values held = options.fixed;
-    held.insert(at_bound.begin(), at_bound.end());
-    try {
-      return expanded(fit(with_constants(specification, held), nearby), specification, held);
-    } catch (const DomainError& error) {
-      // A bound may be so far away that the formula has no value there.
-      if (at_bound.empty()) throw;
-      return impossible(specification, held, error);
-    }
-  };
+  const HeldFit fit_held = held_fit_of(specification, options.fixed, fit);
   const SlopesOf slopes_of = [&](const FittedModel& found, const Values& at_bound) {
     return at_held(found, table, options.fixed, at_bound);
   };
-  return BoundedSearch(options.bounds, fit_held, slopes_of).run();
+  const InsideFit fit_inside = [&](const FittedModel& free) {
+    std::optional<FitResult> result = inside(free);
+    if (result) result = expanded(*std::move(result), specification, options.fixed);
+    return result;
+  };
+  std::set<std::string> varying;
+  for (const RandomEffects& term : specification.random) {
+    varying.insert(term.coefficients.begin(), term.coefficients.end());
+  }
+  return BoundedSearch(options.bounds, fit_held, slopes_of, fit_inside, std::move(varying)).run();
 }
 
 }  // namespace silvafit::fit

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "fit_model/bounded_search.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
@@ -16,6 +17,12 @@ namespace silvafit::fit {
 ///   search for starts
 using FreeFit =
     std::function<FitResult(const ModelSpecification& specification, const FittedModel* nearby)>;
+
+/// Fits of the whole model with further coefficients held. The arguments must outlive the result.
+/// \param fixed  values of coefficients that all of these fits hold
+HeldFit held_fit_of(const ModelSpecification& specification,
+                    const std::map<std::string, double>& fixed,
+                    const FreeFit& fit);
 
 /// A fit with the coefficients of `fixed` held, and those of `bounds` within their bounds.
 ///
@@ -30,8 +37,12 @@ using FreeFit =
 /// promising set comes first. Three bounded coefficients need at most 26 fits. If the likelihood
 /// increases from a bound into the range, a fit ascends from there. If there must be a maximum
 /// between that was not found (the likelihood increases from both ends, or is higher there than at
-/// the best point), the range is bisected by the sign of the slope of the profile. A single maximum
-/// inside the bounds is found; of several, the best of these fits.
+/// the best point), the range is bisected by the sign of the slope of the profile. Optima within
+/// the bounds that the search without bounds knows compete with these fits. A single maximum inside
+/// the bounds is found; of several, the best of these fits.
+///
+/// Bounds of a coefficient with random effects are for its fixed effect. It cannot be held, so that
+/// only optima inside such bounds are found.
 ///
 /// Held coefficients have no standard error. Those at a bound count as parameters and are named in
 /// the evidence. A result has not converged if no point fulfils the conditions, or a fit that did
@@ -42,6 +53,7 @@ using FreeFit =
 FitResult fit_constrained(const ModelSpecification& specification,
                           const data::Table& table,
                           const FitModelOptions& options,
-                          const FreeFit& fit);
+                          const FreeFit& fit,
+                          const InsideFit& inside);
 
 }  // namespace silvafit::fit

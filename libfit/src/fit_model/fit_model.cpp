@@ -4,14 +4,18 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "conditional_modes/effect_posteriors.hpp"
 #include "fit_model/constrained_fit.hpp"
 #include "fit_model/integration_method.hpp"
+#include "fit_model/limit_of_curve.hpp"
+#include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
+#include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
 #include "optimum_search/optimum_search.hpp"
 #include "result/earlier_fit.hpp"
@@ -51,12 +55,8 @@ void check_method(const ModelSpecification& specification, Method method, bool r
 
 void check_start(const ModelSpecification& specification,
                  const std::map<std::string, double>& start) {
-  const std::vector<std::string> known = specification.coefficient_names();
   for (const auto& [name, value] : start) {
-    if (std::ranges::find(known, name) == known.end()) {
-      throw UsageError(
-          fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", ")));
-    }
+    check_known(specification, name);
     if (!std::isfinite(value))
       throw UsageError(fmt::format("the start value of {} is not a number", name));
   }
@@ -180,7 +180,8 @@ MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           {.integration = integration,
                            .linearized = alternation_options(model, options),
                            .marginal = marginal_options(model, options),
-                           .spread_starts = options.spread_starts});
+                           .spread_starts = options.spread_starts,
+                           .wishes = {.start = options.start, .bounds = options.bounds}});
   }
   if (integration) {
     return fit_marginal(model, pooled.estimate, *integration, marginal_options(model, options));
@@ -288,6 +289,54 @@ FitResult fit_nearby(const NonlinearModel& model,
 
 }  // namespace
 
+namespace {
+
+bool is_inside(const NonlinearModel& model,
+               const VectorXd& point,
+               const std::map<std::string, Bounds>& bounds) {
+  return std::ranges::all_of(bounds, [&](const auto& bound) {
+    const double value = point[model.coefficient_index(bound.first)];
+    return value >= bound.second.low && value <= bound.second.high;
+  });
+}
+
+/// The best known optimum within the bounds: of the fit without bounds, of pooled least squares, or
+/// one of the same mean with exchanged coefficients.
+std::optional<VectorXd> known_point_inside(const NonlinearModel& model,
+                                           const FittedModel& free,
+                                           const std::map<std::string, Bounds>& bounds) {
+  std::vector<VectorXd> points;
+  for (const LocalOptimum& optimum : free.optima) points.push_back(optimum.estimate);
+  LeastSquaresFit pooled = fit_least_squares(model, {.other_minima = true});
+  points.push_back(std::move(pooled.estimate));
+  std::ranges::move(pooled.other_minima, std::back_inserter(points));
+  for (const VectorXd& point : points) {
+    if (point.size() != model.coefficient_count() || !point.allFinite()) continue;
+    if (is_inside(model, point, bounds)) return point;
+    for (const Exchange& exchange : exchanges(model, point, {})) {
+      VectorXd other = exchange.of(point);
+      if (is_inside(model, other, bounds)) return other;
+    }
+  }
+  return std::nullopt;
+}
+
+/// The best fit within the bounds from a known optimum there, if any.
+std::optional<FitResult> fit_inside(const NonlinearModel& model,
+                                    Method method,
+                                    const FitModelOptions& options,
+                                    const FittedModel& free) {
+  const auto start = known_point_inside(model, free, options.bounds);
+  if (!start) return std::nullopt;
+  FitModelOptions from_there = options;
+  for (Index j = 0; j < start->size(); ++j) {
+    from_there.start[model.coefficient_names()[static_cast<std::size_t>(j)]] = (*start)[j];
+  }
+  return fit_freely(model, method, from_there);
+}
+
+}  // namespace
+
 FitResult fit_model(const ModelSpecification& specification,
                     const data::Table& table,
                     const FitModelOptions& options) {
@@ -295,14 +344,25 @@ FitResult fit_model(const ModelSpecification& specification,
   const Method method = options.method.value_or(default_method(specification));
   check_method(specification, method, options.reml);
   check_start(specification, options.start);
+  FitModelOptions without_bounds = options;
+  without_bounds.bounds.clear();
   const FreeFit fit = [&](const ModelSpecification& model, const FittedModel* nearby) {
     const NonlinearModel bound(model, table, options.threads, options.stop);
-    return nearby == nullptr ? fit_freely(bound, method, options)
-                             : fit_nearby(bound, method, options, *nearby);
+    return nearby == nullptr ? fit_freely(bound, method, without_bounds)
+                             : fit_nearby(bound, method, without_bounds, *nearby);
+  };
+  const InsideFit inside = [&](const FittedModel& free) {
+    const ModelSpecification model = with_held(specification, options.fixed);
+    const NonlinearModel bound(model, table, options.threads, options.stop);
+    return fit_inside(bound, method, options, free);
   };
   const bool is_free = options.fixed.empty() && options.bounds.empty();
-  FitResult result =
-      is_free ? fit(specification, nullptr) : fit_constrained(specification, table, options, fit);
+  FitResult result = is_free ? fit(specification, nullptr)
+                             : fit_constrained(specification, table, options, fit, inside);
+  if (options.bounds.empty() && method != Method::kOrdinary) {
+    const NonlinearModel model(specification, table, options.threads, options.stop);
+    mark_limit(model, held_fit_of(specification, options.fixed, fit), result);
+  }
   // The stored uncertainty is that of the coefficients that were free.
   if (!is_free) {
     keep_uncertainty(NonlinearModel(specification, table, options.threads), result.fit);

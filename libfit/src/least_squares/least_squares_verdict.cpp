@@ -17,31 +17,21 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-/// The change of the mean, as a length over all observations, when a coefficient becomes zero;
-/// infinite if the mean is not defined then.
-double change_without(const NonlinearModel& model, const NewtonPoint& point, Index coefficient) {
+/// The change of the mean, as a length over all observations in units of each, when a coefficient
+/// becomes zero; infinite if the mean is not defined then.
+double change_without(const NonlinearModel& model,
+                      const VectorXd& coefficients,
+                      Index coefficient,
+                      const VectorXd& units) {
   NonlinearModel::Workspace workspace;
   VectorXd mean;
-  VectorXd without = point.coefficients;
+  VectorXd mean_without;
+  VectorXd without = coefficients;
   without[coefficient] = 0.0;
-  model.evaluate(without, mean, nullptr, workspace);
-  const double change = (mean - point.mean).norm();
+  model.evaluate(coefficients, mean, nullptr, workspace);
+  model.evaluate(without, mean_without, nullptr, workspace);
+  const double change = (mean_without - mean).cwiseQuotient(units).norm();
   return std::isfinite(change) ? change : std::numeric_limits<double>::infinity();
-}
-
-/// Coefficients with standard errors of more than ten times their size, although the curve needs
-/// them. (A coefficient that it does not need, such as that of a covariate without effect, is near
-/// zero.)
-std::vector<Index> undetermined(const NonlinearModel& model,
-                                const NewtonPoint& point,
-                                double sigma) {
-  std::vector<Index> result;
-  for (Index j = 0; j < point.coefficients.size(); ++j) {
-    const double error = sigma * std::sqrt(point.unscaled_covariance(j, j));
-    const bool is_loose = error > 10.0 * std::abs(point.coefficients[j]);
-    if (is_loose && change_without(model, point, j) > sigma) result.push_back(j);
-  }
-  return result;
 }
 
 /// Coefficients so large that small changes do not affect the mean, although the mean depends on
@@ -55,7 +45,9 @@ std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& poi
   for (Index j = 0; j < jacobian.cols(); ++j) {
     const double effect = jacobian.col(j).norm() * std::abs(point.coefficients[j]);
     const bool is_unfelt = effect <= 1e-12 * point.mean.norm();
-    if (is_unfelt && change_without(model, point, j) > 1e-6 * point.mean.norm()) {
+    const VectorXd unit = VectorXd::Ones(point.mean.size());
+    if (is_unfelt &&
+        change_without(model, point.coefficients, j, unit) > 1e-6 * point.mean.norm()) {
       result.push_back(j);
     }
   }
@@ -82,6 +74,18 @@ std::string listed(const NonlinearModel& model, const std::vector<Index>& coeffi
   return text;
 }
 
+std::vector<Index> undetermined(const NonlinearModel& model,
+                                const VectorXd& coefficients,
+                                const VectorXd& standard_errors,
+                                const VectorXd& residual_sd) {
+  std::vector<Index> result;
+  for (Index j = 0; j < coefficients.size(); ++j) {
+    const bool is_loose = standard_errors[j] > 10.0 * std::abs(coefficients[j]);
+    if (is_loose && change_without(model, coefficients, j, residual_sd) > 1.0) result.push_back(j);
+  }
+  return result;
+}
+
 bool is_identifiable(const NonlinearModel& model) {
   ProjectedModel projected(model);
   const CandidatePoints points(model, projected.size());
@@ -97,9 +101,6 @@ bool is_identifiable(const NonlinearModel& model) {
   return false;
 }
 
-namespace {
-
-/// "a grows without bound: the data do not cover the part of the curve that it describes. ..."
 std::string unbounded_text(const NonlinearModel& model, const std::vector<Index>& coefficients) {
   const bool one = coefficients.size() == 1;
   return fmt::format(
@@ -108,6 +109,23 @@ std::string unbounded_text(const NonlinearModel& model, const std::vector<Index>
       listed(model, coefficients),
       one ? "grows" : "grow",
       one ? "it describes" : "they describe");
+}
+
+std::string undetermined_text(const NonlinearModel& model, const std::vector<Index>& coefficients) {
+  return fmt::format(
+      "Converged, but {} poorly determined (standard error more than ten times the estimate).",
+      listed(model, coefficients) + (coefficients.size() == 1 ? " is" : " are"));
+}
+
+namespace {
+
+/// The same for a fit by least squares.
+std::vector<Index> undetermined(const NonlinearModel& model,
+                                const NewtonPoint& point,
+                                double sigma) {
+  const VectorXd errors = sigma * point.unscaled_covariance.diagonal().cwiseSqrt();
+  return undetermined(
+      model, point.coefficients, errors, VectorXd::Constant(point.mean.size(), sigma));
 }
 
 /// Sets a status, its coefficients, and the convergence message.
@@ -206,11 +224,7 @@ void conclude_success(const NonlinearModel& model,
   }
   const std::vector<Index> loose = undetermined(model, point, sigma);
   std::string verdict = "Converged to machine precision.";
-  if (!loose.empty()) {
-    verdict = fmt::format(
-        "Converged, but {} poorly determined (standard error more than ten times the estimate).",
-        listed(model, loose) + (loose.size() == 1 ? " is" : " are"));
-  }
+  if (!loose.empty()) verdict = undetermined_text(model, loose);
   conclude(model,
            ConvergenceStatus::kConverged,
            Evidence::Kind::kHardlyIdentifiable,

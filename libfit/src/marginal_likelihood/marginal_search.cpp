@@ -388,13 +388,7 @@ void fill_in_fitted(const NonlinearModel& model,
                     MixedEffectsFit& fit) {
   NonlinearModel::Workspace workspace;
   model.evaluate(fit.estimate, fit.fitted_population, nullptr, workspace);
-  MatrixXd coefficients = fit.estimate.replicate(1, model.group_count());
-  const RandomPlaces places(model);
-  add_group_effects(model,
-                    {.rows = places.inner, .effects = finer(fit).effects},
-                    {.rows = places.outer, .effects = coarser(fit).effects},
-                    coefficients);
-  model.evaluate(coefficients, fit.fitted_conditional, nullptr, workspace);
+  model.evaluate(group_coefficients(model, fit), fit.fitted_conditional, nullptr, workspace);
   const ResidualScale residual = variance.scale(fit.fitted_conditional, parameters, false);
   fit.residual_sd = scale * residual.weight.rsqrt();
   fit.floored_variances = variance.floored(fit.fitted_conditional);

@@ -16,6 +16,7 @@
 #include "mixed_effects/confounded_variances.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
+#include "mixed_effects/expected_information.hpp"
 #include "model/coefficient_frame.hpp"
 #include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
@@ -37,18 +38,6 @@ bool has_constant(const VarianceEstimate& variance) {
   return std::ranges::any_of(variance.factors, [](const VarianceFactorEstimate& factor) {
     return kind_of(factor.factor).has_constant();
   });
-}
-
-/// (p x G) coefficients of each group, random effects included.
-MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit) {
-  const ModelSpecification& specification = model.specification();
-  MatrixXd result = fit.estimate.replicate(1, model.group_count());
-  add_group_effects(
-      model,
-      {.rows = model.coefficients_of(finer_term(specification)), .effects = finer(fit).effects},
-      {.rows = model.coefficients_of(coarser_term(specification)), .effects = coarser(fit).effects},
-      result);
-  return result;
 }
 
 /// Parameters that are not identifiable at a maximum.
@@ -321,6 +310,33 @@ bool note_confounding(const NonlinearModel& model,
   return true;
 }
 
+/// Coefficients that the data hardly determine. Their standard errors become those of the expected
+/// information, because the other Hessian is inaccurate there (see expected_covariance()).
+std::vector<Index> find_undetermined(const NonlinearModel& model,
+                                     const PopulationSlopes& slopes,
+                                     MixedEffectsFit& fit) {
+  if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
+  MatrixXd covariance = expected_covariance(
+      model, fit, group_coefficients(model, fit), fit.residual_sd, slopes.frame.beta);
+  std::vector<Index> loose =
+      undetermined(model, fit.estimate, covariance.diagonal().cwiseSqrt(), fit.residual_sd);
+  if (!loose.empty()) fit.covariance = std::move(covariance);
+  return loose;
+}
+
+/// A search that goes on to coefficients which the data hardly determine has no maximum to reach.
+void note_unbounded(const NonlinearModel& model,
+                    const std::vector<Index>& loose,
+                    MixedEffectsFit& fit) {
+  Convergence& convergence = fit.convergence;
+  if (loose.empty() || convergence.status == ConvergenceStatus::kInvalidApproximation) return;
+  convergence.status = ConvergenceStatus::kNoMaximum;
+  convergence.add(Evidence::Kind::kUnbounded, names_of(model, loose));
+  convergence.verdict =
+      "Not converged: the log-likelihood keeps increasing, ever more slowly, while " +
+      unbounded_text(model, loose);
+}
+
 /// Records that the likelihood has no maximum.
 void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
   if (found.text.empty()) return;
@@ -331,9 +347,13 @@ void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
 }
 
 /// The message and the evidence of a converged fit.
-std::string success_verdict(const NonlinearModel& model, MixedEffectsFit& fit, Rounds rounds) {
+std::string success_verdict(const NonlinearModel& model,
+                            const std::vector<Index>& loose,
+                            Rounds rounds,
+                            MixedEffectsFit& fit) {
   Convergence& convergence = fit.convergence;
-  std::string verdict = success(fit, rounds);
+  convergence.add(Evidence::Kind::kHardlyIdentifiable, names_of(model, loose));
+  std::string verdict = loose.empty() ? success(fit, rounds) : undetermined_text(model, loose);
   if (convergence.has_boundary()) {
     verdict += fmt::format(" Boundary (singular) fit: {}. A simpler structure fits equally well.",
                            fmt::join(convergence.boundary(), "; "));
@@ -382,16 +402,18 @@ void judge(const NonlinearModel& model,
            bool is_restricted,
            const Obstacle& obstacle) {
   const PopulationSlopes slopes = population_slopes(model, fit);
+  const std::vector<Index> loose = find_undetermined(model, slopes, fit);
   fit.convergence.rank = information_rank(slopes.frame, fit);
   name_boundary(model, slopes, fit);
   if (fit.convergence.converged()) {
-    fit.convergence.verdict = success_verdict(model, fit, rounds);
+    fit.convergence.verdict = success_verdict(model, loose, rounds, fit);
   } else {
     fit.convergence.status = obstacle.status;
     fit.convergence.verdict = failure(model, fit, rounds, obstacle);
     if (!obstacle.moving.empty()) {
       fit.convergence.add(Evidence::Kind::kMoving, {obstacle.moving});
     }
+    note_unbounded(model, loose, fit);
   }
   Degeneracy degenerate = degeneracy(model, slopes.frame, fit);
   const bool is_confounded = note_confounding(

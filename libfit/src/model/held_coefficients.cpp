@@ -37,17 +37,21 @@ void hold_in(ParameterModel& parameter, const Values& held, Expression& formula)
 
 }  // namespace
 
-void check_holdable(const ModelSpecification& specification, const std::string& name) {
+void check_known(const ModelSpecification& specification, const std::string& name) {
   const std::vector<std::string> known = specification.coefficient_names();
   if (std::ranges::find(known, name) == known.end()) {
     throw UsageError(
         fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", ")));
   }
+}
+
+void check_holdable(const ModelSpecification& specification, const std::string& name) {
+  check_known(specification, name);
   for (const RandomEffects& term : specification.random) {
     if (std::ranges::find(term.coefficients, name) == term.coefficients.end()) continue;
     throw UsageError(
-        fmt::format("{} has a random effect by {}, so it cannot be fixed or bounded; remove the "
-                    "random effect or the fixed value",
+        fmt::format("{} has a random effect by {}, so it cannot be fixed; remove the random "
+                    "effect or the fixed value",
                     name,
                     term.group));
   }

@@ -9,6 +9,9 @@
 
 namespace silvafit::fit {
 
+/// \throws UsageError if this is not a coefficient
+void check_known(const ModelSpecification& specification, const std::string& name);
+
 /// \throws UsageError if this is not a coefficient, or has a random effect
 void check_holdable(const ModelSpecification& specification, const std::string& name);
 

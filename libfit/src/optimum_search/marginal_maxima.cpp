@@ -328,10 +328,10 @@ const Candidate& MarginalMaxima::best() const {
   return higher ? *higher : best;
 }
 
-SearchEvidence MarginalMaxima::evidence() const {
+SearchEvidence MarginalMaxima::evidence(const Candidate& best) const {
   SearchEvidence result;
   result.method = integration_;
-  const MixedEffectsFit& found = best().fit;
+  const MixedEffectsFit& found = best.fit;
   result.contained = higher_than(found.log_likelihood, contained_);
   result.first_order_maximum = first_order_maximum_;
   const Candidate* const higher = unfinished_above(found, kSameHeight);

@@ -31,7 +31,7 @@ class MarginalMaxima {
   const std::vector<Candidate>& all() const { return maxima_; }
   /// The highest maximum, or a point far above it at which a search has not converged.
   const Candidate& best() const;
-  SearchEvidence evidence() const;
+  SearchEvidence evidence(const Candidate& best) const;
 
  private:
   bool is_first_order() const;

@@ -12,6 +12,7 @@
 #include "optimum_search/marginal_maxima.hpp"
 #include "optimum_search/representative_rows.hpp"
 #include "optimum_search/search_verdict.hpp"
+#include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -98,14 +99,15 @@ class OptimumSearch {
       for (Candidate& candidate : points.all()) add_candidate(all, std::move(candidate));
     }
     for (Candidate& candidate : all) candidate.rank = candidate.fit.log_likelihood;
-    return judged(best_of(all), all, {});
+    return judged(chosen(all, best_of(all)), all, {});
   }
 
   MixedEffectsFit best_fixed_point(std::vector<FixedPoints>& searches) {
     compare(searches);
     FixedPoints& points = searches.front();
     const Candidate& best = best_of(points.all());
-    return judged(best, points.all(), points.evidence(best));
+    const Candidate& shown = chosen(points.all(), best);
+    return judged(shown, points.all(), of_shown(points.evidence(shown), shown, best));
   }
 
   MixedEffectsFit marginal_maximum(std::vector<FixedPoints>& searches, Integration integration) {
@@ -120,7 +122,25 @@ class OptimumSearch {
         maxima.emplace(std::move(found));
       }
     }
-    return judged(maxima->best(), maxima->all(), maxima->evidence());
+    const Candidate& best = maxima->best();
+    const Candidate& shown = chosen(maxima->all(), best);
+    return judged(shown, maxima->all(), of_shown(maxima->evidence(shown), shown, best));
+  }
+
+  const Candidate& chosen(const std::vector<Candidate>& all, const Candidate& best) const {
+    return chosen_optimum(model_.coefficient_names(), all, best, options_.wishes);
+  }
+
+  /// If the user's wishes exclude the best fit, others that are higher are no evidence against the
+  /// one that is shown.
+  static SearchEvidence of_shown(SearchEvidence evidence,
+                                 const Candidate& shown,
+                                 const Candidate& best) {
+    if (&shown == &best) return evidence;
+    evidence.contained.reset();
+    evidence.marginal_maximum = evidence.marginal_here;
+    evidence.first_order_maximum = evidence.unfinished = kNaN;
+    return evidence;
   }
 
   MixedEffectsFit judged(const Candidate& best,

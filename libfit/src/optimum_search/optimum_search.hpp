@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "optimum_search/chosen_optimum.hpp"
 #include "silvafit/fit/least_squares.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
@@ -17,6 +18,7 @@ struct OptimumSearchOptions {
   MixedEffectsOptions linearized{};  ///< its starts are the user's
   MarginalOptions marginal{};
   int spread_starts = 0;
+  CoefficientWishes wishes{};
 };
 
 /// The best of the fits from all starting points.

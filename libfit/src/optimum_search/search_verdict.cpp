@@ -45,6 +45,12 @@ const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
   return found == fit.optima.end() ? nullptr : &*found;
 }
 
+/// The best optimum, if the user's wishes exclude it; else null.
+const LocalOptimum* higher_optimum(const MixedEffectsFit& fit) {
+  const auto highest = std::ranges::max_element(fit.optima, {}, rank_of);
+  return rank_of(*highest) > rank_of(fit.optima.front()) + kContainedSlack ? &*highest : nullptr;
+}
+
 /// Difference of the linearized likelihood from the marginal one, at the estimates and at its
 /// maximum; for restricted likelihood, that of the marginal one at the estimates from its maximum.
 double linearization_error(const MixedEffectsFit& fit, const SearchEvidence& evidence) {
@@ -82,22 +88,36 @@ std::optional<ContainedModel> higher_than(double rank,
 void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
   Convergence& convergence = fit.convergence;
   if (!convergence.converged()) return;
+  constexpr double kDoubtful = 2.0;
+  constexpr double kUseless = 0.1;  // per observation
+  const double useless =
+      std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations));
   if (evidence.contained) {
-    convergence.status = ConvergenceStatus::kContainedModelHigher;
     convergence.evidence.push_back({.kind = Evidence::Kind::kContainedModel,
                                     .term = evidence.contained->text,
                                     .value = evidence.contained->log_likelihood});
+    const double excess = evidence.contained->log_likelihood - fit.log_likelihood;
+    // A fixed point of the alternation, which nlme reports as well, need not be the highest one.
+    const bool is_doubt = !evidence.method && excess < useless;
+    if (!is_doubt) convergence.status = ConvergenceStatus::kContainedModelHigher;
     const bool is_helped = evidence.marginal_maximum > evidence.contained->rank + kContainedSlack;
-    convergence.verdict = fmt::format(
-        "Not converged: the model {}, which this one contains, has a higher log-likelihood ({:.2f} "
-        "against {:.2f}). Use that model, or {}.",
+    const std::string found = fmt::format(
+        "{}: the model {}, which this one contains, has a higher log-likelihood ({:.2f} against "
+        "{:.2f}). Use that model, or {}.",
+        is_doubt ? "Converged, with a doubt" : "Not converged",
         evidence.contained->text,
         evidence.contained->log_likelihood,
         fit.log_likelihood,
-        is_helped ? "--method " + name_of(evidence.marginal) : "give other start values");
-    return;
+        is_helped ? fmt::format("--method {0}: {0} converges at {1:.2f}",
+                                name_of(evidence.marginal),
+                                evidence.marginal_maximum)
+                  : "give other start values");
+    if (!is_doubt) {
+      convergence.verdict = found;
+      return;
+    }
+    convergence.verdict = fmt::format("{} {}", found, convergence.verdict);
   }
-  constexpr double kDoubtful = 2.0;
   if (evidence.first_order_maximum > fit.log_likelihood + 10.0 * kDoubtful) {
     convergence.status = ConvergenceStatus::kInvalidApproximation;
     convergence.evidence.push_back({.kind = Evidence::Kind::kMarginalMaximum,
@@ -124,7 +144,6 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         evidence.method == Integration::kInteraction ? "" : "--method focei, or ");
     return;
   }
-  constexpr double kUseless = 0.1;  // per observation
   const double error = linearization_error(fit, evidence);
   const std::string method = name_of(evidence.marginal);
   if (error > kDoubtful) {
@@ -134,8 +153,6 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
                                     .term = method,
                                     .value = evidence.marginal_maximum});
   }
-  const double useless =
-      std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations));
   if (!evidence.is_restricted && error > useless) {
     convergence.status = ConvergenceStatus::kInvalidApproximation;
     // The sentences after the first one remain valid: boundaries, floored values.
@@ -162,6 +179,16 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         evidence.marginal_maximum);
   }
   if (fit.optima.size() < 2) return;
+  if (const LocalOptimum* const higher = higher_optimum(fit)) {
+    add_optimum(*higher, convergence);
+    convergence.verdict += fmt::format(
+        " Another optimum is higher: log-likelihood {:.2f} at {}. The start values or bounds "
+        "select the one that is shown ({:.2f}).",
+        higher->log_likelihood,
+        estimates_text(fit, higher->estimate),
+        fit.log_likelihood);
+    return;
+  }
   const auto from_start = std::ranges::find(fit.optima, kStartValues, &LocalOptimum::origin);
   if (from_start != fit.optima.end() && from_start != fit.optima.begin()) {
     add_optimum(*from_start, convergence);

@@ -49,9 +49,11 @@ struct SearchEvidence {
   double unfinished = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Adds the findings of the search to the convergence message. A fit below a nested model has not
-/// converged, nor has one whose linearized likelihood is far from the marginal one; if they differ
-/// by more than 2 units, the linearization is reported as doubtful.
+/// Adds the findings of the search to the convergence message. A fit of a marginal
+/// likelihood below that of a nested model has not converged; one by Lindstrom and Bates' method is
+/// at a fixed point, and the difference is a doubt unless it is as large as for a useless
+/// linearization. Nor has a fit converged whose linearized likelihood is far from the marginal one;
+/// if they differ by more than 2 units, the linearization is reported as doubtful.
 void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence);
 
 }  // namespace silvafit::fit

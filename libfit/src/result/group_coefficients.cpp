@@ -38,6 +38,17 @@ void add_group_effects(const NonlinearModel& model,
   }
 }
 
+MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit) {
+  const ModelSpecification& specification = model.specification();
+  MatrixXd result = fit.estimate.replicate(1, model.group_count());
+  add_group_effects(
+      model,
+      {.rows = model.coefficients_of(finer_term(specification)), .effects = finer(fit).effects},
+      {.rows = model.coefficients_of(coarser_term(specification)), .effects = coarser(fit).effects},
+      result);
+  return result;
+}
+
 MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model) {
   MatrixXd result = MatrixXd::Zero(model.coefficient_count(), model.group_count());
   if (!fit.has_random_effects()) return result;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/mixed_effects.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -28,6 +29,9 @@ void add_group_effects(const NonlinearModel& model,
                        const GroupingEffects& inner,
                        const GroupingEffects& outer,
                        Eigen::MatrixXd& sum);
+
+/// (p x G) coefficients of each group, random effects included.
+Eigen::MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit);
 
 /// (p x G) estimated effects of both groupings by the groups' labels; zero for groups that are not
 /// in the fit.

@@ -73,6 +73,21 @@ void append_model(std::string& text, const FittedModel& fit) {
   append(text, ", {:.3g} s\n\n", fit.seconds);
 }
 
+/// Where a search ended without a maximum: tests, criteria and effects of groups do not hold there.
+void append_unconverged(std::string& text, const FittedModel& fit) {
+  append(text, "NOT CONVERGED: the values where the search ended, without tests and criteria\n\n");
+  const std::size_t width = widest(fit.coefficient_names, 13);
+  append(text, "{:<{}} {:>12}\n", "coefficient", width, "value");
+  for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
+    append(text,
+           "{:<{}} {:>12}\n",
+           fit.coefficient_names[k],
+           width,
+           significant(fit.estimate[static_cast<Index>(k)]));
+  }
+  append(text, "\n");
+}
+
 void append_fixed_effects(std::string& text, const FittedModel& fit) {
   const std::size_t width = widest(fit.coefficient_names, 13);
   const Eigen::VectorXd errors = fit.standard_errors();
@@ -281,6 +296,12 @@ void append_failures(std::string& text, const std::vector<const FittedModel*>& f
 std::string summary(const FittedModel& fit) {
   std::string text;
   append_model(text, fit);
+  if (!fit.convergence.converged()) {
+    append_unconverged(text, fit);
+    append_random_effects(text, fit);
+    append_residuals(text, fit);
+    return text;
+  }
   append_fixed_effects(text, fit);
   append_random_effects(text, fit);
   append_residuals(text, fit);

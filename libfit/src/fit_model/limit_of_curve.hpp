@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+// Fits whose likelihood has no maximum because coefficients approach a limit of the curve.
+#pragma once
+
+#include "fit_model/constrained_fit.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// Marks a converged fit as one without a maximum if its curve is only a limit of the formula.
+///
+/// a*(1 - exp(-k*x))^p approaches the power b*x^p for large a and small k. If the data show only
+/// this part, the likelihood increases towards the limit ever more slowly, until a search cannot
+/// resolve the gain, and differences of gradients give arbitrary standard errors there. Candidates
+/// are coefficients with a standard error, by the expected information at the population's curve,
+/// of more than ten times their size (undetermined()). The one that is determined least is held up
+/// to a thousand times larger and smaller. The fit has no maximum if the highest likelihood with it
+/// held, far towards one side, is not lower than that of the fit.
+/// \param fit   of the whole model with some coefficients held
+/// Cost: without candidates one Jacobian; otherwise up to eight fits.
+void mark_limit(const NonlinearModel& model, const HeldFit& fit, FitResult& result);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+
+namespace {
+
+/// 12 groups of 8 rows with x from 5 to 40, curves of a group's scale, and normal errors.
+template <typename Curve>
+data::Table grouped(std::uint64_t seed, double residual_sd, const Curve& curve) {
+  Random random(seed);
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<std::string> group;
+  for (int g = 0; g < 12; ++g) {
+    const double scale = 1.0 + 0.1 * random.normal();
+    for (int k = 0; k < 8; ++k) {
+      x.push_back(5.0 + 35.0 * random.uniform());
+      y.push_back(scale * curve(x.back()) + residual_sd * random.normal());
+      group.push_back("g" + std::to_string(g));
+    }
+  }
+  data::Table table;
+  table.set("x", x);
+  table.set("y", y);
+  table.set("g", group);
+  return table;
+}
+
+FittedModel fitted(const data::Table& table, const std::string& formula, FitModelOptions options) {
+  return fit_model(specify_model({.formula = formula, .random = "a | g"}, table), table, options)
+      .fit;
+}
+
+constexpr const char* kRichards = "y ~ a*(1 - exp(-k*x))^p";
+
+}  // namespace
+
+TEST_CASE("data of a power curve give a Richards curve no maximum") {
+  // The limit of large a and small k is b*x^p, so that both likelihoods have the same supremum.
+  const data::Table table = grouped(11, 0.6, [](double x) { return 0.4 * std::pow(x, 1.02); });
+  for (const Method method : {Method::kLaplace, Method::kInteraction, Method::kQuadrature}) {
+    const FittedModel limit = fitted(table, "y ~ a*x^p", {.method = method});
+    REQUIRE(limit.convergence.converged());
+    const FittedModel fit = fitted(table, kRichards, {.method = method});
+    CAPTURE(fit.convergence.verdict, fit.log_likelihood, limit.log_likelihood);
+    // A curved part of the data by chance would be a maximum above the limit.
+    REQUIRE(fit.log_likelihood == Approx(limit.log_likelihood).margin(1e-3));
+    CHECK(fit.convergence.status == ConvergenceStatus::kNoMaximum);
+    CHECK(fit.convergence.has(Evidence::Kind::kUnbounded, "k"));
+    CHECK(fit.standard_errors().array().isNaN().all());
+  }
+}
+
+TEST_CASE("data of stands at their asymptote give a Richards curve no maximum") {
+  // At ages of 5 and more all heights are at the asymptote: the limit is a constant.
+  const data::Table table = grouped(3, 0.5, [](double) { return 20.0; });
+  const FittedModel fit = fitted(table, kRichards, {.method = Method::kLaplace});
+  CAPTURE(fit.convergence.verdict);
+  CHECK_FALSE(fit.convergence.converged());
+}
+
+TEST_CASE("data of the whole curve give a maximum with standard errors") {
+  const data::Table table =
+      grouped(5, 0.5, [](double x) { return 25.0 * std::pow(1.0 - std::exp(-0.1 * x), 1.5); });
+  const FittedModel fit = fitted(table, kRichards, {.method = Method::kLaplace});
+  CHECK(fit.convergence.converged());
+  // The truth is within four standard errors in all but 1 of 16,000 samples.
+  const Eigen::Array3d away =
+      (fit.estimate - Eigen::Vector3d(25.0, 0.1, 1.5)).cwiseQuotient(fit.standard_errors());
+  CHECK((away.abs() < 4.0).all());
+}

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// Equal curves with exchanged roles of their coefficients: start values and bounds choose.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+using Catch::Matchers::Contains;
+
+namespace {
+
+data::Table table_of(const std::vector<double>& x,
+                     const std::vector<double>& y,
+                     const std::vector<std::string>& group) {
+  data::Table table;
+  table.set("x", x);
+  table.set("y", y);
+  table.set("g", group);
+  return table;
+}
+
+/// 15 groups on a logistic curve from 4 to 40 around 10, with few points near the upper end.
+data::Table logistic_data() {
+  Random random(21);
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<std::string> group;
+  for (int g = 0; g < 15; ++g) {
+    const double upper = 40.0 + 3.0 * random.normal();
+    for (const double at : {0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0}) {
+      x.push_back(at);
+      y.push_back(4.0 + (upper - 4.0) / (1.0 + std::exp((11.0 - at) / 2.0)) + random.normal());
+      group.push_back("g" + std::to_string(g));
+    }
+  }
+  return table_of(x, y, group);
+}
+
+/// 12 groups of a fast and a slow decay; the fast one varies.
+data::Table two_decays() {
+  Random random(22);
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<std::string> group;
+  for (int g = 0; g < 12; ++g) {
+    const double fast = 3.0 + 0.5 * random.normal();
+    for (const double at : {0.1, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0}) {
+      x.push_back(at);
+      y.push_back(fast * std::exp(-1.5 * at) + 1.3 * std::exp(-0.13 * at) + 0.08 * random.normal());
+      group.push_back("g" + std::to_string(g));
+    }
+  }
+  return table_of(x, y, group);
+}
+
+FittedModel fitted(const data::Table& table,
+                   const std::string& formula,
+                   const std::string& random,
+                   const FitModelOptions& options) {
+  return fit_model(specify_model({.formula = formula, .random = random}, table), table, options)
+      .fit;
+}
+
+double estimate_of(const FittedModel& fit, const std::string& name) {
+  return fit
+      .estimate[std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin()];
+}
+
+constexpr const char* kLogistic = "y ~ A + (B - A)/(1 + exp((xm - x)/s))";
+constexpr const char* kDecays = "y ~ a1*exp(-k1*x) + a2*exp(-k2*x)";
+
+}  // namespace
+
+TEST_CASE("start values give the asymptotes of a logistic curve their roles") {
+  const data::Table table = logistic_data();
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
+    const FittedModel free = fitted(table, kLogistic, "B + xm | g", {.method = method});
+    for (const double sign : {1.0, -1.0}) {
+      // (A, B, s) and (B, A, -s) are the same curve.
+      const std::map<std::string, double> start{{"A", sign > 0.0 ? 4.0 : 40.0},
+                                                {"B", sign > 0.0 ? 40.0 : 4.0},
+                                                {"xm", 11.0},
+                                                {"s", sign * 2.0}};
+      const FittedModel fit =
+          fitted(table, kLogistic, "B + xm | g", {.method = method, .start = start});
+      CAPTURE(fit.convergence.verdict);
+      REQUIRE(fit.convergence.converged());
+      CHECK(sign * estimate_of(fit, "s") > 0.0);
+      CHECK(sign * (estimate_of(fit, "B") - estimate_of(fit, "A")) > 0.0);
+      CHECK(fit.log_likelihood > free.log_likelihood - 5.0);
+    }
+  }
+}
+
+TEST_CASE("optima within the bounds compete with fits at the bounds") {
+  const data::Table table = two_decays();
+  for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
+    const FittedModel free = fitted(table, kDecays, "a1 | g", {.method = method});
+    // The decay that varies is the fast one.
+    REQUIRE(estimate_of(free, "k1") > 1.0);
+    // If it is the slow one, the bound can be on either rate.
+    const FittedModel second =
+        fitted(table, kDecays, "a1 | g", {.method = method, .bounds = {{"k2", {.low = 0.5}}}});
+    const FittedModel first =
+        fitted(table, kDecays, "a1 | g", {.method = method, .bounds = {{"k1", {.high = 0.5}}}});
+    CAPTURE(first.convergence.verdict, second.convergence.verdict);
+    REQUIRE(first.convergence.converged());
+    REQUIRE(second.convergence.converged());
+    CHECK(estimate_of(second, "k2") > 1.0);
+    CHECK(second.log_likelihood < free.log_likelihood);
+    // Both searches end within 1e-5 standard errors of the same maximum.
+    CHECK(second.log_likelihood == Approx(first.log_likelihood).margin(1e-6));
+    CHECK_THAT(second.convergence.verdict, Contains("Another optimum is higher"));
+  }
+}
+
+TEST_CASE("exchanged terms are within bounds by least squares, too") {
+  const data::Table table = two_decays();
+  const ModelSpecification model = specify_model({.formula = kDecays}, table);
+  const FittedModel free = fit_model(model, table).fit;
+  for (const std::string name : {"k1", "k2"}) {
+    const FittedModel fit = fit_model(model, table, {.bounds = {{name, {.low = 0.5}}}}).fit;
+    REQUIRE(fit.convergence.converged());
+    CHECK(estimate_of(fit, name) > 0.5);
+    CHECK(fit.log_likelihood == Approx(free.log_likelihood).epsilon(1e-10));
+  }
+}
+
+TEST_CASE("a bound of a coefficient with random effects is for its fixed effect") {
+  const data::Table table = logistic_data();
+  const FittedModel inside = fitted(table,
+                                    kLogistic,
+                                    "B + xm | g",
+                                    {.method = Method::kLaplace, .bounds = {{"B", {.low = 20.0}}}});
+  REQUIRE(inside.convergence.converged());
+  CHECK(estimate_of(inside, "B") > 20.0);
+  const FittedModel outside =
+      fitted(table,
+             kLogistic,
+             "B + xm | g",
+             {.method = Method::kLaplace, .bounds = {{"B", {.low = 90.0}}}});
+  CHECK(outside.convergence.status == ConvergenceStatus::kOutsideBounds);
+  CHECK_THAT(outside.convergence.verdict, Contains("varies by group"));
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "mixed_effects/expected_information.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "model/nested_terms.hpp"
+#include "model/symmetric_eigen.hpp"
+#include "result/nested_effects.hpp"
+#include "silvafit/base/constants.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// (columns x columns) upper triangle with the cross products of the rows.
+MatrixXd triangle_of(const MatrixXd& rows) {
+  const Index columns = rows.cols();
+  MatrixXd result = MatrixXd::Zero(columns, columns);
+  const Eigen::HouseholderQR<MatrixXd> qr(rows);
+  const Index filled = std::min(columns, rows.rows());
+  result.topRows(filled) = qr.matrixQR().topRows(filled).triangularView<Eigen::Upper>();
+  return result;
+}
+
+/// Rows whose cross products are those of the other columns after standard normal effects of the
+/// first columns are integrated out.
+MatrixXd without_effects(const MatrixXd& rows, Index effects) {
+  MatrixXd augmented(rows.rows() + effects, rows.cols());
+  augmented.topRows(rows.rows()) = rows;
+  augmented.bottomRows(effects) = MatrixXd::Identity(effects, rows.cols());
+  const Index rest = rows.cols() - effects;
+  return triangle_of(augmented).bottomRightCorner(rest, rest);
+}
+
+MatrixXd stacked(const MatrixXd& above, const MatrixXd& below) {
+  MatrixXd result(above.rows() + below.rows(), below.cols());
+  result << above, below;
+  return result;
+}
+
+/// (q x q) L with covariance L L'; a singular covariance has columns of zeros.
+MatrixXd root_of(const MatrixXd& covariance) {
+  if (covariance.size() == 0) return covariance;
+  const SymmetricEigen of = symmetric_eigen(covariance);
+  return of.vectors * of.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+/// (N x (q + s + p)) columns of the effects of the finer and the coarser grouping, and of the
+/// coefficients in a frame, in residual standard deviations.
+MatrixXd standardized_columns(const NonlinearModel& model,
+                              const Estimates& fit,
+                              const Eigen::Ref<const MatrixXd>& coefficients,
+                              const VectorXd& residual_sd,
+                              const MatrixXd& frame) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(coefficients, mean, &jacobian, workspace);
+  jacobian = residual_sd.cwiseInverse().asDiagonal() * jacobian;
+  const ModelSpecification& specification = model.specification();
+  const auto inner = model.coefficients_of(finer_term(specification));
+  const auto outer = model.coefficients_of(coarser_term(specification));
+  const auto q = static_cast<Index>(inner.size());
+  const auto s = static_cast<Index>(outer.size());
+  MatrixXd result(jacobian.rows(), q + s + jacobian.cols());
+  if (q > 0) result.leftCols(q) = jacobian(Eigen::all, inner) * root_of(finer(fit).covariance);
+  if (s > 0) {
+    result.middleCols(q, s) = jacobian(Eigen::all, outer) * root_of(coarser(fit).covariance);
+  }
+  result.rightCols(jacobian.cols()) = jacobian * frame;
+  return result;
+}
+
+}  // namespace
+
+MatrixXd expected_covariance(const NonlinearModel& model,
+                             const Estimates& fit,
+                             const Eigen::Ref<const MatrixXd>& coefficients,
+                             const VectorXd& residual_sd,
+                             const MatrixXd& frame) {
+  const Index p = model.coefficient_count();
+  const MatrixXd columns = standardized_columns(model, fit, coefficients, residual_sd, frame);
+  if (!columns.allFinite()) return MatrixXd::Constant(p, p, kNaN);
+  const ModelSpecification& specification = model.specification();
+  const auto q = static_cast<Index>(model.coefficients_of(finer_term(specification)).size());
+  const Index s = columns.cols() - q - p;
+  MatrixXd information(0, p);
+  for (Index c = 0; c < model.cluster_count(); ++c) {
+    MatrixXd cluster(0, s + p);
+    for (Index g = model.cluster_begin(c); g < model.cluster_begin(c + 1); ++g) {
+      const Index begin = model.group_begin(g);
+      const MatrixXd rows = columns.middleRows(begin, model.group_begin(g + 1) - begin);
+      cluster = triangle_of(stacked(cluster, without_effects(rows, q)));
+    }
+    information = triangle_of(stacked(information, without_effects(cluster, s)));
+  }
+  const MatrixXd root =
+      information.triangularView<Eigen::Upper>().transpose().solve(MatrixXd(frame.transpose()));
+  return root.transpose() * root;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include "optimum_search/chosen_optimum.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// By name; `otherwise` for a coefficient without an entry.
+template <typename Value>
+Value value_of(const std::map<std::string, Value>& values,
+               const std::string& name,
+               Value otherwise) {
+  const auto found = values.find(name);
+  return found == values.end() ? otherwise : found->second;
+}
+
+bool is_inside(const std::vector<std::string>& names,
+               const VectorXd& estimate,
+               const std::map<std::string, Bounds>& bounds) {
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const Bounds range = value_of(bounds, names[j], Bounds{});
+    const double value = estimate[static_cast<Index>(j)];
+    if (!(value >= range.low && value <= range.high)) return false;
+  }
+  return true;
+}
+
+/// Sum of the differences from the start values, relative to the sizes of both.
+double distance(const std::vector<std::string>& names,
+                const VectorXd& estimate,
+                const std::map<std::string, double>& start) {
+  double result = 0.0;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const double value = estimate[static_cast<Index>(j)];
+    const double from = value_of(start, names[j], value);
+    if (value != from) result += std::abs(value - from) / (std::abs(value) + std::abs(from));
+  }
+  return result;
+}
+
+/// Whether the curves of all groups differ by less than the residuals scatter around them.
+bool has_same_curves(const MixedEffectsFit& a, const MixedEffectsFit& b) {
+  const VectorXd change =
+      (a.fitted_conditional - b.fitted_conditional).cwiseQuotient(b.residual_sd);
+  return change.norm() < std::sqrt(static_cast<double>(change.size()));
+}
+
+}  // namespace
+
+const Candidate& chosen_optimum(const std::vector<std::string>& names,
+                                const std::vector<Candidate>& candidates,
+                                const Candidate& best,
+                                const CoefficientWishes& wishes) {
+  std::vector<const Candidate*> possible;
+  for (const Candidate& candidate : candidates) {
+    if (!candidate.fit.convergence.converged()) continue;
+    if (!is_inside(names, candidate.fit.estimate, wishes.bounds)) continue;
+    possible.push_back(&candidate);
+  }
+  if (possible.empty()) return best;
+  const Candidate* highest = std::ranges::find(possible, &best) != possible.end()
+                                 ? &best
+                                 : *std::ranges::max_element(possible, {}, &Candidate::rank);
+  // Bounds fix the roles, too.
+  if (wishes.start.empty() || !wishes.bounds.empty()) return *highest;
+  constexpr double kVeryStrong = 5.0;
+  const Candidate* chosen = highest;
+  double nearest = distance(names, highest->fit.estimate, wishes.start);
+  for (const Candidate* const candidate : possible) {
+    if (!(candidate->rank > highest->rank - kVeryStrong)) continue;
+    const double away = distance(names, candidate->fit.estimate, wishes.start);
+    if (!(away < nearest) || !has_same_curves(candidate->fit, highest->fit)) continue;
+    nearest = away;
+    chosen = candidate;
+  }
+  return *chosen;
+}
+
+}  // namespace silvafit::fit
