@@ -28,6 +28,7 @@ bool is_missing(std::string_view field) {
 }
 
 std::string_view name_of(TreeStatus status) {
+  if (status == TreeStatus::kNotInSample) return "not in the sample";
   return status == TreeStatus::kDead ? "dead" : "cut, fallen or a stump";
 }
 
@@ -86,6 +87,10 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   for (std::size_t i = 0; i < kLabelCount; ++i) {
     const Source& source = plan_.labels[i];
     if (source.field) row.labels[i] = data::trimmed(fields[*source.field]);
+    if (source.joined.empty()) continue;
+    std::vector<std::string_view> parts;
+    for (const std::size_t field : source.joined) parts.push_back(fields[field]);
+    row.labels[i] = joined_label(parts);
   }
   if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
   if (plan_.stand_field) row.stand = data::trimmed(fields[*plan_.stand_field]);
@@ -200,9 +205,10 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
 
 /// Excludes rows of dead or cut trees, unless they are to be used.
 bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus status) {
-  if (status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude) return false;
-  if (options_.keeps_measurements) return false;
-  if (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors) return false;
+  const bool is_used = status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude ||
+                       options_.keeps_measurements ||
+                       (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors);
+  if (is_used && status != TreeStatus::kNotInSample) return false;
   exclude(row, status_.header(), row.status, fmt::format("the tree is {}", name_of(status)));
   result_.excluded.back().is_problem = false;
   ++result_.excluded_tree_count;
@@ -377,9 +383,7 @@ std::string InventoryReader::note_on_dead() const {
     text += ", skipped";
     if (has_dead) text += "; with --dead neighbors, dead trees count as neighbors";
   }
-  const std::string unknown = status_.unknown_values();
-  return unknown.empty() ? text
-                         : fmt::format("{}; unknown status, used as alive: {}", text, unknown);
+  return text + status_.remarks();
 }
 
 std::string InventoryReader::note_on_empty_plots() const {
@@ -390,7 +394,7 @@ std::string InventoryReader::note_on_empty_plots() const {
 
 std::vector<std::string> InventoryReader::recognized() const {
   std::vector<std::string> texts{data::describe_layout(csv_.layout()),
-                                 describe_usual_columns(plan_.usual)};
+                                 describe_usual_columns(plan_.usual, csv_.header())};
   if (!codes_.empty()) texts.push_back("codes read as missing values: " + codes_.text());
   texts.push_back(spellings_.note());
   texts.push_back(note_on_dead());

@@ -393,14 +393,16 @@ StandReport stand_report(const Inventory& inventory, const StandReportOptions& o
     throw UsageError("the sampling design gives the areas; omit --window, --circle and --plot-area",
                      {.column = options.plot_area_m2 ? "--plot-area" : "--window"});
   }
-  if (!options.design.is_given() || has_areas) {
-    ReportMaker maker(options, nullptr);
+  StandReportOptions own = options;
+  if (!has_areas) own.design = design_for(inventory, options.design);
+  if (!own.design.is_given() || has_areas) {
+    ReportMaker maker(own, nullptr);
     maker.add(inventory);
     return maker.finish(inventory.file);
   }
-  const DesignedSample sample = sample_of(inventory, options.design);
+  const DesignedSample sample = sample_of(inventory, own.design);
   const Inventory weighted = with_represented(inventory, sample);
-  ReportMaker maker(options, &sample);
+  ReportMaker maker(own, &sample);
   maker.add(weighted);
   return maker.finish(inventory.file);
 }
