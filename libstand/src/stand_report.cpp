@@ -16,8 +16,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr double kQuadratMeters = 10.0;
-
 /// What describes units, without the values of trees.
 StructuralUnits header_of(StructuralUnits units) {
   StructuralUnits header{.neighbors = units.neighbors,
@@ -211,9 +209,7 @@ void ReportMaker::add_species(const Inventory& inventory, const std::vector<Samp
   if (!species_) {
     SpeciesTableOptions options = options_.species;
     const bool is_only = is_part_ ? is_only_plot_ : inventory.plot.levels().size() == 1;
-    if (options.quadrat_m == 0.0 && is_only && areas.front().window.has_value()) {
-      options.quadrat_m = kQuadratMeters;
-    }
+    if (options.quadrat_m == 0.0) options.quadrat_m = usual_quadrat_m(is_only, areas);
     report_.quadrat_m = options.quadrat_m;
     species_.emplace(options);
   }
