@@ -245,9 +245,8 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
     const std::string& column = plan_.measures[problem.measure].text;
     // A field that is not a number is reported once, not also as missing.
     if (std::isnan(value) && !row.unreadable.empty()) continue;
-    // A dead or cut tree needs no measures.
-    const bool is_at_end = options_.keeps_measurements && status != TreeStatus::kAlive;
-    if (is_at_end && std::isnan(value) && problem.measure == kDbh) continue;
+    // A dead or cut tree needs no measures, and a living one without dbh has survived.
+    if (options_.keeps_measurements && std::isnan(value) && problem.measure == kDbh) continue;
     if (problem.measure == kHcb && value >= row.measures[kH]) ++crown_base_above_top_;
     exclude(row, column, std::isnan(value) ? "" : data::shortest(value), std::move(problem.reason));
     excluded = true;

@@ -483,6 +483,10 @@ DesignedSample SampleMaker::run() {
   check_design(design_);
   join();
   find_expansions();
+  if (!design_.expansion.empty() && design_.expansion == inventory_.expansion) {
+    sample_.notes.emplace_back(
+        "trees per hectare are FIA's factors TPA_UNADJ; each visit (PLT_CN) is a plot");
+  }
   find_smallest_dbh();
   if (!design_.subplot.empty()) {
     sample_.subplot_labels = labels_of_subplots(inventory_, design_.subplot);

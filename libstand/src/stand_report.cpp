@@ -373,11 +373,26 @@ void ReportMaker::finish_figures() {
   }
 }
 
+/// The densest known forests have about 450 m2/ha; areas in another unit make far more.
+void ReportMaker::check_density(const std::string& file) const {
+  constexpr double kImpossible = 1000.0;
+  const double basal_area = report_.all.basal_area_m2_per_ha;
+  if (options_.trust_units || !(basal_area > kImpossible)) return;
+  throw InputError(
+      fmt::format(
+          "the areas of plots make {:.4g} m2 of basal area per hectare; areas are in m2 "
+          "(1 ha is 10000, 1 are 100), radii in m and expansion factors per ha; if they are "
+          "right, use --trust-units",
+          basal_area),
+      {.file = file, .column = options_.plot_area_m2 ? "--plot-area" : "area"});
+}
+
 StandReport ReportMaker::finish(const std::string& file) {
   if (is_part_) add_plots_without_rows();
   if (report_.areas.empty()) refuse_no_areas(file);
   finish_structure(file);
   finish_figures();
+  check_density(file);
   report_.strata = stratum_figures(plots_, stratum_of_area_, stratum_sizes_, are_weights_);
   write_notes();
   return std::move(report_);
