@@ -131,6 +131,7 @@ void add_impute_command(CLI::App& program) {
   add_digits_option(command, arguments->digits);
   add_sheet_options(command, reading);
   add_trust_units_option(command, reading);
+  add_dead_option(command, reading);
   command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
   command.add_flag("--stream", arguments->stream, kStreamHelp);
   add_common_options(command, arguments->common);

@@ -87,6 +87,18 @@ void add_dead_option(CLI::App& command, study::ReadingSettings& settings) {
                   "ones; cut and fallen trees, too)")
       ->check(CLI::IsMember({"leave-out", "neighbors", "include"}))
       ->capture_default_str();
+  const auto add_codes = [&command](
+                             const char* name, std::vector<std::string>& codes, const char* help) {
+    command.add_option(name, codes, help)
+        ->delimiter(',')
+        ->type_name("CODE,...")
+        ->allow_extra_args(false);
+  };
+  add_codes("--alive-codes", settings.alive_codes, "Values of the status that mean alive");
+  add_codes(
+      "--dead-codes", settings.dead_codes, "Values of the status that mean dead and standing");
+  add_codes(
+      "--cut-codes", settings.cut_codes, "Values of the status that mean cut, fallen or a stump");
 }
 
 void add_trust_units_option(CLI::App& command, study::ReadingSettings& settings) {
@@ -165,6 +177,13 @@ void add_sampling_options(CLI::App& command,
                   settings.expansion,
                   "Column with the number of trees per ha that each tree stands for")
       ->type_name("COLUMN");
+  command
+      .add_option("--expansion-area",
+                  settings.expansion_area,
+                  "Hectares of --expansion are those of the whole plot (plot), so that values are "
+                  "divided by its share, or of the part in the population (part)")
+      ->check(CLI::IsMember({"plot", "part"}))
+      ->capture_default_str();
   command
       .add_option("--subplots", settings.subplots, "Number of circles of a plot, all of one kind")
       ->check(CLI::PositiveNumber)

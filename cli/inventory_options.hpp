@@ -27,7 +27,8 @@ void add_fill_down_option(CLI::App& command, study::ReadingSettings& settings);
 /// Adds these two and --case-sensitive.
 void add_sheet_options(CLI::App& command, study::ReadingSettings& settings);
 
-/// Adds --dead, for commands that use some of the trees.
+/// Adds --dead, --alive-codes, --dead-codes and --cut-codes, for commands that use some of the
+/// trees.
 void add_dead_option(CLI::App& command, study::ReadingSettings& settings);
 
 /// Adds --trust-units.
@@ -46,7 +47,7 @@ struct PlotsArgument {
 };
 
 /// Adds --plots, --plots-layer, --plots-sql, --plots-columns, --circles, --angle-count,
-/// --smallest-dbh, --expansion, --subplots, --subplot and --slope-correction.
+/// --smallest-dbh, --expansion, --expansion-area, --subplots, --subplot and --slope-correction.
 void add_sampling_options(CLI::App& command,
                           study::SamplingSettings& settings,
                           PlotsArgument& plots);

@@ -34,6 +34,9 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
   keep("--missing", given.reading.missing, file.reading.missing);
   keep("--fill-down", given.reading.fill_down, file.reading.fill_down);
   keep("--dead", given.reading.dead, file.reading.dead);
+  keep("--alive-codes", given.reading.alive_codes, file.reading.alive_codes);
+  keep("--dead-codes", given.reading.dead_codes, file.reading.dead_codes);
+  keep("--cut-codes", given.reading.cut_codes, file.reading.cut_codes);
   keep("--case-sensitive", given.reading.case_sensitive, file.reading.case_sensitive);
   // A window of the command line replaces a circle of the file, and vice versa.
   if (command.count("--window") > 0 || command.count("--circle") > 0) {
@@ -57,6 +60,7 @@ void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
   keep("--angle-count", given.sampling.angle_count, file.sampling.angle_count);
   keep("--smallest-dbh", given.sampling.smallest_dbh_cm, file.sampling.smallest_dbh_cm);
   keep("--expansion", given.sampling.expansion, file.sampling.expansion);
+  keep("--expansion-area", given.sampling.expansion_area, file.sampling.expansion_area);
   keep("--subplots", given.sampling.subplots, file.sampling.subplots);
   keep("--subplot", given.sampling.subplot, file.sampling.subplot);
   keep("--slope-correction", given.sampling.slope_correction, file.sampling.slope_correction);

@@ -187,7 +187,10 @@ study::TileResult run_grow(const RunArguments& arguments,
                                  "--missing",
                                  "--fill-down",
                                  "--case-sensitive",
-                                 "--dead"}) {
+                                 "--dead",
+                                 "--alive-codes",
+                                 "--dead-codes",
+                                 "--cut-codes"}) {
     command.remove_option(command.get_option(name));
   }
   parse_words(command, std::move(words));

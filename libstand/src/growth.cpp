@@ -51,7 +51,7 @@ struct Period {
 class GrowthMaker {
  public:
   GrowthMaker(const Inventory& inventory, const StandReportOptions& options)
-      : inventory_(inventory), options_(options) {}
+      : inventory_(inventory), options_(options), design_(design_for(inventory, options.design)) {}
 
   GrowthReport run();
 
@@ -74,6 +74,11 @@ class GrowthMaker {
                              const SampledArea& start,
                              const SampledArea& end,
                              double years) const;
+  bool is_value_missing(const TreeInPeriod& tree, const TreeValue& value) const;
+  void find_missing(const Period& period,
+                    const TreeValue& value,
+                    std::vector<std::string>& places) const;
+  void note_missing();
   std::vector<TreeValue> values() const;
   void add_plots();
   void find_strata();
@@ -82,6 +87,7 @@ class GrowthMaker {
 
   const Inventory& inventory_;
   const StandReportOptions& options_;
+  SamplingDesign design_;
   std::vector<MeasuredPlot> plots_{};
   std::vector<Period> periods_{};
   Inventory living_{};
@@ -89,8 +95,10 @@ class GrowthMaker {
   std::vector<char> is_counted_{};                        ///< of the living trees
   std::set<std::size_t> interpolated_{};
   std::vector<double> areas_ha_{};  ///< sizes in ratios, of GrowthReport::plots
+  std::vector<double> whole_ha_{};  ///< the same of whole plots
   std::map<std::string, double> stratum_sizes_{};
   bool are_weights_ = false;
+  std::vector<std::vector<std::string>> missing_{};  ///< by GrowthReport::values: trees without it
   std::size_t revived_ = 0;
   std::string first_revived_{};
   std::size_t never_alive_ = 0;
@@ -183,15 +191,18 @@ std::vector<PlotAtTime> GrowthMaker::plots_at_occasions() const {
 
 void GrowthMaker::find_areas() {
   std::vector<SampledArea> areas;
+  // A tree is counted without a dbh, unless the design chooses trees by it.
+  const bool needs_dbh =
+      !options_.design.circles.empty() || options_.design.basal_area_factor > 0.0;
+  if (!needs_dbh) living_.neighbor_only.clear();
   if (options_.plot_area_m2) {
     areas = sampled_areas(living_, *options_.plot_area_m2);
   } else if (!options_.units.windows.empty()) {
     const std::vector<NamedWindow> given =
         windows_at_times(options_.units.windows, plots_at_occasions());
     areas = sampled_areas(living_, plot_windows(living_, given, SearchScope::kPlot), given);
-  } else if (options_.design.is_given()) {
-    DesignedSample sample =
-        sample_of(living_, design_at_times(options_.design, plots_at_occasions()));
+  } else if (design_.is_given()) {
+    DesignedSample sample = sample_of(living_, design_at_times(design_, plots_at_occasions()));
     living_.represented = std::move(sample.represented);
     areas = std::move(sample.areas);
     report_.notes.insert(report_.notes.end(), sample.notes.begin(), sample.notes.end());
@@ -258,6 +269,29 @@ std::vector<TreeValue> GrowthMaker::values() const {
   return values;
 }
 
+/// Whether a tree is left out of both sums, because its value, or its dbh where the design needs
+/// it, is not known at one of them.
+bool GrowthMaker::is_value_missing(const TreeInPeriod& tree, const TreeValue& value) const {
+  const auto is_missing = [&](std::size_t row) {
+    return row != kNoTreeRow && (living_.is_neighbor_only(row) || std::isnan(value(row)));
+  };
+  return is_missing(tree.start) || is_missing(tree.end);
+}
+
+void GrowthMaker::find_missing(const Period& period,
+                               const TreeValue& value,
+                               std::vector<std::string>& places) const {
+  const MeasuredPlot& plot = plots_[period.plot];
+  for (const TreeInPeriod& tree : period.trees) {
+    if (!is_value_missing(tree, value)) continue;
+    places.push_back(fmt::format("plot {}, tree {} ({} to {})",
+                                 plot.plot,
+                                 living_.tree[tree.start == kNoTreeRow ? tree.end : tree.start],
+                                 plot.occasions[period.occasion].text,
+                                 plot.occasions[period.occasion + 1].text));
+  }
+}
+
 GrowthParts GrowthMaker::parts_of_value(const Period& period,
                                         const TreeValue& value,
                                         const SampledArea& start,
@@ -267,22 +301,19 @@ GrowthParts GrowthMaker::parts_of_value(const Period& period,
   const auto per_ha = [&](std::size_t row, const SampledArea& area) {
     return living_.trees_represented(row) / (area.area_m2 / kSquareMetersPerHectare);
   };
-  const auto known = [&value](std::size_t row) {
-    const double own = value(row);
-    return std::isnan(own) ? 0.0 : own;
-  };
   for (const TreeInPeriod& tree : period.trees) {
+    if (is_value_missing(tree, value)) continue;
     const bool at_start = tree.start != kNoTreeRow && is_counted_[tree.start] != 0;
     const bool at_end = tree.end != kNoTreeRow && is_counted_[tree.end] != 0;
-    const double before = at_start ? per_ha(tree.start, start) * known(tree.start) : 0.0;
-    const double after = at_end ? per_ha(tree.end, end) * known(tree.end) : 0.0;
+    const double before = at_start ? per_ha(tree.start, start) * value(tree.start) : 0.0;
+    const double after = at_end ? per_ha(tree.end, end) * value(tree.end) : 0.0;
     part_of(parts, GrowthPart::kStart) += before;
     part_of(parts, GrowthPart::kEnd) += after;
     switch (tree.fate) {
       case TreeFate::kSurvivor:
         if (at_start) {
           part_of(parts, GrowthPart::kSurvivorGrowth) +=
-              per_ha(tree.start, start) * (known(tree.end) - known(tree.start)) / years;
+              per_ha(tree.start, start) * (value(tree.end) - value(tree.start)) / years;
         }
         break;
       case TreeFate::kIngrowth:
@@ -315,6 +346,7 @@ GrowthParts GrowthMaker::parts_of_value(const Period& period,
 
 void GrowthMaker::add_plots() {
   const std::vector<TreeValue> of_tree = values();
+  missing_.resize(of_tree.size());
   for (const Period& period : periods_) {
     const MeasuredPlot& plot = plots_[period.plot];
     const Occasion& from = plot.occasions[period.occasion];
@@ -336,15 +368,18 @@ void GrowthMaker::add_plots() {
       area_ha = start->second.area_m2 / kSquareMetersPerHectare;
       if (start->second.has_area) growth.area_ha = area_ha;
     }
-    for (const TreeValue& value : of_tree) {
+    for (std::size_t i = 0; i < of_tree.size(); ++i) {
       GrowthParts parts;
       parts.fill(data::kMissing);
-      if (is_known) {
-        parts = parts_of_value(period, value, start->second, end->second, growth.years);
+      if (is_known && area_ha > 0.0) {
+        parts = parts_of_value(period, of_tree[i], start->second, end->second, growth.years);
+        find_missing(period, of_tree[i], missing_[i]);
       }
       growth.values.push_back(parts);
     }
     areas_ha_.push_back(area_ha);
+    const bool is_part = is_known && !std::isnan(start->second.whole_m2);
+    whole_ha_.push_back(is_part ? start->second.whole_m2 / kSquareMetersPerHectare : area_ha);
     report_.plots.push_back(std::move(growth));
   }
 }
@@ -395,12 +430,25 @@ void GrowthMaker::add_strata() {
   check_stratum_sizes(names, stratum_sizes_);
   for (std::size_t period = 1; period <= periods; ++period) {
     std::vector<StratumGrowth> strata =
-        strata_of_period(report_, areas_ha_, period, stratum_sizes_, are_weights_);
+        strata_of_period(report_, areas_ha_, whole_ha_, period, stratum_sizes_, are_weights_);
     std::ranges::move(strata, std::back_inserter(report_.strata));
   }
 }
 
+void GrowthMaker::note_missing() {
+  for (std::size_t i = 0; i < missing_.size(); ++i) {
+    if (missing_[i].empty()) continue;
+    report_.notes.push_back(fmt::format(
+        "{} no value at the start or end of a period and {} left out of both sums of {}: {}",
+        counted(missing_[i].size(), "tree has", "trees have"),
+        missing_[i].size() == 1 ? "is" : "are",
+        report_.values[i],
+        data::list_of(missing_[i])));
+  }
+}
+
 void GrowthMaker::add_notes() {
+  note_missing();
   std::size_t not_found = 0;
   std::size_t shrunk = 0;
   std::string first_lost;

@@ -20,8 +20,12 @@ class PeriodEstimator {
  public:
   PeriodEstimator(const GrowthReport& report,
                   const std::vector<double>& areas_ha,
+                  const std::vector<double>& whole_ha,
                   std::size_t period)
-      : report_(report), areas_ha_(areas_ha), period_(period) {}
+      : report_(report),
+        areas_ha_(areas_ha),
+        of_strata_(areas_of_strata(areas_ha, whole_ha)),
+        period_(period) {}
 
   std::vector<StratumGrowth> strata(const std::map<std::string, double>& sizes, bool are_weights);
 
@@ -31,13 +35,16 @@ class PeriodEstimator {
 
   const GrowthReport& report_;
   const std::vector<double>& areas_ha_;
+  const std::vector<double>& of_strata_;
   std::size_t period_;
 };
 
 PlotTotals PeriodEstimator::totals(std::size_t value, std::size_t part) const {
   PlotTotals totals;
   for (std::size_t i = 0; i < report_.plots.size(); ++i) {
-    totals.push_back(report_.plots[i].values[value][part] * areas_ha_[i]);
+    // A plot outside of the population has no value per hectare.
+    totals.push_back(areas_ha_[i] == 0.0 ? 0.0
+                                         : report_.plots[i].values[value][part] * areas_ha_[i]);
   }
   return totals;
 }
@@ -76,17 +83,17 @@ std::vector<StratumGrowth> PeriodEstimator::strata(const std::map<std::string, d
   std::vector<StratumGrowth> result;
   if (all.empty()) return result;
   std::vector<SizedStratum> sized;
-  double size = 0.0;
   for (const auto& [name, plots] : members) {
     StratumGrowth& stratum = result.emplace_back(growth_of(plots));
     stratum.name = name;
     const auto own = sizes.find(name);
     if (own == sizes.end()) continue;
     sized.push_back({.plots = plots, .size = own->second});
-    size += own->second;
     if (are_weights) continue;
-    for (auto& parts : stratum.values) {
-      for (Estimate& estimate : parts) add_total(estimate, own->second);
+    for (std::size_t value = 0; value < stratum.values.size(); ++value) {
+      for (std::size_t part = 0; part < kGrowthParts; ++part) {
+        add_total(stratum.values[value][part], totals(value, part), of_strata_, sized.back());
+      }
     }
   }
   if (!without.empty()) {
@@ -98,7 +105,7 @@ std::vector<StratumGrowth> PeriodEstimator::strata(const std::map<std::string, d
   for (std::size_t value = 0; !sized.empty() && value < total.values.size(); ++value) {
     for (std::size_t part = 0; part < kGrowthParts; ++part) {
       total.values[value][part] =
-          over_strata(total_of(totals(value, part), areas_ha_, sized), size, are_weights);
+          over_strata(totals(value, part), areas_ha_, of_strata_, sized, are_weights);
     }
   }
   result.push_back(std::move(total));
@@ -109,10 +116,11 @@ std::vector<StratumGrowth> PeriodEstimator::strata(const std::map<std::string, d
 
 std::vector<StratumGrowth> strata_of_period(const GrowthReport& report,
                                             const std::vector<double>& areas_ha,
+                                            const std::vector<double>& whole_ha,
                                             std::size_t period,
                                             const std::map<std::string, double>& sizes,
                                             bool are_weights) {
-  return PeriodEstimator(report, areas_ha, period).strata(sizes, are_weights);
+  return PeriodEstimator(report, areas_ha, whole_ha, period).strata(sizes, are_weights);
 }
 
 }  // namespace silvafit::stand

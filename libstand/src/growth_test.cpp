@@ -208,3 +208,25 @@ TEST_CASE("Growth without two times, or with text for them, is an error") {
       growth_report(measured("plot,tree,year,dbh\n1,1,2010,20\n1,1,now,21\n").inventory, {}),
       Contains("growth.csv:3: year: 'now' is not a year or date"));
 }
+
+TEST_CASE("A survivor without a second diameter is left out of both sums and named") {
+  const CheckedInventory checked = measured(
+      "plot,tree,species,year,dbh\n1,1,A,2010,20\n1,2,A,2010,30\n1,3,A,2010,40\n"
+      "1,1,A,2015,22\n1,2,A,2015,33\n1,3,A,2015,\n");
+  StandReportOptions options;
+  options.plot_area_m2 = 500.0;
+  const GrowthReport report = growth_report(checked.inventory, options);
+  REQUIRE(report.plots.size() == 1);
+  const PlotGrowth& plot = report.plots[0];
+  // pi / 4 (d2^2 - d1^2) of the two trees, 20 plots per hectare, 5 years.
+  const double growth = M_PI / 4e4 * ((484.0 - 400.0) + (1089.0 - 900.0)) * 20.0 / 5.0;
+  CHECK(value_of(plot, 1, GrowthPart::kSurvivorGrowth) == Approx(growth).epsilon(1e-12));
+  CHECK(value_of(plot, 1, GrowthPart::kNetChange) == Approx(growth).epsilon(1e-12));
+  CHECK(value_of(plot, 1, GrowthPart::kFactorChange) == 0.0);
+  // The three stems are known.
+  CHECK(value_of(plot, 0, GrowthPart::kStart) == Approx(60.0).epsilon(1e-12));
+  CHECK(value_of(plot, 0, GrowthPart::kEnd) == Approx(60.0).epsilon(1e-12));
+  check_balance(plot);
+  CHECK(tells(report.notes,
+              "left out of both sums of basal_area_m2: 'plot 1, tree 3 (2010 to 2015)'"));
+}

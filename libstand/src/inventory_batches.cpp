@@ -113,6 +113,7 @@ CheckedInventory InventoryReader::hand_over_batch() {
   CheckedInventory batch = std::move(result_);
   result_ = {};
   result_.inventory.file = batch.inventory.file;
+  result_.inventory.expansion = batch.inventory.expansion;
   kept_rows_.clear();
   times_ = {};
   is_first_batch_ = is_first_batch_ && is_empty;

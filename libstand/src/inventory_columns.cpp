@@ -9,6 +9,7 @@
 #include <cmath>
 #include <utility>
 
+#include "fia_columns.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "usual_names.hpp"
@@ -86,7 +87,10 @@ std::optional<LengthUnit> unit_of(std::size_t field,
                                   const std::vector<std::string>& header,
                                   const std::vector<std::string>& units) {
   if (const auto unit = unit_in_header(header[field])) return unit;
-  return field < units.size() ? unit_of_length(units[field]) : std::nullopt;
+  if (field < units.size()) {
+    if (const auto unit = unit_of_length(units[field])) return unit;
+  }
+  return is_fia_tree_table(header) ? unit_of_length(fia_unit(header[field])) : std::nullopt;
 }
 
 /// A column, converted to the standard unit if it has another one.
@@ -111,7 +115,11 @@ class Planner {
           const std::vector<std::string>& units,
           const InventoryOptions& options,
           const std::string& file)
-      : header_(header), units_(units), options_(options), file_(file) {}
+      : header_(header),
+        units_(units),
+        options_(options),
+        file_(file),
+        fia_(fia_columns(header, options.keeps_measurements || !options.period.empty())) {}
 
   ColumnPlan plan();
 
@@ -121,6 +129,9 @@ class Planner {
   Source source_of(const KnownColumn& column);
   Source guessed(const KnownColumn& column);
   Source mapped(const ColumnMapping& mapping) const;
+  Source recognized(const ColumnMapping& mapping);
+  void require_column(const ColumnMapping& mapping, const std::optional<std::size_t>& field) const;
+  void add_expansion(ColumnPlan& plan) const;
   Source source_in_our_unit(std::string_view name, std::size_t field);
   std::optional<std::size_t> time_field() const;
   std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
@@ -136,8 +147,25 @@ class Planner {
   const std::vector<std::string>& units_;
   const InventoryOptions& options_;
   const std::string& file_;
+  std::vector<ColumnMapping> fia_;
   std::vector<ColumnMapping> usual_{};
 };
+
+const ColumnMapping* mapping_named(std::string_view name,
+                                   const std::vector<ColumnMapping>& mappings) {
+  const auto found = std::ranges::find(mappings, name, &ColumnMapping::name);
+  return found == mappings.end() ? nullptr : &*found;
+}
+
+bool is_label_name(std::string_view name) {
+  return std::ranges::find(kLabels, name, &KnownColumn::name) != kLabels.end();
+}
+
+/// Whether FIA's columns are used for a standard column: `plot` in lower case is FIA's PLOT, which
+/// is unique within a county only.
+bool is_fia_preferred(std::string_view name, const std::vector<std::string>& header) {
+  return is_label_name(name) || std::ranges::find(header, name) == header.end();
+}
 
 std::optional<std::size_t> field_in_any_case(std::string_view name,
                                              const std::vector<std::string>& header) {
@@ -153,11 +181,18 @@ std::optional<std::size_t> Planner::field_named(std::string_view name) const {
 }
 
 const ColumnMapping* Planner::mapping_to(std::string_view name) const {
-  const auto found = std::ranges::find(options_.columns, name, &ColumnMapping::name);
-  return found == options_.columns.end() ? nullptr : &*found;
+  return mapping_named(name, options_.columns);
 }
 
 Source Planner::mapped(const ColumnMapping& mapping) const {
+  const std::vector<std::string> parts = is_label_name(mapping.name)
+                                             ? joined_columns(mapping.source, header_)
+                                             : std::vector<std::string>();
+  if (!parts.empty()) {
+    Source source{.text = mapping.source};
+    for (const std::string& part : parts) source.joined.push_back(*field_named(part));
+    return source;
+  }
   data::ColumnReference reference =
       data::column_reference(mapping.name, mapping.source, header_, file_);
   Source source{.text = std::move(reference.text), .expression = std::move(reference.expression)};
@@ -174,7 +209,18 @@ Source Planner::source_in_our_unit(std::string_view name, std::size_t field) {
   return {.text = text, .expression = data::Expression::parse(text)};
 }
 
+/// A column of FIA.
+Source Planner::recognized(const ColumnMapping& mapping) {
+  if (const auto field = field_named(mapping.source)) {
+    return source_in_our_unit(mapping.name, *field);
+  }
+  usual_.push_back(mapping);
+  return mapped(mapping);
+}
+
 Source Planner::guessed(const KnownColumn& column) {
+  const ColumnMapping* const fia = mapping_named(column.name, fia_);
+  if (fia != nullptr && is_fia_preferred(column.name, header_)) return recognized(*fia);
   std::optional<std::size_t> field = field_named(column.name);
   if (!field) field = usual_field(column.name, header_, file_);
   return field ? source_in_our_unit(column.name, *field) : Source{};
@@ -190,6 +236,23 @@ Source Planner::source_of(const KnownColumn& column) {
   return is_converted ? source_in_our_unit(column.name, *field) : mapped(*mapping);
 }
 
+/// Times and statuses are columns, because expressions make numbers.
+void Planner::require_column(const ColumnMapping& mapping,
+                             const std::optional<std::size_t>& field) const {
+  if (field) return;
+  const std::string remedy =
+      mapping.name == kStatus
+          ? "name the column and explain its values, such as --columns status=COLUMN --dead-codes "
+            "DS"
+          : fmt::format("name the column: --columns {}=COLUMN", mapping.name);
+  throw UsageError(fmt::format("{} must be a column, not the expression '{}'; {}; available: {}",
+                               mapping.name,
+                               mapping.source,
+                               remedy,
+                               data::list_of(header_)),
+                   {.file = file_, .column = "--columns"});
+}
+
 /// Field of the column year, else date, or of the source mapped to such a name.
 std::optional<std::size_t> Planner::time_field() const {
   if (!options_.period.empty()) {
@@ -198,14 +261,24 @@ std::optional<std::size_t> Planner::time_field() const {
                      {.file = file_, .column = "--period"});
   }
   for (const std::string_view name : {"year", "date"}) {
-    if (const ColumnMapping* const mapping = mapping_to(name)) return field_named(mapping->source);
+    if (const ColumnMapping* const mapping = mapping_to(name)) {
+      const auto field = field_named(mapping->source);
+      require_column(*mapping, field);
+      return field;
+    }
     if (const auto field = field_in_any_case(name, header_)) return field;
   }
-  return std::nullopt;
+  const ColumnMapping* const fia = mapping_named("year", fia_);
+  return fia == nullptr ? std::nullopt : field_named(fia->source);
 }
 
 /// Field of the column stand, unless it is read as a standard label.
 std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
+  if (const ColumnMapping* const mapping = mapping_to("stand")) {
+    const auto field = field_named(mapping->source);
+    require_column(*mapping, field);
+    return field;
+  }
   for (std::size_t i = 0; i < header_.size(); ++i) {
     const auto holds = [i](const Source& source) { return source.field == i; };
     if (lower(header_[i]) == "stand" && std::ranges::none_of(plan.labels, holds)) return i;
@@ -215,10 +288,30 @@ std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
 
 /// Field of the status column (alive, dead, cut).
 std::optional<std::size_t> Planner::status_field() {
+  std::optional<std::size_t> field;
   if (const ColumnMapping* const mapping = mapping_to(kStatus)) {
-    return field_named(mapping->source);
+    field = field_named(mapping->source);
+    require_column(*mapping, field);
+  } else {
+    field = usual_field(kStatus, header_, file_);
   }
-  return usual_field(kStatus, header_, file_);
+  if (!field && !options_.status_codes.empty()) {
+    throw UsageError(
+        fmt::format("no column of the status was found; name it with --columns status=COLUMN; "
+                    "available: {}",
+                    data::list_of(header_)),
+        {.file = file_, .column = "--dead-codes"});
+  }
+  return field;
+}
+
+/// FIA's factors become a column per hectare.
+void Planner::add_expansion(ColumnPlan& plan) const {
+  constexpr char kName[] = "trees_per_ha";
+  const ColumnMapping* const factor = mapping_named("expansion", fia_);
+  if (factor == nullptr || field_named(kName) || mapping_to(kName) != nullptr) return;
+  plan.expansion = kName;
+  if (options_.keeps_expansion) plan.others.push_back({.name = kName, .source = factor->source});
 }
 
 /// The fields of --fill-down, by their standard names or the names in the file.
@@ -322,7 +415,8 @@ ColumnPlan Planner::plan() {
   for (std::size_t i = 0; i < kLabelCount; ++i) {
     plan.labels[i] = source_of(kLabels[i]);
     if (plan.labels[i].expression) {
-      throw UsageError(fmt::format("{} must be a column, not '{}'; available: {}",
+      throw UsageError(fmt::format("{} must be a column, or columns joined as in SUBP+TREE, not "
+                                   "'{}'; available: {}",
                                    kLabels[i].name,
                                    plan.labels[i].text,
                                    data::list_of(header_)),
@@ -337,20 +431,57 @@ ColumnPlan Planner::plan() {
   require_needed(plan);
   collect_expression_fields(plan);
   collect_others(plan);
+  add_expansion(plan);
   plan.usual = std::move(usual_);
   return plan;
 }
 
 }  // namespace
 
+std::vector<std::string> joined_columns(std::string_view source,
+                                        const std::vector<std::string>& header) {
+  const auto is_column = [&header](std::string_view name) {
+    return std::ranges::find(header, name) != header.end();
+  };
+  std::vector<std::string> columns;
+  if (is_column(source) || source.find('+') == std::string_view::npos) return columns;
+  for (std::size_t begin = 0; begin <= source.size();) {
+    const std::size_t end = std::min(source.find('+', begin), source.size());
+    std::string_view name = data::trimmed(source.substr(begin, end - begin));
+    const bool is_quoted = name.size() > 2 && name.front() == '`' && name.back() == '`';
+    if (is_quoted) name = name.substr(1, name.size() - 2);
+    if (!is_column(name)) return {};
+    columns.emplace_back(name);
+    begin = end + 1;
+  }
+  return columns;
+}
+
+std::string joined_label(const std::vector<std::string_view>& fields) {
+  std::string label;
+  for (const std::string_view field : fields) {
+    const std::string_view text = data::trimmed(field);
+    if (data::is_missing_field(text)) return {};
+    if (!label.empty()) label += '-';
+    label += text;
+  }
+  return label;
+}
+
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::function<bool(const std::string&)>& is_wanted,
                                          const std::string& file,
                                          const std::vector<std::string>& units) {
   std::vector<ColumnMapping> found;
+  const std::vector<ColumnMapping> fia_table = fia_columns(header, false);
   const auto look = [&](const KnownColumn& column) {
     std::string name(column.name);
     if (!is_wanted(name)) return;
+    const ColumnMapping* const fia = mapping_named(name, fia_table);
+    if (fia != nullptr && is_fia_preferred(name, header)) {
+      found.push_back(in_our_unit(*fia, header, units));
+      return;
+    }
     const auto own = std::ranges::find(header, name);
     const auto field = own == header.end() ? usual_field(name, header, file)
                                            : static_cast<std::size_t>(own - header.begin());
@@ -377,7 +508,9 @@ std::optional<std::string> usual_time_column(const std::vector<std::string>& hea
   for (const std::string_view name : {"year", "date"}) {
     if (const auto field = field_in_any_case(name, header)) return header[*field];
   }
-  return std::nullopt;
+  const std::vector<ColumnMapping> fia_table = fia_columns(header, false);
+  const ColumnMapping* const fia = mapping_named("year", fia_table);
+  return fia == nullptr ? std::nullopt : std::optional(fia->source);
 }
 
 std::optional<std::string> usual_status_column(const std::vector<std::string>& header) {
@@ -389,9 +522,15 @@ bool is_measure(std::string_view name) {
   return std::ranges::find(kMeasures, name, &KnownColumn::name) != kMeasures.end();
 }
 
-std::string describe_usual_columns(const std::vector<ColumnMapping>& columns) {
+std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
+                                   const std::vector<std::string>& header) {
+  constexpr std::size_t kLongest = 60;
   std::string text;
-  for (const ColumnMapping& column : columns) {
+  for (ColumnMapping column : columns) {
+    if (column.source.size() > kLongest) {
+      const std::vector<std::string> names = data::Expression::parse(column.source).variables();
+      column.source = fmt::format("{}", fmt::join(names, ", "));
+    }
     const bool has_comma = column.source.find(',') != std::string::npos;
     text += fmt::format("{}{}{}{}{}{}",
                         text.empty() ? "" : ", ",
@@ -401,7 +540,8 @@ std::string describe_usual_columns(const std::vector<ColumnMapping>& columns) {
                         column.source,
                         has_comma ? "'" : "");
   }
-  return text;
+  if (text.empty() || !is_fia_tree_table(header)) return text;
+  return "the table is FIA's TREE, in inches and feet: " + text;
 }
 
 const KnownColumn& known_label(std::size_t label) { return kLabels[label]; }

@@ -51,8 +51,9 @@ struct Source {
   std::string text{};                  ///< the spelling of the header or expression
   std::optional<std::size_t> field{};  ///< position in the record
   std::optional<data::Expression> expression{};
+  std::vector<std::size_t> joined{};  ///< positions of the fields that make a label
 
-  bool exists() const { return field.has_value() || expression.has_value(); }
+  bool exists() const { return field.has_value() || expression.has_value() || !joined.empty(); }
 };
 
 /// A field that an expression reads, as a number or as text.
@@ -76,6 +77,7 @@ struct ColumnPlan {
   std::vector<ColumnMapping> others{};               ///< nonstandard columns to keep
   /// Standard columns under other names, and those in other units.
   std::vector<ColumnMapping> usual{};
+  std::string expansion{};  ///< Inventory::expansion
 };
 
 /// \param units  of each column, from a row below the header; none if there is no such row

@@ -28,6 +28,7 @@ bool is_missing(std::string_view field) {
 }
 
 std::string_view name_of(TreeStatus status) {
+  if (status == TreeStatus::kNotInSample) return "not in the sample";
   return status == TreeStatus::kDead ? "dead" : "cut, fallen or a stump";
 }
 
@@ -86,6 +87,10 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   for (std::size_t i = 0; i < kLabelCount; ++i) {
     const Source& source = plan_.labels[i];
     if (source.field) row.labels[i] = data::trimmed(fields[*source.field]);
+    if (source.joined.empty()) continue;
+    std::vector<std::string_view> parts;
+    for (const std::size_t field : source.joined) parts.push_back(fields[field]);
+    row.labels[i] = joined_label(parts);
   }
   if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
   if (plan_.stand_field) row.stand = data::trimmed(fields[*plan_.stand_field]);
@@ -200,9 +205,10 @@ bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
 
 /// Excludes rows of dead or cut trees, unless they are to be used.
 bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus status) {
-  if (status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude) return false;
-  if (options_.keeps_measurements) return false;
-  if (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors) return false;
+  const bool is_used = status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude ||
+                       options_.keeps_measurements ||
+                       (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors);
+  if (is_used && status != TreeStatus::kNotInSample) return false;
   exclude(row, status_.header(), row.status, fmt::format("the tree is {}", name_of(status)));
   result_.excluded.back().is_problem = false;
   ++result_.excluded_tree_count;
@@ -239,9 +245,8 @@ void InventoryReader::accept_or_exclude(InventoryRow& row) {
     const std::string& column = plan_.measures[problem.measure].text;
     // A field that is not a number is reported once, not also as missing.
     if (std::isnan(value) && !row.unreadable.empty()) continue;
-    // A dead or cut tree needs no measures.
-    const bool is_at_end = options_.keeps_measurements && status != TreeStatus::kAlive;
-    if (is_at_end && std::isnan(value) && problem.measure == kDbh) continue;
+    // A dead or cut tree needs no measures, and a living one without dbh has survived.
+    if (options_.keeps_measurements && std::isnan(value) && problem.measure == kDbh) continue;
     if (problem.measure == kHcb && value >= row.measures[kH]) ++crown_base_above_top_;
     exclude(row, column, std::isnan(value) ? "" : data::shortest(value), std::move(problem.reason));
     excluded = true;
@@ -377,9 +382,7 @@ std::string InventoryReader::note_on_dead() const {
     text += ", skipped";
     if (has_dead) text += "; with --dead neighbors, dead trees count as neighbors";
   }
-  const std::string unknown = status_.unknown_values();
-  return unknown.empty() ? text
-                         : fmt::format("{}; unknown status, used as alive: {}", text, unknown);
+  return text + status_.remarks();
 }
 
 std::string InventoryReader::note_on_empty_plots() const {
@@ -390,7 +393,7 @@ std::string InventoryReader::note_on_empty_plots() const {
 
 std::vector<std::string> InventoryReader::recognized() const {
   std::vector<std::string> texts{data::describe_layout(csv_.layout()),
-                                 describe_usual_columns(plan_.usual)};
+                                 describe_usual_columns(plan_.usual, csv_.header())};
   if (!codes_.empty()) texts.push_back("codes read as missing values: " + codes_.text());
   texts.push_back(spellings_.note());
   texts.push_back(note_on_dead());

@@ -50,8 +50,11 @@ class InventoryReader {
         options_(std::move(options)),
         plan_(plan_columns(csv_.header(), csv_.layout().units, options_, csv_.file())) {
     result_.inventory.file = csv_.file();
+    result_.inventory.expansion = plan_.expansion;
     for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
-    if (plan_.status_field) status_ = StatusColumn(csv_.header()[*plan_.status_field]);
+    if (plan_.status_field) {
+      status_ = StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes);
+    }
   }
 
   /// The whole file.

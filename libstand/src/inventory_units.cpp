@@ -46,25 +46,73 @@ std::string converted(const Source& source, int divisor, int factor) {
   return divisor > 1 ? fmt::format("{}/{}", text, divisor) : fmt::format("{}*{}", text, factor);
 }
 
+/// A unit that a column may have, by the factor to the standard unit as a divisor or multiplier.
+struct OtherUnit {
+  std::string_view name{};
+  int divisor = 1;
+  int factor = 1;
+
+  double in_ours(double value) const { return value / divisor * factor; }
+};
+
+/// Whether a stand may have such a median; with the other size known, the ratio of height to dbh
+/// decides, which is 20 to 200 in stands.
+bool is_plausible(double h_m, double dbh_cm) {
+  constexpr double kLowest = 1.3;
+  constexpr double kStoutestStand = 20.0;
+  constexpr double kSlenderestStand = 200.0;
+  if (h_m > 0.0 && (h_m < kLowest || h_m > kHeightOfStandMeters)) return false;
+  if (dbh_cm > kDbhOfStandCentimeters) return false;
+  if (!(h_m > 0.0) || !(dbh_cm > 0.0)) return true;
+  const double slenderness = 100.0 * h_m / dbh_cm;
+  return slenderness >= kStoutestStand && slenderness <= kSlenderestStand;
+}
+
+/// "if it is in cm, use --columns h=h/100, or in dm, ...": the units that make plausible stands.
+std::string advice_on_units(const ColumnPlan& plan,
+                            std::size_t measure,
+                            const std::vector<OtherUnit>& units) {
+  std::string text;
+  for (const OtherUnit& unit : units) {
+    text += fmt::format("{} {}, use --columns {}={}",
+                        text.empty() ? "if it is in" : ", if in",
+                        unit.name,
+                        known_measure(measure).name,
+                        converted(plan.measures[measure], unit.divisor, unit.factor));
+  }
+  return text;
+}
+
+/// \param units  all that are thinkable; those that fit are named, or all if none fits
 [[noreturn]] void suspect(const Inventory& inventory,
                           const ColumnPlan& plan,
                           std::size_t measure,
                           double median,
-                          std::string_view unit,
-                          int divisor,
-                          int factor = 1) {
+                          const std::vector<OtherUnit>& units) {
   const Source& source = plan.measures[measure];
   const std::string_view name = known_measure(measure).name;
-  throw InputError(fmt::format("{} has the median {:.4g}, which is not a plausible {}; if it is in "
-                               "{}, use --columns {}={}; if it is correct, use --trust-units",
-                               source.exists() ? source.text : std::string(name),
-                               median,
-                               known_measure(measure).meaning,
-                               unit,
-                               name,
-                               converted(source, divisor, factor)),
-                   {.file = inventory.file, .column = std::string(name)});
+  std::vector<OtherUnit> fitting;
+  for (const OtherUnit& unit : units) {
+    const double value = unit.in_ours(median);
+    const bool is_height = measure == kH || measure == kHcb;
+    const bool fits = measure == kDbh ? is_plausible(positive_median(inventory.h_m), value)
+                      : is_height     ? is_plausible(value, positive_median(inventory.dbh_cm))
+                                      : value >= 0.5 && value <= kCrownOfStandMeters;
+    if (fits) fitting.push_back(unit);
+  }
+  throw InputError(
+      fmt::format("{} has the median {:.4g}, which is not a plausible {}; {}; if it is "
+                  "correct, use --trust-units",
+                  source.exists() ? source.text : std::string(name),
+                  median,
+                  known_measure(measure).meaning,
+                  advice_on_units(plan, measure, fitting.empty() ? units : fitting)),
+      {.file = inventory.file, .column = std::string(name)});
 }
+
+/// Units of heights and crowns.
+const std::vector<OtherUnit> kSmallerUnits{
+    {"decimeters", 10}, {"centimeters", 100}, {"millimeters", 1000}};
 
 void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
   constexpr double kSlenderest = 600.0;
@@ -77,10 +125,10 @@ void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
   const bool is_too_thick =
       h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStandCentimeters;
   if (is_too_thick) {
-    suspect(inventory, plan, kDbh, median, "millimeters", 10);
+    suspect(inventory, plan, kDbh, median, {{"millimeters", 10}});
   }
   if (median > 0.0 && median < 0.9 && (h == 0.0 || (h_is_plausible && slenderness > kSlenderest))) {
-    suspect(inventory, plan, kDbh, median, "meters", 1, 100);
+    suspect(inventory, plan, kDbh, median, {{"meters", 1, 100}, {"decimeters", 1, 10}});
   }
 }
 
@@ -90,15 +138,12 @@ void check_heights(const Inventory& inventory,
   for (const Measure measure : {kH, kHcb}) {
     const double median = positive_median(values_of(inventory, measure));
     if (median <= kHeightOfStandMeters) continue;
-    // 13 to 40 m in decimeters, 4 to 50 m in centimeters, more in millimeters.
-    if (median < 400.0) suspect(inventory, plan, measure, median, "decimeters", 10);
-    if (median < 5000.0) suspect(inventory, plan, measure, median, "centimeters", 100);
-    suspect(inventory, plan, measure, median, "millimeters", 1000);
+    suspect(inventory, plan, measure, median, kSmallerUnits);
   }
   constexpr double kSlenderest = 300.0;
   const double h = positive_median(inventory.h_m);
   if (h > 60.0 && median_slenderness(inventory) > kSlenderest) {
-    suspect(inventory, plan, kH, h, "decimeters", 10);
+    suspect(inventory, plan, kH, h, kSmallerUnits);
   }
   const auto usable = static_cast<std::size_t>(
       std::ranges::count_if(inventory.hcb_m, [](double hcb) { return !std::isnan(hcb); }));
@@ -120,8 +165,7 @@ void check_crowns(const Inventory& inventory, const ColumnPlan& plan) {
     if (!plan.measures[measure].exists()) continue;
     const double limit = measure == kCw ? kCrownOfStandMeters : kCrownOfStandMeters / 2.0;
     const double median = positive_median(values_of(inventory, measure));
-    if (median > 4.0 * limit) suspect(inventory, plan, measure, median, "centimeters", 100);
-    if (median > limit) suspect(inventory, plan, measure, median, "decimeters", 10);
+    if (median > limit) suspect(inventory, plan, measure, median, kSmallerUnits);
   }
 }
 

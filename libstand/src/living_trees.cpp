@@ -46,6 +46,7 @@ std::size_t LivingTrees::add_between(std::size_t first,
 
 Inventory LivingTrees::finish() && {
   result_.file = source_.file;
+  result_.expansion = source_.expansion;
   result_.other = source_.other.select(rows_);
   return std::move(result_);
 }

@@ -17,7 +17,8 @@ namespace silvafit::stand {
 struct PlotSums {
   std::vector<std::size_t> trees{};
   std::vector<char> has_area{};
-  PlotTotals areas_ha{};
+  PlotTotals areas_ha{};  ///< in the population
+  PlotTotals whole_ha{};  ///< of whole plots
   PlotTotals stems{};
   PlotTotals basal_areas_m2{};
   std::vector<PlotTotals> quantities{};

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <utility>
 
+#include "fia_columns.hpp"
 #include "folded_text.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/column_reference.hpp"
@@ -49,11 +50,18 @@ constexpr std::array<NumberColumn, 11> kNumbers{{
      90.0,
      true},
     {"slope_percent", "slopepct slopeperc neigungprozent pentepct", 1.0, 0.0, 0.0, true},
-    {"share", "proportion plotshare anteil condpropunadj", 1.0, 0.0, 1.0, true},
+    // Adjusted proportions of FIA exceed 1 by the part of a stratum's plots that was not sampled;
+    // above 2, most of the stratum would be unknown, and the column is in percent.
+    {"share", "proportion plotshare anteil condpropunadj", 1.0, 0.0, 2.0, true},
     {"x", "", 1.0},
     {"y", "", 1.0},
-    {"stratum_area", "strataarea stratumareaha strataareaha stratumha schichtflache", 1.0},
-    {"stratum_weight", "strataweight stratumwgt schichtgewicht", 1.0},
+    {"stratum_area",
+     "strataarea stratumareaha strataareaha stratumha schichtflache",
+     1.0,
+     0.0,
+     0.0,
+     true},
+    {"stratum_weight", "strataweight stratumwgt schichtgewicht", 1.0, 0.0, 0.0, true},
 }};
 
 constexpr std::string_view kStratumNames = "strata stratumid stratumname schicht strate estrato";
@@ -118,6 +126,9 @@ void PlotTableReader::check_names() const {
 /// A column of the file under another name. Two columns that match are an error, because the
 /// choice is up to the user.
 std::optional<std::string> PlotTableReader::usual_column(std::string_view name) const {
+  if (name == "plot") {
+    if (auto visit = fia_plot_column(header_)) return visit;
+  }
   std::vector<std::string> found;
   for (const std::string& column : header_) {
     const std::string key = folded_letters(column);
@@ -223,6 +234,9 @@ void PlotTableReader::check_range(const std::string& name, std::vector<double>& 
                                            : fmt::format("above {}", column->low);
     if (column->high > 0.0) {
       range += fmt::format(" and {} {}", name == "slope" ? "below" : "at most", column->high);
+    }
+    if (name == "share" && is_high) {
+      range += "; for percentages use --plots-columns share=COLUMN/100";
     }
     problem(row, sources_.find(name)->second, fmt::format("{} must be {}", value, range));
   }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "silvafit/base/error.hpp"
@@ -45,12 +46,18 @@ Mean ratio_of_sums(const PlotTotals& values, const PlotTotals& sizes, const Plot
   return ratio;
 }
 
+const PlotTotals& areas_of_strata(const PlotTotals& in_population, const PlotTotals& whole) {
+  const bool has_outside = std::ranges::find(in_population, 0.0) != in_population.end();
+  return has_outside ? whole : in_population;
+}
+
 Mean total_of(const PlotTotals& values,
               const PlotTotals& areas_ha,
               const std::vector<SizedStratum>& strata) {
   double total = 0.0;
   double variance = 0.0;
   for (const SizedStratum& stratum : strata) {
+    if (stratum.size == 0.0) continue;
     const Mean mean = ratio_of_sums(values, areas_ha, stratum.plots);
     total += stratum.size * mean.value;
     variance += std::pow(stratum.size * mean.standard_error, 2);
@@ -79,14 +86,23 @@ Estimate estimate_of(const Mean& per_ha) {
           .total_standard_error = data::kMissing};
 }
 
-void add_total(Estimate& estimate, double area_ha) {
-  estimate.total = estimate.per_ha * area_ha;
-  estimate.total_standard_error = estimate.standard_error * area_ha;
+void add_total(Estimate& estimate,
+               const PlotTotals& values,
+               const PlotTotals& of_strata,
+               const SizedStratum& stratum) {
+  const Mean total = total_of(values, of_strata, {stratum});
+  estimate.total = total.value;
+  estimate.total_standard_error = total.standard_error;
 }
 
-Estimate over_strata(const Mean& total, double size, bool are_weights) {
-  Estimate estimate = estimate_of({total.value / size, total.standard_error / size});
+Estimate over_strata(const PlotTotals& values,
+                     const PlotTotals& areas_ha,
+                     const PlotTotals& of_strata,
+                     const std::vector<SizedStratum>& strata,
+                     bool are_weights) {
+  Estimate estimate = estimate_of(combined_ratio(values, areas_ha, of_strata, strata));
   if (are_weights) return estimate;
+  const Mean total = total_of(values, of_strata, strata);
   estimate.total = total.value;
   estimate.total_standard_error = total.standard_error;
   return estimate;
@@ -100,10 +116,15 @@ void check_stratum_sizes(const std::set<std::string>& names,
           fmt::format("unknown stratum '{}'; available: {}", name, fmt::join(names, ", ")),
           {.column = "--stratum-area"});
     }
-    if (!(area > 0.0) || std::isinf(area)) {
-      throw UsageError(fmt::format("the area of stratum '{}', {} ha, must be above 0", name, area),
-                       {.column = "--stratum-area"});
+    if (!(area >= 0.0) || std::isinf(area)) {
+      throw UsageError(
+          fmt::format("the area of stratum '{}', {} ha, must be 0 or more", name, area),
+          {.column = "--stratum-area"});
     }
+  }
+  const auto is_zero = [](const auto& size) { return size.second == 0.0; };
+  if (!sizes.empty() && std::ranges::all_of(sizes, is_zero)) {
+    throw UsageError("the areas of all strata are 0", {.column = "--stratum-area"});
   }
   if (sizes.empty() || sizes.size() == names.size()) return;
   for (const std::string& name : names) {

@@ -36,7 +36,13 @@ struct SizedStratum {
   double size = 1.0;
 };
 
-/// The sum over strata of the mean per hectare times the size of the stratum.
+/// The areas of plots to which areas of strata refer. A plot without any part in the population
+/// (area 0) was drawn from land outside of it; strata then are land, and whole plots are its
+/// sample. Otherwise they are the population.
+const PlotTotals& areas_of_strata(const PlotTotals& in_population, const PlotTotals& whole);
+
+/// The sum over strata of the mean per hectare times the size of the stratum. Strata of size 0 add
+/// nothing.
 Mean total_of(const PlotTotals& values,
               const PlotTotals& areas_ha,
               const std::vector<SizedStratum>& strata);
@@ -50,14 +56,22 @@ Mean combined_ratio(const PlotTotals& values,
 /// Per hectare, without a total.
 Estimate estimate_of(const Mean& per_ha);
 
-/// Sets the total of an area.
-void add_total(Estimate& estimate, double area_ha);
+/// Per hectare of the population of all strata, the combined ratio of the values to the areas, with
+/// the total if the sizes of strata are areas.
+/// \param of_strata  areas_of_strata()
+Estimate over_strata(const PlotTotals& values,
+                     const PlotTotals& areas_ha,
+                     const PlotTotals& of_strata,
+                     const std::vector<SizedStratum>& strata,
+                     bool are_weights);
 
-/// Per hectare of all strata, with the total if their sizes are areas.
-/// \param size  the sum of the strata's sizes
-Estimate over_strata(const Mean& total, double size, bool are_weights);
+/// Sets the total of one stratum.
+void add_total(Estimate& estimate,
+               const PlotTotals& values,
+               const PlotTotals& of_strata,
+               const SizedStratum& stratum);
 
-/// \throws UsageError if a size is not above 0 or of an unknown stratum, or one is missing
+/// \throws UsageError if a size is below 0 or of an unknown stratum, one is missing, or all are 0
 void check_stratum_sizes(const std::set<std::string>& names,
                          const std::map<std::string, double>& sizes);
 

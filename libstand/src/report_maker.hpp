@@ -60,6 +60,7 @@ class ReportMaker {
   void add_plots_without_rows();
   void finish_structure(const std::string& file);
   void finish_figures();
+  void check_density(const std::string& file) const;
 
   // Notes, in stand_report_notes.cpp.
   void note(const std::vector<std::string>& notes);

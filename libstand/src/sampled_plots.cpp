@@ -79,6 +79,14 @@ DesignStrata strata_of_plots(const PlotTable& plots, const std::vector<SampledAr
                       .column = result.are_weights ? "stratum_weight" : "stratum_area",
                       .plot = record.plot});
   }
+  const auto is_outside = [](const SampledArea& area) { return area.area_m2 == 0.0; };
+  if (!result.sizes.empty() && std::ranges::any_of(areas, is_outside)) {
+    result.notes.push_back(
+        fmt::format("{} of strata are taken as those of all land of which the plots are a sample, "
+                    "because there "
+                    "are plots with share 0; values per hectare are those of the population",
+                    result.are_weights ? "weights" : "areas"));
+  }
   if (!without.empty()) {
     result.notes.push_back(
         fmt::format("{} no stratum in the table of plots; {} values are in the row '(none)'{}: {}",

@@ -62,6 +62,8 @@ class SampleMaker {
   std::optional<std::size_t> circle_of(double dbh_cm) const;
   double reach_m(std::size_t tree) const;
   double plot_area_m2(const PlotRecord* record) const;
+  std::optional<SampledArea> area_of(const std::string& name, const PlotRecord* record) const;
+  double per_ha_of_whole_plot(std::size_t tree, const PlotRecord* record) const;
   bool uses_table_areas() const;
   double slope_cosine(const PlotRecord* record) const;
   void find_origin();
@@ -83,6 +85,9 @@ class SampleMaker {
   std::size_t below_smallest_ = 0;
   std::size_t outside_ = 0;
   std::string first_outside_{};
+  std::size_t without_factor_ = 0;
+  std::size_t outside_population_ = 0;
+  std::string first_outside_population_{};
   DesignedSample sample_{};
 };
 
@@ -94,6 +99,12 @@ std::string with_similar(const std::vector<std::string>& names,
   for (const std::string& other : others) both.append(other);
   const std::string similar = describe_similar_plots(both);
   return data::list_of(names) + (similar.empty() ? "" : " (" + similar + ")");
+}
+
+bool has_partial_plots(const PlotTable& plots) {
+  return std::ranges::any_of(plots.plots, [](const PlotRecord& record) {
+    return !std::isnan(record.share) && record.share != 1.0 && record.share != 0.0;
+  });
 }
 
 void SampleMaker::join() {
@@ -118,9 +129,23 @@ void SampleMaker::note_unmatched() {
   for (std::size_t code = 0; code < records_.size(); ++code) {
     if (records_[code] == nullptr) without_row.push_back(inventory_.plot.levels()[code]);
   }
+  std::vector<std::string> outside;
   for (const PlotRecord& record : design_.plots->plots) {
+    if (record.share == 0.0) outside.push_back(record.plot);
     const bool has_trees = inventory_.plot.code_of(record.plot) != data::TextColumn::kMissingCode;
-    if (!has_trees) without_trees.push_back(record.plot);
+    if (!has_trees && record.share != 0.0) without_trees.push_back(record.plot);
+  }
+  if (without_row.size() == records_.size() && !records_.empty()) {
+    std::vector<std::string> of_table;
+    for (const PlotRecord& record : design_.plots->plots) of_table.push_back(record.plot);
+    throw InputError(
+        fmt::format(
+            "no plot of the inventory is in the table of plots; the inventory has {}; the "
+            "table has {}; name the column of the label with --plots-columns plot=COLUMN or "
+            "--columns plot=COLUMN",
+            data::list_of(without_row),
+            with_similar(of_table, without_row)),
+        {.file = design_.plots->file, .column = "plot"});
   }
   if (!without_row.empty()) {
     sample_.notes.push_back(
@@ -136,6 +161,13 @@ void SampleMaker::note_unmatched() {
                             "plot of the table has no tree and is counted as empty",
                             "plots of the table have no tree and are counted as empty"),
                     data::list_of(without_trees)));
+  }
+  if (!outside.empty()) {
+    sample_.notes.push_back(
+        fmt::format("{} share 0, no part in the population, and {} with area 0: {}",
+                    counted(outside.size(), "plot of the table has", "plots of the table have"),
+                    outside.size() == 1 ? "counts" : "count",
+                    data::list_of(outside)));
   }
 }
 
@@ -156,12 +188,18 @@ void SampleMaker::find_expansions() {
       texts);
   for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
     if (inventory_.is_neighbor_only(tree)) continue;
-    if (expansions_[tree] > 0.0 && std::isfinite(expansions_[tree])) continue;
+    if (expansions_[tree] >= 0.0 && std::isfinite(expansions_[tree])) continue;
+    if (std::isnan(expansions_[tree]) && design_.expansion == inventory_.expansion) {
+      // FIA's trees without a factor belong to no sample.
+      expansions_[tree] = 0.0;
+      ++without_factor_;
+      continue;
+    }
     Place place = inventory_.place(tree);
     place.column = design_.expansion;
     throw InputError(std::isnan(expansions_[tree])
                          ? std::string("the expansion factor is missing or not a number")
-                         : fmt::format("an expansion factor of {} trees per ha must be above 0",
+                         : fmt::format("an expansion factor of {} trees per ha must be 0 or more",
                                        expansions_[tree]),
                      place);
   }
@@ -284,45 +322,59 @@ bool SampleMaker::is_counted(std::size_t tree) {
   return false;
 }
 
+/// The horizontal area of a plot; none if it is needed and not known.
+std::optional<SampledArea> SampleMaker::area_of(const std::string& name,
+                                                const PlotRecord* record) const {
+  double area_m2 = plot_area_m2(record);
+  const bool has_area = !std::isnan(area_m2);
+  if (!has_area && uses_table_areas()) return std::nullopt;
+  area_m2 = has_area ? area_m2 * slope_cosine(record) : kSquareMetersPerHectare;
+  const double share = record == nullptr || std::isnan(record->share) ? 1.0 : record->share;
+  return SampledArea{
+      .name = name, .area_m2 = area_m2 * share, .has_area = has_area, .whole_m2 = area_m2};
+}
+
+/// The number of trees per hectare of the whole plot that a tree stands for.
+double SampleMaker::per_ha_of_whole_plot(std::size_t tree, const PlotRecord* record) const {
+  const auto subplots = static_cast<double>(design_.subplots);
+  if (!design_.expansion.empty()) {
+    const bool is_scaled = design_.is_expansion_of_part && record != nullptr;
+    const double share = is_scaled && !std::isnan(record->share) ? record->share : 1.0;
+    return expansions_[tree] * share;
+  }
+  if (design_.basal_area_factor > 0.0) {
+    return design_.basal_area_factor / basal_area_m2(inventory_.dbh_cm[tree]) / subplots;
+  }
+  return kSquareMetersPerHectare / (subplots * circle_area_m2(reach_m(tree)));
+}
+
 void SampleMaker::add_areas() {
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   std::vector<std::size_t> area_of_plot(records_.size(), kNone);
   sample_.represented.assign(inventory_.size(), 1.0);
   for (std::size_t code = 0; code < records_.size(); ++code) {
-    const PlotRecord* const record = records_[code];
-    double area_m2 = plot_area_m2(record);
-    const bool has_area = !std::isnan(area_m2);
-    if (!has_area && uses_table_areas()) continue;
-    if (!has_area) area_m2 = kSquareMetersPerHectare;
-    const double share = record == nullptr || std::isnan(record->share) ? 1.0 : record->share;
-    if (has_area) area_m2 *= slope_cosine(record);
+    std::optional<SampledArea> area = area_of(inventory_.plot.levels()[code], records_[code]);
+    if (!area) continue;
     area_of_plot[code] = sample_.areas.size();
-    sample_.areas.push_back(
-        {.name = inventory_.plot.levels()[code], .area_m2 = area_m2 * share, .has_area = has_area});
+    sample_.areas.push_back(std::move(*area));
   }
   for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
     const std::size_t code = inventory_.plot.code(tree);
     if (area_of_plot[code] == kNone || !is_counted(tree)) continue;
     const PlotRecord* const record = records_[code];
     SampledArea& area = sample_.areas[area_of_plot[code]];
+    if (area.area_m2 == 0.0) {
+      if (outside_population_++ == 0) {
+        first_outside_population_ = describe(inventory_.place(tree), "the share of its plot is 0");
+      }
+      continue;
+    }
     area.trees.push_back(tree);
     if (uses_table_areas()) continue;
-    const double share = record == nullptr || std::isnan(record->share) ? 1.0 : record->share;
-    const double whole_ha = share > 0.0 ? area.area_m2 / share / kSquareMetersPerHectare : 0.0;
-    double per_ha = 0.0;
-    if (!design_.expansion.empty()) {
-      per_ha = expansions_[tree];
-    } else if (design_.basal_area_factor > 0.0) {
-      per_ha = design_.basal_area_factor / basal_area_m2(inventory_.dbh_cm[tree]);
-      per_ha /= static_cast<double>(design_.subplots);
-    } else {
-      per_ha = kSquareMetersPerHectare /
-               (static_cast<double>(design_.subplots) * circle_area_m2(reach_m(tree)));
-    }
     // Factors of a column usually contain the correction for slope; it is applied only on request.
-    sample_.represented[tree] = per_ha / slope_cosine(record) * whole_ha;
+    sample_.represented[tree] = per_ha_of_whole_plot(tree, record) / slope_cosine(record) *
+                                area.whole_m2 / kSquareMetersPerHectare;
   }
-  std::erase_if(sample_.areas, [](const SampledArea& area) { return !(area.area_m2 > 0.0); });
 }
 
 /// Plots of the table without trees. Those whose rows were all skipped are unknown, not empty.
@@ -332,13 +384,7 @@ void SampleMaker::add_empty_plots() {
     if (inventory_.plot.code_of(record.plot) != data::TextColumn::kMissingCode) continue;
     const auto& left_out = inventory_.plots_left_out;
     if (std::ranges::find(left_out, record.plot) != left_out.end()) continue;
-    double area_m2 = plot_area_m2(&record);
-    const bool has_area = !std::isnan(area_m2);
-    if (!has_area && uses_table_areas()) continue;
-    area_m2 = has_area ? area_m2 * slope_cosine(&record) : kSquareMetersPerHectare;
-    if (!std::isnan(record.share)) area_m2 *= record.share;
-    if (!(area_m2 > 0.0)) continue;
-    sample_.areas.push_back({.name = record.plot, .area_m2 = area_m2, .has_area = has_area});
+    if (auto area = area_of(record.plot, &record)) sample_.areas.push_back(std::move(*area));
   }
 }
 
@@ -392,6 +438,25 @@ void SampleMaker::note_counts() {
                     counted(outside_, "tree is not counted:", "trees are not counted:"),
                     first_outside_));
   }
+  if (outside_population_ > 0) {
+    sample_.notes.push_back(
+        fmt::format("{} outside the population, the first: {}",
+                    counted(outside_population_, "tree is not counted:", "trees are not counted:"),
+                    first_outside_population_));
+  }
+  if (without_factor_ > 0) {
+    sample_.notes.push_back(fmt::format("{} no expansion factor and {} not counted",
+                                        counted(without_factor_, "tree has", "trees have"),
+                                        without_factor_ == 1 ? "is" : "are"));
+  }
+  if (!design_.expansion.empty() && design_.plots && has_partial_plots(*design_.plots)) {
+    sample_.notes.emplace_back(
+        design_.is_expansion_of_part
+            ? "expansion factors are per hectare of the part of a plot in the population"
+            : "expansion factors are per hectare of whole plots, so values of plots with a share "
+              "are divided by it; if factors are per hectare of that part already, use "
+              "--expansion-area part");
+  }
   if (design_.plots && design_.plots->has_slope && !design_.corrects_slope) {
     sample_.notes.emplace_back(
         "the column slope is not used: distances are taken as horizontal; with --slope-correction, "
@@ -418,6 +483,10 @@ DesignedSample SampleMaker::run() {
   check_design(design_);
   join();
   find_expansions();
+  if (!design_.expansion.empty() && design_.expansion == inventory_.expansion) {
+    sample_.notes.emplace_back(
+        "trees per hectare are FIA's factors TPA_UNADJ; each visit (PLT_CN) is a plot");
+  }
   find_smallest_dbh();
   if (!design_.subplot.empty()) {
     sample_.subplot_labels = labels_of_subplots(inventory_, design_.subplot);
@@ -425,7 +494,8 @@ DesignedSample SampleMaker::run() {
   find_origin();
   add_areas();
   add_empty_plots();
-  if (sample_.areas.empty()) {
+  const auto is_counted_area = [](const SampledArea& area) { return area.area_m2 > 0.0; };
+  if (std::ranges::none_of(sample_.areas, is_counted_area)) {
     throw InputError(
         "no plot has an area; give area, radius or expansion in the table of plots, or a design "
         "(--circles, --angle-count, --expansion)",
@@ -446,6 +516,9 @@ void check_design(const SamplingDesign& design) {
   if (ways > 1) {
     throw UsageError("use one of --circles, --angle-count and --expansion",
                      {.column = "--circles"});
+  }
+  if (design.is_expansion_of_part && design.expansion.empty()) {
+    throw UsageError("--expansion-area needs --expansion", {.column = "--expansion-area"});
   }
   if (design.basal_area_factor < 0.0 || !std::isfinite(design.basal_area_factor)) {
     throw UsageError(
@@ -470,6 +543,18 @@ void check_design(const SamplingDesign& design) {
     dbh_cm = circle.from_dbh_cm;
     radius_m = circle.radius_m;
   }
+}
+
+SamplingDesign design_for(const Inventory& inventory, SamplingDesign design) {
+  const auto has_area = [](const PlotRecord& record) {
+    return !std::isnan(record.area_m2) || !std::isnan(record.radius_m) ||
+           !std::isnan(record.expansion);
+  };
+  const bool is_known = design.chooses_trees() ||
+                        (design.plots && std::ranges::any_of(design.plots->plots, has_area));
+  const bool has_factors = !inventory.expansion.empty() && inventory.other.has(inventory.expansion);
+  if (!is_known && has_factors) design.expansion = inventory.expansion;
+  return design;
 }
 
 DesignedSample sample_of(const Inventory& inventory, const SamplingDesign& design) {

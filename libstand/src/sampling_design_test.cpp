@@ -335,3 +335,51 @@ TEST_CASE("Designs that contradict themselves are refused") {
   both.plot_area_m2 = 400;
   CHECK_THROWS_WITH(stand_report(stand, both), Contains("--plot-area"));
 }
+
+TEST_CASE("Plots outside the population count with area 0 in the ratio") {
+  // Plots A (share 1) and B (0.5) with 100 and 300 trees per hectare of the whole plot, and two
+  // plots with share 0. R = sum y / sum a = 400 / 1.5; residuals y - R a are -166.67, 166.67, 0, 0.
+  // SE = sqrt(2 * 166.67^2 / (4 * 3)) / (1.5 / 4) (Cochran 1977, chapter 6).
+  Inventory trees =
+      without_positions({{.dbh_cm = 20.0, .plot = "A"}, {.dbh_cm = 20.0, .plot = "B"}});
+  trees.other = data::Table(2);
+  trees.other.set("tph", std::vector<double>{100.0, 300.0});
+  StandReportOptions options;
+  options.design.expansion = "tph";
+  options.design.plots = plots_of(
+      "plot,share,stratum,stratum_weight\nA,1,s,2\nB,0.5,s,2\nC,0,s,2\nD,0,s,2\nE,0,n,1\nF,0,n,"
+      "1\n");
+  const StandReport report = stand_report(trees, options);
+  REQUIRE(report.strata.size() == 3);
+  const StratumFigures& forest = report.strata[1];
+  CHECK(forest.plots == 4);
+  CHECK(forest.stems.per_ha == Approx(400.0 / 1.5).epsilon(1e-12));
+  const double residual = 100.0 - 400.0 / 1.5;
+  CHECK(forest.stems.standard_error ==
+        Approx(std::sqrt(2.0 * residual * residual / 12.0) / 0.375).epsilon(1e-12));
+  CHECK(std::isnan(report.strata[0].stems.per_ha));
+  // The stratum without forest adds nothing to the combined ratio (Cochran 1977, 6.11).
+  CHECK(report.strata[2].stems.per_ha == Approx(400.0 / 1.5).epsilon(1e-12));
+  CHECK(report.strata[2].stems.standard_error ==
+        Approx(forest.stems.standard_error).epsilon(1e-12));
+  CHECK(says(report.notes, "4 plots of the table have share 0"));
+
+  // Factors per hectare of the part: A 100 and B 300, weighted with the shares.
+  options.design.is_expansion_of_part = true;
+  CHECK(stand_report(trees, options).strata[1].stems.per_ha ==
+        Approx((100.0 + 0.5 * 300.0) / 1.5).epsilon(1e-12));
+}
+
+TEST_CASE("A table of plots without any plot of the inventory is an error") {
+  const Inventory trees = without_positions({{.dbh_cm = 20.0, .plot = "A"}});
+  const SamplingDesign design{.plots = plots_of("plot,area\na1,400\na2,400\n")};
+  CHECK_THROWS_WITH(sample_of(trees, design), Contains("no plot of the inventory is in the table"));
+  CHECK_THROWS_AS(plots_of("plot,share\nA,50\n"), InputError);
+  CHECK(plots_of("plot,share,stratum,stratum_weight\nA,1.03,s,0\n").plots[0].share == 1.03);
+}
+
+TEST_CASE("Areas that make impossible basal areas are an error") {
+  const Inventory trees = without_positions({{.dbh_cm = 30.0}});
+  CHECK_THROWS_WITH(stand_report(trees, {.plot_area_m2 = 0.05}), Contains("areas are in m2"));
+  CHECK_NOTHROW(stand_report(trees, {.plot_area_m2 = 0.05, .trust_units = true}));
+}

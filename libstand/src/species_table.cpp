@@ -30,6 +30,17 @@ long long quadrat_of(double offset_m, double extent_m, double quadrat_m, double 
 
 }  // namespace
 
+double usual_quadrat_m(bool is_only_plot, const std::vector<SampledArea>& areas) {
+  constexpr double kQuadratMeters = 10.0;
+  const bool has_window = !areas.empty() && areas.front().window.has_value();
+  return is_only_plot && has_window ? kQuadratMeters : 0.0;
+}
+
+std::string describe_frequency(double quadrat_m) {
+  return quadrat_m > 0.0 ? fmt::format("Frequency is that in quadrats of {} m", quadrat_m)
+                         : "Frequency is that in plots";
+}
+
 void CompositionSums::add(const std::vector<const SpeciesMember*>& members,
                           std::size_t species_count) {
   species_.resize(species_count);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Inventories exported from spreadsheets: names, units, codes and empty cells.
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "inventory_test_support.hpp"
 #include "silvafit/base/error.hpp"
@@ -132,4 +133,78 @@ TEST_CASE("missing-value codes are recognized in columns of numbers") {
   CHECK(checked.inventory.hcb_m[1] == 0.0);
   CHECK(
       has_note(checked, "h 4 (-, #N/A, ?, -88), hcb 3 (n/a, ., -9999), cw 4 (-999, k.A., 99, 0)"));
+}
+
+TEST_CASE("FIA's table TREE is read with its units, places and labels") {
+  // Sizes in inches and feet; Bechtold and Patterson 2005: subplot 3 lies 120 ft from the center at
+  // 120 degrees, and saplings are measured from a microplot 12 ft east of the subplot's center.
+  const std::string text =
+      "CN,PLT_CN,INVYR,STATECD,UNITCD,COUNTYCD,PLOT,SUBP,TREE,AZIMUTH,DIST,STATUSCD,SPCD,DIA,HT,"
+      "TPA_UNADJ\n"
+      "11,901,2004,44,1,7,113,1,1,90,10,1,316,10,60,6.018046\n"
+      "12,901,2004,44,1,7,113,3,1,360,20,1,316,8,50,6.018046\n"
+      "13,901,2004,44,1,7,113,1,2,180,5,1,129,2,20,74.965282\n"
+      "14,901,2004,44,1,7,113,1,3,NA,NA,0,129,NA,NA,NA\n"
+      "15,901,2004,44,1,7,113,1,4,10,5,2,129,9,40,6.018046\n"
+      "21,902,2009,44,1,7,113,1,1,90,10,1,316,11,64,6.018046\n";
+  const CheckedInventory read = read_inventory_text(text, {.keeps_expansion = true});
+  const Inventory& trees = read.inventory;
+  REQUIRE(trees.size() == 4);
+  CHECK(trees.plot[0] == "901");
+  CHECK(trees.plot[3] == "902");
+  CHECK(trees.tree[1] == "3-1");
+  CHECK(trees.species[2] == "129");
+  // Definitions of inch and foot.
+  CHECK(trees.dbh_cm[0] == Approx(25.4).epsilon(1e-12));
+  CHECK(trees.h_m[0] == Approx(18.288).epsilon(1e-12));
+  CHECK(trees.x[0] == Approx(3.048).epsilon(1e-9));
+  CHECK(trees.y[0] == Approx(0.0).margin(1e-9));
+  CHECK(trees.x[1] == Approx(120.0 * std::sqrt(0.75) * 0.3048).epsilon(1e-7));
+  CHECK(trees.y[1] == Approx((20.0 - 60.0) * 0.3048).epsilon(1e-7));
+  CHECK(trees.x[2] == Approx(12.0 * 0.3048).epsilon(1e-9));
+  CHECK(trees.y[2] == Approx(-5.0 * 0.3048).epsilon(1e-9));
+  REQUIRE(trees.expansion == "trees_per_ha");
+  CHECK(trees.other.numbers("trees_per_ha")[0] == Approx(6.018046 / 0.40468564224).epsilon(1e-12));
+  CHECK(has_note(read, "the table is FIA's TREE, in inches and feet"));
+  CHECK(problems(read).size() == 2);  // the dead tree, and the row that is not in the sample
+
+  const CheckedInventory visits = read_inventory_text(text, {.keeps_measurements = true});
+  CHECK(visits.inventory.plot[0] == "44-1-7-113");
+  CHECK(visits.inventory.plot[visits.inventory.size() - 1] == "44-1-7-113");
+  CHECK(visits.inventory.time[0] == "2004");
+}
+
+TEST_CASE("labels are joined of several columns") {
+  const CheckedInventory read = read_inventory_text("stand,plot,no,dbh\nN,1,7,20\nS,1,7,30\n",
+                                                    with_columns("plot=stand+plot,tree=no"));
+  REQUIRE(read.inventory.size() == 2);
+  CHECK(read.inventory.plot[0] == "N-1");
+  CHECK(read.inventory.plot[1] == "S-1");
+}
+
+TEST_CASE("codes of the status are explained by the user") {
+  const std::string text = "plot,tree,dbh,st\n1,1,20,LI\n1,2,21,ds\n1,3,22,DC\n1,4,23,3.0\n";
+  InventoryOptions options = with_columns("status=st");
+  CHECK(has_note(read_inventory_text(text, options), "explain them with --dead-codes"));
+  options.status_codes = {.alive = {"LI"}, .dead = {"DS", "3"}, .cut = {"DC", "X"}};
+  const CheckedInventory read = read_inventory_text(text, options);
+  CHECK(read.inventory.size() == 1);
+  CHECK(has_note(read, "2 dead, 1 cut or gone, skipped"));
+  CHECK(has_note(read, "no row has the status X"));
+  options.status_codes = {.alive = {"DS"}, .dead = {"ds"}};
+  CHECK_THROWS_WITH(read_inventory_text(text, options), Contains("'DS' is in --alive-codes and"));
+  options = with_columns("status=st == \"DS\"");
+  CHECK_THROWS_WITH(read_inventory_text(text, options), Contains("status must be a column"));
+  options = {.status_codes = {.dead = {"DS"}}};
+  CHECK_THROWS_WITH(read_inventory_text(text, options), Contains("no column of the status"));
+  options = with_columns("year=dbh + 1");
+  CHECK_THROWS_WITH(read_inventory_text(text, options), Contains("year must be a column"));
+}
+
+TEST_CASE("the recommended unit makes trees of a possible shape") {
+  // Seedlings of 2 m and 2.5 cm, in cm: tenths would make 20 m.
+  std::string text = "plot,tree,dbh,h\n";
+  for (int i = 1; i <= 12; ++i) text += "1," + std::to_string(i) + ",2.5,200\n";
+  CHECK_THROWS_WITH(read_inventory_text(text),
+                    Contains("in centimeters, use --columns h=h/100; if it is correct"));
 }

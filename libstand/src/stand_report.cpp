@@ -16,8 +16,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr double kQuadratMeters = 10.0;
-
 /// What describes units, without the values of trees.
 StructuralUnits header_of(StructuralUnits units) {
   StructuralUnits header{.neighbors = units.neighbors,
@@ -211,9 +209,7 @@ void ReportMaker::add_species(const Inventory& inventory, const std::vector<Samp
   if (!species_) {
     SpeciesTableOptions options = options_.species;
     const bool is_only = is_part_ ? is_only_plot_ : inventory.plot.levels().size() == 1;
-    if (options.quadrat_m == 0.0 && is_only && areas.front().window.has_value()) {
-      options.quadrat_m = kQuadratMeters;
-    }
+    if (options.quadrat_m == 0.0) options.quadrat_m = usual_quadrat_m(is_only, areas);
     report_.quadrat_m = options.quadrat_m;
     species_.emplace(options);
   }
@@ -377,11 +373,26 @@ void ReportMaker::finish_figures() {
   }
 }
 
+/// The densest known forests have about 450 m2/ha; areas in another unit make far more.
+void ReportMaker::check_density(const std::string& file) const {
+  constexpr double kImpossible = 1000.0;
+  const double basal_area = report_.all.basal_area_m2_per_ha;
+  if (options_.trust_units || !(basal_area > kImpossible)) return;
+  throw InputError(
+      fmt::format(
+          "the areas of plots make {:.4g} m2 of basal area per hectare; areas are in m2 "
+          "(1 ha is 10000, 1 are 100), radii in m and expansion factors per ha; if they are "
+          "right, use --trust-units",
+          basal_area),
+      {.file = file, .column = options_.plot_area_m2 ? "--plot-area" : "area"});
+}
+
 StandReport ReportMaker::finish(const std::string& file) {
   if (is_part_) add_plots_without_rows();
   if (report_.areas.empty()) refuse_no_areas(file);
   finish_structure(file);
   finish_figures();
+  check_density(file);
   report_.strata = stratum_figures(plots_, stratum_of_area_, stratum_sizes_, are_weights_);
   write_notes();
   return std::move(report_);
@@ -393,14 +404,16 @@ StandReport stand_report(const Inventory& inventory, const StandReportOptions& o
     throw UsageError("the sampling design gives the areas; omit --window, --circle and --plot-area",
                      {.column = options.plot_area_m2 ? "--plot-area" : "--window"});
   }
-  if (!options.design.is_given() || has_areas) {
-    ReportMaker maker(options, nullptr);
+  StandReportOptions own = options;
+  if (!has_areas) own.design = design_for(inventory, options.design);
+  if (!own.design.is_given() || has_areas) {
+    ReportMaker maker(own, nullptr);
     maker.add(inventory);
     return maker.finish(inventory.file);
   }
-  const DesignedSample sample = sample_of(inventory, options.design);
+  const DesignedSample sample = sample_of(inventory, own.design);
   const Inventory weighted = with_represented(inventory, sample);
-  ReportMaker maker(options, &sample);
+  ReportMaker maker(own, &sample);
   maker.add(weighted);
   return maker.finish(inventory.file);
 }

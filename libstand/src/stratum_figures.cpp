@@ -19,9 +19,11 @@ namespace {
 
 class Estimator {
  public:
-  explicit Estimator(const PlotSums& plots) : plots_(plots) {}
+  explicit Estimator(const PlotSums& plots)
+      : plots_(plots), of_strata_(areas_of_strata(plots.areas_ha, plots.whole_ha)) {}
 
   StratumFigures of_plots(const PlotNumbers& plots, std::string name) const;
+  void add_totals(const SizedStratum& stratum, StratumFigures& result) const;
   void combine(const std::vector<SizedStratum>& strata,
                bool are_weights,
                StratumFigures& result) const;
@@ -30,6 +32,7 @@ class Estimator {
   void add_means(const std::vector<SizedStratum>& strata, StratumFigures& result) const;
 
   const PlotSums& plots_;
+  const PlotTotals& of_strata_;
 };
 
 void append(PlotTotals& totals, const PlotTotals& more) {
@@ -38,9 +41,9 @@ void append(PlotTotals& totals, const PlotTotals& more) {
 
 void Estimator::add_means(const std::vector<SizedStratum>& strata, StratumFigures& result) const {
   result.mean_height_m =
-      combined_ratio(plots_.heights_m, plots_.stems_with_height, plots_.areas_ha, strata);
+      combined_ratio(plots_.heights_m, plots_.stems_with_height, of_strata_, strata);
   const Mean mean_basal_m2 =
-      combined_ratio(plots_.basal_areas_m2, plots_.stems, plots_.areas_ha, strata);
+      combined_ratio(plots_.basal_areas_m2, plots_.stems, of_strata_, strata);
   const double diameter_m = std::sqrt(4.0 / std::numbers::pi * mean_basal_m2.value);
   constexpr double kCentimetersPerMeter = 100.0;
   // d(dg)/d(g) = dg / (2 g)
@@ -65,20 +68,28 @@ StratumFigures Estimator::of_plots(const PlotNumbers& plots, std::string name) c
   return result;
 }
 
+void Estimator::add_totals(const SizedStratum& stratum, StratumFigures& result) const {
+  result.area_ha = stratum.size;
+  add_total(result.stems, plots_.stems, of_strata_, stratum);
+  add_total(result.basal_area_m2, plots_.basal_areas_m2, of_strata_, stratum);
+  for (std::size_t i = 0; i < result.quantities.size(); ++i) {
+    add_total(result.quantities[i], plots_.quantities[i], of_strata_, stratum);
+  }
+}
+
 void Estimator::combine(const std::vector<SizedStratum>& strata,
                         bool are_weights,
                         StratumFigures& result) const {
   double size = 0.0;
   for (const SizedStratum& stratum : strata) size += stratum.size;
   result.area_ha = are_weights ? data::kMissing : size;
-  result.stems = over_strata(total_of(plots_.stems, plots_.areas_ha, strata), size, are_weights);
-  result.basal_area_m2 =
-      over_strata(total_of(plots_.basal_areas_m2, plots_.areas_ha, strata), size, are_weights);
+  const auto estimate = [&](const PlotTotals& values) {
+    return over_strata(values, plots_.areas_ha, of_strata_, strata, are_weights);
+  };
+  result.stems = estimate(plots_.stems);
+  result.basal_area_m2 = estimate(plots_.basal_areas_m2);
   result.quantities.clear();
-  for (const PlotTotals& totals : plots_.quantities) {
-    result.quantities.push_back(
-        over_strata(total_of(totals, plots_.areas_ha, strata), size, are_weights));
-  }
+  for (const PlotTotals& totals : plots_.quantities) result.quantities.push_back(estimate(totals));
   add_means(strata, result);
 }
 
@@ -92,6 +103,8 @@ void PlotSums::add(const Inventory& inventory, const std::vector<SampledArea>& a
     trees.push_back(area.trees.size());
     has_area.push_back(area.has_area ? 1 : 0);
     areas_ha.push_back(area.area_m2 / kSquareMetersPerHectare);
+    const double whole_m2 = std::isnan(area.whole_m2) ? area.area_m2 : area.whole_m2;
+    whole_ha.push_back(whole_m2 / kSquareMetersPerHectare);
   }
   append(stems, totals_of(inventory, areas, [](std::size_t) { return 1.0; }));
   append(basal_areas_m2, totals_of(inventory, areas, [&inventory](std::size_t tree) {
@@ -133,11 +146,7 @@ std::vector<StratumFigures> stratum_figures(const PlotSums& plots,
     const auto area = stratum_areas_ha.find(name);
     if (area == stratum_areas_ha.end()) continue;
     sized.push_back({.plots = numbers, .size = area->second});
-    if (are_weights) continue;
-    stratum.area_ha = area->second;
-    add_total(stratum.stems, stratum.area_ha);
-    add_total(stratum.basal_area_m2, stratum.area_ha);
-    for (Estimate& quantity : stratum.quantities) add_total(quantity, stratum.area_ha);
+    if (!are_weights) estimator.add_totals(sized.back(), stratum);
   }
   StratumFigures total = estimator.of_plots(all, "");
   total.kind = StratumFigures::Kind::kAll;

@@ -8,7 +8,10 @@
 #include <utility>
 
 #include "folded_text.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -37,7 +40,51 @@ bool is_among_words(std::string_view list, const std::string& word) {
 
 }  // namespace
 
-StatusColumn::StatusColumn(std::string header) : header_(std::move(header)) {
+namespace {
+
+bool is_same_code(std::string_view left, std::string_view right) {
+  double left_number = 0.0;
+  double right_number = 0.0;
+  const bool are_numbers =
+      data::parse_number(left, left_number) && data::parse_number(right, right_number);
+  if (are_numbers) return left_number == right_number;
+  return folded(data::trimmed(left)) == folded(data::trimmed(right));
+}
+
+struct GivenCodes {
+  const std::vector<std::string>* codes;
+  TreeStatus meaning;
+  const char* option;
+};
+
+std::array<GivenCodes, 3> lists_of(const StatusCodes& codes) {
+  return {{{&codes.alive, TreeStatus::kAlive, "--alive-codes"},
+           {&codes.dead, TreeStatus::kDead, "--dead-codes"},
+           {&codes.cut, TreeStatus::kGone, "--cut-codes"}}};
+}
+
+void check_codes(const StatusCodes& codes) {
+  const auto lists = lists_of(codes);
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    for (const std::string& code : *lists[i].codes) {
+      for (std::size_t k = i + 1; k < lists.size(); ++k) {
+        const auto is_same = [&code](const std::string& other) {
+          return is_same_code(code, other);
+        };
+        if (std::ranges::none_of(*lists[k].codes, is_same)) continue;
+        throw UsageError(
+            fmt::format("the status '{}' is in {} and {}", code, lists[i].option, lists[k].option),
+            {.column = lists[k].option});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+StatusColumn::StatusColumn(std::string header, StatusCodes codes)
+    : header_(std::move(header)), codes_(std::move(codes)) {
+  check_codes(codes_);
   constexpr std::string_view kAliveHeaders = " alive living live lebend vivant vivo elossa 存活 ";
   constexpr std::string_view kDeadHeaders = " dead tot mort muerto kuollut ";
   const std::string name = folded_letters(header_);
@@ -50,9 +97,11 @@ std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const
   const std::string word = folded_letters(value);
   if (word.empty() || data::is_missing_number(value)) return TreeStatus::kAlive;
   if (kind_ == Kind::kForestInventoryAnalysis) {
-    // 0 no status, 1 live, 2 dead, 3 removed.
+    if (word == "0") return TreeStatus::kNotInSample;
+    if (word == "1") return TreeStatus::kAlive;
     if (word == "2") return TreeStatus::kDead;
-    return word == "3" ? TreeStatus::kGone : TreeStatus::kAlive;
+    if (word == "3") return TreeStatus::kGone;
+    return std::nullopt;
   }
   if (kind_ != Kind::kStatus) {
     const TreeStatus if_yes = kind_ == Kind::kAlive ? TreeStatus::kAlive : TreeStatus::kDead;
@@ -66,10 +115,22 @@ std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const
   return std::nullopt;
 }
 
+std::optional<TreeStatus> StatusColumn::given_meaning(std::string_view value) {
+  for (const GivenCodes& list : lists_of(codes_)) {
+    for (const std::string& code : *list.codes) {
+      if (!is_same_code(code, value)) continue;
+      seen_codes_.insert(code);
+      return list.meaning;
+    }
+  }
+  return std::nullopt;
+}
+
 TreeStatus StatusColumn::read(std::string_view value) {
   auto known = known_.find(value);
   if (known == known_.end()) {
-    known = known_.emplace(std::string(value), meaning_of(value)).first;
+    const std::optional<TreeStatus> given = given_meaning(value);
+    known = known_.emplace(std::string(value), given ? given : meaning_of(value)).first;
   }
   if (!known->second) {
     ++unknown_[known->first];
@@ -77,6 +138,7 @@ TreeStatus StatusColumn::read(std::string_view value) {
   }
   if (*known->second == TreeStatus::kDead) ++dead_;
   if (*known->second == TreeStatus::kGone) ++gone_;
+  if (*known->second == TreeStatus::kNotInSample) ++not_in_sample_;
   return *known->second;
 }
 
@@ -88,6 +150,28 @@ std::string StatusColumn::unknown_values() const {
     if (shown++ == kShown) return text + fmt::format(" and {} more", unknown_.size() - kShown);
     text += fmt::format("{}'{}' ({})", text.empty() ? "" : ", ", value, count);
   }
+  return text;
+}
+
+std::string StatusColumn::remarks() const {
+  std::string text;
+  if (not_in_sample_ > 0) {
+    text += fmt::format("; {} not in the sample, skipped", counted(not_in_sample_, "row", "rows"));
+  }
+  const std::string unknown = unknown_values();
+  if (!unknown.empty()) {
+    text += fmt::format(
+        "; unknown status, used as alive: {}; explain them with --dead-codes, --cut-codes or "
+        "--alive-codes",
+        unknown);
+  }
+  std::vector<std::string> unseen;
+  for (const GivenCodes& list : lists_of(codes_)) {
+    for (const std::string& code : *list.codes) {
+      if (!seen_codes_.contains(code)) unseen.push_back(code);
+    }
+  }
+  if (!unseen.empty()) text += "; no row has the status " + data::list_of(unseen);
   return text;
 }
 

@@ -70,7 +70,7 @@ LAYERS = {"--layer": ["trees", "plots", "Sheet1", "trees.csv"],
 # Options: name, and values that make sense; none: a flag.
 COMMON = {"--threads": ["1", "2", "4"], "--seed": ["1", "7"], "--json": None, "--quiet": None}
 TABLE = {"--columns": COLUMNS, "--missing": ["-9", "-88,unknown"], "--fill-down": ["plot", "plot,species"]}
-INVENTORY = {"--trust-units": None, "--case-sensitive": None, "--dead": ["leave-out", "neighbors", "include"], **TABLE}
+INVENTORY = {"--trust-units": None, "--case-sensitive": None, "--dead": ["leave-out", "neighbors", "include"], "--alive-codes": ["1", "LI"], "--dead-codes": ["2", "x,y"], "--cut-codes": ["3"], **TABLE}
 UNITS = {"--neighbors": ["1", "3", "4", "8"], "--alpha": ["72", "60,SM=80"], "--edge": ["buffer", "hanisch", "torus", "none"],
          "--buffer": ["0", "2", "5"], "--window": ["window.geojson"], "--circle": ["0,0,20", "150,25,30"], "--per": ["plot", "stand"],
          "--dominance": ["dbh", "h", "cw"], "--crowding": ["mean", "facing"], "--further": ["CO,T", "Hegyi,BAL,CCF", "BAL"],

@@ -78,8 +78,8 @@ class Sheets(ProgramTest):
     def test_forest_inventory_analysis_in_inches_and_feet(self):
         result = self.run_json("stand", "fia.csv", "--plot-area", "400")
         self.assertEqual(result["excluded"], 6)
-        self.assertIn("plot is read from column PLOT, tree from TREE, species from SPCD, dbh from DIA_in*2.54, "
-                      "h from HT_ft*0.3048", result["recognized"])
+        self.assertIn("the table is FIA's TREE, in inches and feet: plot is read from column PLT_CN, tree from SUBP+TREE, "
+                      "species from SPCD, dbh from DIA*2.54, h from HT*0.3048", result["recognized"])
         plain = self.run_json("stand", "plain.csv", "--plot-area", "400")
         # Six of 48 trees are dead, and the sizes are rounded.
         self.assertAlmostEqual(result["all"]["quadratic_mean_dbh_cm"] / plain["all"]["quadratic_mean_dbh_cm"], 1, delta=0.05)

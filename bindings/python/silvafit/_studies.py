@@ -83,9 +83,9 @@ def structural_units(
         Show a bar (tqdm); None: on a terminal.
     **options
         alpha, dominance, crowding, competition_radius, open_grown, circle (docs/structural-units.md);
-        columns, missing, fill_down, dead, trust_units, case_sensitive (docs/inventory.md). For sampled
+        columns, missing, fill_down, dead, alive_codes, dead_codes, cut_codes, trust_units, case_sensitive (docs/inventory.md). For sampled
         plots plots (a DataFrame or path with a row for each plot), plots_columns, circles such as
-        {7: 4, 30: 12}, angle_count, smallest_dbh, expansion, subplots, subplot, slope_correction
+        {7: 4, 30: 12}, angle_count, smallest_dbh, expansion, expansion_area, subplots, subplot, slope_correction
         (docs/plots.md).
 
     Returns
@@ -257,7 +257,7 @@ def impute(
         Add random residuals, so that imputed values vary as measured ones do.
     seed, threads : int
     **options
-        How the table is read: columns, missing, fill_down, dead, trust_units, case_sensitive.
+        How the table is read: columns, missing, fill_down, dead, alive_codes, dead_codes, cut_codes, trust_units, case_sensitive.
 
     Returns
     -------

@@ -40,6 +40,9 @@ study::ReadingSettings take_reading(Arguments& arguments) {
   arguments.take("missing", reading.missing);
   arguments.take("fill_down", reading.fill_down);
   arguments.take("dead", reading.dead);
+  arguments.take("alive_codes", reading.alive_codes);
+  arguments.take("dead_codes", reading.dead_codes);
+  arguments.take("cut_codes", reading.cut_codes);
   arguments.take("case_sensitive", reading.case_sensitive);
   return reading;
 }
@@ -76,6 +79,7 @@ study::SamplingSettings take_sampling(Arguments& arguments) {
   arguments.take("angle_count", sampling.angle_count);
   arguments.take("smallest_dbh", sampling.smallest_dbh_cm);
   arguments.take("expansion", sampling.expansion);
+  arguments.take("expansion_area", sampling.expansion_area);
   arguments.take("subplots", sampling.subplots);
   arguments.take("subplot", sampling.subplot);
   arguments.take("slope_correction", sampling.slope_correction);

@@ -60,7 +60,7 @@ in_words_of_r <- function(text) {
              "--where" = "`subset`", "--edge" = "`edge`", "--per" = "`per`", "--window" = "`window`",
              "--circle" = "`circle`", "--buffer" = "`buffer`", "--plot-area" = "`plot_area`",
              "--stratum" = "`stratum`", "--group" = "`group`", "--trust-units" = "`trust_units = TRUE`",
-             "--missing" = "`missing`", "--dead" = "`dead`", "--species" = "`species`",
+             "--missing" = "`missing`", "--dead" = "`dead`", "--alive-codes" = "`alive_codes`", "--dead-codes" = "`dead_codes`", "--cut-codes" = "`cut_codes`", "--species" = "`species`",
              "--responses" = "`responses`", "--covariates" = "`covariates`", "--alpha" = "`alpha`",
              "--open-grown" = "`open_grown`", "--further" = "`further`", "--role" = "`role`",
              "--level" = "`level`", "--new-groups" = "`new_groups`", "--seen-groups" = "`seen_groups`",

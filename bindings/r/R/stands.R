@@ -13,7 +13,7 @@
 #' @param buffer width of the buffer \[m\]
 #' @param per search for neighbors within each `"plot"` or the whole `"stand"`
 #' @param neighbors number of neighbors of a structural unit
-#' @param dead standing dead trees: `"leave-out"`, `"neighbors"` or `"include"`
+#' @param dead standing dead trees: `"leave-out"`, `"neighbors"` or `"include"`; `alive_codes`, `dead_codes` and `cut_codes` explain values of the status
 #' @param trust_units do not stop at columns or plots that seem to have another unit
 #' @param threads number of threads; 0 means all cores
 #' @param progress show the progress in the console
@@ -38,12 +38,12 @@ tree_source <- function(trees) {
   plain_columns(check_data(trees, "trees"))
 }
 
-sampling_names <- c("plots", "plots_columns", "circles", "angle_count", "smallest_dbh", "expansion", "subplots", "subplot", "slope_correction")
+sampling_names <- c("plots", "plots_columns", "circles", "angle_count", "smallest_dbh", "expansion", "expansion_area", "subplots", "subplot", "slope_correction")
 equation_arguments <- c("equations", "equation_files")
 
 unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, further = list(),
                            also = NULL) {
-  known <- c("alpha", "dominance", "crowding", "further", "competition_radius", "open_grown", "missing", "case_sensitive", also)
+  known <- c("alpha", "dominance", "crowding", "further", "competition_radius", "open_grown", "missing", "case_sensitive", "alive_codes", "dead_codes", "cut_codes", also)
   unknown <- setdiff(names(further), known)
   if (length(unknown) > 0 || any(names(further) == "") || (length(further) > 0 && is.null(names(further)))) {
     stop_usage("unknown argument ", if (length(unknown) > 0) paste0("'", unknown[1], "'") else "without a name", "; available: ", paste(known, collapse = ", "))
@@ -116,7 +116,7 @@ rings_of <- function(geometry) {
 #' @inheritParams inventory-arguments
 #' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`, `case_sensitive`, as the
 #'   options of the program. For sampled plots: `plots`, a data frame or file with a row for each plot, `plots_columns`, `circles` such as
-#'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `subplots`, `subplot`, `slope_correction`
+#'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `expansion_area`, `subplots`, `subplot`, `slope_correction`
 #' @return `trees` with the columns `core` (1 if all nearest neighbors are known) and the indices; NA for rows that cannot be used. If
 #'   `trees` is a path, the columns of the inventory as it was read. The attribute `summary` has the means.
 #' @export
@@ -155,7 +155,7 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 #' @param stratum_areas named vector of the areas of strata \[ha\]
 #' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`, `case_sensitive`, as the
 #'   options of the program. For sampled plots: `plots`, a data frame or file with a row for each plot, `plots_columns`, `circles` such as
-#'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `subplots`, `subplot`, `slope_correction`. For volume, biomass
+#'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `expansion_area`, `subplots`, `subplot`, `slope_correction`. For volume, biomass
 #'   and carbon: `equations` such as `c("jenkins-pine", "ipcc-carbon", B = "taper")`, and `equation_files`
 #' @return List of class `silvafit_stand` with data frames: `plots`, `strata`, `species`, `diameters` and, with positions, `classes`.
 #' @export
@@ -234,6 +234,7 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' @param method method, as in [silvafit()]
 #' @param add_residual add random residuals to imputed values, so that they vary as measured ones do
 #' @param seed seed of the random residuals
+#' @param alive_codes,dead_codes,cut_codes values of the column of the status that mean alive, dead and cut, such as `dead_codes = "DS"`
 #' @return `trees` with the response filled in and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level` (plot, stand, population)
 #'   and `RESPONSE_flag`. The attribute `models` has the fits.
 #' @export
@@ -244,10 +245,11 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' filled <- impute(trees, "h", formula = h ~ 1.3 + a * (1 - exp(-b * dbh)), trust_units = TRUE)
 #' head(filled)
 impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 30, formula = NULL, models = NULL, random = "", variance = NULL, method = "",
-                   add_residual = FALSE, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive()) {
+                   add_residual = FALSE, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(),
+                   alive_codes = NULL, dead_codes = NULL, cut_codes = NULL) {
   if (inherits(formula, "formula")) formula <- paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]]))
   settings <- c(reading_arguments(columns, dead, trust_units),
-                list(response = response, group = group, by = by, minimum_trees = minimum_trees, formula = formula, models = models, random = random,
+                list(alive_codes = alive_codes, dead_codes = dead_codes, cut_codes = cut_codes, response = response, group = group, by = by, minimum_trees = minimum_trees, formula = formula, models = models, random = random,
                      variance = variance_text(variance), method = method, add_residual = add_residual, seed = seed, threads = threads,
                      progress = progress, data_folder = data_folder()))
   result <- engine(.Call(C_impute_table, tree_source(trees), settings))

@@ -80,6 +80,9 @@ study::ReadingSettings reading_settings(const Arguments& arguments) {
   arguments.read("trust_units", settings.trust_units);
   arguments.read("missing", settings.missing);
   arguments.read("dead", settings.dead);
+  arguments.read("alive_codes", settings.alive_codes);
+  arguments.read("dead_codes", settings.dead_codes);
+  arguments.read("cut_codes", settings.cut_codes);
   arguments.read("case_sensitive", settings.case_sensitive);
   return settings;
 }
@@ -114,6 +117,7 @@ study::SamplingSettings sampling_settings(const Arguments& arguments) {
   arguments.read("angle_count", settings.angle_count);
   arguments.read("smallest_dbh", settings.smallest_dbh_cm);
   arguments.read("expansion", settings.expansion);
+  arguments.read("expansion_area", settings.expansion_area);
   arguments.read("subplots", settings.subplots);
   arguments.read("subplot", settings.subplot);
   arguments.read("slope_correction", settings.slope_correction);

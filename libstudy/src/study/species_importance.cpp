@@ -65,12 +65,16 @@ TableRow row_of(const stand::SpeciesRow& row, const stand::Layers& layers) {
 
 FormattedTable species_importance_table(const StudyRecord& record) {
   const stand::Layers layers;
+  const stand::Inventory& inventory = record.inventory.inventory;
+  const std::vector<stand::SampledArea> areas = areas_of(record);
+  const double quadrat_m = stand::usual_quadrat_m(inventory.plot.levels().size() == 1, areas);
   FormattedTable table{
       .name = "species",
-      .caption =
+      .caption = fmt::format(
           "Species with their importance values (IV, the mean of relative density, frequency and "
-          "dominance) in each layer and in all. SD of IV: standard deviation between plots; "
+          "dominance) in each layer and in all. {}. SD of IV: standard deviation between plots; "
           "of DBH and height: between trees",
+          stand::describe_frequency(quadrat_m)),
       .columns = {{"species", "Species"},
                   {"trees", "Trees", ColumnKind::kCount},
                   {"stems_per_ha", "Stems per ha", ColumnKind::kPercent},
@@ -89,7 +93,7 @@ FormattedTable species_importance_table(const StudyRecord& record) {
       {"dominant_height", "Dominant height (m)", ColumnKind::kCriterion}};
   table.columns.insert(table.columns.end(), sizes.begin(), sizes.end());
   for (const stand::SpeciesRow& row :
-       stand::species_table(record.inventory.inventory, areas_of(record), {.layers = layers})) {
+       stand::species_table(inventory, areas, {.layers = layers, .quadrat_m = quadrat_m})) {
     table.rows.push_back(row_of(row, layers));
   }
   return table;

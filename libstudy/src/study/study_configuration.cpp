@@ -118,6 +118,9 @@ ReadingSettings read_reading_settings(const JsonReader& json) {
     value->one_of({"leave-out", "neighbors", "include"});
     settings.dead = value->text();
   }
+  if (const auto list = json.find("alive_codes")) settings.alive_codes = list->texts();
+  if (const auto list = json.find("dead_codes")) settings.dead_codes = list->texts();
+  if (const auto list = json.find("cut_codes")) settings.cut_codes = list->texts();
   if (const auto value = json.find("case_sensitive")) settings.case_sensitive = value->boolean();
   return settings;
 }
@@ -155,6 +158,10 @@ SamplingSettings read_sampling(const JsonReader& json, const std::filesystem::pa
     settings.smallest_dbh_cm = value->not_negative();
   }
   read_column(json, "expansion", settings.expansion);
+  if (const auto value = json.find("expansion_area")) {
+    value->one_of({"plot", "part"});
+    settings.expansion_area = value->text();
+  }
   if (const auto value = json.find("subplots")) settings.subplots = value->count();
   read_column(json, "subplot", settings.subplot);
   if (const auto value = json.find("slope_correction")) {
@@ -202,6 +209,9 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                    "missing",
                    "fill_down",
                    "dead",
+                   "alive_codes",
+                   "dead_codes",
+                   "cut_codes",
                    "case_sensitive",
                    "circle",
                    "alpha",
@@ -216,6 +226,7 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
                    "angle_count",
                    "smallest_dbh",
                    "expansion",
+                   "expansion_area",
                    "subplots",
                    "subplot",
                    "slope_correction"});

@@ -224,6 +224,9 @@ std::string describe_inventory(const ordered_json& values, CommentedJson& json) 
   add("missing", "further texts and numbers for missing values, such as [\"-88\"]");
   add("fill_down", "columns whose empty fields have the value above, such as [\"plot\"]");
   add("dead", "dead trees: leave-out, neighbors or include");
+  add("alive_codes", "values of the status column that mean alive, such as [\"LI\"]");
+  add("dead_codes", "values that mean dead and standing, such as [\"DS\"]");
+  add("cut_codes", "values that mean cut or fallen, such as [\"DC\"]");
   add("case_sensitive", "species that differ only in capitals are different");
   add("window", "boundary of the plots: a GeoJSON, WKT or CSV file");
   add("circle", "circle that is the boundary of every plot, instead of a window: \"0,0,12.62\"");
@@ -245,6 +248,7 @@ std::string describe_inventory(const ordered_json& values, CommentedJson& json) 
   add("angle_count", "basal area factor of angle counts in m2/ha; 0: none");
   add("smallest_dbh", "of angle counts in cm");
   add("expansion", "column with the number of trees per ha that each tree stands for");
+  add("expansion_area", "these are hectares of the whole plot (plot) or of its share (part)");
   add("subplots", "circles of a plot");
   add("subplot", "column with the subplot of each tree");
   return json.finish(

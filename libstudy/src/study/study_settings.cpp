@@ -51,6 +51,7 @@ ordered_json sampling_json(const SamplingSettings& settings) {
           {"angle_count", settings.angle_count},
           {"smallest_dbh", settings.smallest_dbh_cm},
           {"expansion", text_or_null(settings.expansion)},
+          {"expansion_area", settings.expansion_area},
           {"subplots", settings.subplots},
           {"subplot", text_or_null(settings.subplot)},
           {"slope_correction", settings.slope_correction}};
@@ -66,6 +67,9 @@ ordered_json settings_json(const StudyConfiguration& settings) {
   json["missing"] = reading.missing;
   json["fill_down"] = reading.fill_down;
   json["dead"] = reading.dead;
+  json["alive_codes"] = reading.alive_codes;
+  json["dead_codes"] = reading.dead_codes;
+  json["cut_codes"] = reading.cut_codes;
   json["case_sensitive"] = reading.case_sensitive;
   json["window"] = text_or_null(settings.units.window);
   json["circle"] = text_or_null(settings.units.circle);

@@ -31,6 +31,8 @@ constexpr std::array<Word<stand::DeadTrees>, 3> kDead{{{"leave-out", stand::Dead
                                                        {"neighbors", stand::DeadTrees::kNeighbors},
                                                        {"include", stand::DeadTrees::kInclude}}};
 
+constexpr std::array<Word<bool>, 2> kAreas{{{"plot", false}, {"part", true}}};
+
 double number_in(std::string_view text, const char* field, std::string_view what) {
   double value = 0.0;
   if (data::parse_number(data::trimmed(text), value)) return value;
@@ -78,12 +80,14 @@ std::vector<stand::NamedWindow> given_windows(const UnitSettings& settings) {
 }  // namespace
 
 stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
-  stand::SamplingDesign design{.basal_area_factor = settings.angle_count,
-                               .smallest_dbh_cm = settings.smallest_dbh_cm,
-                               .expansion = settings.expansion,
-                               .subplots = settings.subplots,
-                               .subplot = settings.subplot,
-                               .corrects_slope = settings.slope_correction};
+  stand::SamplingDesign design{
+      .basal_area_factor = settings.angle_count,
+      .smallest_dbh_cm = settings.smallest_dbh_cm,
+      .expansion = settings.expansion,
+      .is_expansion_of_part = meaning_of(settings.expansion_area, kAreas, "--expansion-area"),
+      .subplots = settings.subplots,
+      .subplot = settings.subplot,
+      .corrects_slope = settings.slope_correction};
   constexpr std::string_view kWhat = "DBH=RADIUS, such as 7=4,30=12 (cm and m)";
   for (const std::string& part : settings.circles) {
     const std::size_t sign = part.find('=');
@@ -115,6 +119,10 @@ std::vector<std::string> columns_of(const SamplingSettings& settings) {
   return columns;
 }
 
+stand::StatusCodes status_codes(const ReadingSettings& settings) {
+  return {.alive = settings.alive_codes, .dead = settings.dead_codes, .cut = settings.cut_codes};
+}
+
 stand::InventoryOptions inventory_options(const ReadingSettings& settings,
                                           stand::InventoryOptions options) {
   options.columns =
@@ -123,6 +131,7 @@ stand::InventoryOptions inventory_options(const ReadingSettings& settings,
   options.missing = settings.missing;
   options.fill_down = settings.fill_down;
   options.dead = meaning_of(settings.dead, kDead, "--dead");
+  options.status_codes = status_codes(settings);
   options.case_sensitive = settings.case_sensitive;
   return options;
 }

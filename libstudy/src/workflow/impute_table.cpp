@@ -78,7 +78,7 @@ ModelColumns model_columns(const ImputeOptions& options, ReadingState* state) {
   const std::vector<std::string> labels = label_columns(options);
   std::vector<std::string> wanted = labels;
   wanted.insert(wanted.end(), {options.response, "dbh"});
-  return {.names = labels, .wanted = std::move(wanted), .state = state};
+  return {.names = labels, .wanted = std::move(wanted), .finds_dead = true, .state = state};
 }
 
 /// Rows of tables with the same columns, one after another.
@@ -130,6 +130,50 @@ std::string group_column(const ImputeOptions& options) {
   return options.group.empty() ? "plot" : options.group;
 }
 
+/// The observations of a table, and which of them are living trees: the others are neither used for
+/// models nor filled in.
+class Observed {
+ public:
+  explicit Observed(const ObservedTable& read) : table_(read.observations()) {
+    if (read.is_dead.empty()) return;
+    for (std::size_t i = 0; i < table_.rows(); ++i) {
+      if (read.is_dead[read.place.empty() ? i : read.distinct[i]] == 0) living_.push_back(i);
+    }
+    has_dead_ = true;
+  }
+
+  data::Table living() const { return has_dead_ ? table_.select(living_) : table_; }
+
+  /// The imputation of all observations by that of the living ones.
+  Imputation completed(Imputation of_living, const std::string& response) const {
+    if (!has_dead_) return of_living;
+    const std::size_t rows = table_.rows();
+    Imputation result{.models = std::move(of_living.models),
+                      .value = std::vector<double>(rows, data::kMissing),
+                      .source = std::vector<ImputeSource>(rows, ImputeSource::kMissing),
+                      .level = std::vector<ImputeLevel>(rows, ImputeLevel::kNone),
+                      .flag = std::vector<std::string>(rows, "dead or cut"),
+                      .notes = std::move(of_living.notes)};
+    const auto measured = table_.numbers(response);
+    for (std::size_t row = 0; row < rows; ++row) {
+      result.value[row] = measured[row];
+      if (std::isfinite(measured[row])) result.source[row] = ImputeSource::kMeasured;
+    }
+    for (std::size_t i = 0; i < living_.size(); ++i) {
+      result.value[living_[i]] = of_living.value[i];
+      result.source[living_[i]] = of_living.source[i];
+      result.level[living_[i]] = of_living.level[i];
+      result.flag[living_[i]] = std::move(of_living.flag[i]);
+    }
+    return result;
+  }
+
+ private:
+  data::Table table_;
+  std::vector<std::size_t> living_{};
+  bool has_dead_ = false;
+};
+
 /// The models of a file that is read in parts.
 ImputeModels models_of_parts(const data::TableSource& trees,
                              const Catalogue& catalogue,
@@ -144,7 +188,7 @@ ImputeModels models_of_parts(const data::TableSource& trees,
     const ObservedTable read = read_model_table(rows, reading, model_columns(options, &state));
     check_columns(options, read.table);
     add_labels(read.table, options, labels);
-    measured.push_back(measured_rows(read.observations(), options.response));
+    measured.push_back(measured_rows(Observed(read).living(), options.response));
   }
   // In the order of the file, on which rounding errors of sums depend.
   const data::Table all = joined(measured);
@@ -189,7 +233,9 @@ TableImputation impute_table(const data::TableSource& trees,
       read_model_table(trees, reading, model_columns(options, nullptr), callbacks.note);
   check_columns(options, read.table);
   TableImputation result{.options = options};
-  result.imputation = impute(read.observations(), catalogue, options);
+  const Observed observed(read);
+  result.imputation =
+      observed.completed(impute(observed.living(), catalogue, options), options.response);
   give_to_copies(read.place, result.imputation);
   result.table = std::move(read.table);
   result.recognized = std::move(read.recognized);
@@ -219,7 +265,9 @@ ImputationSummary impute_in_parts(const data::TableSource& trees,
   while (const auto rows = ahead.next()) {
     ObservedTable read = read_model_table(rows, reading, model_columns(options, &state));
     TableImputation part{.options = options, .is_in_file_order = !parts.is_sorted()};
-    part.imputation = impute_with(models, read.observations(), options);
+    const Observed observed(read);
+    part.imputation =
+        observed.completed(impute_with(models, observed.living(), options), options.response);
     give_to_copies(read.place, part.imputation);
     part.table = std::move(read.table);
     part.recognized = std::move(read.recognized);

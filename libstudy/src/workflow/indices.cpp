@@ -79,8 +79,10 @@ class IndicesRun {
   }
 
   stand::StructuralUnits units_of(const stand::Inventory& inventory) {
-    if (!design_.is_given()) return stand::structural_units(inventory, options_);
-    const stand::DesignedSample sample = stand::sample_of(inventory, design_);
+    const stand::SamplingDesign design =
+        options_.windows.empty() ? stand::design_for(inventory, design_) : design_;
+    if (!design.is_given()) return stand::structural_units(inventory, options_);
+    const stand::DesignedSample sample = stand::sample_of(inventory, design);
     note(sample.notes);
     // For the notes on the units.
     options_.sampled = sample.areas;
@@ -88,11 +90,12 @@ class IndicesRun {
   }
 
   void read_whole() {
-    stand::CheckedInventory checked =
-        read_inventory(source_,
-                       settings_.reading,
-                       {.keep = columns_of(settings_.sampling), .needs_coordinates = true},
-                       callbacks_.note);
+    stand::CheckedInventory checked = read_inventory(source_,
+                                                     settings_.reading,
+                                                     {.keep = columns_of(settings_.sampling),
+                                                      .needs_coordinates = true,
+                                                      .keeps_expansion = true},
+                                                     callbacks_.note);
     result_.notes = checked.notes;
     result_.recognized = checked.recognized;
     take(checked);

@@ -38,6 +38,7 @@ stand::StandReportOptions report_options(const StandOptions& options) {
   stand::StandReportOptions report = options.report;
   report.units = unit_options(options.units, options.threads);
   report.design = sampling_design(options.sampling);
+  report.trust_units = options.reading.trust_units;
   add_stratum_areas(options.stratum_areas, report);
   return report;
 }

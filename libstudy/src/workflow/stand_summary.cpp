@@ -120,7 +120,7 @@ std::vector<std::string> read_whole(const data::TableSource& inventory,
                                     const Callbacks& callbacks,
                                     const StandUnitSink& sink,
                                     StandSummary& summary) {
-  const stand::InventoryOptions reading{.keep = columns_of(options)};
+  const stand::InventoryOptions reading{.keep = columns_of(options), .keeps_expansion = true};
   summary.inventory = read_inventory(inventory, options.reading, reading, callbacks.note);
   std::vector<std::string> notes = add_quantities(options, summary.inventory.inventory);
   summary.report = stand::stand_report(summary.inventory.inventory, report);

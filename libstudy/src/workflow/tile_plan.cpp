@@ -367,6 +367,9 @@ ordered_json json_of(const TilePlan& plan) {
             {"missing", reading.missing},
             {"fill_down", reading.fill_down},
             {"dead", reading.dead},
+            {"alive_codes", reading.alive_codes},
+            {"dead_codes", reading.dead_codes},
+            {"cut_codes", reading.cut_codes},
             {"case_sensitive", reading.case_sensitive}}},
           {"header", plan.head.header},
           {"units", plan.head.layout.units},
@@ -404,6 +407,9 @@ TilePlan read_tile_plan(const std::filesystem::path& folder) {
                              .missing = texts_of(reading.at("missing")),
                              .fill_down = texts_of(reading.at("fill_down")),
                              .dead = reading.at("dead"),
+                             .alive_codes = texts_of(reading.at("alive_codes")),
+                             .dead_codes = texts_of(reading.at("dead_codes")),
+                             .cut_codes = texts_of(reading.at("cut_codes")),
                              .case_sensitive = reading.at("case_sensitive")};
     plan.head.header = texts_of(json.at("header"));
     plan.head.layout.units = texts_of(json.at("units"));

@@ -56,6 +56,7 @@ struct Wishes {
   bool unifies_spellings = false;
   Names species{};  ///< whose spelling is given
   bool leaves_out_dead = false;
+  bool finds_dead = false;  ///< for the caller, who keeps their rows
   RepeatedRows repeated = RepeatedRows::kAll;
   ReadingState* state = nullptr;  ///< of earlier parts of the file, if there are parts
 };
@@ -76,11 +77,13 @@ class TableReader {
     Names recognized{};
     std::vector<std::size_t> distinct{};  ///< as in ObservedTable
     std::vector<std::size_t> place{};
+    std::vector<char> is_dead{};
   };
   Result read();
 
  private:
   void find_columns();
+  void separate_joined_labels();
   void read_table();
   void find_missing_values(const std::string& name, const std::string& source, bool is_own);
   void add_column(const stand::ColumnMapping& column);
@@ -95,13 +98,25 @@ class TableReader {
   const Wishes& wishes_;
   data::CsvReader reader_;
   Mappings usual_{};
+  Mappings joined_{};     ///< labels of several columns, by the settings
   Mappings converted_{};  ///< mapped columns that have another unit than ours
   ReadingState own_state_{};
   ReadingState& state_;
   Result result_{};
 };
 
+/// Labels that are joined of several columns become columns under our names.
+void TableReader::separate_joined_labels() {
+  std::erase_if(result_.mapped, [this](const stand::ColumnMapping& mapping) {
+    const bool is_joined = contains(wishes_.names, mapping.name) &&
+                           !stand::joined_columns(mapping.source, reader_.header()).empty();
+    if (is_joined) joined_.push_back(mapping);
+    return is_joined;
+  });
+}
+
 void TableReader::find_columns() {
+  separate_joined_labels();
   const auto& header = reader_.header();
   const auto& units = reader_.layout().units;
   for (stand::ColumnMapping& mapping : result_.mapped) {
@@ -111,9 +126,11 @@ void TableReader::find_columns() {
     mapping = std::move(ours);
   }
   const auto is_looked_for = [this](const std::string& name) {
-    return wishes_.is_wanted(name) && mapping_to(result_.mapped, name) == nullptr;
+    return wishes_.is_wanted(name) && mapping_to(result_.mapped, name) == nullptr &&
+           mapping_to(joined_, name) == nullptr;
   };
   usual_ = stand::usual_columns(header, is_looked_for, reader_.file(), units);
+  usual_.insert(usual_.end(), joined_.begin(), joined_.end());
 }
 
 void TableReader::read_table() {
@@ -121,7 +138,10 @@ void TableReader::read_table() {
   Names texts = wishes_.names;
   for (const Mappings* const mappings : {&result_.mapped, &usual_}) {
     for (const stand::ColumnMapping& mapping : *mappings) {
-      if (contains(wishes_.names, mapping.name)) texts.push_back(mapping.source);
+      if (!contains(wishes_.names, mapping.name)) continue;
+      const Names parts = stand::joined_columns(mapping.source, reader_.header());
+      texts.insert(texts.end(), parts.begin(), parts.end());
+      if (parts.empty()) texts.push_back(mapping.source);
     }
   }
   const std::vector<std::size_t> fields =
@@ -160,7 +180,20 @@ void TableReader::find_missing_values(const std::string& name,
 /// Adds a column under our name; the source column remains.
 void TableReader::add_column(const stand::ColumnMapping& column) {
   data::Table& table = result_.table;
-  if (!table.has(column.source)) {
+  const Names parts = stand::joined_columns(column.source, reader_.header());
+  const bool is_label = column.name == "plot" || column.name == "tree" || column.name == "species";
+  if (is_label && !parts.empty()) {
+    std::vector<data::TextColumn> fields;
+    for (const std::string& part : parts) fields.push_back(table.labels(part));
+    data::TextColumn labels;
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      std::vector<std::string_view> texts;
+      for (const data::TextColumn& field : fields) texts.push_back(field[row]);
+      const std::string label = stand::joined_label(texts);
+      label.empty() ? labels.append_missing() : labels.append(label);
+    }
+    table.set(column.name, std::move(labels));
+  } else if (!table.has(column.source)) {
     std::vector<data::TextCell> cells;
     const auto reference =
         data::column_reference(column.name, column.source, table.names(), reader_.file());
@@ -191,23 +224,51 @@ void TableReader::read_status() {
   const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, "status");
   const auto column =
       mapping == nullptr ? stand::usual_status_column(reader_.header()) : mapping->source;
+  const stand::StatusCodes codes = status_codes(wishes_.settings);
+  if (mapping != nullptr && !result_.table.has(*column)) {
+    throw UsageError(
+        fmt::format("status must be a column, not the expression '{}'; name the column "
+                    "and explain its values, such as --columns status=COLUMN "
+                    "--dead-codes DS; available: {}",
+                    *column,
+                    data::list_of(reader_.header())),
+        {.file = reader_.file(), .column = "--columns"});
+  }
+  if (!column && !codes.empty()) {
+    throw UsageError(
+        "no column of the status was found; name it with --columns status=COLUMN; "
+        "available: " +
+            data::list_of(reader_.header()),
+        {.file = reader_.file(), .column = "--dead-codes"});
+  }
   if (!column || !result_.table.has(*column)) return;
-  if (!state_.status) state_.status.emplace(*column);
+  if (!state_.status) state_.status.emplace(*column, codes);
   stand::StatusColumn& status = *state_.status;
   const data::TextColumn values = result_.table.labels(*column);
   std::vector<std::size_t> alive;
+  std::vector<char> is_dead(values.size(), 0);
   for (std::size_t row = 0; row < values.size(); ++row) {
-    if (status.read(values[row]) == stand::TreeStatus::kAlive) alive.push_back(row);
+    is_dead[row] = status.read(values[row]) == stand::TreeStatus::kAlive ? 0 : 1;
+    if (is_dead[row] == 0) alive.push_back(row);
   }
-  if (status.dead() + status.gone() == 0) return;
-  const bool are_left_out = wishes_.leaves_out_dead && wishes_.settings.dead != "include";
-  note(fmt::format("the status of trees is read from column {}: {} dead, {} cut or gone, {}",
-                   *column,
-                   status.dead(),
-                   status.gone(),
-                   are_left_out ? "which are skipped; --dead include uses them"
-                                : "which are used as living trees"));
+  if (status.dead() + status.gone() + status.not_in_sample() == 0 && status.remarks().empty()) {
+    return;
+  }
+  const bool includes = wishes_.settings.dead == "include";
+  const bool are_left_out = wishes_.leaves_out_dead && !includes;
+  const bool are_found = wishes_.finds_dead && !includes;
+  note(fmt::format(
+      "the status of trees is read from column {}: {} dead, {} cut or gone, {}{}",
+      *column,
+      status.dead(),
+      status.gone(),
+      are_left_out ? "which are skipped; --dead include uses them"
+      : are_found  ? "which models do not use and whose values are not filled in; --dead include "
+                     "treats them as living"
+                   : "which are used as living trees",
+      status.remarks()));
   if (are_left_out) result_.table = result_.table.select(alive);
+  if (are_found && alive.size() < values.size()) result_.is_dead = std::move(is_dead);
 }
 
 /// Notes on labels of plots that may be errors.
@@ -257,8 +318,9 @@ TableReader::Result TableReader::read() {
   note(data::describe_layout(reader_.layout()));
   Mappings renamed = usual_;
   renamed.insert(renamed.end(), converted_.begin(), converted_.end());
-  note(stand::describe_usual_columns(renamed));
+  note(stand::describe_usual_columns(renamed, reader_.header()));
   for (const stand::ColumnMapping& column : renamed) {
+    if (!stand::is_measure(column.name)) continue;
     find_missing_values(column.name, column.source, true);
   }
   for (const stand::ColumnMapping& mapping : result_.mapped) {
@@ -357,6 +419,10 @@ ReadTable read_tree_table(const data::TableSource& source,
                 .state = state};
   for (const auto& [name, column] : columns) wishes.mapped.push_back({name, column});
   TableReader::Result result = TableReader(source, wishes).read();
+  // Joined labels are columns of our names now.
+  std::erase_if(columns, [&result](const auto& entry) {
+    return mapping_to(result.mapped, entry.first) == nullptr;
+  });
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
   // The status does not affect a tree's shape.
   columns.erase("status");
@@ -379,6 +445,7 @@ ObservedTable read_model_table(const data::TableSource& source,
                       .settings = settings,
                       .unifies_spellings = !columns.keeps_spellings,
                       .species = columns.species,
+                      .finds_dead = columns.finds_dead,
                       .repeated = RepeatedRows::kObservations,
                       .state = columns.state};
   TableReader::Result result = TableReader(source, wishes).read();
@@ -397,7 +464,8 @@ ObservedTable read_model_table(const data::TableSource& source,
   }
   return {{std::move(result.table), std::move(result.recognized)},
           std::move(result.distinct),
-          std::move(result.place)};
+          std::move(result.place),
+          std::move(result.is_dead)};
 }
 
 }  // namespace silvafit::study

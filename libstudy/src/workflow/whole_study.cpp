@@ -61,8 +61,11 @@ bool has_own_candidates(const StudyOptions& options) {
 /// The plots as they were sampled; nothing without a design.
 std::optional<stand::DesignedSample> sample_of(const StudyConfiguration& settings,
                                                const stand::Inventory& inventory) {
-  if (!has_design(settings.sampling)) return std::nullopt;
   stand::SamplingDesign design = sampling_design(settings.sampling);
+  const bool has_windows = !settings.units.window.empty() || !settings.units.circle.empty() ||
+                           !settings.units.windows.empty();
+  if (!has_windows) design = stand::design_for(inventory, std::move(design));
+  if (!design.is_given()) return std::nullopt;
   if (!settings.study.period.empty()) {
     design = stand::design_at_times(std::move(design), stand::plots_at_times(inventory));
   }
@@ -196,6 +199,7 @@ StudyRecord whole_study(const data::TableSource& inventory,
                                     settings.reading,
                                     {.keep = other_columns(settings),
                                      .keep_all = has_own_candidates(settings.study),
+                                     .keeps_expansion = true,
                                      .period = settings.study.period},
                                     callbacks.note);
   add_structure(settings, callbacks, record);

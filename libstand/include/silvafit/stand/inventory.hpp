@@ -75,6 +75,10 @@ struct Inventory {
   /// if the plots are in the order of these lines.
   std::vector<std::uint32_t> plot_lines{};
 
+  /// Column of `other` with the number of trees per hectare that each tree stands for, if the table
+  /// has one of known meaning (FIA's TPA_UNADJ); kept only with InventoryOptions::keeps_expansion.
+  std::string expansion{};
+
   /// Other columns that were requested.
   data::Table other{};
 
@@ -102,8 +106,16 @@ struct ColumnMapping {
 /// \throws UsageError if a part is not `name=source` or a name comes twice
 std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
 
+/// The columns of a label that is joined of several, such as `SUBP+TREE`: the label of a row is
+/// then `1-4`. None if the text is a column, or one of the parts is none.
+std::vector<std::string> joined_columns(std::string_view source,
+                                        const std::vector<std::string>& header);
+/// The label of these fields; empty if one is missing.
+std::string joined_label(const std::vector<std::string_view>& fields);
+
 /// Standard columns that a file has under another usual name, such as dbh as BHD, or in another
 /// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
+/// In FIA's table TREE, columns have FIA's meaning and units. Labels may be joined_columns().
 /// \param header     of the file
 /// \param is_wanted  whether a standard name is searched for
 /// \param file       for messages
@@ -117,7 +129,8 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
 /// The column that says whether trees are alive, if the file has one.
 std::optional<std::string> usual_status_column(const std::vector<std::string>& header);
 
-/// The column of the time of measurement: year, else date, in upper or lower case.
+/// The column of the time of measurement: year, else date, in upper or lower case; INVYR in FIA's
+/// table TREE.
 std::optional<std::string> usual_time_column(const std::vector<std::string>& header);
 
 /// A mapping of a whole column to a measure, converted if the column's header or the row of units
@@ -126,8 +139,11 @@ ColumnMapping in_our_unit(ColumnMapping mapping,
                           const std::vector<std::string>& header,
                           const std::vector<std::string>& units);
 
-/// The note on such columns: "dbh is read from column DBH_cm, h from Height".
-std::string describe_usual_columns(const std::vector<ColumnMapping>& columns);
+/// The note on such columns: "dbh is read from column DBH_cm, h from Height". Long expressions are
+/// named by their columns.
+/// \param header  of the file: a table of FIA is named; empty: not known
+std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
+                                   const std::vector<std::string>& header = {});
 
 /// Whether a name is that of a measure: x, y, z, dbh, h, hcb, cw or a crown radius.
 bool is_measure(std::string_view name);
@@ -158,6 +174,8 @@ struct InventoryOptions {
   std::vector<std::string> fill_down{};   ///< columns whose empty fields have the value above
   DeadTrees dead = DeadTrees::kLeaveOut;  ///< cut, fallen and stumps are always skipped except with
                                           ///< kInclude
+  StatusCodes status_codes{};             ///< values of the status column
+  bool keeps_expansion = false;           ///< keep the column of Inventory::expansion
   bool case_sensitive = false;            ///< species that differ only in capitals are different
   std::vector<std::string> needs{};       ///< measures the file must have, such as "h"
   /// Keep the rows of all dates and of dead and cut trees, with Inventory::time and status, for

@@ -22,11 +22,11 @@ struct PlotRecord {
   double radius_m = data::kMissing;        ///< > 0
   double expansion = data::kMissing;       ///< trees per ha that each tree stands for, > 0
   double slope_deg = data::kMissing;       ///< in [0, 90)
-  double share = data::kMissing;           ///< of the plot that lies in the population, in [0, 1]
+  double share = data::kMissing;           ///< of the plot that lies in the population, in [0, 2]
   double x = data::kMissing;               ///< center, east [m]
   double y = data::kMissing;               ///< center, north [m]
-  double stratum_ha = data::kMissing;      ///< area of the stratum, > 0
-  double stratum_weight = data::kMissing;  ///< relative area of the stratum, > 0
+  double stratum_ha = data::kMissing;      ///< area of the stratum, >= 0
+  double stratum_weight = data::kMissing;  ///< relative area of the stratum, >= 0
 };
 
 struct PlotTable {

@@ -31,7 +31,10 @@ struct SamplingDesign {
   std::vector<CountingCircle> circles{};  ///< dbh and radius increase
   double basal_area_factor = 0.0;         ///< of angle counts [m2/ha]; 0: none
   double smallest_dbh_cm = 0.0;           ///< of angle counts; 0: the smallest dbh of the inventory
-  std::string expansion{};   ///< column of Inventory::other: trees per ha that a tree stands for
+  std::string expansion{};  ///< column of Inventory::other: trees per ha that a tree stands for
+  /// Whether factors of `expansion` are per hectare of the part of the plot in the population; else
+  /// they are per hectare of the whole plot, and values of the part are divided by its share.
+  bool is_expansion_of_part = false;
   std::size_t subplots = 1;  ///< circles of a plot, each with the radius or radii
   std::string subplot{};     ///< column of Inventory::other with the subplot of each tree
   /// Distances were measured along the slope, so that areas are smaller by its cosine.
@@ -43,6 +46,10 @@ struct SamplingDesign {
   /// Whether the design has any information.
   bool is_given() const { return chooses_trees() || plots.has_value(); }
 };
+
+/// The design for an inventory that has factors of its own (Inventory::expansion): they are used if
+/// the design has neither factors nor areas.
+SamplingDesign design_for(const Inventory& inventory, SamplingDesign design);
 
 /// The plots of an inventory by their design.
 struct DesignedSample {
@@ -65,10 +72,12 @@ struct DesignedSample {
 /// Fixed area and concentric circles: f = 10^4 / (m pi r^2) with m subplots, r the radius of the
 /// tree's circle. Angle count with factor k: f = k / g, g = pi/4 dbh^2 [m2] (Bitterlich 1984), up
 /// to the distance dbh / (2 sqrt(k)) (m, dbh in cm). Slope s: f / cos s if distances are not
-/// horizontal. Plots of the table without trees are empty plots and are counted.
+/// horizontal. Plots of the table without trees are empty plots and are counted; those with share 0
+/// have area 0. Factors of 0 are allowed.
 /// Source: Kershaw and others 2017, Forest Mensuration, 5th ed., chapters 9 to 11; FIA's TPA_UNADJ.
 /// \throws UsageError if the design contradicts itself or a column is missing; InputError if a
-///         tree has no expansion factor, or no plot has an area
+///         tree has no expansion factor, no plot of the inventory is in the table of plots, or no
+///         plot has an area
 DesignedSample sample_of(const Inventory& inventory, const SamplingDesign& design);
 
 /// The inventory with the number of trees that each one represents.

@@ -51,6 +51,12 @@ struct SpeciesTableOptions {
   double dominant_trees_per_ha = 100.0;
 };
 
+/// The side of the quadrats of an inventory whose user gives none [m]: 10 in a single plot with a
+/// window, else 0, the plots.
+double usual_quadrat_m(bool is_only_plot, const std::vector<SampledArea>& areas);
+/// "Frequency is that in quadrats of 10 m", or in plots; to be shown with importance values.
+std::string describe_frequency(double quadrat_m);
+
 /// A row for each species, by decreasing importance. Quadrats are counted from the south-west
 /// corner of the window of each area; a tree on the border of two belongs to the one farther east
 /// or north, on the window's own border to the last quadrat.

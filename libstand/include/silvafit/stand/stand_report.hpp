@@ -32,6 +32,7 @@ struct StandReportOptions {
   /// Column of Inventory::other with each tree's stratum; empty: none.
   std::string stratum{};
   std::map<std::string, double> stratum_areas_ha{};
+  bool trust_units = false;  ///< do not check whether areas make possible basal areas
 };
 
 /// A plot, or the stand if plots have no window of their own.
@@ -66,7 +67,8 @@ struct StandReport {
   std::vector<std::string> notes{};
 };
 
-/// \throws UsageError if windows and a plot area are given, neither positions nor a plot area are
+/// \throws InputError if the areas make more basal area than any forest has;
+///         UsageError if windows and a plot area are given, neither positions nor a plot area are
 ///         known, a plot is in several strata, or an option is out of range; else as
 ///         structural_units and plot_windows
 StandReport stand_report(const Inventory& inventory, const StandReportOptions& options);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -23,6 +24,8 @@ struct SampledArea {
   /// False for designs without area, such as angle counts: area_m2 is then 1 ha, or the share of it
   /// in the population.
   bool has_area = true;
+  /// Area of the whole plot, of which area_m2 is the share in the population; NaN: the same.
+  double whole_m2 = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// The domains of the windows with their trees, in the order of the domains, then the given windows

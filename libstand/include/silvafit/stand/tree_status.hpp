@@ -5,15 +5,28 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace silvafit::stand {
 
 enum class TreeStatus {
   kAlive,
-  kDead,  ///< and standing
-  kGone,  ///< cut, fallen or a stump
+  kDead,         ///< and standing
+  kGone,         ///< cut, fallen or a stump
+  kNotInSample,  ///< by FIA's STATUSCD 0: the row is no measurement
+};
+
+/// Values of a status column and their meaning by the user. Numbers are compared as numbers, other
+/// values without regard to capitals.
+struct StatusCodes {
+  std::vector<std::string> alive{};
+  std::vector<std::string> dead{};  ///< and standing
+  std::vector<std::string> cut{};   ///< or fallen
+
+  bool empty() const { return alive.empty() && dead.empty() && cut.empty(); }
 };
 
 /// Reads the values of one column and counts them.
@@ -21,7 +34,9 @@ class StatusColumn {
  public:
   StatusColumn() = default;
   /// \param header  of the column: the meaning of 1 and 0 differs between `alive` and `dead`
-  explicit StatusColumn(std::string header);
+  /// \param codes   they are preferred to usual words
+  /// \throws UsageError if a value has two meanings
+  explicit StatusColumn(std::string header, StatusCodes codes = {});
 
   /// An empty value and one that is not known mean alive; the latter are counted.
   TreeStatus read(std::string_view value);
@@ -29,11 +44,16 @@ class StatusColumn {
   /// Numbers of dead standing trees, and of trees that no longer stand.
   std::size_t dead() const { return dead_; }
   std::size_t gone() const { return gone_; }
+  std::size_t not_in_sample() const { return not_in_sample_; }
   const std::string& header() const { return header_; }
   /// "'B' (3), 'X' (1)": values that are not known; empty if there are none.
   std::string unknown_values() const;
+  /// The part of a note on rows that are no measurements, on values that are not known, and on
+  /// given codes that no row has; empty if there are none.
+  std::string remarks() const;
 
  private:
+  std::optional<TreeStatus> given_meaning(std::string_view value);
   std::optional<TreeStatus> meaning_of(std::string_view value) const;
 
   std::string header_{};
@@ -42,6 +62,9 @@ class StatusColumn {
   std::map<std::string, std::size_t> unknown_{};
   std::size_t dead_ = 0;
   std::size_t gone_ = 0;
+  std::size_t not_in_sample_ = 0;
+  StatusCodes codes_{};
+  std::set<std::string, std::less<>> seen_codes_{};
 };
 
 }  // namespace silvafit::stand

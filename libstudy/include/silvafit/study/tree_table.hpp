@@ -37,6 +37,8 @@ struct ObservedTable : ReadTable {
   /// For each row its place in `distinct`; a copy has that of the row it copies. Empty if there are
   /// no copies.
   std::vector<std::size_t> place{};
+  /// Of ModelColumns::finds_dead: 1 for rows whose tree is not alive; empty if all are.
+  std::vector<char> is_dead{};
 
   /// The rows that are no copies.
   data::Table observations() const { return place.empty() ? table : table.select(distinct); }
@@ -98,6 +100,7 @@ struct ModelColumns {
   std::vector<std::string> wanted{};     ///< looked for under their usual names, too
   stand::StructuralUnitOptions units{};  ///< of indices that the settings' columns ask for: C=C
   bool keeps_spellings = false;          ///< species are what the source has
+  bool finds_dead = false;               ///< find ObservedTable::is_dead, unless they are included
   std::vector<std::string> species{};    ///< whose spelling is given
   ReadingState* state = nullptr;         ///< of the parts before; null: this is the whole table
 };

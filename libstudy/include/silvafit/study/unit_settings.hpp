@@ -20,9 +20,12 @@ struct ReadingSettings {
   std::vector<std::string> columns{};  ///< `dbh=DBH_cm`: where columns come from
   bool trust_units = false;            ///< do not check whether columns or plots have another unit
   std::vector<std::string> missing{};  ///< further texts and numbers for missing values
-  std::vector<std::string> fill_down{};  ///< columns whose empty fields have the value above
-  std::string dead = "leave-out";        ///< leave-out, neighbors or include
-  bool case_sensitive = false;           ///< species that differ only in capitals are different
+  std::vector<std::string> fill_down{};    ///< columns whose empty fields have the value above
+  std::string dead = "leave-out";          ///< leave-out, neighbors or include
+  std::vector<std::string> alive_codes{};  ///< values of the status column
+  std::vector<std::string> dead_codes{};
+  std::vector<std::string> cut_codes{};
+  bool case_sensitive = false;  ///< species that differ only in capitals are different
 };
 
 /// Settings of structural units; stand::StructuralUnitOptions explains the values.
@@ -51,6 +54,7 @@ struct SamplingSettings {
   double angle_count = 0.0;                  ///< basal area factor [m2/ha]
   double smallest_dbh_cm = 0.0;              ///< of angle counts
   std::string expansion{};                   ///< column of the inventory [trees/ha]
+  std::string expansion_area = "plot";       ///< area of these hectares: plot, or its part
   std::size_t subplots = 1;
   std::string subplot{};  ///< column of the inventory
   bool slope_correction = false;
@@ -66,6 +70,9 @@ bool has_design(const SamplingSettings& settings);
 
 /// Columns of the inventory that a design needs.
 std::vector<std::string> columns_of(const SamplingSettings& settings);
+
+/// The codes of a status column.
+stand::StatusCodes status_codes(const ReadingSettings& settings);
 
 /// The options of an inventory's reader by these settings; a caller may add its own.
 /// \throws UsageError if a column or a word cannot be read
