@@ -8,6 +8,7 @@
 
 #include "conditional_modes/effect_posteriors.hpp"
 #include "fit_model/constrained_fit.hpp"
+#include "fit_model/doubts.hpp"
 #include "fit_model/integration_method.hpp"
 #include "least_squares/start_search.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
@@ -309,6 +310,7 @@ FitResult fit_model(const ModelSpecification& specification,
   }
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
+  add_doubts(table, options, result);
   return result;
 }
 

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Names of a formula that were taken as parameters and may be misspelt columns.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::fit {
+
+struct NameDoubts {
+  std::vector<std::string> names{};  ///< that may be misspelt columns
+  std::string text{};                ///< the sentences about them; empty if there are none
+};
+
+/// Doubts that hold whatever the fit is: a name near that of a column, and parameters that have one
+/// effect together only, such as b and dhb in a + b*dhb.
+/// \param known  names that the caller has treated as parameters, by a start value or a bound
+NameDoubts name_doubts(const ModelSpecification& specification, const std::set<std::string>& known);
+
+/// The sentence for a fit that failed: all names that were taken as parameters, and columns near
+/// them. Empty if all of them are known.
+std::string parameters_taken(const ModelSpecification& specification,
+                             const std::set<std::string>& known);
+
+}  // namespace silvafit::fit
