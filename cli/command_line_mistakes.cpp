@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <limits>
 
-
 #include "outline.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/near_names.hpp"

@@ -15,7 +15,6 @@
 #include "command.hpp"
 #include "fit_arguments.hpp"
 #include "inventory_options.hpp"
-
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/ranks.hpp"

@@ -8,10 +8,10 @@ using Names = std::vector<std::string>;
 
 TEST_CASE("slips are letters to insert, delete, replace or swap") {
   CHECK(slips_between("dbh", "dbh") == 0);
-  CHECK(slips_between("dhb", "dbh") == 1);     // swapped
-  CHECK(slips_between("dbhh", "dbh") == 1);    // inserted
-  CHECK(slips_between("db", "dbh") == 1);      // missing
-  CHECK(slips_between("dbj", "dbh") == 1);     // replaced
+  CHECK(slips_between("dhb", "dbh") == 1);   // swapped
+  CHECK(slips_between("dbhh", "dbh") == 1);  // inserted
+  CHECK(slips_between("db", "dbh") == 1);    // missing
+  CHECK(slips_between("dbj", "dbh") == 1);   // replaced
   CHECK(slips_between("kitten", "sitting") == 3);
 }
 

@@ -225,19 +225,24 @@ std::string column_name_of(std::string_view expression) {
   return name.empty() ? "y" : name;
 }
 
-[[noreturn]] void refuse_left_side(std::string_view text, std::size_t tilde) {
+[[noreturn]] void refuse_left_side(std::string_view text, std::size_t tilde, bool is_readable) {
   std::string_view left = text.substr(0, tilde);
   while (!left.empty() && left.back() == ' ') left.remove_suffix(1);
   while (!left.empty() && left.front() == ' ') left.remove_prefix(1);
   if (left.empty()) throw FormulaError("expected the column of the response left of ~", text, 1);
+  if (!is_readable) {
+    throw FormulaError(
+        fmt::format("the left side has to be the name of one column, not '{}'", left), text, 1);
+  }
   const std::string name = column_name_of(left);
   throw FormulaError(
-      fmt::format("the left side has to be one column, not an expression; add a column {0} with "
-                  "the values of {1}, by --columns \"{0}={1}\" or in the data, and write {0} ~ ...; "
-                  "if the variance grows with the mean, the response itself with --variance power "
-                  "can be better",
-                  name,
-                  left),
+      fmt::format(
+          "the left side has to be one column, not an expression; add a column {0} with "
+          "the values of {1}, by --columns \"{0}={1}\" or in the data, and write {0} ~ ...; "
+          "if the variance grows with the mean, the response itself with --variance power "
+          "can be better",
+          name,
+          left),
       text,
       1);
 }
@@ -248,11 +253,11 @@ std::string left_side(std::string_view text, std::size_t tilde) {
   try {
     left = Expression::parse(text, 0, tilde);
   } catch (const FormulaError&) {
-    refuse_left_side(text, tilde);
+    refuse_left_side(text, tilde, false);
   }
   const std::vector<std::string> names = left->variables();
   if (left->node()->operation != Operation::kVariable || names.size() != 1) {
-    refuse_left_side(text, tilde);
+    refuse_left_side(text, tilde, true);
   }
   return names[0];
 }

@@ -88,8 +88,7 @@ class Parser {
   }
 
   [[noreturn]] void fail_here() const {
-    fail(fmt::format(
-        "unexpected '{}'{}", text_.substr(position_, 1), advice_on(text_[position_])));
+    fail(fmt::format("unexpected '{}'{}", text_.substr(position_, 1), advice_on(text_[position_])));
   }
 
   NodePointer either() {

@@ -40,8 +40,7 @@ constexpr std::array kSelfStarts = {
     SelfStart{"SSgompertz", {"x", "Asym", "b2", "b3"}, "%2*exp(-%3*%4^%1)"},
     SelfStart{"SSlogis", {"input", "Asym", "xmid", "scal"}, "%2/(1 + exp((%3 - %1)/%4))"},
     SelfStart{"SSmicmen", {"input", "Vm", "K"}, "%2*%1/(%3 + %1)"},
-    SelfStart{
-        "SSweibull", {"x", "Asym", "Drop", "lrc", "pwr"}, "%2 - %3*exp(-exp(%4)*%1^%5)"},
+    SelfStart{"SSweibull", {"x", "Asym", "Drop", "lrc", "pwr"}, "%2 - %3*exp(-exp(%4)*%1^%5)"},
 };
 
 struct Replacement {
@@ -91,17 +90,17 @@ std::string formula_of(const SelfStart& model, const std::vector<std::string>& a
 }
 
 std::string advice_on_self_start(const SelfStart& model, std::vector<std::string> arguments) {
-  const bool is_complete =
-      arguments.size() == model.size() &&
-      std::ranges::none_of(arguments, [](const std::string& text) {
-        return text.empty() || text.find('=') != std::string::npos;
-      });
+  const bool is_complete = arguments.size() == model.size() &&
+                           std::ranges::none_of(arguments, [](const std::string& text) {
+                             return text.empty() || text.find('=') != std::string::npos;
+                           });
   if (!is_complete) {
     arguments.assign(model.arguments.begin(), model.arguments.begin() + model.size());
   }
-  return fmt::format("; write the formula of this self-starting model of R: {}; start values are "
-                     "not needed",
-                     formula_of(model, arguments));
+  return fmt::format(
+      "; write the formula of this self-starting model of R: {}; start values are "
+      "not needed",
+      formula_of(model, arguments));
 }
 
 }  // namespace

@@ -52,9 +52,8 @@ std::map<double, int> value_counts(const VectorXd& response, std::size_t most) {
 /// Two values that occur several times each, such as 0 and 1.
 std::string two_values(const std::string& name, const VectorXd& response) {
   const std::map<double, int> counts = value_counts(response, 2);
-  const bool are_two = counts.size() == 2 && std::ranges::all_of(counts, [](const auto& one) {
-    return one.second > 1;
-  });
+  const bool are_two = counts.size() == 2 &&
+                       std::ranges::all_of(counts, [](const auto& one) { return one.second > 1; });
   if (!are_two) return {};
   return fmt::format(
       "The response {} has two values only ({} and {}), but the residuals of this fit are taken as "
@@ -84,9 +83,8 @@ std::string counts_text(const FitResult& result, const VectorXd& response) {
   if (!are_whole || response.minCoeff() < 0.0) return {};
   if (!fit.specification.variance.is_constant()) return {};
   const bool has_zeros = response.minCoeff() == 0.0;
-  const bool is_poisson =
-      fit.convergence.converged() &&
-      vary_as_poisson(response, result.fitted_conditional, fit.estimate.size());
+  const bool is_poisson = fit.convergence.converged() &&
+                          vary_as_poisson(response, result.fitted_conditional, fit.estimate.size());
   if (!has_zeros && !is_poisson) return {};
   return fmt::format(
       "All values of {} are whole numbers{}: if they are counts, their variance grows with the "
@@ -117,7 +115,8 @@ void add_name_doubts(const FitModelOptions& options, FittedModel& fit) {
   put_first(doubts.text, convergence);
   convergence.add(Evidence::Kind::kTakenAsParameter, doubts.names);
   if (convergence.converged()) return;
-  const std::string taken = parameters_taken(specification, known);
+  const std::string taken =
+      parameters_taken(specification, known, {doubts.names.begin(), doubts.names.end()});
   if (!taken.empty()) convergence.verdict += " " + taken;
 }
 

@@ -73,8 +73,8 @@ std::optional<Names> coefficients_of(const BarTerm& bar,
   if (effects->has_intercept) terms.insert(terms.begin(), Expression::constant(1.0));
   for (const Expression& term : terms) {
     const bool is_parameter = is_among(term.text(), parameters);
-    const auto name = is_parameter ? std::optional(term.text())
-                                   : parameter_of_effect(term, mean, parameters);
+    const auto name =
+        is_parameter ? std::optional(term.text()) : parameter_of_effect(term, mean, parameters);
     if (!name || is_among(*name, result)) return std::nullopt;
     result.push_back(*name);
   }
@@ -112,7 +112,8 @@ std::size_t group_levels(const std::string& group, const data::Table& table) {
 }
 
 std::string grouping_text(const BarGrouping& grouping) {
-  if (grouping.blocks.size() == 1) return fmt::format("{} | {}", grouping.blocks[0], grouping.group);
+  if (grouping.blocks.size() == 1)
+    return fmt::format("{} | {}", grouping.blocks[0], grouping.group);
   return fmt::format("({}) | {}", fmt::join(grouping.blocks, ") + ("), grouping.group);
 }
 
@@ -215,9 +216,8 @@ std::string without_parameters(const data::Formula& formula,
   const LinearModel model = linear_model(formula.right, table);
   std::string call = fmt::format("{} ~ {}", formula.left, model.right);
   if (!model.factors.empty()) {
-    call += fmt::format(" with --parameter \"{} ~ {}\"",
-                        model.parameters.front(),
-                        fmt::join(model.factors, " + "));
+    call += fmt::format(
+        " with --parameter \"{} ~ {}\"", model.parameters.front(), fmt::join(model.factors, " + "));
   }
   if (!bars.empty()) {
     const auto random =
@@ -226,9 +226,10 @@ std::string without_parameters(const data::Formula& formula,
                         model.factors.empty() ? "with" : "and",
                         random.value_or(model.parameters.front() + " | " + bars.front().group));
   }
-  return fmt::format("every name in the formula is a column, so that there is nothing to estimate; "
-                     "the parameters are written out, as in R's nls: {}",
-                     call);
+  return fmt::format(
+      "every name in the formula is a column, so that there is nothing to estimate; "
+      "the parameters are written out, as in R's nls: {}",
+      call);
 }
 
 std::string unclear_bars(const std::vector<BarTerm>& bars, const Names& parameters) {

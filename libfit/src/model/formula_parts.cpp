@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/formula_parts.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "silvafit/base/error.hpp"
@@ -9,11 +11,6 @@
 namespace silvafit::fit {
 namespace {
 
-/// The parentheses around a whole part.
-bool is_in_parentheses(std::string_view text, Part part) {
-  return text[part.begin] == '(' && find_outside(text, {part.begin + 1, part.end}, ")") == part.end - 1;
-}
-
 /// Whether a part between bars is a condition, which || may join.
 bool is_condition(std::string_view text, Part part) {
   return find_outside(text, part, "<>=!&") < part.end;
@@ -21,7 +18,7 @@ bool is_condition(std::string_view text, Part part) {
 
 /// Reads a summand that is a bar term; false for others.
 bool read_bar(std::string_view text, Part part, BarTerm& bar) {
-  if (part.begin == part.end || !is_in_parentheses(text, part)) return false;
+  if (!is_enclosed(text, part)) return false;
   const Part inside{part.begin + 1, part.end - 1};
   const std::size_t place = find_outside(text, inside, "|");
   if (place == inside.end) return false;
@@ -50,6 +47,18 @@ void refuse_bare_bar(std::string_view text, Part right) {
       place + 1);
 }
 
+/// h ~ f ~ a | plot, as R's nlmer has it.
+void refuse_second_tilde(std::string_view text, Part right) {
+  const std::size_t place = find_outside(text, right, "~");
+  if (place == right.end) return;
+  const Part random = trimmed(text, place + 1, right.end);
+  const bool has_bar = find_outside(text, random, "|") < random.end;
+  throw FormulaError(fmt::format("a formula has one ~; random effects are given by --random \"{}\"",
+                                 has_bar ? of(text, random) : std::string_view("a | plot")),
+                     text,
+                     place + 1);
+}
+
 }  // namespace
 
 std::vector<std::string> BarTerm::group_columns() const {
@@ -67,6 +76,7 @@ FormulaParts split_formula(std::string_view formula) {
   const std::size_t tilde = find_outside(formula, {0, formula.size()}, "~");
   if (tilde == formula.size()) return {.fixed = std::string(formula)};
   const Part right{tilde + 1, formula.size()};
+  refuse_second_tilde(formula, right);
   refuse_bare_bar(formula, right);
   FormulaParts parts;
   std::string kept;

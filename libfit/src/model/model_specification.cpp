@@ -259,9 +259,8 @@ ModelSpecification specify_model(std::string_view formula,
     specification.parameters.push_back({.name = name});
   }
   if (specification.parameters.empty()) {
-    throw FormulaError(without_parameters(specification.formula, {}, table),
-                       formula,
-                       formula.find('~') + 1);
+    throw FormulaError(
+        without_parameters(specification.formula, {}, table), formula, formula.find('~') + 1);
   }
   SubModels(specification, sub_models, table).add();
   return specification;

@@ -67,10 +67,11 @@ std::string random_text(const ModelTexts& texts,
   if (parts.bars.empty()) return texts.random;
   const std::size_t position = texts.formula.find(parts.bars.front().text) + 1;
   if (!texts.random.empty()) {
-    throw FormulaError("there are random effects in the formula and by --random; remove those in "
-                       "the formula",
-                       texts.formula,
-                       position);
+    throw FormulaError(
+        "there are random effects in the formula and by --random; remove those in "
+        "the formula",
+        texts.formula,
+        position);
   }
   std::vector<std::string> names;
   for (const ParameterModel& parameter : specification.parameters) names.push_back(parameter.name);

@@ -82,8 +82,8 @@ NameList constant_parameters(const ModelSpecification& specification) {
 void add_inseparable(const ModelSpecification& specification,
                      const NameList& doubtful,
                      NameDoubts& doubts) {
-  for (const data::InseparableNames& found : data::inseparable_names(
-           specification.formula.right, constant_parameters(specification))) {
+  for (const data::InseparableNames& found :
+       data::inseparable_names(specification.formula.right, constant_parameters(specification))) {
     const bool is_doubtful = std::ranges::any_of(found.names, [&](const std::string& name) {
       return std::ranges::find(doubtful, name) != doubtful.end();
     });
@@ -91,8 +91,7 @@ void add_inseparable(const ModelSpecification& specification,
     for (const std::string& name : found.names) add_name(name, doubts);
     add_sentence(
         fmt::format("{} were taken as parameters, because they are not columns of the data ({}), "
-                    "and have one effect together only, {}: one of them is superfluous or a "
-                    "misspelt column.",
+                    "and have one effect together only, {}; one of them may be a misspelt column.",
                     enumerated(found.names),
                     data::list_of(specification.data_columns),
                     found.text),
@@ -122,8 +121,10 @@ NameDoubts name_doubts(const ModelSpecification& specification,
 }
 
 std::string parameters_taken(const ModelSpecification& specification,
-                             const std::set<std::string>& known) {
-  const NameList doubtful = unconfirmed(specification, known);
+                             const std::set<std::string>& known,
+                             const std::set<std::string>& said) {
+  NameList doubtful = unconfirmed(specification, known);
+  std::erase_if(doubtful, [&](const std::string& name) { return said.contains(name); });
   if (specification.data_columns.empty() || doubtful.empty()) return {};
   NameList texts;
   for (const ParameterModel& parameter : specification.parameters) {
@@ -133,8 +134,7 @@ std::string parameters_taken(const ModelSpecification& specification,
     if (!near.empty()) text += fmt::format(" (near the column {})", enumerated(near, "or"));
     texts.push_back(std::move(text));
   }
-  return fmt::format("Names that are not columns were taken as parameters: {}.",
-                     enumerated(texts));
+  return fmt::format("Names that are not columns were taken as parameters: {}.", enumerated(texts));
 }
 
 }  // namespace silvafit::fit

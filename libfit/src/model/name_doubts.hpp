@@ -21,8 +21,10 @@ struct NameDoubts {
 NameDoubts name_doubts(const ModelSpecification& specification, const std::set<std::string>& known);
 
 /// The sentence for a fit that failed: all names that were taken as parameters, and columns near
-/// them. Empty if all of them are known.
+/// them. Empty if all of them are known or said.
+/// \param said  names of which the message speaks already
 std::string parameters_taken(const ModelSpecification& specification,
-                             const std::set<std::string>& known);
+                             const std::set<std::string>& known,
+                             const std::set<std::string>& said);
 
 }  // namespace silvafit::fit

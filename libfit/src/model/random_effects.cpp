@@ -49,6 +49,8 @@ Part without_constant(std::string_view text, Part effects) {
 
 /// Reads `a + b | plot` or `a + b | stand/plot`.
 std::vector<RandomEffects> parse_grouping(std::string_view text, Part whole) {
+  // As lme4 writes it, (a | plot).
+  if (is_enclosed(text, whole)) whole = trimmed(text, whole.begin + 1, whole.end - 1);
   const std::size_t bar = find_outside(text, whole, "|");
   if (bar == whole.end) {
     throw FormulaError(
