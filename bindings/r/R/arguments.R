@@ -12,13 +12,14 @@ no_further <- function(given, also = character(), instead = character()) {
   bad <- which(!names %in% also)
   if (length(bad) == 0) return(invisible())
   accepted <- formals(sys.function(sys.parent()))
-  available <- c(setdiff(names(accepted)[-1], "..."), also)
+  own <- setdiff(names(accepted)[-1], "...")
+  available <- c(own, also)
   name <- names[bad[1]]
-  if (name == "") stop_usage("an argument without a name is one too many", available_text(available))
+  if (name == "") stop_usage("an argument without a name is one too many", available_text(own))
   if (name %in% names(instead)) stop_usage("unknown argument '", name, "'; ", instead[[name]])
   by_value <- argument_with_value(given[[bad[1]]], accepted)
   near <- if (length(by_value) > 0) by_value[1] else near_argument(name, available)
-  stop_usage("unknown argument '", name, "'", if (length(near) > 0) paste0("; did you mean '", near, "'?") else available_text(available))
+  stop_usage("unknown argument '", name, "'", if (length(near) > 0) paste0("; did you mean '", near, "'?") else available_text(if (length(also) > 20) own else available))
 }
 
 available_text <- function(names) if (length(names) > 0) paste0("; available: ", paste(names, collapse = ", ")) else "; the function has no further arguments"
@@ -38,6 +39,9 @@ near_argument <- function(name, available) {
   # A name that is part of another one, such as data and newdata.
   is_part <- vapply(available, function(one) nchar(name) > 2 && grepl(name, one, fixed = TRUE), logical(1))
   slips[is_part] <- 0
+  # Letters in another order are one slip, as levle for level.
+  letters_of <- function(one) paste(sort(strsplit(tolower(one), "")[[1]]), collapse = "")
+  slips[vapply(available, letters_of, "") == letters_of(name)] <- 1
   if (min(slips) <= max(1, nchar(name) %/% 3)) available[which.min(slips)] else character()
 }
 

@@ -191,12 +191,10 @@ check_singularity.silvafit <- function(x, ...) {
 #' @exportS3Method performance::model_performance
 model_performance.silvafit <- function(model, metrics = "all", ...) {
   no_further(list(...), c("verbose", "estimator"))
-  # Conditional residuals, as for other mixed models; those of the population without random effects.
-  level <- if (has_random(model)) "conditional" else "population"
   all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = number_or_na(model$fit$bic)),
            if (has_random(model)) list(R2_conditional = number_or_na(model$fit$r2_conditional), R2_marginal = number_or_na(model$fit$r2_marginal))
            else list(R2 = number_or_na(model$fit$statistics$population$r2)),
-           list(RMSE = number_or_na(model$fit$statistics[[level]]$rmse), Sigma = sigma(model)))
+           list(RMSE = if (is.null(model$frame)) NA_real_ else sqrt(mean(residuals(model)^2, na.rm = TRUE)), Sigma = sigma(model)))
   if (!identical(metrics, "all")) {
     unknown <- setdiff(metrics, c(names(all), "R2"))
     if (length(unknown) > 0) stop_usage("`metrics`: unknown measure '", unknown[1], "'; available: ", paste(names(all), collapse = ", "))

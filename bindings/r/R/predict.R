@@ -55,6 +55,10 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
     newdata <- object$frame
   }
   newdata <- prediction_data(object, newdata, level)
+  absent <- setdiff(names(grouping_counts(object)), names(newdata))
+  if (level == "conditional" && length(absent) > 0) {
+    stop_input("unknown column '", absent[1], "' in `newdata`; without the groups use level = \"population\"", column = absent[1])
+  }
   if (level == "outer") {
     newdata <- without_inner_groups(object, newdata)
     level <- "conditional"

@@ -168,6 +168,9 @@ response_of <- function(formula, data) {
   absent <- setdiff(all.vars(left), names(data))
   if (length(absent) > 0) stop_no_column(absent[1], data, "the left side of the formula")
   values <- eval(left, data, environment(formula))
+  if (is.matrix(values) && ncol(values) > 1) {
+    stop_formula("the left side ", name, " has ", ncol(values), " columns; binomial responses need another model, such as glm() or lme4::glmer()")
+  }
   if (!is.numeric(values) || length(values) != nrow(data)) stop_formula("the left side ", name, " is not a number for each row")
   list(name = name, values = values)
 }

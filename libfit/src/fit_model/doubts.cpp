@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 #include <string>
@@ -64,41 +63,24 @@ std::string two_values(const std::string& name, const VectorXd& response) {
       data::shortest(counts.rbegin()->first));
 }
 
-/// Whether the residuals vary as those of a Poisson distribution with the fitted means: their
-/// Pearson statistic over its degrees of freedom is 1, within two standard errors.
-bool vary_as_poisson(const VectorXd& response, const VectorXd& fitted, Index coefficients) {
-  const auto freedom = static_cast<double>(response.size() - coefficients);
-  if (fitted.size() != response.size() || !(freedom > 0.0) || !(fitted.minCoeff() > 0.0)) {
-    return false;
-  }
-  const double statistic = ((response - fitted).array().square() / fitted.array()).sum();
-  return std::abs(statistic / freedom - 1.0) <= 2.0 * std::sqrt(2.0 / freedom);
-}
-
-/// Whole numbers with zeros, or with the variance of counts. Measurements in whole units have
-/// neither as a rule, so that the sentence is conditional.
-std::string counts_text(const FitResult& result, const VectorXd& response) {
-  const FittedModel& fit = result.fit;
+/// Whole numbers, some of them 0. Measurements in whole units rarely have zeros; the sentence is
+/// conditional all the same. Counts without zeros are like measurements in whole units.
+std::string counts_text(const ModelSpecification& specification, const VectorXd& response) {
   const bool are_whole = (response.array() == response.array().round()).all();
-  if (!are_whole || response.minCoeff() < 0.0) return {};
-  if (!fit.specification.variance.is_constant()) return {};
-  const bool has_zeros = response.minCoeff() == 0.0;
-  const bool is_poisson = fit.convergence.converged() &&
-                          vary_as_poisson(response, result.fitted_conditional, fit.estimate.size());
-  if (!has_zeros && !is_poisson) return {};
+  if (!are_whole || response.minCoeff() != 0.0 || response.maxCoeff() == 0.0) return {};
+  if (!specification.variance.is_constant()) return {};
   return fmt::format(
-      "All values of {} are whole numbers{}: if they are counts, their variance grows with the "
-      "mean. Use --variance \"power(delta = 0.5)\", or a Poisson or negative binomial model, such "
-      "as glm(), MASS::glm.nb() or lme4::glmer() in R.",
-      fit.specification.formula.left,
-      has_zeros ? ", some of them 0" : " with the variance of counts");
+      "All values of {} are whole numbers, some of them 0: if they are counts, their variance "
+      "grows with the mean. Use --variance \"power(delta = 0.5)\", or a Poisson or negative "
+      "binomial model, such as glm(), MASS::glm.nb() or lme4::glmer() in R.",
+      specification.formula.left);
 }
 
 std::string response_doubts(const data::Table& table, const FitResult& result) {
   const VectorXd response = response_of(table, result);
   if (response.size() == 0) return {};
   std::string text = two_values(result.fit.specification.formula.left, response);
-  return text.empty() ? counts_text(result, response) : text;
+  return text.empty() ? counts_text(result.fit.specification, response) : text;
 }
 
 void put_first(const std::string& text, Convergence& convergence) {

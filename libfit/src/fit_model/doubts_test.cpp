@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "fit_model/doubts.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -31,6 +32,8 @@ Table doubted_trees() {
   table.set("h", height);
   table.set("dbh", dbh);
   table.set("height", height);
+  std::ranges::transform(height, height.begin(), [](double value) { return std::round(value); });
+  table.set("rounded", height);
   table.set("dead", dead);
   table.set("seedlings", seedlings);
   return table;
@@ -82,6 +85,8 @@ TEST_CASE("a response of two values or of counts is named first") {
   CHECK_THAT(fitted("seedlings ~ a + b*dbh").verdict,
              StartsWith("All values of seedlings are whole numbers, some of them 0"));
   CHECK_FALSE(fitted("h ~ a + b*dbh").has_doubts());
+  // Heights in whole meters have no zeros.
+  CHECK_FALSE(fitted("rounded ~ a + b*dbh").has_doubts());
   const Table table = doubted_trees();
   const auto weighted = specify_model(
       {.formula = "seedlings ~ exp(a + b*dbh)", .variance = "power(delta = 0.5)"}, table);
