@@ -145,9 +145,9 @@ class ConvergenceWarning(UserWarning):
 def warn_of(core: Any, stacklevel: int) -> None:
     """Warns unless a fit converged inside its range, and of doubts about its names and its response."""
     if core.status in ("converged", "perfect_fit") and core.has_doubts:
-        warnings.warn(core.verdict, stacklevel=stacklevel + 1)
+        warnings.warn(_as_arguments(core.verdict), stacklevel=stacklevel + 1)
     if core.status not in ("converged", "perfect_fit", "published"):
-        warnings.warn(ConvergenceWarning(core.verdict, core.status), stacklevel=stacklevel + 1)
+        warnings.warn(ConvergenceWarning(_as_arguments(core.verdict), core.status), stacklevel=stacklevel + 1)
 
 
 @contextlib.contextmanager

@@ -273,25 +273,20 @@ def impute(
     with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
         found = _core.impute(source, _location.catalogue(), keywords, listener)
     columns = data_frame(found["table"], _index_of(frame, found["rows"]))
-    result = _with_columns(trees, columns, found["rows"], response)
+    result = _with_columns(trees, columns, found["rows"])
     result.attrs.update(models={label: core.to_json() for label, core in found["models"]},
                         summary=found["summary"], notes=listener.notes)
     return result
 
 
-def _with_columns(trees: Any, columns: pd.DataFrame, rows: Any, response: str) -> pd.DataFrame:
-    """A DataFrame with columns of a result, by the places of its rows; for other data the result alone.
-
-    Only the response may be a column already.
-    """
+def _with_columns(trees: Any, columns: pd.DataFrame, rows: Any) -> pd.DataFrame:
+    """A DataFrame with columns of a result, by the places of its rows; for other data the result alone."""
     if not isinstance(trees, pd.DataFrame):
         return columns
     result = trees.copy()
     places = np.asarray(rows, dtype=np.intp)
     for name in columns.columns:
         values = columns[name].to_numpy()
-        if name in result.columns and name != response:
-            raise UsageError("the trees have this column, which a result would replace; rename or remove it", column=name)
         if name in result.columns:
             column = result[name].to_numpy(np.float64, na_value=np.nan).copy()
         else:

@@ -91,7 +91,7 @@ def test_results_keep_the_index_and_skip_rows_with_missing_values(stands):
     assert list(residuals.index[residuals.isna()]) == ["tree 3", "tree 5"]
     sums = (fit.fitted + residuals).dropna()
     assert sums.to_numpy() == pytest.approx(trees["h"].drop(["tree 3", "tree 5"]).to_numpy())
-    predicted = fit.predict(trees)
+    predicted = fit.predict(trees, level="population")
     assert list(predicted.index[predicted.isna()]) == ["tree 5"]
     # The formula itself is the population prediction.
     a, b = fit.fixed_effects

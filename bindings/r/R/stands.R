@@ -272,9 +272,10 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
   result <- engine(.Call(C_impute_table, tree_source(trees), settings))
   tell_notes(c(result$notes, result$sentences))
   filled <- if (is.character(trees)) utils::read.csv(trees, check.names = FALSE) else trees
-  if (any(lengths(result$columns) != nrow(filled))) stop_input("the imputed rows are not those of `trees`")
-  filled[[response]] <- result$columns[[response]]
-  filled <- with_columns(filled, result$columns[setdiff(names(result$columns), response)], "trees")
+  for (name in names(result$columns)) {
+    if (length(result$columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
+    filled[[name]] <- result$columns[[name]]
+  }
   attr(filled, "models") <- result$json$models
   filled
 }
