@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <limits>
 
-#include "near_names.hpp"
 #include "outline.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/near_names.hpp"
 #include "silvafit/data/csv.hpp"
 
 namespace silvafit::cli {

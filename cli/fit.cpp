@@ -15,7 +15,6 @@
 #include "command.hpp"
 #include "fit_arguments.hpp"
 #include "inventory_options.hpp"
-#include "near_names.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/ranks.hpp"
@@ -169,24 +168,6 @@ std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catal
   return models;
 }
 
-/// Names that are not columns are coefficients. A name similar to that of a column may be a typing
-/// error.
-void note_near_columns(const fit::ModelSpecification& specification,
-                       const data::Table& table,
-                       const CommonOptions& common) {
-  for (const fit::ParameterModel& parameter : specification.parameters) {
-    const auto column = std::ranges::find_if(
-        table.names(), [&](const std::string& name) { return is_slip_of(parameter.name, name); });
-    if (column == table.names().end()) continue;
-    say(common,
-        fmt::format("note: {0} is not a column of {1} and is used as a coefficient; did you mean "
-                    "the column {2}?",
-                    parameter.name,
-                    table.file(),
-                    *column));
-  }
-}
-
 /// \param models  of the catalogue; none for a formula
 std::vector<Task> tasks_of(const FitArguments& arguments,
                            const std::vector<const study::BaseModel*>& models,
@@ -194,7 +175,6 @@ std::vector<Task> tasks_of(const FitArguments& arguments,
   std::vector<Task> tasks;
   if (!arguments.formula.empty()) {
     tasks.push_back({.specification = specification_of(arguments.formula, arguments, table)});
-    note_near_columns(tasks.front().specification, table, arguments.common);
     set_options(tasks.front(), arguments);
     return tasks;
   }

@@ -189,10 +189,30 @@ class Columns(ProgramTest):
 class Notes(ProgramTest):
     def test_a_coefficient_that_is_nearly_a_column_is_pointed_out(self):
         self.write("trees.csv", stand_csv())
-        error = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dhb^b", status=4).stderr
-        self.assertIn("note: dhb is not a column of trees.csv and is used as a coefficient; did you mean the column dbh?", error)
-        error = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dbh^b").stderr
-        self.assertNotIn("used as a coefficient", error)
+        done = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dhb^b", status=4)
+        sentence = "dhb is not a column of the data and was taken as a parameter; did you mean the column dbh?"
+        self.assertIn(sentence, done.stderr)
+        self.assertEqual(done.stdout.splitlines()[1].find(sentence), 0)
+        found = self.run_json("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dhb^b", status=4)
+        self.assertIn({"kind": "taken_as_parameter", "term": "dhb", "value": None}, found["evidence"]["findings"])
+        done = self.run_program("fit", "trees.csv", "--formula", "h ~ 1.3 + a*dbh^b")
+        self.assertNotIn("taken as a parameter", done.stdout + done.stderr)
+
+    def test_formulas_of_r_are_read_or_get_a_sentence(self):
+        self.write("trees.csv", stand_csv())
+        by_bar = self.run_json("fit", "trees.csv", "--formula", "h ~ a + b*dbh + (1 | plot)")
+        by_option = self.run_json("fit", "trees.csv", "--formula", "h ~ a + b*dbh", "--random", "a | plot")
+        self.assertEqual(by_bar["log_likelihood"], by_option["log_likelihood"])
+        cases = {"h ~ dbh": "h ~ b0 + b1*dbh",
+                 "h ~ dbh + (1 | plot)": 'h ~ b0 + b1*dbh with --random "b0 | plot"',
+                 "h ~ dbh + species": 'h ~ b0 + b1*dbh with --parameter "b0 ~ species"',
+                 "log(h) ~ a + b*dbh": '--columns "log_h=log(h)"',
+                 "h ~ SSlogis(dbh, Asym, xmid, scal)": "Asym/(1 + exp((xmid - dbh)/scal))",
+                 "h ~ SSlogis(dbh, Asym, xmid, scal) ~ Asym | plot": '--random "Asym | plot"',
+                 "h ~ a + b*ln(dbh)": "write log()"}
+        for formula, message in cases.items():
+            with self.subTest(formula):
+                self.assertIn(message, self.run_program("fit", "trees.csv", "--formula", formula, status=2).stderr)
 
     def test_species_that_a_library_lacks_are_pointed_out(self):
         self.write("trees.csv", "plot,tree,species,dbh,h,hcb,cw,C,M,U\n1,1,Buche,20,15,6,3,0.5,0.5,0.5\n"

@@ -66,6 +66,7 @@ class Fit:
     converged: bool
     status: str
     verdict: str
+    has_doubts: bool
     evidence: List[Dict[str, Any]]
     optima: List[Dict[str, Any]]
     seconds: float

@@ -9,6 +9,9 @@ from typing import Any, Iterator, Optional
 
 import numpy as np
 
+#: Options with the text of a model, and the arguments of other names.
+_TEXT_OPTION = re.compile(r'--(random|variance|parameter) ("[^"]*")')
+_ARGUMENTS = {"parameter": "parameters"}
 _OPTION = re.compile(r"(?<![\w-])--([a-z][a-z-]*)")
 
 
@@ -31,6 +34,7 @@ def check_count(name: str, value: Any, least: int = 0, most: int = 2**31 - 1) ->
 
 def _as_arguments(text: str) -> str:
     """Options of the program are keyword arguments here."""
+    text = _TEXT_OPTION.sub(lambda match: f"{_ARGUMENTS.get(match.group(1), match.group(1))}={match.group(2)}", text)
     return _OPTION.sub(lambda match: match.group(1).replace("-", "_"), text)
 
 
@@ -139,9 +143,11 @@ class ConvergenceWarning(UserWarning):
 
 
 def warn_of(core: Any, stacklevel: int) -> None:
-    """Warns unless a fit converged inside its range."""
+    """Warns unless a fit converged inside its range, and of doubts about its names and its response."""
+    if core.status in ("converged", "perfect_fit") and core.has_doubts:
+        warnings.warn(_as_arguments(core.verdict), stacklevel=stacklevel + 1)
     if core.status not in ("converged", "perfect_fit", "published"):
-        warnings.warn(ConvergenceWarning(core.verdict, core.status), stacklevel=stacklevel + 1)
+        warnings.warn(ConvergenceWarning(_as_arguments(core.verdict), core.status), stacklevel=stacklevel + 1)
 
 
 @contextlib.contextmanager

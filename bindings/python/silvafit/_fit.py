@@ -80,7 +80,8 @@ def fit(
     ----------
     formula : str
         A formula such as ``"h ~ 1.3 + a*(1 - exp(-b*dbh))"``, whose names that are no columns are
-        parameters; or the id of a model of the catalogue, such as ``"M4"``.
+        parameters; or the id of a model of the catalogue, such as ``"M4"``. A random effect of R's lme4 is
+        read as in ``"h ~ a + b*dbh + (1 | plot)"``.
     data : DataFrame, dict of arrays, or object with ``__arrow_c_stream__``
         Rows with a missing value in a column of the model are skipped.
     parameters : str or list of str, optional
@@ -122,6 +123,9 @@ def fit(
     -----
     ConvergenceWarning
         If the fit has not converged, or is a boundary (singular) fit.
+    UserWarning
+        If a name that was taken as a parameter may be a misspelt column, or the response has the values
+        of another distribution, such as 0 and 1.
 
     Raises
     ------
@@ -173,6 +177,8 @@ def _mentioned(formula: str, texts: Dict[str, Any]) -> List[str]:
 
 def _run_fit(frame: Frame, data: Any, catalogue: Any, texts: dict, options: dict, trace: bool) -> Any:
     listener = Listener()
+    # A name of the formula that is no column may be a misspelt one.
+    texts = {**texts, "columns": list(dict.fromkeys([*frame.names, *frame.table.names]))}
     try:
         with located_in(frame.index):
             return _core.fit(frame.table, catalogue, texts, options, bool(trace), listener)
@@ -441,12 +447,12 @@ class Fit:
     def predict(
         self,
         data: Any = None,
-        level: str = "population",
+        level: str = "conditional",
         interval: Optional[str] = None,
         *,
         coverage: float = 0.95,
         standard_errors: bool = False,
-        new_groups: str = "population",
+        new_groups: Optional[str] = None,
         seen_groups: str = "fitted",
         threads: int = 1,
     ) -> Union[pd.Series, pd.DataFrame]:
@@ -456,18 +462,19 @@ class Fit:
         ----------
         data : DataFrame, dict of arrays, or object with ``__arrow_c_stream__``, optional
             Default: the data of the fit.
-        level : {"population", "conditional", "calibrated", "marginal"}
-            population: random effects 0. conditional: those estimated in the fit. calibrated: those of
-            the groups in `data`, predicted from the rows with a measured response. marginal: the mean
-            over all groups.
+        level : {"conditional", "population", "calibrated", "marginal"}
+            conditional: random effects estimated in the fit. population: random effects 0. calibrated:
+            those of the groups in `data`, predicted from the rows with a measured response. marginal:
+            the mean over all groups. The default is that of R.
         interval : {"prediction", "confidence"}, optional
             Interval of a new observation, or of the mean.
         coverage : float
             Of the interval.
         standard_errors : bool
             Whether to add the standard error of what the interval is for.
-        new_groups : {"population", "marginal", "missing", "error"}
-            What a conditional or calibrated prediction is for groups of which nothing is known.
+        new_groups : {"population", "marginal", "missing", "error"}, optional
+            What a conditional or calibrated prediction is for groups of which nothing is known. Default:
+            population, with a warning that names new groups of conditional predictions.
         seen_groups : {"fitted", "new", "combined"}
             Of calibrated predictions: random effects of groups that were in the fit.
         threads : int
@@ -477,18 +484,28 @@ class Fit:
         -------
         Series, or DataFrame with the columns prediction, lower, upper, se
             With the index of `data`. NaN where a predictor is missing.
+
+        Warns
+        -----
+        UserWarning
+            If groups are not in the fit and `new_groups` is not given.
         """
+        check_text("level", level, is_optional=False)
         if data is None:
             frame = self._own_frame("predict() without data")
         else:
             frame = self._frame_for(data, needs_response=level == "calibrated")
+            if level == "conditional":
+                self._check_groups(frame)
             if level == "calibrated":
                 self._check_measured(frame)
         keywords = {"level": level, "interval": interval, "coverage": coverage,
-                    "standard_errors": standard_errors, "new_groups": new_groups,
+                    "standard_errors": standard_errors, "new_groups": new_groups or "population",
                     "seen_groups": seen_groups, "threads": threads}
         with located_in(frame.index):
             found = _core.predict(self._core, frame.table, keywords, None)
+        if new_groups is None and level == "conditional" and self._core.random_terms:
+            self._warn_of_new_groups(frame, np.asarray(found["is_new_group"], dtype=bool))
         if interval is None and not standard_errors:
             return pd.Series(found["value"], frame.rows, name=self.response)
         columns = {"prediction": found["value"]}
@@ -497,6 +514,25 @@ class Fit:
         if standard_errors:
             columns["se"] = found["standard_error"]
         return pd.DataFrame(columns, frame.rows)
+
+    def _check_groups(self, frame: Frame) -> None:
+        for term in self._core.random_terms:
+            for column in term["columns"]:
+                if column not in frame.table.names:
+                    raise InputError(f"unknown column; available: {', '.join(frame.table.names)}. Without the column of "
+                                     "the groups use level='population'", column=column)
+
+    def _warn_of_new_groups(self, frame: Frame, is_new: np.ndarray) -> None:
+        """Groups that are not in the fit have no random effects: what their predictions are is said."""
+        columns = self._core.random_terms[-1]["columns"]
+        table = data_frame(frame.table, labels=frame.labels)
+        labels = table.loc[is_new, columns].drop_duplicates().dropna()
+        if labels.empty:
+            return
+        names = [" / ".join(str(value) for value in row) for row in labels.itertuples(index=False)]
+        shown = ", ".join(names[:5] + (["..."] if len(names) > 5 else []))
+        warnings.warn(f"{int(is_new.sum())} rows are of groups that are not in the fit ({'/'.join(columns)} {shown}): their "
+                      "predictions have random effects 0; new_groups has other choices", stacklevel=3)
 
     def calibrate(self, data: Any, seen_groups: str = "new", threads: int = 1) -> pd.DataFrame:
         """Random effects of the groups in new data from their measured trees, without a refit.
@@ -723,7 +759,7 @@ class Fit:
         ax : matplotlib Axes, optional
         **options
             curves: ``x``, the column of the horizontal axis, and ``groups``, a list of groups to draw;
-            random: ``effect``, a name.
+            residuals: ``residual``, a kind of `Fit.residuals`, and ``level``; random: ``effect``, a name.
 
         Returns
         -------

@@ -2,6 +2,7 @@
 """Plots of fits with matplotlib."""
 from __future__ import annotations
 
+import inspect
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
@@ -21,12 +22,20 @@ def plot(fit: "Fit", kind: str, ax: Any, **options: Any) -> Any:
     drawers: Dict[str, Callable[..., None]] = {"curves": _curves, "residuals": _residuals, "random": _random}
     if kind not in drawers:
         raise UsageError(f"unknown value '{kind}'; available: 'curves', 'residuals', 'random'", column="kind")
+    _check_options(kind, drawers[kind], options)
     if ax is None:
         import matplotlib.pyplot as plt
 
         _, ax = plt.subplots()
     drawers[kind](fit, ax, **options)
     return ax
+
+
+def _check_options(kind: str, drawer: Callable[..., None], options: Dict[str, Any]) -> None:
+    known = list(inspect.signature(drawer).parameters)[2:]
+    for name in options:
+        if name not in known:
+            raise UsageError(f"unknown argument of the plot '{kind}'; available: {', '.join(known)}", column=name)
 
 
 def _horizontal(fit: "Fit", data: pd.DataFrame, x: Optional[str]) -> str:
@@ -84,7 +93,7 @@ def _curves(fit: "Fit", ax: Any, x: Optional[str] = None, groups: Optional[Seque
     else:
         ax.plot(drawn[x], drawn[fit.response], ".", color="0.6", alpha=0.6)
     grid = _grid(drawn, x)
-    ax.plot(grid[x], fit.predict(grid), color="black", linewidth=2, label="population")
+    ax.plot(grid[x], fit.predict(grid, level="population"), color="black", linewidth=2, label="population")
     ax.set(xlabel=x, ylabel=fit.response, title=fit.formula)
     ax.legend(fontsize="small", title=" / ".join(terms[-1]["columns"]) if terms else None)
 
@@ -102,10 +111,10 @@ def _plain(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def _residuals(fit: "Fit", ax: Any, kind: str = "pearson", level: str = "conditional") -> None:
+def _residuals(fit: "Fit", ax: Any, residual: str = "pearson", level: str = "conditional") -> None:
     ax.axhline(0.0, color="0.5", linewidth=1)
-    ax.plot(fit.fitted_values(level), fit.residuals(kind, level), ".", alpha=0.6)
-    ax.set(xlabel=f"fitted {fit.response} ({level})", ylabel=f"{kind} residual", title=fit.formula)
+    ax.plot(fit.fitted_values(level), fit.residuals(residual, level), ".", alpha=0.6)
+    ax.set(xlabel=f"fitted {fit.response} ({level})", ylabel=f"{residual} residual", title=fit.formula)
 
 
 def _random(fit: "Fit", ax: Any, effect: Optional[str] = None) -> None:

@@ -264,7 +264,7 @@ def impute(
     DataFrame
         The trees, with the response filled in and the columns ``h_source`` (measured, imputed, missing),
         ``h_level`` (plot, stand, population) and ``h_flag``; of other data than a DataFrame these columns
-        only. ``attrs["models"]`` has the fits by label.
+        only. ``attrs["models"]`` has the fits by label as JSON, which `Fit.from_json` reads.
     """
     source, frame = source_of(trees)
     keywords = {"response": response, "group": group, "by": by, "formula": formula, "models": list(models),
@@ -274,7 +274,7 @@ def impute(
         found = _core.impute(source, _location.catalogue(), keywords, listener)
     columns = data_frame(found["table"], _index_of(frame, found["rows"]))
     result = _with_columns(trees, columns, found["rows"])
-    result.attrs.update(models={label: Fit(core) for label, core in found["models"]},
+    result.attrs.update(models={label: core.to_json() for label, core in found["models"]},
                         summary=found["summary"], notes=listener.notes)
     return result
 

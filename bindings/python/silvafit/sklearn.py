@@ -2,6 +2,7 @@
 """Mixed-effects models as estimators of scikit-learn."""
 from __future__ import annotations
 
+import warnings
 from typing import Any, List, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -20,7 +21,8 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
 
     Groups are a column of X that `random` names (``"a | plot"``), or the argument `groups` of `fit` and
     `predict`. Predictions for groups that were in the fit have their random effects; others are those of
-    the population.
+    the population. A call of `predict` without the groups warns that all are; ``level="population"`` asks
+    for that without a warning.
 
     Parameters
     ----------
@@ -119,8 +121,13 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         check_is_fitted(self)
         table = self._with_groups(self._table(X, reset=False), groups)
         columns = {column for term in self.fit_._core.random_terms for column in term["columns"]}
-        level = self.level if columns <= set(table.columns) else "population"
-        return self.fit_.predict(table, level=level, threads=self.threads).to_numpy()
+        level = self.level
+        if level == "conditional" and not columns <= set(table.columns):
+            warnings.warn("predict() got no groups, so that all random effects are 0 (level population); give groups, or "
+                          "set level='population'", stacklevel=2)
+            level = "population"
+        # Groups that are not in the fit are what cross-validation over groups asks for.
+        return self.fit_.predict(table, level=level, new_groups="population", threads=self.threads).to_numpy()
 
     def _training_data(self, X: Any, y: Any) -> tuple:
         if self.formula is None:

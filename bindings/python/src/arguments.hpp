@@ -7,8 +7,10 @@
 #include <pybind11/stl.h>
 
 #include <string>
+#include <vector>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/near_names.hpp"
 
 namespace silvafit::python {
 
@@ -23,6 +25,7 @@ class Arguments {
   /// \throws UsageError if the value has another type
   template <class Field>
   void take(const char* name, Field& field) {
+    known_.emplace_back(name);
     if (!values_.contains(name)) return;
     const py::object value = values_.attr("pop")(name);
     if (value.is_none()) return;
@@ -38,12 +41,14 @@ class Arguments {
   /// \throws UsageError that names an argument that nobody took
   void finish() const {
     for (const auto& item : values_) {
-      throw UsageError("unknown argument", {.column = py::str(item.first)});
+      const auto name = py::str(item.first).cast<std::string>();
+      throw UsageError("unknown argument" + did_you_mean(name, known_), {.column = name});
     }
   }
 
  private:
   py::dict values_;
+  std::vector<std::string> known_{};
 };
 
 }  // namespace silvafit::python

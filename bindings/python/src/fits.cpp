@@ -40,6 +40,7 @@ Request request_of(const py::dict& keywords) {
   arguments.take("random", request.texts.random);
   arguments.take("covariance", covariance);
   arguments.take("variance", request.texts.variance);
+  arguments.take("columns", request.texts.columns);
   arguments.finish();
   if (!covariance.empty()) request.texts.covariance = {covariance};
   return request;
@@ -241,6 +242,8 @@ void add_fits(py::module_& module) {
                              })
       .def_property_readonly("verdict",
                              [](const FittedModel& self) { return self.convergence.verdict; })
+      .def_property_readonly("has_doubts",
+                             [](const FittedModel& self) { return self.convergence.has_doubts(); })
       .def_property_readonly("evidence", &evidence_of)
       .def_property_readonly("optima", &optima_of)
       .def_property_readonly("variance", &variance_of)

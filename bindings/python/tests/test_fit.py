@@ -91,7 +91,7 @@ def test_results_keep_the_index_and_skip_rows_with_missing_values(stands):
     assert list(residuals.index[residuals.isna()]) == ["tree 3", "tree 5"]
     sums = (fit.fitted + residuals).dropna()
     assert sums.to_numpy() == pytest.approx(trees["h"].drop(["tree 3", "tree 5"]).to_numpy())
-    predicted = fit.predict(trees)
+    predicted = fit.predict(trees, level="population")
     assert list(predicted.index[predicted.isna()]) == ["tree 5"]
     # The formula itself is the population prediction.
     a, b = fit.fixed_effects
@@ -141,12 +141,13 @@ def test_calibration_of_a_new_plot_is_that_of_its_trees(mixed, stands):
 
 def test_new_groups_are_those_of_the_population_or_an_error(mixed):
     new = pd.DataFrame({"dbh": [20.0], "plot": ["never seen"]})
-    assert mixed.predict(new, level="conditional")[0] == mixed.predict(new)[0]
+    with pytest.warns(UserWarning, match="groups that are not in the fit"):
+        assert mixed.predict(new)[0] == mixed.predict(new, level="population")[0]
     assert np.isnan(mixed.predict(new, level="conditional", new_groups="missing")[0])
     with pytest.raises(sf.InputError, match="never seen"):
         mixed.predict(new, level="conditional", new_groups="error")
     marginal = mixed.predict(new, level="marginal")[0]
-    assert marginal != mixed.predict(new)[0]
+    assert marginal != mixed.predict(new, level="population")[0]
 
 
 def test_simulated_responses_have_the_index(mixed, stands):
@@ -154,8 +155,8 @@ def test_simulated_responses_have_the_index(mixed, stands):
     assert simulated.shape == (len(stands), 3) and simulated.index.equals(stands.index)
     assert simulated.equals(mixed.simulate(3, seed=7))
     assert not simulated.equals(mixed.simulate(3, seed=8))
-    spread = (simulated[0] - mixed.predict()).std()
-    total = np.sqrt((stands["h"] - mixed.predict()).var())
+    spread = (simulated[0] - mixed.predict(level="population")).std()
+    total = np.sqrt((stands["h"] - mixed.predict(level="population")).var())
     assert 0.5 * total < spread < 2 * total
 
 
@@ -247,3 +248,44 @@ def test_summaries_say_what_the_fit_is(mixed):
         assert part in text
     assert "<table" in mixed._repr_html_() and "<table" in mixed.summary()._repr_html_()
     assert "a + b | plot" in repr(mixed)
+
+
+def test_the_default_of_predict_is_that_of_r(mixed, stands):
+    assert mixed.predict(stands).equals(mixed.predict(stands, level="conditional"))
+    with pytest.raises(sf.InputError, match="level='population'"):
+        mixed.predict({"dbh": [20.0]})
+
+
+def test_bar_terms_of_lme4_are_random_effects(stands):
+    by_bar = sf.fit("h ~ a + b*log(dbh) + (1 | plot)", stands)
+    assert by_bar.loglik == sf.fit("h ~ a + b*log(dbh)", stands, random="a | plot").loglik
+    with pytest.raises(sf.FormulaError, match=r'h ~ b0 \+ b1\*dbh with random="b0 \| plot"'):
+        sf.fit("h ~ dbh + (1 | plot)", stands)
+    with pytest.raises(sf.FormulaError, match="add a column log_h"):
+        sf.fit("log(h) ~ a + b*dbh", stands)
+
+
+def test_names_that_may_be_columns_are_named(stands):
+    with pytest.warns(sf.ConvergenceWarning, match="dhb is not a column of the data.*did you mean the column dbh"):
+        sf.fit("h ~ a + b*dhb", stands)
+    with pytest.warns(UserWarning, match="did you mean the column height"):
+        assert sf.fit("h ~ dbh*hgt", stands.assign(height=stands["h"])).converged
+    with pytest.raises(sf.FormulaError, match="did you mean 'dbh'"):
+        sf.fit("h ~ a + b*DBH", stands)
+    with pytest.warns(UserWarning, match="two values only"):
+        sf.fit("tall ~ a + b*dbh", stands.assign(tall=(stands["h"] > stands["h"].median()) * 1.0))
+
+
+def test_columns_of_digits_that_are_texts_are_factors(stands):
+    codes = stands["plot"].astype("category").cat.codes % 3
+    expected = sf.fit("h ~ a + b*dbh", stands.assign(code=codes), parameters="a ~ factor(code)")
+    for column in (codes.astype(str), codes.astype("category"), codes.astype(str).astype("category")):
+        found = sf.fit("h ~ a + b*dbh", stands.assign(code=column), parameters="a ~ code")
+        assert list(found.fixed_effects) == pytest.approx(list(expected.fixed_effects))
+
+
+def test_unknown_arguments_are_named(stands):
+    with pytest.raises(sf.UsageError, match="did you mean dominance"):
+        sf.structural_units(stands, dominanse="dbh")
+    with pytest.raises(sf.UsageError, match="did you mean trust_units"):
+        sf.stand_summary(stands, trust_unit=True)

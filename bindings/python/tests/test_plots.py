@@ -26,6 +26,11 @@ def test_residuals_and_random_effects(mixed):
     ax = mixed.plot("residuals")
     points = next(line for line in ax.lines if len(line.get_xdata()) == mixed.nobs)
     assert np.asarray(points.get_ydata()) == pytest.approx(mixed.residuals("pearson").to_numpy())
+    ax = mixed.plot("residuals", residual="response", level="population")
+    points = next(line for line in ax.lines if len(line.get_xdata()) == mixed.nobs)
+    assert np.asarray(points.get_ydata()) == pytest.approx(mixed.residuals("response", "population").to_numpy())
+    with pytest.raises(sf.UsageError, match="available: residual, level"):
+        mixed.plot("residuals", resdual="response")
     ax = mixed.plot("random", effect="b")
     container = ax.containers[0]
     middle = container.lines[0].get_xdata()

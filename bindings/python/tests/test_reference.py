@@ -49,7 +49,7 @@ def test_predictions_are_those_of_nlme(expected, stands):
         fit = sf.fit(reference["formula"], stands, random=reference["random"], variance=reference["variance"])
         rows = stands.iloc[np.array(reference["rows"]) - 1]
         population, conditional = reference["levels"][0], reference["levels"][-1]
-        assert fit.predict(rows).to_numpy() == pytest.approx(population, rel=NLME)
+        assert fit.predict(rows, level="population").to_numpy() == pytest.approx(population, rel=NLME)
         assert fit.predict(rows, level="conditional").to_numpy() == pytest.approx(conditional, rel=NLME)
 
 

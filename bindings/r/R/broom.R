@@ -25,6 +25,8 @@ NULL
 #' @rdname broom-methods
 #' @exportS3Method broom::tidy
 tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE, conf.level = 0.95, ...) {
+  no_further(list(...))
+  check_flag(conf.int, "conf.int")
   effects <- match.arg(effects, several.ok = TRUE)
   table <- fixed_table(x)
   parts <- list()
@@ -66,6 +68,7 @@ order_of_components <- function(x, intervals) {
 #' @rdname broom-methods
 #' @exportS3Method broom::glance
 glance.silvafit <- function(x, ...) {
+  no_further(list(...))
   as_tibble_if_there(data.frame(
     sigma = sigma(x), logLik = as.numeric(logLik(x)), AIC = number_or_na(x$fit$aic), BIC = number_or_na(x$fit$bic), nobs = nobs(x),
     df.residual = df.residual(x), method = x$fit$method, converged = x$fit$converged,
@@ -84,6 +87,7 @@ augment.silvafit <- function(x, data = NULL, newdata = NULL, ...) {
     }
     return(as_tibble_if_there(cbind(newdata, predicted)))
   }
+  no_further(list(...), instead = c(level = "without newdata, .fitted is conditional and .fixed has random effects 0"))
   needs_data(x, "augment()")
   frame <- x$frame
   if (!is.null(data)) {
@@ -151,7 +155,7 @@ emm_basis.silvafit <- function(object, trms, xlev, grid, param, ...) {
 #' Methods for \pkg{performance} and \pkg{insight}. R2 of a mixed model is that of Nakagawa and Schielzeth (2013) and Johnson (2014).
 #'
 #' @param model,x a fit of [silvafit()]
-#' @param ... not used
+#' @param ... no further arguments; unknown names stop
 #' @return As of other models: `r2()` a list with `R2_marginal` and `R2_conditional`, or `R2` without random effects.
 #' @name performance-methods
 #' @examples
@@ -163,6 +167,8 @@ NULL
 #' @rdname performance-methods
 #' @exportS3Method performance::r2
 r2.silvafit <- function(model, ...) {
+  # performance passes arguments of its own, which do not apply: verbose, ci, tolerance.
+  no_further(list(...), c("verbose", "ci", "tolerance", "estimator", "iterations"))
   if (!has_random(model)) {
     return(structure(list(R2 = c(R2 = model$fit$statistics$population$r2)), class = "r2_generic"))
   }
@@ -170,12 +176,71 @@ r2.silvafit <- function(model, ...) {
 }
 
 #' @rdname performance-methods
+#' @details The generics of \pkg{insight} pass arguments of other models to all methods (`verbose`, `component`, ...); those that do not
+#'   apply are ignored there.
+#' @exportS3Method performance::check_singularity
+check_singularity.silvafit <- function(x, ...) {
+  no_further(list(...), c("tolerance", "verbose"))
+  # A coefficient at a bound is no boundary of the random effects.
+  kinds <- vapply(x$fit$evidence$findings, `[[`, "", "kind")
+  has_random(x) && any(kinds == "boundary")
+}
+
+#' @rdname performance-methods
+#' @param metrics names of the measures, or `"all"`
+#' @exportS3Method performance::model_performance
+model_performance.silvafit <- function(model, metrics = "all", ...) {
+  no_further(list(...), c("verbose", "estimator"))
+  all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = number_or_na(model$fit$bic)),
+           if (has_random(model)) list(R2_conditional = number_or_na(model$fit$r2_conditional), R2_marginal = number_or_na(model$fit$r2_marginal))
+           else list(R2 = number_or_na(model$fit$statistics$population$r2)),
+           list(RMSE = if (is.null(model$frame)) NA_real_ else sqrt(mean(residuals(model)^2, na.rm = TRUE)), Sigma = sigma(model)))
+  if (!identical(metrics, "all")) {
+    unknown <- setdiff(metrics, c(names(all), "R2"))
+    if (length(unknown) > 0) stop_usage("`metrics`: unknown measure '", unknown[1], "'; available: ", paste(names(all), collapse = ", "))
+    all <- all[names(all) %in% metrics | ("R2" %in% metrics & startsWith(names(all), "R2"))]
+  }
+  structure(as.data.frame(all), class = c("performance_model", "data.frame"))
+}
+
+#' @rdname performance-methods
+#' @param effects `"fixed"`, or `"random"`: the standard deviations and correlations
 #' @exportS3Method insight::get_parameters
-get_parameters.silvafit <- function(x, ...) data.frame(Parameter = names(fixef(x)), Estimate = as.vector(fixef(x)))
+get_parameters.silvafit <- function(x, effects = "fixed", ...) {
+  if (identical(effects, "random")) {
+    components <- tidy.silvafit(x, "ran_pars")
+    return(data.frame(Parameter = components$term, Estimate = components$estimate, Group = components$group))
+  }
+  data.frame(Parameter = names(fixef(x)), Estimate = as.vector(fixef(x)))
+}
 
 #' @rdname performance-methods
 #' @exportS3Method insight::find_formula
-find_formula.silvafit <- function(x, ...) structure(list(conditional = x$formula), class = c("insight_formula", "list"))
+find_formula.silvafit <- function(x, ...) {
+  random <- random_formulas(x)
+  structure(c(list(conditional = without_bars(x$formula)), if (length(random) > 0) list(random = random)), class = c("insight_formula", "list"))
+}
+
+# The random effects as formulas of lme4: ~ a + b | plot; one, or a list for two groupings.
+random_formulas <- function(x) {
+  groups <- names(random_terms_of(x))
+  formulas <- lapply(seq_along(groups), function(i) {
+    effects <- vapply(random_terms_of(x)[[i]]$effects, name_text, "")
+    within <- paste(vapply(groups[seq_len(i)], name_text, ""), collapse = ":")
+    stats::as.formula(paste("~", paste(effects, collapse = " + "), "|", within), globalenv())
+  })
+  if (length(formulas) == 1) formulas[[1]] else formulas
+}
+
+#' @rdname performance-methods
+#' @exportS3Method insight::model_info
+model_info.silvafit <- function(x, ...) {
+  info <- insight::model_info(stats::lm(y ~ x, data.frame(y = c(1, 2, 2), x = 1:3)))
+  info$is_mixed <- has_random(x)
+  info$is_linear <- FALSE
+  info$n_obs <- nobs(x)
+  info
+}
 
 #' @rdname performance-methods
 #' @exportS3Method insight::get_data

@@ -66,6 +66,9 @@ in_words_of_r <- function(text) {
              "--level" = "`level`", "--new-groups" = "`new_groups`", "--seen-groups" = "`seen_groups`",
              "--minimum-trees" = "`minimum_trees`", "--by" = "`by`", "--seed" = "`seed`")
   text <- gsub("`silvafit indices`", "structural_units()", text, fixed = TRUE)
+  # Texts of models are texts here, too.
+  text <- gsub("--(random|variance) (\"[^\"]*\")", "\\1 = \\2", text)
+  text <- gsub("--parameter (\"[^\"]*\")", "parameters = \\1", text)
   text <- gsub("--method ([a-z]+)", "method = \"\\1\"", text)
   for (option in names(words)[order(-nchar(names(words)))]) {
     text <- gsub(paste0("(?<![[:alnum:]-])", option, "(?![[:alnum:]-])"), words[[option]], text, perl = TRUE)

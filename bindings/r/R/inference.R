@@ -15,7 +15,7 @@
 #' @param method `"wald"` or `"profile"`
 #' @param which `"all"`, `"var-cov"` or `"fixed"`
 #' @param threads number of threads; 0 means all cores
-#' @param ... not used
+#' @param ... no further arguments; unknown names stop
 #' @return `confint()`: matrix with a row for each parameter; the attribute `notes` explains limits that are not known or do not
 #'   exist. `intervals()`: list of class `intervals.silvafit` with the elements `fixed`, `reStruct`, `varStruct` and `sigma`.
 #' @export
@@ -26,6 +26,7 @@
 #' confint(fit, c("Asym", "sigma"))
 #' intervals(fit)
 confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile"), threads = 1, ...) {
+  no_further(list(...), instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
   check_count(threads, "threads")
   result <- parameter_intervals(object, level, match.arg(method), threads)
   half <- (1 - level) / 2
@@ -42,10 +43,11 @@ confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "pro
 }
 
 #' @export
-print.confint.silvafit <- function(x, ...) {
+print.confint.silvafit <- function(x, digits = getOption("digits"), ...) {
+  no_further(list(...))
   notes <- attr(x, "notes")
   attr(x, "notes") <- NULL
-  print(unclass(x), ...)
+  print(unclass(x), digits = digits)
   print_notes(notes)
   invisible(x)
 }
@@ -71,6 +73,7 @@ parameter_intervals <- function(object, level, method, threads = 1) {
 #' @rdname confint.silvafit
 #' @export
 intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov", "fixed"), ...) {
+  no_further(list(...), instead = c(conf.level = "use level"))
   which <- match.arg(which)
   result <- parameter_intervals(object, level, "wald")
   rows <- function(kinds) {
@@ -96,24 +99,25 @@ intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov",
 }
 
 #' @export
-print.intervals.silvafit <- function(x, ...) {
+print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
+  no_further(list(...))
   cat("Approximate ", 100 * attr(x, "level"), "% confidence intervals\n", sep = "")
   titles <- c(fixed = "Fixed effects", varStruct = "Variance function")
   if (!is.null(x$fixed)) {
     cat("\n Fixed effects:\n")
-    print(x$fixed, ...)
+    print(x$fixed, digits = digits)
   }
   for (group in names(x$reStruct)) {
     cat("\n Random effects, ", group, ":\n", sep = "")
-    print(x$reStruct[[group]], ...)
+    print(x$reStruct[[group]], digits = digits)
   }
   if (!is.null(x$varStruct)) {
     cat("\n Variance function:\n")
-    print(x$varStruct, ...)
+    print(x$varStruct, digits = digits)
   }
   if (!is.null(x$sigma)) {
     cat("\n Residual standard deviation (sigma):\n")
-    print(x$sigma, ...)
+    print(x$sigma, digits = digits)
   }
   print_notes(attr(x, "notes"))
   invisible(x)
@@ -142,6 +146,8 @@ print.intervals.silvafit <- function(x, ...) {
 anova.silvafit <- function(object, ..., type = "marginal") {
   if (!identical(type, "marginal")) stop_usage("`type` has to be \"marginal\"; sequential tests are not available")
   further <- list(...)
+  # Fits may have names, as in do.call(anova, list_of_fits); other arguments have none here.
+  no_further(Filter(function(one) !is.list(one), further))
   if (length(further) == 0) return(wald_tests(object))
   fits <- c(list(object), further)
   if (!all(vapply(fits, inherits, logical(1), what = "silvafit"))) {
@@ -205,6 +211,7 @@ term_names <- function(object) {
 
 #' @export
 print.anova.silvafit <- function(x, digits = max(getOption("digits") - 2, 3), ...) {
+  no_further(list(...))
   cat(attr(x, "heading"))
   shown <- as.data.frame(unclass(x)[names(x)], row.names = row.names(x), check.names = FALSE)
   names(shown) <- names(x)

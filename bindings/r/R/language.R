@@ -18,14 +18,15 @@ self_start_models <- list(
   SSgompertz = quote(Asym * exp(-b2 * b3^x)),
   SSlogis = quote(Asym / (1 + exp((xmid - input) / scal))),
   SSmicmen = quote(Vm * input / (K + input)),
-  SSweibull = quote(Asym - Drop * exp(-exp(lrc) * x^pwr))
+  SSweibull = quote(Asym - Drop * exp(-exp(lrc) * x^pwr)),
+  SSfol = quote(Dose * exp(lKe + lKa - lCl) * (exp(-exp(lKe) * input) - exp(-exp(lKa) * input)) / (exp(lKa) - exp(lKe)))
 )
 self_start_arguments <- list(
   SSasymp = c("input", "Asym", "R0", "lrc"), SSasympOff = c("input", "Asym", "lrc", "c0"),
   SSasympOrig = c("input", "Asym", "lrc"), SSbiexp = c("input", "A1", "lrc1", "A2", "lrc2"),
   SSfpl = c("input", "A", "B", "xmid", "scal"), SSgompertz = c("x", "Asym", "b2", "b3"),
   SSlogis = c("input", "Asym", "xmid", "scal"), SSmicmen = c("input", "Vm", "K"),
-  SSweibull = c("x", "Asym", "Drop", "lrc", "pwr")
+  SSweibull = c("x", "Asym", "Drop", "lrc", "pwr"), SSfol = c("Dose", "input", "lKe", "lKa", "lCl")
 )
 
 expanded_self_start <- function(call) {
@@ -64,6 +65,46 @@ expression_text <- function(expression, what = "the formula") {
   text_and_precedence(expression, what)$text
 }
 
+# The text of the right side of a formula, in which a summand may be a random effect of lme4, (1 | plot): it stays as it is, for C++ to read.
+right_side_text <- function(expression) {
+  if (is_bar(expression)) return(bar_text(expression))
+  inside <- strip_parentheses(expression)
+  if (is.call(expression) && identical(expression[[1]], quote(`(`)) && is_bar(inside)) return(paste0("(", bar_text(inside), ")"))
+  if (is.call(expression) && identical(expression[[1]], quote(`+`)) && length(expression) == 3) {
+    if (has_bar_summand(expression)) return(paste(right_side_text(expression[[2]]), "+", right_side_text(expression[[3]])))
+  }
+  expression_text(expression)
+}
+
+has_bar_summand <- function(expression) any(vapply(summands_as_written(expression), function(one) is_bar(strip_parentheses(one)), logical(1)))
+
+# The parts of a + b + c; parentheses stay.
+summands_as_written <- function(expression) {
+  if (is.call(expression) && identical(expression[[1]], quote(`+`)) && length(expression) == 3) {
+    return(c(summands_as_written(expression[[2]]), summands_as_written(expression[[3]])))
+  }
+  list(expression)
+}
+
+# Whether a | b or a || b is a random effect: neither side is a condition.
+is_bar <- function(expression) {
+  is.call(expression) && as.character(expression[[1]])[1] %in% c("|", "||") && length(expression) == 3 &&
+    !is_comparison(expression[[2]]) && !is_comparison(expression[[3]])
+}
+
+bar_text <- function(expression) {
+  part <- function(one) gsub("\n", " ", deparse1(one), fixed = TRUE)
+  paste(part(expression[[2]]), as.character(expression[[1]]), part(expression[[3]]))
+}
+
+# A formula without such terms.
+without_bars <- function(formula) {
+  if (is.null(formula) || length(formula) != 3) return(formula)
+  kept <- Filter(function(one) !is_bar(strip_parentheses(one)), summands_as_written(formula[[3]]))
+  if (length(kept) > 0) formula[[3]] <- Reduce(function(a, b) call("+", a, b), kept)
+  formula
+}
+
 text_and_precedence <- function(expression, what) {
   atom <- function(text) list(text = text, precedence = 9)
   if (is.name(expression)) return(atom(name_text(as.character(expression))))
@@ -98,6 +139,10 @@ call_text <- function(call, name, what) {
 }
 
 operator_text <- function(call, name, what) {
+  # (1 | plot) elsewhere than in a sum would be a logical or.
+  if (is_bar(call) && (is.numeric(call[[2]]) || is.numeric(call[[3]]))) {
+    stop_formula("'", deparse1(call), "' in ", what, " is not a condition; random effects are an argument, such as random = a ~ 1 | plot")
+  }
   written <- switch(name, "&" = "&&", "|" = "||", name)
   if (length(call) == 2) {
     operand <- text_and_precedence(call[[2]], what)

@@ -14,7 +14,7 @@ nlme::intervals
 #' Estimates of a fit
 #'
 #' @param object,x a fit of [silvafit()]
-#' @param ... not used
+#' @param ... no further arguments; unknown names stop
 #' @return `fixef()`: named vector of the fixed effects. `ranef()`: data frame of the random effects (EBLUPs; in a
 #'   nonlinear model the conditional modes) with a row for each group; with two groupings a list of two. `coef()`: as
 #'   in nlme, the sum of both for each group; without random effects the coefficients. `vcov()`: covariance matrix of
@@ -32,19 +32,26 @@ NULL
 #' @rdname estimates
 #' @export
 fixef.silvafit <- function(object, ...) {
+  no_further(list(...))
   table <- fixed_table(object)
   stats::setNames(table[, "Value"], rownames(table))
 }
 
 #' @rdname estimates
 #' @param se add the conditional standard errors of the effects as attribute `se`
+#' @param condVar as in lme4: add the conditional covariance matrices of the effects as attribute `postVar`, an array with a
+#'   matrix for each group
 #' @export
-ranef.silvafit <- function(object, se = FALSE, ...) {
+ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
+  no_further(list(...))
+  check_flag(se, "se")
+  check_flag(condVar, "condVar")
   terms <- random_terms_of(object)
   if (length(terms) == 0) stop_usage("the fit has no random effects")
   frames <- lapply(terms, function(term) {
     frame <- term$modes
     if (se) attr(frame, "se") <- term$errors
+    if (condVar) attr(frame, "postVar") <- term$covariances
     frame
   })
   if (length(frames) == 1) frames[[1]] else frames
@@ -53,6 +60,7 @@ ranef.silvafit <- function(object, se = FALSE, ...) {
 #' @rdname estimates
 #' @export
 coef.silvafit <- function(object, ...) {
+  no_further(list(...))
   fixed <- fixef(object)
   terms <- random_terms_of(object)
   if (length(terms) == 0) return(fixed)
@@ -72,6 +80,7 @@ coef.silvafit <- function(object, ...) {
 #' @rdname estimates
 #' @export
 vcov.silvafit <- function(object, ...) {
+  no_further(list(...))
   names <- names(fixef(object))
   values <- matrix_of(object$fit$fixed_covariance, names)
   values[is.na(values)] <- 0
@@ -80,16 +89,21 @@ vcov.silvafit <- function(object, ...) {
 
 #' @rdname estimates
 #' @export
-sigma.silvafit <- function(object, ...) number_or_na(object$fit$sigma)
+sigma.silvafit <- function(object, ...) {
+  no_further(list(...))
+  number_or_na(object$fit$sigma)
+}
 
 number_or_na <- function(value) if (is.null(value)) NA_real_ else as.numeric(value)
 
 #' @rdname estimates
-#' @param sigma not used
+#' @param sigma 1; multiples of the standard deviations are not available
 #' @details `VarCorr()` has the covariance matrix of the random effects for each grouping, with the attributes
 #'   `stddev` and `correlation`; `as.data.frame()` makes a table of it.
 #' @export
 VarCorr.silvafit <- function(x, sigma = 1, ...) {
+  no_further(list(...))
+  if (!identical(as.numeric(sigma), 1)) stop_usage("`sigma` has to be 1; multiply the standard deviations instead")
   result <- lapply(random_terms_of(x), function(term) {
     deviation <- sqrt(diag(term$covariance))
     names(deviation) <- term$effects
@@ -100,6 +114,7 @@ VarCorr.silvafit <- function(x, sigma = 1, ...) {
 
 #' @export
 print.VarCorr.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
+  no_further(list(...))
   rows <- list()
   width <- max(0, vapply(x, ncol, 0L))
   for (group in names(x)) {
@@ -121,6 +136,7 @@ print.VarCorr.silvafit <- function(x, digits = max(3, getOption("digits") - 3), 
 
 #' @export
 as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE, ...) {
+  no_further(list(...))
   parts <- lapply(names(x), function(group) {
     covariance <- x[[group]]
     effects <- rownames(covariance)
@@ -153,45 +169,79 @@ NULL
 #' @rdname likelihood
 #' @export
 logLik.silvafit <- function(object, ...) {
+  no_further(list(...), instead = c(REML = "the fit has the likelihood that it maximizes; refit with update(fit, reml = ...)"))
   structure(number_or_na(object$fit$log_likelihood), df = object$fit$k, nobs = object$fit$n,
             nall = object$fit$n, class = "logLik")
 }
 
 #' @rdname likelihood
 #' @export
-nobs.silvafit <- function(object, ...) as.integer(object$fit$n)
+nobs.silvafit <- function(object, ...) {
+  no_further(list(...))
+  as.integer(object$fit$n)
+}
 
 #' @rdname likelihood
 #' @export
-df.residual.silvafit <- function(object, ...) nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"]))
+df.residual.silvafit <- function(object, ...) {
+  no_further(list(...))
+  nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"]))
+}
 
 #' @rdname likelihood
 #' @export
-deviance.silvafit <- function(object, ...) -2 * number_or_na(object$fit$log_likelihood)
+deviance.silvafit <- function(object, ...) {
+  no_further(list(...))
+  -2 * number_or_na(object$fit$log_likelihood)
+}
 
 #' @rdname likelihood
 #' @param fit a fit of [silvafit()]
-#' @param scale not used
+#' @param scale 0, as in the generic
 #' @param k penalty of a parameter: 2 for AIC
 #' @export
 #' @importFrom stats extractAIC
-extractAIC.silvafit <- function(fit, scale, k = 2, ...) c(fit$fit$k, -2 * number_or_na(fit$fit$log_likelihood) + k * fit$fit$k)
+extractAIC.silvafit <- function(fit, scale = 0, k = 2, ...) {
+  no_further(list(...))
+  if (!identical(as.numeric(scale), 0)) stop_usage("`scale` has to be 0: the likelihood has its own variance")
+  c(fit$fit$k, -2 * number_or_na(fit$fit$log_likelihood) + k * fit$fit$k)
+}
 
 #' @rdname likelihood
 #' @export
-formula.silvafit <- function(x, ...) x$formula
+formula.silvafit <- function(x, ...) {
+  no_further(list(...))
+  x$formula
+}
 
 #' @rdname likelihood
 #' @export
-model.frame.silvafit <- function(formula, ...) formula$frame
+model.frame.silvafit <- function(formula, ...) {
+  no_further(list(...), instead = c(data = "model.frame() has the data of the fit", subset = "model.frame() has the data of the fit"))
+  needs_data(formula, "model.frame()")
+  formula$frame
+}
+
+#' @rdname likelihood
+#' @details `model.matrix()` stops: a nonlinear model has no model matrix.
+#' @export
+#' @importFrom stats model.matrix
+model.matrix.silvafit <- function(object, ...) {
+  stop_usage("a nonlinear model has no model matrix; model.frame() has the data, and stats::model.matrix() with the formula of a sub-model its columns")
+}
 
 #' @rdname likelihood
 #' @export
-family.silvafit <- function(object, ...) stats::gaussian()
+family.silvafit <- function(object, ...) {
+  no_further(list(...))
+  stats::gaussian()
+}
 
 #' @rdname likelihood
 #' @export
 terms.silvafit <- function(x, ...) {
+  no_further(list(...))
+  needs_data(x, "terms()")
   # The response and the columns that the mean reads; the formula itself is not linear.
   columns <- setdiff(names(x$frame), c(deparse1(x$formula[[2]]), names(grouping_counts(x))))
   stats::terms(stats::reformulate(if (length(columns) > 0) vapply(columns, name_text, "") else "1", x$formula[[2]], env = environment(x$formula)))
@@ -211,6 +261,8 @@ terms.silvafit <- function(x, ...) {
 #'                 random = Asym ~ 1 | Seed)
 #' update(fit, variance = "power")
 update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
+  needs_data(object, "update()")
+  check_flag(evaluate, "evaluate")
   call <- object$call
   if (!missing(formula.)) {
     formula <- as_formula(formula., "formula.")
@@ -221,8 +273,17 @@ update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
     call$formula <- formula
   }
   changes <- match.call(expand.dots = FALSE)$...
+  check_changes(names(changes), length(changes))
   for (name in names(changes)) call[[name]] <- changes[[name]]
   if (evaluate) eval(call, parent.frame()) else call
+}
+
+check_changes <- function(names, count) {
+  available <- names(formals(silvafit))
+  unknown <- setdiff(if (is.null(names)) rep("", count) else names, available)
+  if (length(unknown) == 0) return(invisible())
+  near <- near_argument(unknown[1], available)
+  stop_usage("silvafit() has no argument '", unknown[1], "'", if (length(near) > 0) paste0("; did you mean '", near, "'?") else available_text(available))
 }
 
 response_values <- function(object) object$frame[[1]]
@@ -234,7 +295,7 @@ response_values <- function(object) object$frame[[1]]
 #'   of nlme are accepted: 0 is the population, the number of groupings the conditional level
 #' @param type `"response"`: y - fitted; `"pearson"`: divided by the residual standard deviation; `"normalized"`: the
 #'   same here, because residuals are independent given the random effects
-#' @param ... not used
+#' @param ... no further arguments; unknown names stop
 #' @return A vector with an element for each row that the fit uses; with `na.action = na.exclude`, for each row of the data.
 #' @export
 #' @examples
@@ -243,6 +304,8 @@ response_values <- function(object) object$frame[[1]]
 #' head(residuals(fit, type = "pearson"))
 #' head(fitted(fit, level = "population"))
 residuals.silvafit <- function(object, level = "conditional", type = c("response", "pearson", "normalized"), ...) {
+  no_further(list(...), instead = c(scaled = "use type = \"pearson\"", newdata = "residuals are those of the data of the fit"))
+  needs_data(object, "residuals()")
   type <- match.arg(type)
   values <- response_values(object) - fitted_at(object, level)
   if (type != "response") values <- values / object$residual_sd
@@ -253,12 +316,14 @@ residuals.silvafit <- function(object, level = "conditional", type = c("response
 #' @rdname residuals.silvafit
 #' @export
 fitted.silvafit <- function(object, level = "conditional", ...) {
+  no_further(list(...))
   values <- fitted_at(object, level)
   names(values) <- row.names(object$frame)
   stats::napredict(object$na.action, values)
 }
 
 fitted_at <- function(object, level) {
+  needs_data(object, "fitted()")
   level <- level_word(object, level)
   if (!level %in% c("population", "conditional")) {
     stop_usage("`level` = \"", level, "\" is for predict(); fitted values are \"population\" or \"conditional\"")
@@ -274,7 +339,8 @@ level_word <- function(object, level) {
   if (isTRUE(level == 0)) return("population")
   if (isTRUE(level == groupings)) return("conditional")
   if (isTRUE(level == 1 && groupings == 2)) return("outer")
-  stop_usage("`level` has to be \"population\", \"conditional\", \"calibrated\", \"marginal\", or a number from 0 to ", groupings)
+  stop_usage("`level` has to be \"population\", \"conditional\", \"calibrated\", \"marginal\", or a number from 0 to ", groupings,
+             if (is.numeric(level) && isTRUE(level > 0 && level < 1)) "; the coverage of intervals is `coverage`")
 }
 
 #' Convergence of a fit
@@ -310,6 +376,7 @@ optima_of <- function(object) {
 
 #' @export
 print.silvafit_convergence <- function(x, ...) {
+  no_further(list(...))
   cat(if (x$converged) "Converged" else "Not converged", " (", x$status, ")\n", sep = "")
   cat(strwrap(x$message, exdent = 2), sep = "\n")
   cat("Newton decrement: ", format(x$newton_decrement, digits = 3), ", iterations: ", x$iterations, "\n", sep = "")

@@ -24,8 +24,16 @@ report_convergence <- function(object) {
     warn(paste0("the fit has not converged: ", state$message), "silvafit_convergence_warning", status = state$status)
   } else if (state$status == "boundary") {
     tell(state$message, "silvafit_boundary_message")
+  } else if (has_doubts(object)) {
+    tell(state$message)
   }
   invisible(object)
+}
+
+# Whether the message begins with names that may be misspelt columns, or with an unsuitable response.
+has_doubts <- function(object) {
+  kinds <- vapply(object$fit$evidence$findings, `[[`, "", "kind")
+  any(kinds %in% c("taken_as_parameter", "response_values"))
 }
 
 # Names of coefficients and other texts of the C++ libraries with the names that R uses.
@@ -60,7 +68,8 @@ random_terms_of <- function(object) {
     effects <- r_names(object, term$effects)
     list(group = term$group, effects = effects, form = term$form,
          covariance = matrix_of(term$covariance, effects),
-         modes = frame_of(term$eblup, effects), errors = if (!is.null(term$eblup_se)) frame_of(term$eblup_se, effects))
+         modes = frame_of(term$eblup, effects), errors = if (!is.null(term$eblup_se)) frame_of(term$eblup_se, effects),
+         covariances = if (!is.null(term$eblup_covariance)) array_of(term$eblup_covariance, effects))
   })
   names(result) <- vapply(result, `[[`, "", "group")
   result
@@ -77,6 +86,12 @@ frame_of <- function(by_group, effects) {
   frame <- as.data.frame(matrix(as.numeric(by_group$values), ncol = length(effects), byrow = TRUE), row.names = as.character(by_group$groups))
   names(frame) <- effects
   frame
+}
+
+# The symmetric matrices of all groups, one after the other.
+array_of <- function(by_group, effects) {
+  size <- length(effects)
+  array(as.numeric(by_group$values), c(size, size, length(by_group$groups)), list(effects, effects, as.character(by_group$groups)))
 }
 
 has_random <- function(object) length(object$fit$groups) > 0

@@ -18,6 +18,7 @@
 #' plot(fit)
 #' qqnorm(fit)
 plot.silvafit <- function(x, level = "conditional", type = "pearson", ...) {
+  no_further(list(...), graphical_names())
   needs_data(x, "plot()")
   residuals <- stats::na.omit(residuals(x, level = level, type = type))
   fitted <- stats::na.omit(fitted(x, level = level))
@@ -33,6 +34,7 @@ plot.silvafit <- function(x, level = "conditional", type = "pearson", ...) {
 #' @export
 #' @importFrom stats qqnorm
 qqnorm.silvafit <- function(y, of = c("residuals", "ranef"), ...) {
+  no_further(list(...), graphical_names())
   of <- match.arg(of)
   needs_data(y, "qqnorm()")
   draw <- function(values, main, ...) {

@@ -5,6 +5,7 @@
 #'
 #' @param object a fit of [silvafit()]
 #' @param newdata data frame; without it the data of the fit
+#' @param re.form as in lme4, instead of `level`: `NULL` is `"conditional"`, `NA` or `~ 0` is `"population"`
 #' @param level `"population"`: random effects 0, a typical group. `"conditional"`: with the random effects of the
 #'   groups of the fit. `"calibrated"`: with the random effects that the rows with a measured response in `newdata`
 #'   imply for their group. `"marginal"`: mean over all groups. The numbers of nlme are accepted: 0 is the population.
@@ -12,12 +13,13 @@
 #' @param coverage coverage of the intervals
 #' @param se.fit add standard errors: of the mean, or for `interval = "prediction"` of a new observation
 #' @param new_groups prediction for groups that were not in the fit (level `"conditional"`), or without a measured
-#'   row (`"calibrated"`): `"population"`, `"marginal"`, `"missing"` (NA) or `"error"`
+#'   row (`"calibrated"`): `"population"`, `"marginal"`, `"missing"` (NA) or `"error"`. Without this argument it is
+#'   `"population"`, and a message names the groups that are not in the fit
 #' @param seen_groups for calibrated predictions, the effects of groups that were in the fit: `"fitted"`, those of the fit; `"new"`,
 #'   from the rows of `newdata` alone; `"combined"`, from both
 #' @param na.action for rows with missing values: `na.pass` gives NA, `na.omit` omits the rows
 #' @param threads number of threads; 0 means all cores
-#' @param ... not used
+#' @param ... no further arguments; unknown names stop
 #' @return A vector; with `interval` or `se.fit` a data frame with the columns `fit`, `lwr`, `upr` and `se.fit`. Calibrated predictions have the
 #'   attribute `measured`, the number of rows that calibrated the group of each row.
 #' @export
@@ -29,13 +31,23 @@
 #' predict(fit, new, level = "calibrated", interval = "prediction")
 predict.silvafit <- function(object, newdata, level = "conditional", interval = c("none", "prediction", "confidence"),
                              coverage = 0.95, se.fit = FALSE, new_groups = c("population", "marginal", "missing", "error"),
-                             seen_groups = c("fitted", "new", "combined"), na.action = stats::na.pass, threads = 1, ...) {
+                             seen_groups = c("fitted", "new", "combined"), na.action = stats::na.pass, threads = 1, re.form, ...) {
+  no_further(list(...), instead = c(conf.level = "use coverage", type = "predictions are those of the response",
+                                    allow.new.levels = "use new_groups = \"population\" or \"error\"", asList = "use split()"))
+  if (!missing(re.form)) {
+    if (!missing(level)) stop_usage("give either `level` or `re.form`")
+    level <- level_of_re_form(re.form)
+  }
+  says_new <- missing(new_groups)
   interval <- match.arg(interval)
   check_flag(se.fit, "se.fit")
   if (!identical(na.action, stats::na.pass) && !identical(na.action, stats::na.omit)) stop_usage("`na.action` has to be na.pass or na.omit")
   new_groups <- match.arg(new_groups)
   seen_groups <- match.arg(seen_groups)
-  if (length(level) > 1 && is.numeric(level)) return(predict_levels(object, newdata, level, new_groups = new_groups))
+  if (length(level) > 1 && is.numeric(level)) {
+    if (interval != "none" || se.fit) stop_usage("intervals and standard errors are available for one `level` at a time")
+    return(predict_levels(object, newdata, level, says_new, new_groups = new_groups))
+  }
   level <- level_word(object, level)
   if (missing(newdata) || is.null(newdata)) {
     if (interval == "none" && !se.fit && level %in% c("population", "conditional")) return(fitted(object, level))
@@ -43,6 +55,10 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
     newdata <- object$frame
   }
   newdata <- prediction_data(object, newdata, level)
+  absent <- setdiff(names(grouping_counts(object)), names(newdata))
+  if (level == "conditional" && length(absent) > 0) {
+    stop_input("unknown column '", absent[1], "' in `newdata`; without the groups use level = \"population\"", column = absent[1])
+  }
   if (level == "outer") {
     newdata <- without_inner_groups(object, newdata)
     level <- "conditional"
@@ -51,8 +67,34 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
                    coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
                    standard_errors = se.fit, threads = threads)
   result <- engine(.Call(C_predict_fit, object$json, plain_columns(newdata, names(newdata)), settings))
+  if (says_new) tell_new_groups(object, newdata, settings$level, result)
   predicted(result, row.names(newdata), interval, se.fit, level, na.action)
 }
+
+# lme4's argument as a level.
+level_of_re_form <- function(re.form) {
+  if (is.null(re.form)) return("conditional")
+  is_none <- length(re.form) == 1 && is.atomic(re.form) && is.na(re.form)
+  if (is_none || (inherits(re.form, "formula") && identical(re.form[[2]], 0))) return("population")
+  stop_usage("`re.form` has to be NULL, NA or ~ 0; for the coarser of two groupings use level = 1")
+}
+
+# Groups that are not in the fit have no effects of their own: what their predictions are is said, not assumed.
+tell_new_groups <- function(object, newdata, level, result) {
+  if (level != "conditional" || !has_random(object)) return(invisible())
+  is_new <- result$is_new_group == 1
+  if (!any(is_new)) return(invisible())
+  column <- utils::tail(names(grouping_counts(object)), 1)
+  labels <- unique(as.character(newdata[[column]][is_new]))
+  labels <- labels[!is.na(labels) & labels != new_group_label]
+  if (length(labels) == 0) return(invisible())
+  shown <- paste(c(utils::head(labels, 5), if (length(labels) > 5) "..."), collapse = ", ")
+  tell(paste0(sum(is_new), if (sum(is_new) == 1) " row is" else " rows are", " of groups that are not in the fit (", column, " ", shown,
+              "): their predictions have random effects 0; `new_groups` has other choices"))
+}
+
+# The label of no group.
+new_group_label <- "\u0001"
 
 predicted <- function(result, names, interval, se.fit, level, na.action) {
   value <- not_nan(result$value)
@@ -82,10 +124,11 @@ not_nan <- function(values) {
 }
 
 # Several levels of nlme beside each other.
-predict_levels <- function(object, newdata, levels, ...) {
+predict_levels <- function(object, newdata, levels, says_new, ...) {
   data <- if (missing(newdata) || is.null(newdata)) object$frame else newdata
   groups <- names(grouping_counts(object))
-  columns <- lapply(levels, function(level) as.vector(stats::predict(object, data, level = level, ...)))
+  at <- function(level) if (says_new) stats::predict(object, data, level = level) else stats::predict(object, data, level = level, ...)
+  columns <- lapply(levels, function(level) as.vector(at(level)))
   names(columns) <- ifelse(levels == 0, "predict.fixed", paste0("predict.", groups[pmax(levels, 1)]))
   data.frame(as.list(data)[intersect(groups, names(data))], columns, check.names = FALSE, row.names = row.names(data))
 }
@@ -123,7 +166,7 @@ is_text <- function(column) is.character(column) || is.factor(column)
 # With labels that no group of the fit has, only the effects of the coarser grouping are used.
 without_inner_groups <- function(object, newdata) {
   inner <- names(grouping_counts(object))[2]
-  if (inner %in% names(newdata)) newdata[[inner]] <- "\u0001"
+  if (inner %in% names(newdata)) newdata[[inner]] <- new_group_label
   newdata
 }
 
@@ -134,7 +177,7 @@ without_inner_groups <- function(object, newdata) {
 #' @param object a fit of [silvafit()]
 #' @param nsim number of replicates
 #' @param seed seed of the random numbers; without it, it is drawn by R, so that [set.seed()] has effect
-#' @param ... not used
+#' @param ... no further arguments; unknown names stop
 #' @return Data frame with a column `sim_1`, `sim_2`, ... for each replicate, and the attribute `seed`.
 #' @export
 #' @importFrom stats simulate
@@ -144,6 +187,8 @@ without_inner_groups <- function(object, newdata) {
 #' simulated <- simulate(fit, nsim = 3, seed = 1)
 #' head(simulated)
 simulate.silvafit <- function(object, nsim = 1, seed = NULL, ...) {
+  no_further(list(...), instead = c(newdata = "simulate() draws on the rows of the fit",
+                                    re.form = "simulate() draws new random effects for all groups", use.u = "simulate() draws new random effects for all groups"))
   needs_data(object, "simulate()")
   check_count(nsim, "nsim", 1)
   if (is.null(seed)) seed <- sample.int(.Machine$integer.max, 1)

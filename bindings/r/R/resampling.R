@@ -46,8 +46,9 @@ bootstrap <- function(object, replicates = 500, resample = c("parametric", "case
 
 #' @export
 print.silvafit_bootstrap <- function(x, digits = 4, ...) {
+  no_further(list(...))
   cat(x$resample, " bootstrap, ", x$converged, " of ", x$replicates, " replicates converged; ", 100 * x$level, "% intervals\n\n", sep = "")
-  print(x$parameters, digits = digits, ...)
+  print(x$parameters, digits = digits)
   for (kind in c("failures", "boundary")) {
     if (nrow(x[[kind]]) > 0) print_notes(paste0(if (kind == "failures") "not converged" else "boundary", ": ", x[[kind]]$reason, " (", x[[kind]]$replicates, ")"))
   }

@@ -6,7 +6,8 @@
 #' Fits heights, crown widths or any other response to a formula whose parameters may have linear sub-models
 #' and random effects. Start values and derivatives are not needed.
 #'
-#' The names in `formula` that are columns of `data` are data; all others are parameters. Besides the
+#' The names in `formula` that are columns of `data` are data; all others are parameters. A name that is near that of a column, or whose effect
+#' cannot be separated from that of another parameter, is named in the message of the fit. Besides the
 #' operators, the functions `exp`, `log`, `log10`, `log2`, `log1p`, `expm1`, `sqrt`, `abs`, `sign`, `sin`,
 #' `cos`, `tan`, `asin`, `acos`, `atan`, `sinh`, `cosh`, `tanh`, `pow`, `min`, `max`, `ifelse` and `I` can be
 #' used, and the self-starting models of \pkg{stats} (`SSlogis`, `SSasymp`, ...). The left side is a column or
@@ -19,6 +20,7 @@
 #' **Random effects.** `random = a + b ~ 1 | plot` gives the parameters `a` and `b` an effect for each plot;
 #' `a ~ 1 | stand/plot` nests plots in stands; `list(stand = a ~ 1, plot = a + b ~ 1)` gives both groupings
 #' their own effects. Crossed groupings are not available. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent.
+#' A term of \pkg{lme4} in the formula, as in `h ~ a + b * dbh + (1 | plot)`, is read if each of its effects is that of one parameter.
 #' The classes `pdDiag`, `pdIdent`, `pdSymm` and `pdBlocked` of \pkg{nlme} can be used, or `covariance`.
 #'
 #' **Methods.** `"lb"`, the method of Lindstrom and Bates, is that of [nlme::nlme()] and the default with random
@@ -71,6 +73,9 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   formula <- as_formula(formula, "formula")
   call$formula <- formula
   if (length(formula) != 3) stop_formula("the formula needs a response: h ~ ...")
+  if (is.call(formula[[2]]) && identical(formula[[2]][[1]], quote(`~`))) {
+    stop_formula("a formula has one ~; random effects are an argument, such as random = \"", deparse1(formula[[3]]), "\"")
+  }
   if (missing(data)) stop_usage("`data` is missing: the data frame with the columns of the model")
   data <- check_data(data)
   rows <- subset_rows(substitute(subset), data, parent.frame())
@@ -79,7 +84,6 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
                   lower = engine_names(lower, model, "lower"), upper = engine_names(upper, model, "upper"), starts = starts,
                   quadrature_points = quadrature_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
   check_options(options)
-  tell_near_columns(model, names(data))
   frame <- model$frame
   omit <- check_missing(frame, na.action)
   result <- engine(.Call(C_fit_model, plain_columns(frame, names(frame)), model$texts, options))
@@ -140,8 +144,8 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance)), names(data))))
   labels <- subs$labels
   list(formula = formula, frame = data[columns], labels = labels, contrasts = contrasts, response = formula[[2]],
-       texts = list(formula = paste(name_text(response$name), "~", expression_text(right)), sub_models = subs$texts,
-                    factors = subs$factors, random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
+       texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), sub_models = subs$texts,
+                    factors = subs$factors, columns = names(data), random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
                     variance = variance))
 }
 
@@ -164,6 +168,9 @@ response_of <- function(formula, data) {
   absent <- setdiff(all.vars(left), names(data))
   if (length(absent) > 0) stop_no_column(absent[1], data, "the left side of the formula")
   values <- eval(left, data, environment(formula))
+  if (is.matrix(values) && ncol(values) > 1) {
+    stop_formula("the left side ", name, " has ", ncol(values), " columns; binomial responses need another model, such as glm() or lme4::glmer()")
+  }
   if (!is.numeric(values) || length(values) != nrow(data)) stop_formula("the left side ", name, " is not a number for each row")
   list(name = name, values = values)
 }
@@ -182,17 +189,6 @@ with_offsets <- function(expression, offsets) {
 without_data_pronouns <- function(expression, data) {
   if ("." %in% all.names(expression)) stop_formula("'.' cannot be used in the formula; name the columns")
   expression
-}
-
-# A parameter that is nearly a column may be a typing error.
-tell_near_columns <- function(model, columns) {
-  for (parameter in setdiff(all.vars(model$formula[[3]]), columns)) {
-    if (nchar(parameter) < 3) next
-    near <- columns[utils::adist(parameter, columns, ignore.case = TRUE) <= 1]
-    if (length(near) > 0) {
-      tell(paste0(parameter, " is not a column of the data and is used as a parameter; did you mean the column ", near[1], "?"))
-    }
-  }
 }
 
 check_missing <- function(frame, na.action) {

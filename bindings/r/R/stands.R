@@ -46,7 +46,9 @@ unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors
   known <- c("alpha", "dominance", "crowding", "further", "competition_radius", "open_grown", "missing", "case_sensitive", "alive_codes", "dead_codes", "cut_codes", also)
   unknown <- setdiff(names(further), known)
   if (length(unknown) > 0 || any(names(further) == "") || (length(further) > 0 && is.null(names(further)))) {
-    stop_usage("unknown argument ", if (length(unknown) > 0) paste0("'", unknown[1], "'") else "without a name", "; available: ", paste(known, collapse = ", "))
+    near <- near_argument(if (length(unknown) > 0) unknown[1] else "", c(known, names(formals(sys.function(sys.parent())))))
+    stop_usage("unknown argument ", if (length(unknown) > 0) paste0("'", unknown[1], "'") else "without a name",
+               if (length(near) > 0) paste0("; did you mean '", near, "'?"), "; available: ", paste(known, collapse = ", "))
   }
   if (!is.null(circle)) {
     if (!is.numeric(circle) || length(circle) != 3) stop_usage("`circle` has to be c(x, y, radius)")
@@ -108,6 +110,22 @@ rings_of <- function(geometry) {
   stop_usage("`window` has to consist of polygons, not of ", class(geometry)[2])
 }
 
+# A table with further columns. Those that the table has with other values are not replaced.
+with_columns <- function(table, columns, argument) {
+  for (name in names(columns)) {
+    if (name %in% names(table) && !has_values(table[[name]], columns[[name]])) {
+      stop_usage("`", argument, "` has a column '", name, "' with other values, which a result would replace; rename or remove it")
+    }
+    table[[name]] <- columns[[name]]
+  }
+  table
+}
+
+has_values <- function(column, values) {
+  if (is.numeric(column) && is.numeric(values)) return(isTRUE(all.equal(as.numeric(column), as.numeric(values))))
+  identical(as.character(column), as.character(values))
+}
+
 #' Structural indices of each tree
 #'
 #' Computes the structural unit of each tree, the tree and its nearest neighbors, and its indices: uniform angle index W, mingling M, dominance
@@ -117,7 +135,8 @@ rings_of <- function(geometry) {
 #' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`, `case_sensitive`, as the
 #'   options of the program. For sampled plots: `plots`, a data frame or file with a row for each plot, `plots_columns`, `circles` such as
 #'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `expansion_area`, `subplots`, `subplot`, `slope_correction`
-#' @return `trees` with the columns `core` (1 if all nearest neighbors are known) and the indices; NA for rows that cannot be used. If
+#' @return `trees` with the columns `core` (1 if all nearest neighbors are known) and the indices; NA for rows that cannot be used. A column of
+#'   `trees` with one of these names and other values is an error. If
 #'   `trees` is a path, the columns of the inventory as it was read. The attribute `summary` has the means.
 #' @export
 #' @examples
@@ -134,12 +153,11 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
   table <- as.data.frame(result$table, check.names = FALSE)
   if (!is.character(trees)) {
     new <- names(table)[seq(match("core", names(table)), ncol(table))]
-    for (name in new) {
+    table <- with_columns(trees, lapply(table[new], function(values) {
       column <- rep(NA_real_, nrow(trees))
-      column[result$rows] <- table[[name]]
-      trees[[name]] <- column
-    }
-    table <- trees
+      column[result$rows] <- values
+      column
+    }), "trees")
   }
   attr(table, "summary") <- result$summary
   table
@@ -206,6 +224,7 @@ stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL,
 
 #' @export
 print.silvafit_stand <- function(x, digits = 3, ...) {
+  no_further(list(...))
   for (name in setdiff(names(x), "classes")) {
     if (nrow(x[[name]]) == 0) next
     cat(toupper(substr(name, 1, 1)), substring(name, 2), "\n", sep = "")
@@ -316,6 +335,7 @@ study_results <- function(results) {
 
 #' @export
 print.silvafit_study <- function(x, ...) {
+  no_further(list(...))
   cat("Study: ", sum(x$results$sound), " of ", NROW(x$results), " final models are sound\n\n", sep = "")
   print(x$results[c("species", "response", "n", "model", "covariates", "random", "variance", "r2_ols", "r2_nlme", "sound")], digits = 3, row.names = FALSE)
   cat("\nReport:", x$report, "\n")
@@ -333,7 +353,7 @@ print.silvafit_study <- function(x, ...) {
 #' @param role `"ols"`, `"covariates"` or `"nlme"`; by default `"nlme"`, or the next simpler model if a column is missing
 #' @param equations,equation_files equations of volume, biomass and carbon, as in [stand_summary()]; predicted heights are used where none is measured
 #' @param columns,trust_units,progress as in [structural_units()]
-#' @param ... not used
+#' @param ... no further arguments; unknown names stop
 #' @return `read_library()`: list of class `silvafit_library` with the data frame `models`. `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
 #'   `h_upper`, `h_se`, `h_trees`, those of equations such as `volume_m3`, and `flag`.
 #' @export
@@ -361,6 +381,7 @@ read_library <- function(file) {
 #' @rdname read_library
 #' @export
 print.silvafit_library <- function(x, ...) {
+  no_further(list(...))
   cat("Library of", nrow(x$models), "models\n")
   print(x$models, row.names = FALSE)
   invisible(x)
@@ -371,6 +392,7 @@ print.silvafit_library <- function(x, ...) {
 predict.silvafit_library <- function(object, newdata, level = "population", interval = c("none", "prediction", "confidence"), coverage = 0.95, se.fit = FALSE,
                                      new_groups = "population", seen_groups = "fitted", role = "", equations = NULL, equation_files = NULL, columns = NULL,
                                      trust_units = FALSE, threads = 0, progress = interactive(), ...) {
+  no_further(list(...), instead = c(conf.level = "use coverage"))
   interval <- match.arg(interval)
   settings <- c(reading_arguments(columns, NULL, trust_units),
                 list(level = level, new_groups = new_groups, seen_groups = seen_groups, coverage = if (interval != "none") coverage,
@@ -382,8 +404,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
   predicted <- as.data.frame(result$columns, check.names = FALSE)
   table <- if (is.character(newdata)) utils::read.csv(newdata, check.names = FALSE) else newdata
   if (nrow(table) != nrow(predicted)) stop_input("the predicted rows are not those of `newdata`")
-  for (name in names(predicted)) table[[name]] <- predicted[[name]]
-  table
+  with_columns(table, predicted, "newdata")
 }
 
 #' Grow trees into a 3D file
@@ -411,7 +432,7 @@ grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "s
   if (missing(file)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
   further <- list(...)
   known <- c("format", "overlaps", "ground", "instancing", "compress", "textures")
-  if (length(setdiff(names(further), known)) > 0) stop_usage("unknown argument '", setdiff(names(further), known)[1], "'; available: ", paste(known, collapse = ", "))
+  no_further(further, known)
   settings <- c(reading_arguments(columns, NULL, trust_units),
                 list(scene = path.expand(file), plots = if (!is.null(plots)) as.character(plots), use = use, builder = builder, preset = preset, level = level, share = share, seed = seed,
                      threads = threads, progress = progress, data_folder = data_folder()), further)

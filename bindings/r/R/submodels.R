@@ -54,6 +54,11 @@ sub_model_columns <- function(formula, data, contrasts = NULL, what = "a sub-mod
   terms <- tryCatch(stats::terms(formula, keep.order = FALSE),
                     error = function(e) stop_formula("'", deparse1(formula[[2]]), "' cannot be used in ", what, ": ", conditionMessage(e)))
   variables <- as.list(attr(terms, "variables"))[-1]
+  for (variable in variables) {
+    if (is_bar(strip_parentheses(variable)) && !all(vapply(data[intersect(all.vars(variable), names(data))], is.logical, logical(1)))) {
+      stop_formula("'", deparse1(variable), "' cannot be used in ", what, "; random effects are an argument, such as random = a ~ 1 | plot")
+    }
+  }
   matrix <- attr(terms, "factors")
   offsets <- attr(terms, "offset")
   if (attr(terms, "intercept") == 0) matrix <- with_first_factor_whole(matrix, variables, data)

@@ -5,7 +5,7 @@
 #'
 #' @param x,object a fit of [silvafit()]
 #' @param digits significant digits
-#' @param ... not used
+#' @param ... no further arguments; unknown names stop
 #' @return `summary()` returns a list of class `summary.silvafit`; its element `tTable` has the estimates, standard errors, degrees of
 #'   freedom, t and p values of the fixed effects, as in nlme.
 #' @export
@@ -15,6 +15,7 @@
 #' fit
 #' summary(fit)$tTable
 print.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
+  no_further(list(...))
   print_head(x)
   cat("  Log-likelihood:", format(signif(number_or_na(x$fit$log_likelihood), 7)), "\n")
   cat("\nFixed effects:\n")
@@ -59,6 +60,7 @@ print_convergence <- function(x) {
 #' @rdname print.silvafit
 #' @export
 summary.silvafit <- function(object, ...) {
+  no_further(list(...))
   table <- fixed_table(object)
   covariance <- vcov(object)
   deviation <- sqrt(diag(covariance))
@@ -70,10 +72,14 @@ summary.silvafit <- function(object, ...) {
 }
 
 #' @export
-coef.summary.silvafit <- function(object, ...) object$tTable
+coef.summary.silvafit <- function(object, ...) {
+  no_further(list(...))
+  object$tTable
+}
 
 #' @export
 print.summary.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
+  no_further(list(...))
   object <- x$object
   print_head(object)
   cat("\n")

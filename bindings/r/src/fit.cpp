@@ -32,6 +32,7 @@ fit::ModelTexts model_texts(const Arguments& model) {
   model.read("random", texts.random);
   model.read("covariance", texts.covariance);
   model.read("variance", texts.variance);
+  model.read("columns", texts.columns);
   return texts;
 }
 
@@ -62,6 +63,15 @@ void sort_rows(fit::FitResult& result) {
   std::ranges::sort(result.rows);
 }
 
+/// The numbers of nested arrays and objects, one after the other.
+void add_numbers(const nlohmann::ordered_json& json, nlohmann::ordered_json& values) {
+  if (!json.is_structured()) {
+    values.push_back(json);
+    return;
+  }
+  for (const auto& part : json) add_numbers(part, values);
+}
+
 /// The effects of all groups as a matrix with a row for each group, in the place of an object of
 /// objects: many groups would be as many lists of R.
 nlohmann::ordered_json rows_of_groups(const nlohmann::ordered_json& groups) {
@@ -69,7 +79,7 @@ nlohmann::ordered_json rows_of_groups(const nlohmann::ordered_json& groups) {
   nlohmann::ordered_json values = nlohmann::ordered_json::array();
   for (const auto& [label, effects] : groups.items()) {
     labels.push_back(label);
-    for (const auto& effect : effects) values.push_back(effect);
+    add_numbers(effects, values);
   }
   return {{"groups", std::move(labels)}, {"values", std::move(values)}};
 }
@@ -81,11 +91,11 @@ void shorten_random_effects(nlohmann::ordered_json& random) {
     for (auto& term : random) shorten_random_effects(term);
   }
   if (!random.is_object()) return;
-  for (const char* const key : {"eblup", "eblup_se"}) {
+  for (const char* const key : {"eblup", "eblup_se", "eblup_covariance"}) {
     if (random.contains(key) && random[key].is_object()) random[key] = rows_of_groups(random[key]);
   }
   for (const char* const key :
-       {"eblup_covariance", "eblup_by_fixed", "eblup_cross_covariance", "eblup_outer_covariance"}) {
+       {"eblup_by_fixed", "eblup_cross_covariance", "eblup_outer_covariance"}) {
     random.erase(key);
   }
   // Files of schema silvafit-fit/1 have the coarser grouping here.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -208,18 +209,68 @@ double Expression::value(const std::vector<std::string>& names,
 
 std::string Expression::text() const { return text_of(node_); }
 
+namespace {
+
+/// log(h) as log_h.
+std::string column_name_of(std::string_view expression) {
+  std::string name;
+  for (const char byte : expression) {
+    if (is_name_byte(byte)) {
+      name += byte;
+    } else if (!name.empty() && name.back() != '_') {
+      name += '_';
+    }
+  }
+  while (!name.empty() && name.back() == '_') name.pop_back();
+  return name.empty() ? "y" : name;
+}
+
+[[noreturn]] void refuse_left_side(std::string_view text, std::size_t tilde, bool is_readable) {
+  std::string_view left = text.substr(0, tilde);
+  while (!left.empty() && left.back() == ' ') left.remove_suffix(1);
+  while (!left.empty() && left.front() == ' ') left.remove_prefix(1);
+  if (left.empty()) throw FormulaError("expected the column of the response left of ~", text, 1);
+  if (!is_readable) {
+    throw FormulaError(
+        fmt::format("the left side has to be the name of one column, not '{}'", left), text, 1);
+  }
+  const std::string name = column_name_of(left);
+  throw FormulaError(
+      fmt::format(
+          "the left side has to be one column, not an expression; add a column {0} with "
+          "the values of {1}, by --columns \"{0}={1}\" or in the data, and write {0} ~ ...; "
+          "if the variance grows with the mean, the response itself with --variance power "
+          "can be better",
+          name,
+          left),
+      text,
+      1);
+}
+
+/// The name of the column left of ~.
+std::string left_side(std::string_view text, std::size_t tilde) {
+  std::optional<Expression> left;
+  try {
+    left = Expression::parse(text, 0, tilde);
+  } catch (const FormulaError&) {
+    refuse_left_side(text, tilde, false);
+  }
+  const std::vector<std::string> names = left->variables();
+  if (left->node()->operation != Operation::kVariable || names.size() != 1) {
+    refuse_left_side(text, tilde, true);
+  }
+  return names[0];
+}
+
+}  // namespace
+
 Formula parse_formula(std::string_view text) {
   const std::size_t tilde = text.find('~');
   if (tilde == std::string_view::npos) {
     throw FormulaError(
         "a formula has the form `response ~ expression`; the ~ is missing", text, text.size() + 1);
   }
-  const Expression left = Expression::parse(text, 0, tilde);
-  const std::vector<std::string> names = left.variables();
-  if (left.node()->operation != Operation::kVariable || names.size() != 1) {
-    throw FormulaError("expected the name of one column left of ~", text, 1);
-  }
-  return {.left = names[0],
+  return {.left = left_side(text, tilde),
           .right = Expression::parse(text, tilde + 1, text.size()),
           .text = std::string(text)};
 }

@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <numbers>
 #include <utility>
 #include <vector>
 
+#include "expression/function_advice.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::data {
@@ -30,7 +32,7 @@ class Parser {
   NodePointer parse() {
     NodePointer result = either();
     skip_blanks();
-    if (position_ < end_) fail(fmt::format("unexpected '{}'", text_.substr(position_, 1)));
+    if (position_ < end_) fail_here();
     return result;
   }
 
@@ -61,15 +63,53 @@ class Parser {
 
   void expect(std::string_view token, const char* after) {
     if (accept(token)) return;
-    fail(position_ < end_
-             ? fmt::format("expected '{}' {}", token, after)
-             : fmt::format("expected '{}' {}, but the formula ends here", token, after));
+    if (position_ >= end_) {
+      fail(fmt::format("expected '{}' {}, but the formula ends here", token, after));
+    }
+    if (advice_on(text_[position_])[0] != '\0') fail_here();
+    fail(fmt::format("expected '{}' {}", token, after));
+  }
+
+  /// Operators of R's formulas that an expression does not have.
+  static const char* advice_on(char byte) {
+    switch (byte) {
+      case '|':
+        return "; random effects are given by --random \"a | plot\", and a logical or is ||";
+      case '~':
+        return "; a formula has one ~, and random effects are given by --random \"a | plot\"";
+      case ':':
+        return "; terms such as x:z belong into a sub-model (--parameter), and a product has its "
+               "parameter, as in b*x*z";
+      case '%':
+        return "; operators such as %in% are not available, compare by == and join by ||";
+      default:
+        return "";
+    }
+  }
+
+  [[noreturn]] void fail_here() const {
+    fail(fmt::format("unexpected '{}'{}", text_.substr(position_, 1), advice_on(text_[position_])));
   }
 
   NodePointer either() {
+    const std::size_t begin = position_;
     NodePointer left = both();
-    while (accept("||")) left = make_operation(Operation::kOr, left, both());
+    while (accept("||")) {
+      // (1 || plot) of R's lme4 is a random effect.
+      const std::size_t bars = position_ - 2;
+      if (is_number(begin, bars)) {
+        fail_at(fmt::format("'||' joins conditions, not numbers{}", advice_on('|')), bars);
+      }
+      left = make_operation(Operation::kOr, left, both());
+    }
     return left;
+  }
+
+  /// Whether a part of the text is a number, which is no condition.
+  bool is_number(std::size_t begin, std::size_t end) const {
+    return std::ranges::all_of(text_.substr(begin, end - begin), [](char byte) {
+      return is_digit(byte) || byte == '.' || byte == ' ';
+    });
   }
 
   NodePointer both() {
@@ -192,7 +232,9 @@ class Parser {
     double value = 0.0;
     const char* first = text_.data() + position_;
     const auto [after, status] = std::from_chars(first, text_.data() + end_, value);
-    if (status != std::errc()) fail("this is not a number");
+    if (status != std::errc()) {
+      fail("this is not a number, and '.' does not stand for all columns; write their names");
+    }
     position_ += static_cast<std::size_t>(after - first);
     if (position_ < end_ && starts_name(text_[position_])) {
       fail(fmt::format("expected an operator before '{}'", text_.substr(position_, 1)));
@@ -222,7 +264,10 @@ class Parser {
   NodePointer call(std::string_view name, std::size_t begin) {
     if (name == "I") return primary();  // as in R's formulas; everything is arithmetic here
     const auto function = find_function(name);
-    if (!function) fail_at(fmt::format("unknown function '{}'", name), begin);
+    if (!function) {
+      fail_at(fmt::format("unknown function '{}'{}", name, advice_on_function(name, arguments())),
+              begin);
+    }
     expect("(", "before the arguments");
     std::vector<NodePointer> arguments;
     do {
@@ -230,6 +275,26 @@ class Parser {
     } while (accept(","));
     expect(")", "after the arguments");
     return applied(*function, arguments, begin);
+  }
+
+  /// The texts of the arguments of a call at its parenthesis.
+  std::vector<std::string> arguments() const {
+    std::vector<std::string> result;
+    std::string argument;
+    int depth = 0;
+    for (std::size_t i = position_; i < end_; ++i) {
+      const char byte = text_[i];
+      if (byte == ')' && --depth == 0) break;
+      if (byte == ',' && depth == 1) {
+        result.push_back(std::exchange(argument, {}));
+      } else if (depth > 0 && (byte != ' ' || !argument.empty())) {
+        argument += byte;
+      }
+      if (byte == '(') ++depth;
+    }
+    result.push_back(std::move(argument));
+    for (std::string& text : result) text.erase(text.find_last_not_of(' ') + 1);
+    return result;
   }
 
   NodePointer applied(const Function& function,

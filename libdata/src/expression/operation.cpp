@@ -80,6 +80,15 @@ std::optional<Function> find_function(std::string_view name) {
   return *entry;
 }
 
+std::vector<std::string> function_names() {
+  std::vector<std::string> names;
+  for (const Function& function : kFunctions) {
+    // The floored logarithm is for derivatives.
+    if (function.operation != Operation::kLogFloored) names.emplace_back(function.name);
+  }
+  return names;
+}
+
 std::string_view function_name(Operation operation) {
   if (operation == Operation::kPower) return {};
   const auto* entry = std::ranges::find(kFunctions, operation, &Function::operation);

@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace silvafit::data {
 
@@ -58,6 +60,8 @@ struct Function {
 
 /// The function of that name, if there is one. `pow` is the power operator.
 std::optional<Function> find_function(std::string_view name);
+/// The names of all functions that a formula can use.
+std::vector<std::string> function_names();
 
 /// The name under which an operation is called as a function; empty for operators.
 std::string_view function_name(Operation operation);

@@ -9,6 +9,7 @@
 
 #include "conditional_modes/effect_posteriors.hpp"
 #include "fit_model/constrained_fit.hpp"
+#include "fit_model/doubts.hpp"
 #include "fit_model/integration_method.hpp"
 #include "fit_model/limit_of_curve.hpp"
 #include "least_squares/exchanged_minima.hpp"
@@ -369,6 +370,7 @@ FitResult fit_model(const ModelSpecification& specification,
   }
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
+  add_doubts(table, options, result);
   return result;
 }
 

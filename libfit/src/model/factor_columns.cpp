@@ -56,7 +56,9 @@ void sort_levels(std::vector<std::string>& levels) {
   }
 }
 
-/// A column of numbers and texts is probably an error, not a factor.
+/// A column of numbers and texts is probably an error, not a factor. Numbers that are texts all the
+/// same come from a file with typing errors in other rows; in a table of R or Python, whose columns
+/// have types, they are names.
 void refuse_numbers(const data::TextColumn& labels,
                     const std::string& column,
                     const data::Table& table) {
@@ -67,7 +69,7 @@ void refuse_numbers(const data::TextColumn& labels,
     std::optional<std::size_t>& first = is_number(labels[row]) ? number : text;
     if (!first) first = row;
   }
-  if (!number) return;
+  if (!number || (!text && table.file().empty())) return;
   const std::size_t row = text.value_or(*number);
   Place place{.file = table.file(), .column = column};
   if (table.line(row) > 0) place.line = table.line(row);

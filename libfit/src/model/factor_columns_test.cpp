@@ -204,6 +204,7 @@ TEST_CASE("levels of removed rows are ignored") {
   Table table(5);
   table.set("y", std::vector<double>{1, 2, 3, 4, 5});
   table.set("f", text_column({"B", "12", "A", "13", "B"}));
+  table.set_origin("trees.csv", {2, 3, 4, 5, 6});
   const std::vector<std::size_t> letters{0, 2, 4};
   const std::vector<std::size_t> numbers{1, 3};
   CHECK(labels_of(model_of("f", table.select(letters))) == Names{R"((f == "B"))"});
@@ -230,6 +231,14 @@ TEST_CASE("factors that cannot be coded are refused") {
   CHECK_THROWS_WITH(model_of("f*g", table), Contains("no row has a value of (f == \"B\"):(g"));
   CHECK_THROWS_WITH(model_of("quoted", table), Contains("both kinds of quotes"));
   CHECK_THROWS_AS(model_of("one", table), InputError);
+}
+
+TEST_CASE("texts of digits in a table without a file are names") {
+  Table table(4);
+  table.set("y", std::vector<double>{1, 2, 3, 4});
+  table.set("x", std::vector<double>{1, 2, 3, 4});
+  table.set("code", text_column({"1", "2", "1", "2"}));
+  CHECK(labels_of(model_of("code", table)) == Names{R"((code == "2"))"});
 }
 
 TEST_CASE("more coefficients than rows are refused before their columns are computed") {

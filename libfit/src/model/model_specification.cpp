@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "model/factor_columns.hpp"
+#include "model/formula_advice.hpp"
 #include "model/sub_model_terms.hpp"
 #include "silvafit/base/error.hpp"
 #include "text/text_parts.hpp"
@@ -50,10 +51,10 @@ bool equal_but_for_case(std::string_view a, std::string_view b) {
 
 void check_parameter_name(const std::string& name,
                           std::string_view formula,
-                          const data::Table& table) {
+                          const std::vector<std::string>& columns) {
   // Single letters are the usual names of parameters: c beside a column C is not a typing error.
   if (name.size() == 1) return;
-  for (const std::string& column : table.names()) {
+  for (const std::string& column : columns) {
     if (!equal_but_for_case(column, name)) continue;
     throw FormulaError(fmt::format("unknown column '{}'; did you mean '{}'?", name, column),
                        formula,
@@ -248,18 +249,18 @@ SubModelColumns sub_model_columns(std::string_view text) {
 
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
-                                 const data::Table& table) {
+                                 const data::Table& table,
+                                 const std::vector<std::string>& columns) {
   ModelSpecification specification{.formula = data::parse_formula(formula)};
   for (const std::string& name : specification.formula.right.variables()) {
     data::TextMatch match;
     if (data::is_text_match(name, match) || table.has(name)) continue;
-    check_parameter_name(name, formula, table);
+    check_parameter_name(name, formula, columns.empty() ? table.names() : columns);
     specification.parameters.push_back({.name = name});
   }
   if (specification.parameters.empty()) {
-    throw FormulaError("there is nothing to estimate: every name in the formula is a column",
-                       formula,
-                       formula.find('~') + 1);
+    throw FormulaError(
+        without_parameters(specification.formula, {}, table), formula, formula.find('~') + 1);
   }
   SubModels(specification, sub_models, table).add();
   return specification;

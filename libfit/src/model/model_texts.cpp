@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include "model/formula_advice.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/checked_columns.hpp"
+#include "silvafit/fit/formula_parts.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -43,12 +45,52 @@ void require_columns(const ModelSpecification& specification, const data::Table&
   data::require_numeric(table, columns);
 }
 
+/// A formula of columns only, with bar terms, as R's lme4 has it.
+void require_parameters(const FormulaParts& parts,
+                        std::string_view text,
+                        const data::Table& table) {
+  if (parts.bars.empty()) return;
+  const data::Formula formula = data::parse_formula(parts.fixed);
+  for (const std::string& name : formula.right.variables()) {
+    data::TextMatch match;
+    if (!data::is_text_match(name, match) && !table.has(name)) return;
+  }
+  throw FormulaError(
+      without_parameters(formula, parts.bars, table), text, text.find(parts.bars.front().text) + 1);
+}
+
+/// The random effects: those of the texts, or those of bar terms in the formula.
+std::string random_text(const ModelTexts& texts,
+                        const FormulaParts& parts,
+                        const ModelSpecification& specification,
+                        const data::Table& table) {
+  if (parts.bars.empty()) return texts.random;
+  const std::size_t position = texts.formula.find(parts.bars.front().text) + 1;
+  if (!texts.random.empty()) {
+    throw FormulaError(
+        "there are random effects in the formula and by --random; remove those in "
+        "the formula",
+        texts.formula,
+        position);
+  }
+  std::vector<std::string> names;
+  for (const ParameterModel& parameter : specification.parameters) names.push_back(parameter.name);
+  const auto random = random_text_of(parts.bars, specification.formula.right, names, table);
+  if (!random) throw FormulaError(unclear_bars(parts.bars, names), texts.formula, position);
+  return *random;
+}
+
 }  // namespace
 
 ModelSpecification specify_model(const ModelTexts& texts, const data::Table& table) {
-  ModelSpecification specification = specify_model(texts.formula, texts.sub_models, table);
+  const FormulaParts parts = split_formula(texts.formula);
+  require_parameters(parts, texts.formula, table);
+  ModelSpecification specification =
+      specify_model(parts.fixed, texts.sub_models, table, texts.columns);
+  specification.data_columns = texts.columns.empty() ? table.names() : texts.columns;
   check_response(specification, table);
-  if (!texts.random.empty()) add_random_effects(specification, texts.random, table);
+  const std::string random = random_text(texts, parts, specification, table);
+  if (!random.empty()) add_random_effects(specification, random, table);
   set_covariance(specification, texts.covariance);
   if (!texts.variance.empty()) {
     specification.variance = parse_variance_function(texts.variance);

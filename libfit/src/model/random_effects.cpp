@@ -34,15 +34,33 @@ void add_block(std::string_view text, Part part, RandomEffects& random) {
   random.blocks.push_back(static_cast<int>(random.coefficients.size() - before));
 }
 
+/// The effects of `a + b ~ 1 | plot`, as nlme writes them.
+Part without_constant(std::string_view text, Part effects) {
+  const std::size_t tilde = find_outside(text, effects, "~");
+  if (tilde == effects.end) return effects;
+  if (of(text, trimmed(text, tilde + 1, effects.end)) != "1") {
+    throw FormulaError(
+        "random effects of covariates are written a + a:C | plot, with the sub-model a ~ 1 + C",
+        text,
+        tilde + 1);
+  }
+  return {effects.begin, tilde};
+}
+
 /// Reads `a + b | plot` or `a + b | stand/plot`.
 std::vector<RandomEffects> parse_grouping(std::string_view text, Part whole) {
+  // As lme4 writes it, (a | plot).
+  if (is_enclosed(text, whole)) whole = trimmed(text, whole.begin + 1, whole.end - 1);
   const std::size_t bar = find_outside(text, whole, "|");
   if (bar == whole.end) {
     throw FormulaError(
         "random effects have the form `a + b:C | group`; the | is missing", text, whole.end + 1);
   }
   RandomEffects random;
-  for (const Part part : split(text, whole.begin, bar, '+')) add_block(text, part, random);
+  const Part effects = without_constant(text, {whole.begin, bar});
+  for (const Part part : split(text, effects.begin, effects.end, '+')) {
+    add_block(text, part, random);
+  }
   if (random.covariance != Covariance::kBlock) random.blocks.clear();
   std::vector<RandomEffects> groupings;
   for (const Part group : split(text, bar + 1, whole.end, '/')) {

@@ -47,7 +47,7 @@ constexpr std::array<std::string_view, 15> kStatusPhrases{
     "too few observations",
     "no fit within the bounds",
     "not converged"};
-constexpr std::array<std::string_view, 14> kKindNames{"boundary",
+constexpr std::array<std::string_view, 16> kKindNames{"boundary",
                                                       "lower_bound",
                                                       "upper_bound",
                                                       "not_identifiable",
@@ -60,7 +60,9 @@ constexpr std::array<std::string_view, 14> kKindNames{"boundary",
                                                       "higher_end",
                                                       "other_optimum",
                                                       "floored_values",
-                                                      "power_of_few"};
+                                                      "power_of_few",
+                                                      "taken_as_parameter",
+                                                      "response_values"};
 
 bool explains_failure(EvidenceKind kind) {
   return kind == EvidenceKind::kNotIdentifiable || kind == EvidenceKind::kHardlyIdentifiable ||
@@ -133,6 +135,13 @@ bool Convergence::has(EvidenceKind kind, std::string_view term) const {
 
 void Convergence::add(EvidenceKind kind, const std::vector<std::string>& terms) {
   for (const std::string& term : terms) evidence.push_back({.kind = kind, .term = term});
+}
+
+bool Convergence::has_doubts() const {
+  return std::ranges::any_of(evidence, [](const Evidence& item) {
+    return item.kind == EvidenceKind::kTakenAsParameter ||
+           item.kind == EvidenceKind::kResponseValues;
+  });
 }
 
 void Convergence::add_boundary(Evidence item) {

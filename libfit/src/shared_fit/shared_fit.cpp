@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "conditional_modes/effect_posteriors.hpp"
+#include "fit_model/doubts.hpp"
 #include "fit_model/integration_method.hpp"
 #include "marginal_likelihood/marginal_search.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
@@ -249,6 +250,7 @@ FittedModel fit_shared(const ModelSpecification& specification,
   FittedModel fit = SharedFit(specification, std::move(data), options).fit();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   fit.seconds = elapsed.count();
+  add_name_doubts(options, fit);
   return fit;
 }
 

@@ -38,6 +38,11 @@ std::size_t find_outside(std::string_view text, Part part, std::string_view char
   return part.end;
 }
 
+bool is_enclosed(std::string_view text, Part part) {
+  return part.begin < part.end && text[part.begin] == '(' &&
+         find_outside(text, {part.begin + 1, part.end}, ")") + 1 == part.end;
+}
+
 std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator) {
   std::vector<Part> parts;
   int depth = 0;

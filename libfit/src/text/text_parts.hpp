@@ -31,6 +31,9 @@ class Quotes {
 /// The position of the first of some characters outside parentheses and quotes, or the end.
 std::size_t find_outside(std::string_view text, Part part, std::string_view characters);
 
+/// Whether one pair of parentheses is around the whole part.
+bool is_enclosed(std::string_view text, Part part);
+
 /// Parts between separators outside parentheses and quotes.
 std::vector<Part> split(std::string_view text, std::size_t begin, std::size_t end, char separator);
 

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "silvafit/data/expression.hpp"
+#include "silvafit/fit/formula_parts.hpp"
 #include "silvafit/fit/model_specification.hpp"
 
 namespace silvafit::study {
@@ -21,12 +22,21 @@ void add_uses(const data::Expression& expression, ColumnUses& uses) {
   }
 }
 
+void add_uses(const std::vector<fit::BarTerm>& bars, ColumnUses& uses) {
+  for (const fit::BarTerm& bar : bars) {
+    add_uses(data::Expression::parse(bar.effects), uses);
+    for (const std::string& column : bar.group_columns()) uses.as_names.insert(column);
+  }
+}
+
 }  // namespace
 
 ColumnUses column_uses(const ColumnTexts& texts) {
   ColumnUses uses;
   for (const std::string& text : texts.formulas) {
-    const data::Formula formula = data::parse_formula(text);
+    const fit::FormulaParts parts = fit::split_formula(text);
+    add_uses(parts.bars, uses);
+    const data::Formula formula = data::parse_formula(parts.fixed);
     uses.as_numbers.insert(formula.left);
     add_uses(formula.right, uses);
   }

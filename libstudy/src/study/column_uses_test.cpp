@@ -19,6 +19,12 @@ TEST_CASE("the columns of a model are found in its texts") {
   CHECK(uses.as_names == std::set<std::string>{"site", "species", "stand", "plot", "layer"});
 }
 
+TEST_CASE("bar terms in a formula read their effects and the columns of their groups") {
+  const ColumnUses uses = column_uses({.formulas = {"h ~ a + b*dbh + (1 + age | stand/plot)"}});
+  CHECK(uses.as_numbers == std::set<std::string>{"h", "a", "b", "dbh", "age"});
+  CHECK(uses.as_names == std::set<std::string>{"stand", "plot"});
+}
+
 TEST_CASE("columns that are read as numbers, too, do not keep their spelling") {
   CHECK(name_columns({.formulas = {"h ~ a + b*plot"}, .random = "a | block"}) ==
         std::vector<std::string>{"block", "species", "tree"});

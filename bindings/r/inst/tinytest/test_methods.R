@@ -109,3 +109,61 @@ if (requireNamespace("performance", quietly = TRUE)) {
 if (requireNamespace("ggplot2", quietly = TRUE)) {
   expect_true(inherits(ggplot2::autoplot(fit), "ggplot"))
 } else skipped("ggplot2 is not installed")
+
+# Arguments that a function does not have stop, with the argument that was meant.
+unknown_argument <- function(call) tryCatch({ force(call); "" }, silvafit_usage_error = function(e) conditionMessage(e))
+says <- function(call, text) expect_true(grepl(text, unknown_argument(call), fixed = TRUE), info = text)
+argument_fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly, random = Asym ~ 1 | Seed)
+loblolly_rows <- Loblolly[c(1, 20, 40), ]
+says(predict(argument_fit, loblolly_rows, levle = 0), "did you mean 'level'?")
+says(predict(argument_fit, loblolly_rows, conf.level = 0.9), "use coverage")
+says(predict(argument_fit, data = loblolly_rows), "did you mean 'newdata'?")
+says(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE), "use new_groups")
+says(simulate(argument_fit, newdata = loblolly_rows), "unknown argument 'newdata'")
+says(confint(argument_fit, type = "profile"), "did you mean 'method'?")
+says(residuals(argument_fit, scaled = TRUE), "type = \"pearson\"")
+says(ranef(argument_fit, drop = TRUE), "available: se, condVar")
+says(VarCorr(argument_fit, sigma = 2), "`sigma` has to be 1")
+says(anova(argument_fit, test = "LRT"), "unknown argument 'test'")
+says(update(argument_fit, varaince = "power"), "did you mean 'variance'?")
+says(plot(argument_fit, levle = 0), "did you mean 'level'?")
+# Every method stops at a name that it does not have.
+for (method in c("fixef", "ranef", "coef", "vcov", "sigma", "VarCorr", "logLik", "nobs", "df.residual", "deviance", "extractAIC", "formula", "model.frame",
+                 "family", "terms", "residuals", "fitted", "summary", "print", "predict", "simulate", "confint", "intervals")) {
+  says(do.call(get(method), list(argument_fit, no_such_argument = 1)), "unknown argument 'no_such_argument'")
+}
+
+# re.form is lme4's, and so is postVar: the variance of one effect is the square of its standard error.
+expect_equal(predict(argument_fit, loblolly_rows, re.form = NA), predict(argument_fit, loblolly_rows, level = "population"))
+expect_equal(predict(argument_fit, loblolly_rows, re.form = NULL), predict(argument_fit, loblolly_rows, level = "conditional"))
+says(predict(argument_fit, loblolly_rows, level = 0, re.form = NA), "give either `level` or `re.form`")
+with_variances <- ranef(argument_fit, se = TRUE, condVar = TRUE)
+expect_equal(attr(with_variances, "postVar")[1, 1, ], attr(with_variances, "se")$Asym^2, check.attributes = FALSE)
+
+# Groups that are not in the fit are named, unless the argument says what they are.
+strangers <- transform(loblolly_rows, Seed = c("301", "new", "newer"))
+expect_message(predict(argument_fit, strangers), "2 rows are of groups that are not in the fit (Seed new, newer)", class = "silvafit_note", fixed = TRUE)
+expect_silent(predict(argument_fit, strangers, new_groups = "population"))
+expect_error(predict(argument_fit, loblolly_rows["age"]), "level = \"population\"", class = "silvafit_input_error")
+
+# A fit from a file has no data.
+argument_file <- tempfile(fileext = ".json")
+fit_json(argument_fit, argument_file)
+without_data <- read_fit(argument_file)
+for (method in c("residuals", "fitted", "terms", "model.frame", "update")) {
+  says(do.call(get(method), list(without_data)), "has no data")
+}
+expect_error(model.matrix(argument_fit), "no model matrix", class = "silvafit_usage_error")
+
+if (requireNamespace("insight", quietly = TRUE) && requireNamespace("performance", quietly = TRUE)) {
+  expect_true(insight::is_mixed_model(argument_fit))
+  expect_equal(insight::find_random(argument_fit)$random, "Seed")
+  measured <- performance::model_performance(argument_fit)
+  expect_equal(measured$AIC, AIC(argument_fit))
+  expect_equal(measured$RMSE, sqrt(mean(residuals(argument_fit)^2)))
+  expect_false(performance::check_singularity(argument_fit))
+  # All groups have the same mean, so that the variance between them is 0.
+  equal <- data.frame(y = rep(c(1, 2, 3, 4), 6), g = rep(letters[1:6], each = 4))
+  equal_fit <- suppressMessages(silvafit(y ~ m, equal, random = m ~ 1 | g, start = c(m = 2)))
+  expect_true(performance::check_singularity(equal_fit))
+}

@@ -89,7 +89,8 @@ expect_equal(class_of_error(silvafit(species ~ a * dbh, data = trees)), "silvafi
 expect_equal(class_of_error(silvafit(height, data = as.list(trees))), "silvafit_usage_error")
 expect_equal(class_of_error(silvafit(height, data = transform(trees, dbh = as.Date("2020-01-01") + dbh))), "silvafit_input_error")
 expect_equal(class_of_error(silvafit(~ a * dbh, data = trees)), "silvafit_formula_error")
-expect_message(suppressWarnings(silvafit(h ~ 1.3 + a * (1 - exp(-b * dbhh)), data = trees)), "did you mean the column dbh?", class = "silvafit_note")
+# The fit fails, so that the warning has it.
+expect_warning(silvafit(h ~ 1.3 + a * (1 - exp(-b * dbhh)), data = trees), "did you mean the column dbh?", class = "silvafit_convergence_warning", fixed = TRUE)
 expect_equal(names(fixef(silvafit(h ~ a * sqrt(dbh), data = trees))), "a")
 years <- transform(trees, year = rep(1:4, 60))
 expect_message(silvafit(height, data = years, random = list(a ~ 1 | plot, b ~ 1 | year)), "crossed random effects are not available", class = "silvafit_note")
@@ -99,3 +100,25 @@ expect_true(grepl(basename(broken), message_of_error(read_fit(broken)), fixed = 
 # One group, and rows that do not determine the parameters: a message or warning with the reason
 expect_warning(silvafit(height, data = trees[c(1, 1), ]), class = "silvafit_convergence_warning")
 expect_message(silvafit(height, data = trees[trees$plot == "a", ], random = a ~ 1 | plot), class = "silvafit_boundary_message")
+
+# Terms of lme4 in the formula are the random effects of the parameters whose derivatives they are.
+by_bar <- silvafit(height ~ a + b * log(age) + (1 | Seed), data = Loblolly)
+by_argument <- silvafit(height ~ a + b * log(age), data = Loblolly, random = a ~ 1 | Seed)
+expect_equal(logLik(by_bar), logLik(by_argument))
+expect_equal(ranef(by_bar), ranef(by_argument))
+expect_equal(predict(by_bar, Loblolly[1:3, ]), predict(by_argument, Loblolly[1:3, ]))
+bars_message <- function(call) tryCatch({ force(call); "" }, silvafit_error = function(e) conditionMessage(e))
+for (wrong in list(list(height ~ age + (1 | Seed), "height ~ b0 + b1*age with random = \"b0 | Seed\""),
+                   list(height ~ age, "height ~ b0 + b1*age"),
+                   list(height ~ a + b * age | Seed, "random = \"a | plot\""),
+                   list(height ~ a * (1 | Seed), "random = a ~ 1 | plot"),
+                   list(height ~ SSlogis(age, Asym, xmid, scal) ~ Asym | Seed, "random = \"Asym | Seed\""),
+                   list(height ~ a * (1 - exp(-b * age)) + (1 | Seed), "coefficients: a, b"))) {
+  expect_true(grepl(wrong[[2]], bars_message(silvafit(wrong[[1]], data = Loblolly)), fixed = TRUE), info = wrong[[2]])
+}
+expect_true(grepl("random effects", bars_message(silvafit(height ~ a + b * age, data = Loblolly, parameters = a ~ 1 + (1 | Seed)))))
+# A logical or of conditions stays what it is.
+expect_equal(unname(fixef(silvafit(y ~ a + b * (x < 2 | x > 3), data = data.frame(x = 1:6, y = c(3, 1, 1.2, 3.1, 2.9, 3)))))[1], mean(c(1, 1.2)))
+
+# Responses of other distributions are named first.
+expect_message(silvafit(y ~ a + b * x, data = data.frame(x = 1:8, y = c(0, 1, 0, 0, 1, 1, 0, 1))), "has two values only (0 and 1)", fixed = TRUE)

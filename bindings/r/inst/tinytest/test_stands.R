@@ -121,3 +121,13 @@ with_height <- suppressMessages(predict(library, transform(new, h = predicted$h_
 expect_equal(predicted$volume_m3, with_height$volume_m3)
 expect_equal(class_of_error(stand_summary(sampled, plot_area = 500, dominant_trees = -1, trust_units = TRUE)), "silvafit_usage_error")
 expect_true(grepl("dominant_trees", message_of_error(stand_summary(sampled, plot_area = 500, dominant_trees = -1, trust_units = TRUE))))
+
+# Columns of the user are not replaced by results of the same name.
+lettered <- data.frame(x = c(1, 3, 6, 4, 8, 9, 2, 7), y = c(1, 7, 2, 5, 9, 4, 9, 7), dbh = c(20, 15, 30, 22, 18, 25, 28, 14), species = rep(c("A", "B"), 4),
+                       W = letters[1:8])
+expect_error(suppressMessages(structural_units(lettered, edge = "none")), "has a column 'W' with other values", class = "silvafit_usage_error")
+once <- suppressMessages(structural_units(lettered[names(lettered) != "W"], edge = "none"))
+expect_equal(suppressMessages(structural_units(once, edge = "none"))$W, once$W)
+flagged <- data.frame(species = "SM", dbh = c(10, 20), C = 0.5, M = 0.2, U = 0.5, flag = c("mine", "mine"))
+expect_error(suppressMessages(predict(read_library("shanxia-2023"), flagged)), "has a column 'flag'", class = "silvafit_usage_error")
+expect_error(structural_units(lettered, edgge = "none"), "did you mean 'edge'?", class = "silvafit_usage_error", fixed = TRUE)

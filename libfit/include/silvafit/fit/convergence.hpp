@@ -49,6 +49,8 @@ struct Evidence {
     kOtherOptimum,        ///< "other_optimum": origin of the search and log-likelihood
     kFlooredValues,       ///< "floored_values": fitted values too near zero for a power variance
     kPowerOfFew,          ///< "power_of_few": the observations for which a power is relevant
+    kTakenAsParameter,    ///< "taken_as_parameter": a name that may be a misspelt column
+    kResponseValues,      ///< "response_values": a response with the values of another distribution
   };
   Kind kind = Kind::kBoundary;
   std::string term{};  ///< "sd(a)", "cor(a, b)", "laplace"
@@ -81,6 +83,8 @@ struct Convergence {
   std::string summary() const;
   bool has(Evidence::Kind kind, std::string_view term) const;
   void add(Evidence::Kind kind, const std::vector<std::string>& terms);
+  /// Whether the message begins with a doubt about names or the response.
+  bool has_doubts() const;
   /// Records a parameter at a bound; a converged fit is then a boundary fit.
   void add_boundary(Evidence evidence);
 };

@@ -43,6 +43,9 @@ struct ModelSpecification {
   VarianceFunction variance{};
   /// Columns that sub-models use as factors: values that the fit does not have give no prediction.
   std::vector<std::string> factors{};
+  /// Names of all columns of the data, for doubts about names that were taken as parameters; empty
+  /// if the model is not from texts of a user.
+  std::vector<std::string> data_columns{};
 
   /// All coefficients in the order of the parameters.
   std::vector<std::string> coefficient_names() const;
@@ -62,11 +65,13 @@ struct ModelSpecification {
 /// contrasts to their first level. Operators with another meaning in R than in arithmetic (x^2,
 /// x/10) are refused outside of I(...) and function calls. docs/formula-language.md has the rules.
 /// \param sub_models  texts such as "b ~ 1 + C + U", "b ~ C*species" or "b ~ 0 + I(dbh^2)"
+/// \param columns     names of all columns of the data; those of the table if it is empty
 /// \throws FormulaError if a text cannot be read, the formula has no parameter, or a sub-model is
 ///   for none of them; InputError if a covariate is not a column, or a factor cannot be coded
 ModelSpecification specify_model(std::string_view formula,
                                  const std::vector<std::string>& sub_models,
-                                 const data::Table& table);
+                                 const data::Table& table,
+                                 const std::vector<std::string>& columns = {});
 
 /// Checks the response, which a model for simulation does not need.
 /// \throws InputError if the response is not a column of the table; FormulaError if the mean or a

@@ -12,13 +12,17 @@ namespace silvafit::fit {
 
 /// The texts of a model; docs/fit-command.md explains them.
 struct ModelTexts {
-  std::string formula{};                  ///< "h ~ 1.3 + a*(1 - exp(-b*dbh))"
+  /// "h ~ 1.3 + a*(1 - exp(-b*dbh))"; a summand may be a bar term, as in "h ~ a + b*dbh + (1 |
+  /// plot)", if each of its effects is that of one coefficient.
+  std::string formula{};
   std::vector<std::string> sub_models{};  ///< "b ~ 1 + C"
   std::string random{};                   ///< "a + b | plot"; empty: no random effects
   /// general, diagonal or identity: one for all groupings, or one for each with the coarser first;
   /// empty: general, or the blocks of `random`.
   std::vector<std::string> covariance{};
   std::string variance{};  ///< "power"; empty: constant
+  /// Names of all columns of the data, if the table has some of them only; for messages.
+  std::vector<std::string> columns{};
 };
 
 /// The model of the texts for a table.

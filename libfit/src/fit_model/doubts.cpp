@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#include "fit_model/doubts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string>
+
+#include "model/name_doubts.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Parameters that the caller has named: those of the options' coefficients, b of b:C.
+std::set<std::string> known_parameters(const FitModelOptions& options) {
+  std::set<std::string> names;
+  const auto add = [&names](const auto& values) {
+    for (const auto& [name, value] : values) names.insert(name.substr(0, name.find(':')));
+  };
+  add(options.start);
+  add(options.fixed);
+  add(options.bounds);
+  add(options.rule);
+  return names;
+}
+
+VectorXd response_of(const data::Table& table, const FitResult& result) {
+  const auto values = table.numbers(result.fit.specification.formula.left);
+  VectorXd response(static_cast<Index>(result.rows.size()));
+  for (std::size_t i = 0; i < result.rows.size(); ++i) {
+    response[static_cast<Index>(i)] = values[result.rows[i]];
+  }
+  return response;
+}
+
+/// The number of rows of each value; of more than `most` values, those that come first.
+std::map<double, int> value_counts(const VectorXd& response, std::size_t most) {
+  std::map<double, int> counts;
+  for (const double value : response) {
+    ++counts[value];
+    if (counts.size() > most) break;
+  }
+  return counts;
+}
+
+/// Two values that occur several times each, such as 0 and 1.
+std::string two_values(const std::string& name, const VectorXd& response) {
+  const std::map<double, int> counts = value_counts(response, 2);
+  const bool are_two = counts.size() == 2 &&
+                       std::ranges::all_of(counts, [](const auto& one) { return one.second > 1; });
+  if (!are_two) return {};
+  return fmt::format(
+      "The response {} has two values only ({} and {}), but the residuals of this fit are taken as "
+      "normal: its standard errors and tests are not valid. A binomial model suits it, such as "
+      "glm() or lme4::glmer() with family = binomial in R.",
+      name,
+      data::shortest(counts.begin()->first),
+      data::shortest(counts.rbegin()->first));
+}
+
+/// Whole numbers, some of them 0. Measurements in whole units rarely have zeros; the sentence is
+/// conditional all the same. Counts without zeros are like measurements in whole units.
+std::string counts_text(const ModelSpecification& specification, const VectorXd& response) {
+  const bool are_whole = (response.array() == response.array().round()).all();
+  if (!are_whole || response.minCoeff() != 0.0 || response.maxCoeff() == 0.0) return {};
+  if (!specification.variance.is_constant()) return {};
+  return fmt::format(
+      "All values of {} are whole numbers, some of them 0: if they are counts, their variance "
+      "grows with the mean. Use --variance \"power(delta = 0.5)\", or a Poisson or negative "
+      "binomial model, such as glm(), MASS::glm.nb() or lme4::glmer() in R.",
+      specification.formula.left);
+}
+
+std::string response_doubts(const data::Table& table, const FitResult& result) {
+  const VectorXd response = response_of(table, result);
+  if (response.size() == 0) return {};
+  std::string text = two_values(result.fit.specification.formula.left, response);
+  return text.empty() ? counts_text(result.fit.specification, response) : text;
+}
+
+void put_first(const std::string& text, Convergence& convergence) {
+  if (!text.empty()) convergence.verdict = text + " " + convergence.verdict;
+}
+
+}  // namespace
+
+void add_name_doubts(const FitModelOptions& options, FittedModel& fit) {
+  const ModelSpecification& specification = fit.specification;
+  Convergence& convergence = fit.convergence;
+  const std::set<std::string> known = known_parameters(options);
+  const NameDoubts doubts = name_doubts(specification, known);
+  put_first(doubts.text, convergence);
+  convergence.add(Evidence::Kind::kTakenAsParameter, doubts.names);
+  if (convergence.converged()) return;
+  const std::string taken =
+      parameters_taken(specification, known, {doubts.names.begin(), doubts.names.end()});
+  if (!taken.empty()) convergence.verdict += " " + taken;
+}
+
+void add_doubts(const data::Table& table, const FitModelOptions& options, FitResult& result) {
+  FittedModel& fit = result.fit;
+  if (fit.specification.data_columns.empty()) return;
+  if (const std::string text = response_doubts(table, result); !text.empty()) {
+    put_first(text, fit.convergence);
+    fit.convergence.add(Evidence::Kind::kResponseValues, {fit.specification.formula.left});
+  }
+  add_name_doubts(options, fit);
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "model/name_doubts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "silvafit/base/near_names.hpp"
+#include "silvafit/data/expression_parts.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using NameList = std::vector<std::string>;
+
+/// "a", "a and b", "a, b and c".
+std::string enumerated(const NameList& names, std::string_view last = "and") {
+  std::string text;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (k > 0) text += k + 1 == names.size() ? fmt::format(" {} ", last) : ", ";
+    text += names[k];
+  }
+  return text;
+}
+
+/// Columns that the model reads.
+std::set<std::string> columns_of(const ModelSpecification& specification) {
+  std::set<std::string> columns{specification.formula.left};
+  const NameList predictors = specification.predictors();
+  const NameList labels = specification.label_columns();
+  columns.insert(predictors.begin(), predictors.end());
+  columns.insert(labels.begin(), labels.end());
+  return columns;
+}
+
+/// Names that nobody has treated as parameters: by a start value, a bound, a sub-model or a random
+/// effect.
+NameList unconfirmed(const ModelSpecification& specification, const std::set<std::string>& known) {
+  NameList names;
+  for (const ParameterModel& parameter : specification.parameters) {
+    const bool has_random = std::ranges::any_of(specification.random, [&](const auto& term) {
+      return std::ranges::find(term.coefficients, parameter.name) != term.coefficients.end();
+    });
+    if (has_random || known.contains(parameter.name) || !parameter.covariates.empty()) continue;
+    names.push_back(parameter.name);
+  }
+  return names;
+}
+
+/// Columns that the name may stand for. An abbreviation counts only for a name that stands as a
+/// predictor often does, and for a column that the model does not read.
+NameList columns_meant(const std::string& name, const ModelSpecification& specification) {
+  NameList meant;
+  const data::NameUse use = data::use_of(specification.formula.right, name);
+  const bool is_like_predictor = use.mentions == 1 && use.is_factor_or_base;
+  const std::set<std::string> used = columns_of(specification);
+  for (const std::string& column : specification.data_columns) {
+    const bool is_short =
+        is_like_predictor && !used.contains(column) && is_abbreviation(name, column);
+    if (is_slip_of(name, column) || is_short) meant.push_back(column);
+  }
+  return meant;
+}
+
+void add_sentence(const std::string& sentence, std::string& text) {
+  text += (text.empty() ? "" : " ") + sentence;
+}
+
+void add_name(const std::string& name, NameDoubts& doubts) {
+  if (std::ranges::find(doubts.names, name) == doubts.names.end()) doubts.names.push_back(name);
+}
+
+/// Parameters whose values are the same in all rows.
+NameList constant_parameters(const ModelSpecification& specification) {
+  NameList names;
+  for (const ParameterModel& parameter : specification.parameters) {
+    if (parameter.covariates.empty()) names.push_back(parameter.name);
+  }
+  return names;
+}
+
+void add_inseparable(const ModelSpecification& specification,
+                     const NameList& doubtful,
+                     NameDoubts& doubts) {
+  for (const data::InseparableNames& found :
+       data::inseparable_names(specification.formula.right, constant_parameters(specification))) {
+    const bool is_doubtful = std::ranges::any_of(found.names, [&](const std::string& name) {
+      return std::ranges::find(doubtful, name) != doubtful.end();
+    });
+    if (!is_doubtful) continue;
+    for (const std::string& name : found.names) add_name(name, doubts);
+    add_sentence(
+        fmt::format("{} were taken as parameters, because they are not columns of the data ({}), "
+                    "and have one effect together only, {}; one of them may be a misspelt column.",
+                    enumerated(found.names),
+                    data::list_of(specification.data_columns),
+                    found.text),
+        doubts.text);
+  }
+}
+
+}  // namespace
+
+NameDoubts name_doubts(const ModelSpecification& specification,
+                       const std::set<std::string>& known) {
+  NameDoubts doubts;
+  if (specification.data_columns.empty()) return doubts;
+  const NameList doubtful = unconfirmed(specification, known);
+  for (const std::string& name : doubtful) {
+    const NameList meant = columns_meant(name, specification);
+    if (meant.empty()) continue;
+    add_name(name, doubts);
+    add_sentence(fmt::format("{} is not a column of the data and was taken as a parameter; did you "
+                             "mean the column {}?",
+                             name,
+                             enumerated(meant, "or")),
+                 doubts.text);
+  }
+  add_inseparable(specification, doubtful, doubts);
+  return doubts;
+}
+
+std::string parameters_taken(const ModelSpecification& specification,
+                             const std::set<std::string>& known,
+                             const std::set<std::string>& said) {
+  NameList doubtful = unconfirmed(specification, known);
+  std::erase_if(doubtful, [&](const std::string& name) { return said.contains(name); });
+  if (specification.data_columns.empty() || doubtful.empty()) return {};
+  NameList texts;
+  for (const ParameterModel& parameter : specification.parameters) {
+    std::string text = parameter.name;
+    const bool is_doubtful = std::ranges::find(doubtful, text) != doubtful.end();
+    const NameList near = is_doubtful ? names_near(text, specification.data_columns) : NameList{};
+    if (!near.empty()) text += fmt::format(" (near the column {})", enumerated(near, "or"));
+    texts.push_back(std::move(text));
+  }
+  return fmt::format("Names that are not columns were taken as parameters: {}.", enumerated(texts));
+}
+
+}  // namespace silvafit::fit
