@@ -19,10 +19,10 @@ constexpr std::size_t kMostBytes = std::size_t{32} << 20U;
 /// The kind of a column, by the rules of read_csv_table.
 class KindOfColumn {
  public:
-  void add(std::string_view value, const CsvReader& reader) {
+  void add(std::size_t column, std::string_view value, CsvReader& reader) {
     if (is_text_ || reader.is_missing(value)) return;
     double number = 0.0;
-    if (reader.parse_number(value, number)) {
+    if (reader.read_number(column, value, number)) {
       has_numbers_ = true;
     } else if (is_missing_number(value)) {
       has_codes_ = true;
@@ -108,8 +108,8 @@ void TableParts::State::survey() {
   std::size_t last = 0;
   std::size_t most = 0;
   while (whole.next(fields)) {
-    if (options.finds_kinds) {
-      for (std::size_t i = 0; i < fields.size(); ++i) kinds[i].add(fields[i], whole);
+    if (options.finds_kinds || whole.has_decimal_commas()) {
+      for (std::size_t i = 0; i < fields.size(); ++i) kinds[i].add(i, fields[i], whole);
     }
     if (options.group) {
       const std::size_t number = groups.number_of(fields[*options.group]);
@@ -123,6 +123,7 @@ void TableParts::State::survey() {
   head = std::make_shared<TableHead>();
   head->header = whole.header();
   head->layout = whole.layout();
+  head->marks = whole.marks();
   if (!options.finds_kinds) return;
   for (const KindOfColumn& column : kinds) head->kinds.push_back(column.kind());
 }
