@@ -241,7 +241,7 @@ void Dataset::limit_steps() {
 }
 
 int Dataset::count_step(void* dataset) {
-  constexpr std::uintmax_t kFree = 1000000;  // a thousand million steps
+  constexpr std::uintmax_t kFree = 200000;  // 200 million steps, some seconds
   auto* const self = static_cast<Dataset*>(dataset);
   self->is_beyond_limit_ = ++self->steps_ > kFree + self->bytes_ / 5;
   return self->is_beyond_limit_ ? 1 : 0;
@@ -315,7 +315,10 @@ Dataset::Dataset(const std::string& name, const TableChoice& choice)
       drivers.List(),
       kind_.drivers.find("GPKG") != std::string_view::npos ? options.List() : nullptr));
   require_sound();
-  if (dataset_) return limit_steps();
+  if (dataset_) {
+    limit_steps();
+    return;
+  }
   if (is_postgres(kind_)) {
     fail(
         fmt::format("the database cannot be opened: {}; check host, port, dbname, user and "

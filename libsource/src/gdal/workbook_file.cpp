@@ -157,6 +157,11 @@ void require_bounded_archive(const std::string& archive,
       {.file = place});
 }
 
+bool is_folder(const std::string& name) {
+  VSIStatBufL status{};
+  return VSIStatL(name.c_str(), &status) == 0 && VSI_ISDIR(status.st_mode);
+}
+
 /// Reads a part of an archive to its end; false if it has another length or checksum than the
 /// archive says.
 bool is_read_whole(const std::string& name, GridScan* scan) {
@@ -232,7 +237,7 @@ bool require_whole_workbook(const std::string& path,
   bool has_cells_behind_gap = false;
   for (int i = 0; i < parts.size(); ++i) {
     const std::string part = parts[i];
-    if (part.ends_with('/')) continue;
+    if (is_folder(archive + part)) continue;
     GridScan scan;
     if (!is_read_whole(archive + part, is_sheet(part) ? &scan : nullptr)) {
       throw InputError(
