@@ -20,6 +20,7 @@
 #include "silvafit/data/csv.hpp"
 #include "table/csv_layout.hpp"
 #include "table/encoding_advice.hpp"
+#include "table/formula_guards.hpp"
 #include "table/utf8.hpp"
 
 namespace silvafit::data {
@@ -352,7 +353,7 @@ std::string_view CsvReader::State::field(std::size_t i) {
   char* const text = buffer.data() + begin - record_length + span.begin;
   std::size_t length = span.end - span.begin;
   if (span.has_doubled_quotes) length = undouble_quotes(text, length);
-  return without_apostrophe({text, length});
+  return {text, remove_guards(text, length)};
 }
 
 void CsvReader::State::read_header() {

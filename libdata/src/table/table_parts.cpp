@@ -9,6 +9,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/external_sort.hpp"
 #include "silvafit/base/fingerprint.hpp"
+#include "table/formula_guards.hpp"
 
 namespace silvafit::data {
 namespace {
@@ -194,8 +195,10 @@ void append_record(const std::vector<std::string_view>& fields,
   const bool is_blank =
       std::ranges::all_of(fields, [](std::string_view field) { return trimmed(field).empty(); });
   bool is_first = true;
-  for (const std::string_view field : fields) {
+  for (const std::string_view original : fields) {
     if (!is_first) record += separator;
+    // The reader removes apostrophes from before what looks like a formula.
+    const std::string field = with_kept_apostrophes(original);
     // A blank record, and one that begins with a #, would be skipped.
     const bool needs_quotes = (is_first && (is_blank || field.starts_with('#'))) ||
                               std::ranges::any_of(field, [separator](char c) {
@@ -203,13 +206,10 @@ void append_record(const std::vector<std::string_view>& fields,
                               });
     is_first = false;
     if (!needs_quotes) {
-      // The reader removes one apostrophe from before what looks like a formula.
-      if (without_apostrophe(field) != field) record += '\'';
       record += field;
       continue;
     }
     record += '"';
-    if (without_apostrophe(field) != field) record += '\'';
     for (const char c : field) {
       if (c == '"') record += '"';
       record += c;

@@ -232,7 +232,8 @@ bool require_whole_workbook(const std::string& path,
                             const std::string& place) {
   if (kind.ending == "xls") return false;
   const std::string archive = fmt::format("/vsizip/{{{}}}/", path);
-  const CPLStringList parts(VSIReadDirRecursive(archive.c_str()));
+  // With a slash at the end GDAL does not list the folders' content.
+  const CPLStringList parts(VSIReadDirRecursive(archive.substr(0, archive.size() - 1).c_str()));
   require_bounded_archive(archive, parts, path, place);
   bool has_cells_behind_gap = false;
   for (int i = 0; i < parts.size(); ++i) {
