@@ -268,22 +268,27 @@ void add_run_command(CLI::App& tiles) {
                               const study::TilePlan& plan,
                               const study::TileGaps& gaps) {
   const bool is_missing = !gaps.missing.empty();
-  const std::vector<std::size_t>& list = is_missing ? gaps.missing : gaps.different;
+  const bool is_damaged = !is_missing && !gaps.damaged.empty();
+  const std::vector<std::size_t>& list = is_missing   ? gaps.missing
+                                         : is_damaged ? gaps.damaged
+                                                      : gaps.different;
   constexpr std::size_t kShown = 20;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < list.size() && i < kShown; ++i) {
     names.push_back(fmt::format("{} ({})", list[i] + 1, plan.tiles[list[i]].name()));
   }
   if (list.size() > kShown) names.push_back(fmt::format("{} more", list.size() - kShown));
-  throw InputError(fmt::format("{} {}: {}; run {} again: silvafit tiles run {} --tile K -- {} ...",
-                               counted(list.size(), "tile has", "tiles have"),
-                               is_missing ? "no result of " + arguments.command
-                                          : "a result of other settings than the first tile",
-                               fmt::join(names, ", "),
-                               list.size() == 1 ? "it" : "them",
-                               arguments.folder,
-                               arguments.command),
-                   {.file = arguments.folder});
+  throw InputError(
+      fmt::format("{} {}: {}; run {} again: silvafit tiles run {} --tile K -- {} ...",
+                  counted(list.size(), "tile has", "tiles have"),
+                  is_missing   ? "no result of " + arguments.command
+                  : is_damaged ? "a result that is damaged, or whose files were removed"
+                               : "a result of other settings than the first tile",
+                  fmt::join(names, ", "),
+                  list.size() == 1 ? "it" : "them",
+                  arguments.folder,
+                  arguments.command),
+      {.file = arguments.folder});
 }
 
 void run_merge(const MergeArguments& arguments) {
@@ -292,8 +297,7 @@ void run_merge(const MergeArguments& arguments) {
   if (!arguments.out.empty()) file.emplace(arguments.out);
   const study::MergedTiles merged = study::merge_tiles(
       arguments.folder, plan, arguments.command, file ? file->stream() : std::cout);
-  const bool has_gaps = !merged.gaps.missing.empty() || !merged.gaps.different.empty();
-  if (has_gaps) refuse_gaps(arguments, plan, merged.gaps);
+  if (!merged.gaps.are_none()) refuse_gaps(arguments, plan, merged.gaps);
   if (file) file->commit();
   if (merged.marked > 0) {
     say(arguments.common,

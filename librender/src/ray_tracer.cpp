@@ -66,6 +66,7 @@ class Lens {
       frame(outline);
     }
     eye_ = target_ + distance_ / static_cast<float>(camera.zoom) * backwards;
+    require_near(outline);
   }
 
   /// \param x, y  from the upper left corner, in pixels
@@ -77,6 +78,24 @@ class Lens {
 
  private:
   static constexpr float kMargin = 1.06F;
+
+  /// Rays are computed with 24 bits: from a distance of a million times its size, the scene has 16
+  /// places; farther away coordinates overflow.
+  void require_near(const std::vector<Vector3f>& outline) const {
+    constexpr double kMostSizes = 1e6;
+    const Eigen::Vector3d center = outline.front().cast<double>();
+    double size = std::numeric_limits<float>::min();
+    for (const Vector3f& point : outline) {
+      size = std::max(size, (point.cast<double>() - center).norm());
+    }
+    const auto is_near = [&](const Vector3f& point) {
+      return (point.cast<double>() - center).norm() <= kMostSizes * size;
+    };
+    if (is_near(eye_) && is_near(target_)) return;
+    throw UsageError(
+        "the camera, or its target, is more than a million times the size of the scene away from "
+        "it; choose a target in the scene (--target) and a larger --zoom");
+  }
 
   /// Tangents of the largest angles to the side and up, less the margin.
   float wide() const { return half_height_ * width_ / height_ / kMargin; }

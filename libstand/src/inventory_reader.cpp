@@ -34,13 +34,39 @@ std::string_view name_of(TreeStatus status) {
 
 }  // namespace
 
-double InventoryReader::number_in(std::string_view field,
+/// In a file with decimal commas, a number with both marks shows that points separate thousands:
+/// 1.001 in another row would be read as 1 m.
+void InventoryReader::refuse_both_marks(std::string_view text, const std::string& column) const {
+  const bool has_both =
+      text.find(',') != std::string_view::npos && text.find('.') != std::string_view::npos;
+  if (!has_both || !csv_.has_decimal_commas()) return;
+  throw InputError(
+      fmt::format("'{}' has a point and a comma; write numbers without separators of thousands",
+                  text),
+      {.file = csv_.file(), .line = csv_.line(), .column = column});
+}
+
+/// The marks of all columns that were read as numbers, at the end of the file.
+void InventoryReader::require_clear_marks() const {
+  std::vector<std::size_t> fields;
+  for (const Source& source : plan_.measures) {
+    if (source.field) fields.push_back(*source.field);
+  }
+  for (const ExpressionField& source : plan_.expression_fields) {
+    if (!source.is_text) fields.push_back(source.field);
+  }
+  csv_.require_clear_marks(fields);
+}
+
+double InventoryReader::number_in(std::size_t position,
+                                  std::string_view field,
                                   const std::string& column,
                                   bool is_position,
                                   InventoryRow& row) {
   const std::string_view text = data::trimmed(field);
   double value = 0.0;
-  const bool is_number = csv_.parse_number(text, value) && !std::isnan(value);
+  const bool is_number = csv_.read_number(position, text, value) && !std::isnan(value);
+  csv_.require_one_mark(position);
   const bool is_code = is_number
                            ? value < 0.0 && is_missing_number_of(is_position ? "x" : "h", value)
                            : data::is_missing_number(text);
@@ -50,6 +76,7 @@ double InventoryReader::number_in(std::string_view field,
     if (!is_missing(text)) codes_.add(column, text);
     return data::kMissing;
   }
+  refuse_both_marks(text, column);
   const bool has_comma = text.find(',') != std::string_view::npos;
   const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;
   const char* const advice =
@@ -98,8 +125,10 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];
     const bool is_position = i == kX || i == kY || i == kZ;
-    row.measures[i] = source.field ? number_in(fields[*source.field], source.text, is_position, row)
-                                   : data::kMissing;
+    row.measures[i] = data::kMissing;
+    if (!source.field) continue;
+    const std::size_t field = *source.field;
+    row.measures[i] = number_in(field, fields[field], source.text, is_position, row);
   }
   if (!fields_of_others_.empty()) {
     std::vector<std::string_view> others;
@@ -111,7 +140,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     const ExpressionField& source = plan_.expression_fields[i];
     if (!source.is_text) {
       expression_numbers_[i][position] =
-          number_in(fields[source.field], source.name, source.is_position, row);
+          number_in(source.field, fields[source.field], source.name, source.is_position, row);
     } else if (is_missing(data::trimmed(fields[source.field]))) {
       expression_texts_[i].append_missing();
     } else {
@@ -124,7 +153,10 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
 bool InventoryReader::next_fields(std::vector<std::string_view>& fields) {
   while (!csv_.next(fields)) {
     const auto part = parts_ ? parts_->next() : nullptr;
-    if (!part) return false;
+    if (!part) {
+      require_clear_marks();
+      return false;
+    }
     csv_ = data::CsvReader(part, options_.missing);
   }
   return true;

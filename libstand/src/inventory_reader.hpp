@@ -91,10 +91,13 @@ class InventoryReader {
   void read_row(const std::vector<std::string_view>& fields,
                 InventoryRow& row,
                 std::size_t position);
-  double number_in(std::string_view field,
+  double number_in(std::size_t position,
+                   std::string_view field,
                    const std::string& column,
                    bool is_position,
                    InventoryRow& row);
+  void refuse_both_marks(std::string_view text, const std::string& column) const;
+  void require_clear_marks() const;
   void find_missing_zeros(Measures& measures);
   bool set_aside_if_dead(const InventoryRow& row, TreeStatus status);
   void count_empty_plots(const InventoryRow& row);

@@ -51,7 +51,7 @@ class CsvWindowReader {
  private:
   std::optional<std::size_t> plot_field() const;
   void add_row(const std::vector<std::string_view>& fields);
-  double number(const std::vector<std::string_view>& fields, std::size_t field) const;
+  double number(const std::vector<std::string_view>& fields, std::size_t field);
 
   std::string file_;
   data::CsvReader csv_;
@@ -73,9 +73,9 @@ std::optional<std::size_t> CsvWindowReader::plot_field() const {
 }
 
 double CsvWindowReader::number(const std::vector<std::string_view>& fields,
-                               std::size_t field) const {
+                               std::size_t field) {
   double value = 0.0;
-  if (csv_.parse_number(fields[field], value)) return value;
+  if (csv_.read_number(field, fields[field], value)) return value;
   throw InputError(fmt::format("'{}' is not a number", fields[field]),
                    {.file = file_, .line = csv_.line(), .column = header_[field]});
 }
@@ -102,6 +102,11 @@ std::vector<NamedWindow> CsvWindowReader::read() {
       throw InputError(error.message(), {.file = file_, .line = csv_.line()});
     }
   }
+  std::vector<std::size_t> numbers;
+  for (const auto& field : {x_, y_, radius_}) {
+    if (field) numbers.push_back(*field);
+  }
+  csv_.require_clear_marks(numbers);
   return collector_.windows(file_);
 }
 

@@ -1,18 +1,34 @@
 // SPDX-License-Identifier: MIT
 #include "expression/expression_node.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <unordered_set>
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/error.hpp"
+
 namespace silvafit::data {
 namespace {
+
+[[noreturn]] void refuse_depth() {
+  throw UsageError(
+      fmt::format("a formula, or its derivative, applies more than {} operations to the result of "
+                  "one another; shorten the formula, or compute a part of it as a column",
+                  kDeepestExpression));
+}
 
 NodePointer raw(Operation operation, std::array<NodePointer, 3> operands, int count) {
   auto node = std::make_shared<ExpressionNode>();
   node->operation = operation;
   node->operands = std::move(operands);
   node->operand_count = count;
+  for (int i = 0; i < count; ++i) {
+    node->depth = std::max(node->depth, node->operands[i]->depth + 1);
+  }
+  if (node->depth > kDeepestExpression) refuse_depth();
   return node;
 }
 

@@ -5,9 +5,11 @@
 #include <cctype>
 #include <charconv>
 #include <cstdlib>
+#include <cstring>
 #include <string>
 
 #include "silvafit/data/csv.hpp"
+#include "table/formula_guards.hpp"
 
 namespace silvafit::data {
 namespace {
@@ -40,6 +42,30 @@ bool begins_formula(std::string_view text) {
   return first != std::string_view::npos &&
          std::string_view("=+-@").find(text[first]) != std::string_view::npos;
 }
+
+constexpr std::string_view kCellEnds = ";\t";
+
+/// Numbers and codes of missing values are no formulas.
+bool is_harmless(std::string_view part) {
+  double ignored = 0.0;
+  return is_missing_number(part) || parse_number(part, ignored) ||
+         !with_decimal_point(part).empty();
+}
+
+/// Puts an apostrophe before each part of a text that needs one.
+template <typename Needs>
+std::string guarded(std::string_view text, const Needs& needs) {
+  std::string result;
+  for (;;) {
+    const std::size_t end = std::min(text.find_first_of(kCellEnds), text.size());
+    if (needs(text.substr(0, end))) result += '\'';
+    result += text.substr(0, std::min(end + 1, text.size()));
+    if (end == text.size()) return result;
+    text.remove_prefix(end + 1);
+  }
+}
+
+bool has_guard(std::string_view part) { return part.starts_with('\'') && begins_formula(part); }
 
 }  // namespace
 
@@ -104,7 +130,7 @@ std::string with_decimal_point(std::string_view field) {
 
 std::string plain_csv_field(std::string_view text) {
   const bool is_special = std::ranges::any_of(
-      text, [](char c) { return c == ',' || c == '"' || c == '\r' || c == '\n'; });
+      text, [](char c) { return c == ',' || c == ';' || c == '"' || c == '\r' || c == '\n'; });
   if (!is_special) return std::string(text);
   std::string quoted = "\"";
   for (const char c : text) {
@@ -115,11 +141,30 @@ std::string plain_csv_field(std::string_view text) {
 }
 
 std::string csv_field(std::string_view text) {
-  if (!begins_formula(text)) return plain_csv_field(text);
-  double ignored = 0.0;
-  const bool is_harmless =
-      is_missing_number(text) || parse_number(text, ignored) || !with_decimal_point(text).empty();
-  return plain_csv_field(is_harmless ? std::string(text) : "'" + std::string(text));
+  if (text.find_first_of(kCellEnds) == std::string_view::npos && !begins_formula(text)) {
+    return plain_csv_field(text);
+  }
+  return plain_csv_field(with_guards(text));
+}
+
+std::string with_guards(std::string_view text) {
+  return guarded(text,
+                 [](std::string_view part) { return begins_formula(part) && !is_harmless(part); });
+}
+
+std::string with_kept_apostrophes(std::string_view text) { return guarded(text, has_guard); }
+
+std::size_t remove_guards(char* text, std::size_t length) {
+  std::size_t kept = 0;
+  for (std::size_t begin = 0; begin < length;) {
+    const std::string_view rest(text + begin, length - begin);
+    const std::size_t end = std::min(rest.find_first_of(kCellEnds), rest.size() - 1) + 1;
+    const std::size_t first = has_guard(rest.substr(0, rest.find_first_of(kCellEnds))) ? 1 : 0;
+    if (kept != begin + first) std::memmove(text + kept, text + begin + first, end - first);
+    kept += end - first;
+    begin += end;
+  }
+  return kept;
 }
 
 std::string_view without_apostrophe(std::string_view field) {

@@ -20,6 +20,7 @@
 #include "silvafit/data/csv.hpp"
 #include "table/csv_layout.hpp"
 #include "table/encoding_advice.hpp"
+#include "table/formula_guards.hpp"
 #include "table/utf8.hpp"
 
 namespace silvafit::data {
@@ -99,6 +100,7 @@ struct CsvReader::State {
   std::vector<std::string> missing{};
   std::vector<double> missing_numbers{};
   std::vector<std::pair<std::size_t, std::string>> filled_down{};  // column, last value
+  std::vector<DecimalMarks> marks{};  // of each column; none if there are no decimal commas
 
   [[noreturn]] void fail(std::size_t at_line, const std::string& message) const {
     throw InputError(message, {.file = file, .line = at_line});
@@ -351,7 +353,7 @@ std::string_view CsvReader::State::field(std::size_t i) {
   char* const text = buffer.data() + begin - record_length + span.begin;
   std::size_t length = span.end - span.begin;
   if (span.has_doubled_quotes) length = undouble_quotes(text, length);
-  return without_apostrophe({text, length});
+  return {text, remove_guards(text, length)};
 }
 
 void CsvReader::State::read_header() {
@@ -379,6 +381,7 @@ void CsvReader::State::take_head(const TableHead& head) {
   set_separator(sheet->separator);
   header = head.header;
   layout = head.layout;
+  marks = head.marks;
 }
 
 ColumnKind CsvReader::State::kind(std::size_t column) const {
@@ -468,6 +471,7 @@ CsvReader::CsvReader(const TableSource& source, std::vector<std::string> missing
   text != nullptr ? state_->open_text(*text) : state_->open();
   const bool is_part = text != nullptr && (*text)->head;
   is_part ? state_->take_head(*(*text)->head) : state_->read_header();
+  if (has_decimal_commas()) state_->marks.resize(state_->header.size());
 }
 
 CsvReader::~CsvReader() = default;
@@ -513,6 +517,24 @@ bool CsvReader::parse_number(std::string_view field, double& value) const {
   const std::string with_point = with_decimal_point(field);
   return !with_point.empty() && data::parse_number(with_point, value);
 }
+
+bool CsvReader::read_number(std::size_t column, std::string_view field, double& value) {
+  if (!parse_number(field, value)) return false;
+  if (!state_->marks.empty()) state_->marks[column].add(field, state_->line);
+  return true;
+}
+
+void CsvReader::require_one_mark(std::size_t column) const {
+  if (state_->marks.empty()) return;
+  data::require_one_mark(state_->marks[column], state_->file, state_->header[column]);
+}
+
+void CsvReader::require_clear_marks(std::span<const std::size_t> columns) const {
+  if (state_->marks.empty()) return;
+  data::require_clear_marks(state_->marks, columns, state_->file, state_->header);
+}
+
+const std::vector<DecimalMarks>& CsvReader::marks() const { return state_->marks; }
 
 bool CsvReader::next(std::vector<std::string_view>& fields) {
   State& state = *state_;

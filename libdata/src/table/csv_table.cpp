@@ -32,12 +32,12 @@ struct ColumnBuilder {
   std::vector<double> numbers{};
   TextColumn text{};
 
-  void append(std::string_view value, const CsvReader& reader);
+  void append(std::string_view value, CsvReader& reader);
   void become_text();
   void finish(MissingCodes* counts);
 };
 
-void ColumnBuilder::append(std::string_view value, const CsvReader& reader) {
+void ColumnBuilder::append(std::string_view value, CsvReader& reader) {
   if (needs_second_pass) return;
   if (reader.is_missing(value)) {
     // Those of --missing are counted, empty fields and NA are not.
@@ -48,7 +48,7 @@ void ColumnBuilder::append(std::string_view value, const CsvReader& reader) {
     return;
   }
   double number = 0.0;
-  if (!is_text && reader.parse_number(value, number)) {
+  if (!is_text && reader.read_number(field, value, number)) {
     has_numbers = true;
     numbers.push_back(number);
     return;
@@ -119,6 +119,15 @@ std::vector<std::uint32_t> read_columns(CsvReader& reader, std::vector<ColumnBui
   return lines;
 }
 
+/// Labels such as 1.2 and 1,2 keep their spelling; only numbers need clear marks.
+void require_clear_marks(const CsvReader& reader, const std::vector<ColumnBuilder>& columns) {
+  std::vector<std::size_t> numeric;
+  for (const ColumnBuilder& column : columns) {
+    if (!column.is_text) numeric.push_back(column.field);
+  }
+  reader.require_clear_marks(numeric);
+}
+
 void read_again_as_text(const TableSource& source,
                         const CsvTableOptions& options,
                         std::vector<ColumnBuilder>& columns) {
@@ -158,9 +167,10 @@ Table read_csv_table(CsvReader& reader, const CsvTableOptions& options, MissingC
   std::vector<std::uint32_t> lines = read_columns(reader, columns);
   read_again_as_text(reader.source(), options, columns);
 
+  for (ColumnBuilder& column : columns) column.finish(codes);
+  require_clear_marks(reader, columns);
   Table table(lines.size());
   for (ColumnBuilder& column : columns) {
-    column.finish(codes);
     if (column.is_text) {
       table.set(column.name, std::move(column.text));
     } else {

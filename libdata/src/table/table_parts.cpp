@@ -9,6 +9,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/external_sort.hpp"
 #include "silvafit/base/fingerprint.hpp"
+#include "table/formula_guards.hpp"
 
 namespace silvafit::data {
 namespace {
@@ -19,10 +20,10 @@ constexpr std::size_t kMostBytes = std::size_t{32} << 20U;
 /// The kind of a column, by the rules of read_csv_table.
 class KindOfColumn {
  public:
-  void add(std::string_view value, const CsvReader& reader) {
+  void add(std::size_t column, std::string_view value, CsvReader& reader) {
     if (is_text_ || reader.is_missing(value)) return;
     double number = 0.0;
-    if (reader.parse_number(value, number)) {
+    if (reader.read_number(column, value, number)) {
       has_numbers_ = true;
     } else if (is_missing_number(value)) {
       has_codes_ = true;
@@ -108,8 +109,8 @@ void TableParts::State::survey() {
   std::size_t last = 0;
   std::size_t most = 0;
   while (whole.next(fields)) {
-    if (options.finds_kinds) {
-      for (std::size_t i = 0; i < fields.size(); ++i) kinds[i].add(fields[i], whole);
+    if (options.finds_kinds || whole.has_decimal_commas()) {
+      for (std::size_t i = 0; i < fields.size(); ++i) kinds[i].add(i, fields[i], whole);
     }
     if (options.group) {
       const std::size_t number = groups.number_of(fields[*options.group]);
@@ -123,6 +124,7 @@ void TableParts::State::survey() {
   head = std::make_shared<TableHead>();
   head->header = whole.header();
   head->layout = whole.layout();
+  head->marks = whole.marks();
   if (!options.finds_kinds) return;
   for (const KindOfColumn& column : kinds) head->kinds.push_back(column.kind());
 }
@@ -193,8 +195,10 @@ void append_record(const std::vector<std::string_view>& fields,
   const bool is_blank =
       std::ranges::all_of(fields, [](std::string_view field) { return trimmed(field).empty(); });
   bool is_first = true;
-  for (const std::string_view field : fields) {
+  for (const std::string_view original : fields) {
     if (!is_first) record += separator;
+    // The reader removes apostrophes from before what looks like a formula.
+    const std::string field = with_kept_apostrophes(original);
     // A blank record, and one that begins with a #, would be skipped.
     const bool needs_quotes = (is_first && (is_blank || field.starts_with('#'))) ||
                               std::ranges::any_of(field, [separator](char c) {
@@ -202,13 +206,10 @@ void append_record(const std::vector<std::string_view>& fields,
                               });
     is_first = false;
     if (!needs_quotes) {
-      // The reader removes one apostrophe from before what looks like a formula.
-      if (without_apostrophe(field) != field) record += '\'';
       record += field;
       continue;
     }
     record += '"';
-    if (without_apostrophe(field) != field) record += '\'';
     for (const char c : field) {
       if (c == '"') record += '"';
       record += c;

@@ -293,8 +293,9 @@ class Reader {
   Reader(OGRLayer& layer,
          const std::string& row_id,
          const GeometrySink& geometry,
+         const BatchCheck& check,
          const std::string& file)
-      : geometry_(geometry), row_id_(row_id), file_(file) {
+      : geometry_(geometry), check_(check), row_id_(row_id), file_(file) {
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): GDAL's handle of a layer
     auto* const handle = reinterpret_cast<OGRLayerH>(&layer);
     if (!OGR_L_GetArrowStream(handle, &stream_, nullptr) ||
@@ -325,6 +326,7 @@ class Reader {
 
   KeptMessages messages_{};
   const GeometrySink& geometry_;
+  const BatchCheck& check_;
   const std::string& row_id_;
   const std::string& file_;
   std::string name_of_row_ids_{};
@@ -382,11 +384,13 @@ void Reader::append(const Batch& batch) {
 LayerColumns Reader::read() {
   for (;;) {
     Batch batch;
-    if (stream_.get_next(&stream_, &batch) != 0) fail(result_.rows + 1);
+    const bool has_failed = stream_.get_next(&stream_, &batch) != 0;
+    check_(result_.rows, fields_.size());
+    // After an error in a damaged file GDAL may return batches without end.
+    if (has_failed || messages_.has_errors()) fail(result_.rows + 1);
     if (batch.release == nullptr) break;
     append(batch);
   }
-  if (!messages_.errors().empty()) fail(result_.rows + 1);
   for (Field& field : fields_) {
     if (field.column) {
       if (field.column->has_early_dates()) result_.early_dates.push_back(field.name);
@@ -401,8 +405,9 @@ LayerColumns Reader::read() {
 LayerColumns read_columns(OGRLayer& layer,
                           const std::string& row_id,
                           const GeometrySink& geometry,
+                          const BatchCheck& check,
                           const std::string& file) {
-  return Reader(layer, row_id, geometry, file).read();
+  return Reader(layer, row_id, geometry, check, file).read();
 }
 
 }  // namespace silvafit::source

@@ -3,12 +3,15 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <filesystem>
+#include <limits>
 
+#include "gdal/own_data.hpp"
 #include "gdal/workbook_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
@@ -55,15 +58,62 @@ void require_query(const TableChoice& choice) {
   }
 }
 
-/// Metadata of the formats and of QGIS.
+/// Metadata of the formats, of SpatiaLite and of QGIS.
 bool is_hidden(const std::string& name) {
-  static constexpr std::array<std::string_view, 6> kHidden{"layer_styles",
-                                                           "qgis_projects",
-                                                           "spatial_ref_sys",
-                                                           "geometry_columns",
-                                                           "geography_columns",
-                                                           "spatial_ref_sys_aux"};
-  return std::ranges::find(kHidden, in_lower_case(name)) != kHidden.end();
+  static constexpr std::array<std::string_view, 33> kHidden{"layer_styles",
+                                                            "qgis_projects",
+                                                            "geometry_columns",
+                                                            "geometry_columns_auth",
+                                                            "geometry_columns_field_infos",
+                                                            "geometry_columns_statistics",
+                                                            "geometry_columns_time",
+                                                            "geography_columns",
+                                                            "geom_cols_ref_sys",
+                                                            "data_licenses",
+                                                            "elementarygeometries",
+                                                            "knn",
+                                                            "knn2",
+                                                            "spatialindex",
+                                                            "spatialite_history",
+                                                            "sql_statements_log",
+                                                            "raster_coverages",
+                                                            "raster_coverages_keyword",
+                                                            "raster_coverages_ref_sys",
+                                                            "raster_coverages_srid",
+                                                            "vector_coverages",
+                                                            "vector_coverages_keyword",
+                                                            "vector_coverages_ref_sys",
+                                                            "vector_coverages_srid",
+                                                            "networks",
+                                                            "topologies",
+                                                            "stored_procedures",
+                                                            "stored_variables",
+                                                            "ogr_empty_table",
+                                                            "wms_getcapabilities",
+                                                            "wms_getmap",
+                                                            "wms_settings",
+                                                            "wms_ref_sys"};
+  // Groups of tables with similar names.
+  static constexpr std::array<std::string_view, 15> kBeginnings{"sqlite_",
+                                                                "spatial_ref_sys",
+                                                                "vector_layers",
+                                                                "views_geometry_columns",
+                                                                "virts_geometry_columns",
+                                                                "gpkg_",
+                                                                "rtree_",
+                                                                "idx_",
+                                                                "iso_metadata",
+                                                                "se_external_graphics",
+                                                                "se_fonts",
+                                                                "se_raster_style",
+                                                                "se_vector_style",
+                                                                "se_group_style",
+                                                                "rl2map_configurations"};
+  const std::string own = in_lower_case(name);
+  return std::ranges::find(kHidden, own) != kHidden.end() ||
+         std::ranges::any_of(kBeginnings, [&own](std::string_view beginning) {
+           return own.starts_with(beginning);
+         });
 }
 
 std::string kind_of_geometry(OGRLayer& layer) {
@@ -111,6 +161,20 @@ const SourceKind& required_kind(const std::string& name) {
                    {.file = shown_name(name)});
 }
 
+/// The bytes of a file; for a shapefile those of its table, too.
+std::uintmax_t size_of(const std::filesystem::path& file) {
+  std::error_code ignored;
+  std::uintmax_t size = 0;
+  for (const char* const ending : {".dbf", ".DBF"}) {
+    const std::filesystem::path table = std::filesystem::path(file).replace_extension(ending);
+    if (table == file) continue;
+    const std::uintmax_t own = std::filesystem::file_size(table, ignored);
+    if (!ignored) size += own;
+  }
+  const std::uintmax_t own = std::filesystem::file_size(file, ignored);
+  return ignored ? size : size + own;
+}
+
 bool is_postgres(const SourceKind& kind) { return kind.drivers == "PostgreSQL"; }
 
 /// The name that is passed to GDAL.
@@ -153,6 +217,62 @@ void Dataset::fail(const std::string& message) const {
   throw InputError(message, {.file = place_});
 }
 
+void Dataset::refuse_unreadable() const {
+  fail(fmt::format(
+      "is not {}, or is damaged; open it in the program that made it and save it "
+      "again{}",
+      kind_.format,
+      kind_.drivers == "ESRI Shapefile" ? ", with the files beside it that end in .shx and .dbf"
+                                        : ""));
+}
+
+/// Without --allow-network nothing of a file reaches other files or a network.
+void Dataset::require_own(const TableChoice& choice) const {
+  if (choice.allow_network || !is_sqlite_file(path_)) return;
+  if (!require_own_data(path_, choice, place_)) refuse_unreadable();
+}
+
+/// SQLite is interrupted after as many steps as no honest query of a file of this size needs: a
+/// view can request endless work.
+void Dataset::limit_steps() {
+  auto* const database = static_cast<sqlite3*>(dataset_->GetInternalHandle("SQLITE_HANDLE"));
+  constexpr int kInterval = 1000;
+  if (database != nullptr) sqlite3_progress_handler(database, kInterval, count_step, this);
+}
+
+int Dataset::count_step(void* dataset) {
+  constexpr std::uintmax_t kFree = 200000;  // 200 million steps, some seconds
+  auto* const self = static_cast<Dataset*>(dataset);
+  self->is_beyond_limit_ = ++self->steps_ > kFree + self->bytes_ / 5;
+  return self->is_beyond_limit_ ? 1 : 0;
+}
+
+std::size_t Dataset::most_values() const {
+  constexpr std::size_t kFree = 50000000;
+  constexpr std::size_t kEachByte = 8;
+  if (bytes_ == 0) return std::numeric_limits<std::size_t>::max();
+  return kFree + kEachByte * static_cast<std::size_t>(bytes_);
+}
+
+void Dataset::require_sound(std::optional<std::size_t> row) const {
+  if (has_refused_network()) {
+    fail("refers to a file of a network; add --allow-network if that is meant");
+  }
+  if (is_beyond_limit_) {
+    fail("needs more work than a table of this size should; does a view repeat its rows?");
+  }
+  if (!kind_.is_workbook || !messages_.has_errors()) return;
+  const bool is_complete = !has_cells_behind_gap_ &&
+                           std::ranges::all_of(messages_.errors(), [](const std::string& text) {
+                             return text.find("number-rows-repeated") != std::string::npos;
+                           });
+  if (is_complete) return;
+  throw InputError(
+      "the sheet cannot be read completely: it is damaged, or has cells far from the table; delete "
+      "these, and save the workbook again, or save the sheet as CSV in UTF-8",
+      {.file = place_, .line = row});
+}
+
 Dataset::Dataset(const std::string& name, const TableChoice& choice)
     : path_(name), kind_(required_kind(name)), place_(shown_name(name)) {
   if (!choice.layer.empty() && !choice.sql.empty()) {
@@ -165,8 +285,17 @@ Dataset::Dataset(const std::string& name, const TableChoice& choice)
   }
   if (!is_remote && !is_postgres(kind_)) require_file(name, place_);
   start_gdal();
+  set_network(choice.allow_network);
+  if (!is_remote && !is_postgres(kind_)) {
+    bytes_ = size_of(name);
+    require_own(choice);
+  }
+  if (!choice.allow_network) settings_.emplace_back("OGR_SQLITE_STATIC_VIRTUAL_OGR", "NO");
   if (kind_.is_workbook) {
-    if (!is_remote) require_readable_workbook(name, kind_, place_);
+    if (!is_remote) {
+      require_readable_workbook(name, kind_, place_);
+      has_cells_behind_gap_ = require_whole_workbook(name, kind_, place_);
+    }
     // Headers and types are detected as in CSV files; a query needs those that GDAL detects.
     for (const char* const format : {"XLSX", "ODS", "XLS"}) {
       const bool is_query = !choice.sql.empty();
@@ -177,22 +306,26 @@ Dataset::Dataset(const std::string& name, const TableChoice& choice)
     }
   }
   CPLStringList drivers(CSLTokenizeString2(std::string(kind_.drivers).c_str(), ",", 0));
-  const KeptMessages messages;
+  // Tables without geometry are inventories, too.
+  CPLStringList options;
+  options.SetNameValue("LIST_ALL_TABLES", "YES");
   dataset_.reset(GDALDataset::Open(
-      opened_name(name, kind_).c_str(), GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR, drivers.List()));
-  if (dataset_) return;
+      opened_name(name, kind_).c_str(),
+      GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR,
+      drivers.List(),
+      kind_.drivers.find("GPKG") != std::string_view::npos ? options.List() : nullptr));
+  require_sound();
+  if (dataset_) {
+    limit_steps();
+    return;
+  }
   if (is_postgres(kind_)) {
     fail(
         fmt::format("the database cannot be opened: {}; check host, port, dbname, user and "
                     "password",
-                    reason_in(messages.errors())));
+                    reason_in(messages_.errors())));
   }
-  fail(fmt::format(
-      "is not {}, or is damaged; open it in the program that made it and save it "
-      "again{}",
-      kind_.format,
-      kind_.drivers == "ESRI Shapefile" ? ", with the files beside it that end in .shx and .dbf"
-                                        : ""));
+  refuse_unreadable();
 }
 
 Dataset::~Dataset() {
@@ -231,20 +364,48 @@ OGRLayer& Dataset::only_layer(GeometryUse use) {
   return *layers.front();
 }
 
-OGRLayer& Dataset::run_query(const std::string& sql) {
+/// The tables and columns that a query in GDAL's SQLite dialect can name.
+std::vector<QueriedLayer> Dataset::queried_layers() const {
+  std::vector<QueriedLayer> queried;
+  for (OGRLayer* const layer : dataset_->GetLayers()) {
+    const OGRFeatureDefn& definition = *layer->GetLayerDefn();
+    QueriedLayer own{.name = layer->GetName(), .columns = {"OGR_STYLE"}};
+    for (int i = 0; i < definition.GetFieldCount(); ++i) {
+      own.columns.emplace_back(definition.GetFieldDefn(i)->GetNameRef());
+    }
+    for (int i = 0; i < definition.GetGeomFieldCount(); ++i) {
+      const std::string name = definition.GetGeomFieldDefn(i)->GetNameRef();
+      own.columns.push_back(name.empty() ? "GEOMETRY" : name);
+    }
+    const std::string id = layer->GetFIDColumn();
+    if (!id.empty()) own.columns.push_back(id);
+    queried.push_back(std::move(own));
+  }
+  return queried;
+}
+
+OGRLayer& Dataset::run_query(const TableChoice& choice) {
   KeptMessages messages;
-  result_ = dataset_->ExecuteSQL(sql.c_str(), nullptr, kind_.has_own_sql ? nullptr : "SQLITE");
-  if (result_ != nullptr && messages.errors().empty()) return *result_;
-  const std::string reason = reason_in(messages.errors());
+  std::string problem;
+  if (!kind_.has_own_sql && !choice.allow_network) {
+    problem = require_own_layers(choice.sql, queried_layers());
+  }
+  if (problem.empty()) {
+    result_ =
+        dataset_->ExecuteSQL(choice.sql.c_str(), nullptr, kind_.has_own_sql ? nullptr : "SQLITE");
+    require_sound();
+    if (result_ != nullptr && !messages.has_errors()) return *result_;
+    problem = reason_in(messages.errors());
+  }
   fail(fmt::format("the query of --sql failed: {}; available: {}",
-                   reason.empty() ? "it has no result" : reason,
+                   problem.empty() ? "it has no result" : problem,
                    list(visible_layers(), kind_.is_workbook)));
 }
 
 OGRLayer& Dataset::choose(const TableChoice& choice, GeometryUse use) {
   OGRLayer* layer = nullptr;
   if (!choice.sql.empty()) {
-    layer = &run_query(choice.sql);
+    layer = &run_query(choice);
     place_ += " (--sql)";
     return *layer;
   }

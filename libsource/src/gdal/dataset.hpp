@@ -5,11 +5,14 @@
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
+#include <cstdint>
 #include <list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "gdal/own_data.hpp"
 #include "gdal/session.hpp"
 #include "silvafit/source/open_table.hpp"
 #include "source_kind.hpp"
@@ -31,6 +34,12 @@ class Dataset {
   const SourceKind& kind() const { return kind_; }
   /// Whether GDAL reads the file as a database of SQLite, and not as a GeoPackage.
   bool is_sqlite() const { return dataset_->GetDriverName() == std::string_view("SQLite"); }
+  /// Refuses what was read so far if GDAL found an error in it, or more work than the limits of
+  /// docs/hardening.md allow.
+  /// \param row  from 1; of a layer
+  void require_sound(std::optional<std::size_t> row = std::nullopt) const;
+  /// The most values, rows times columns, that a table of the file may have.
+  std::size_t most_values() const;
   /// The path of the file, as it was given.
   const std::string& path() const { return path_; }
   /// For messages: the file, and the layer if the file can have several.
@@ -41,13 +50,23 @@ class Dataset {
  private:
   std::vector<OGRLayer*> visible_layers() const;
   OGRLayer& only_layer(GeometryUse use);
-  OGRLayer& run_query(const std::string& sql);
+  std::vector<QueriedLayer> queried_layers() const;
+  OGRLayer& run_query(const TableChoice& choice);
+  void require_own(const TableChoice& choice) const;
+  void limit_steps();
+  static int count_step(void* dataset);
+  [[noreturn]] void refuse_unreadable() const;
   [[noreturn]] void fail(const std::string& message) const;
 
   std::string path_;
   const SourceKind& kind_;
   std::string place_;
   std::string layer_name_{};
+  std::uintmax_t bytes_ = 0;  // of the file
+  std::uintmax_t steps_ = 0;  // of SQLite, in thousands
+  bool is_beyond_limit_ = false;
+  bool has_cells_behind_gap_ = false;  // of a workbook
+  KeptMessages messages_{};
   std::list<Setting> settings_{};  // outlive the dataset, which reads sheets when they are used
   GDALDatasetUniquePtr dataset_{};
   OGRLayer* result_ = nullptr;  // of a query

@@ -53,6 +53,7 @@ void widen_whole_numbers(OGRLayer& layer) {
 data::TextColumn dates_of(OGRLayer& layer, const std::string& name) {
   const int field = layer.GetLayerDefn()->GetFieldIndex(name.c_str());
   data::TextColumn dates;
+  const KeptMessages messages;
   layer.ResetReading();
   for (const auto& feature : layer) {
     int year = 0;
@@ -63,6 +64,9 @@ data::TextColumn dates_of(OGRLayer& layer, const std::string& name) {
                               field, &year, &month, &day, &unused, &unused, &unused, &unused) != 0;
     is_known ? dates.append(fmt::format("{:04}-{:02}-{:02}", year, month, day))
              : dates.append_missing();
+  }
+  if (messages.has_errors()) {
+    throw InputError("the dates cannot be read; the file may be damaged", {.column = name});
   }
   return dates;
 }
@@ -100,6 +104,7 @@ class LayerReader {
   void read_positions();
   void read_areas();
   LayerColumns read_columns_with(const GeometrySink& sink);
+  void require_bounded(std::size_t rows, std::size_t columns) const;
   Conversion conversion(const Extent& extent) const;
   void take_conversion(const Conversion& conversion);
   void set(LayerColumn column);
@@ -114,9 +119,24 @@ class LayerReader {
   OpenedTable result_{};
 };
 
+/// Tests each batch, so that a damaged or malicious file is refused before it fills the memory.
+void LayerReader::require_bounded(std::size_t rows, std::size_t columns) const {
+  dataset_.require_sound(rows + 1);
+  if (rows <= dataset_.most_values() / std::max<std::size_t>(columns, 1)) return;
+  throw InputError(
+      fmt::format("more than {} rows of {} columns are too many for a file of this size; does a "
+                  "view or query repeat its rows?",
+                  rows,
+                  columns),
+      {.file = file_});
+}
+
 LayerColumns LayerReader::read_columns_with(const GeometrySink& sink) {
   if (dataset_.is_sqlite()) widen_whole_numbers(layer_);
-  LayerColumns columns = read_columns(layer_, row_id_of(layer_), sink, file_);
+  const auto check = [this](std::size_t rows, std::size_t columns) {
+    require_bounded(rows, columns);
+  };
+  LayerColumns columns = read_columns(layer_, row_id_of(layer_), sink, check, file_);
   if (columns.columns.empty() && columns.rows == 0) {
     throw InputError("contains no rows", {.file = file_});
   }

@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: MIT
-// GDAL in this process: which formats it reads, and its messages, which are not printed.
+// GDAL in this process: which formats it reads, whether it may use networks, and its messages,
+// which are not printed.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace silvafit::source {
 
-/// Registers the formats of source_kind.hpp and no others, once. Without access to networks GDAL
-/// cannot open anything but files and PostgreSQL databases.
+/// Registers the formats of source_kind.hpp and no others, once.
 void start_gdal();
+
+/// Whether files and requests may use networks, from now on. Without, GDAL's file systems are those
+/// of this computer, and its requests fail: a link to a coordinate reference system in a GeoJSON
+/// file, a geocoder in a query.
+void set_network(bool is_allowed);
+/// Whether something was refused for that reason since set_network.
+bool has_refused_network();
 
 /// During its lifetime, messages of GDAL in this thread are stored here instead of being printed.
 class KeptMessages {
@@ -21,12 +29,14 @@ class KeptMessages {
 
   /// Errors, without warnings.
   const std::vector<std::string>& errors() const { return errors_; }
-  void clear() { errors_.clear(); }
+  /// Whether there were errors, also in threads of GDAL, whose messages are not stored.
+  bool has_errors() const;
 
   void add(std::string text) { errors_.push_back(std::move(text)); }
 
  private:
   std::vector<std::string> errors_{};
+  std::size_t others_before_;
 };
 
 /// A setting of GDAL in this thread during its lifetime.

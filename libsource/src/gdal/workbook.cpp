@@ -149,18 +149,12 @@ std::optional<std::string> SheetText::note_on_dates() const {
 std::shared_ptr<const data::TableText> text_of_sheet(const Dataset& workbook,
                                                      OGRLayer& sheet,
                                                      std::vector<std::string>& notes) {
-  const KeptMessages messages;
   const int columns = sheet.GetLayerDefn()->GetFieldCount();
   SheetText text(static_cast<std::size_t>(columns));
   for (const auto& feature : sheet) {
     text.add_row(*feature, static_cast<std::size_t>(feature->GetFID()));
   }
-  if (!messages.errors().empty()) {
-    throw InputError(
-        "the sheet cannot be read completely; save the workbook again, or save the "
-        "sheet as CSV in UTF-8",
-        {.file = workbook.place()});
-  }
+  workbook.require_sound();
   if (const auto note = text.note_on_dates()) notes.push_back(*note);
   const FormulasWithoutValue formulas =
       formulas_without_value(workbook.path(), workbook.layer_name());

@@ -2,14 +2,18 @@
 #include "gdal/workbook_file.hpp"
 
 #include <cpl_minixml.h>
+#include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <string_view>
 
 #include "gdal/session.hpp"
+#include "gdal/workbook_grid.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::source {
@@ -121,6 +125,80 @@ std::size_t look_at_cells(std::string_view text, FormulasWithoutValue& found) {
   }
 }
 
+/// Whether a part has cells.
+bool is_sheet(const std::string& part) {
+  return part == "content.xml" || (part.starts_with("xl/worksheets/") && part.ends_with(".xml"));
+}
+
+/// The parts of real workbooks have up to about 50 times the bytes of their archive; those of zeros
+/// have 1000 times as many.
+void require_bounded_archive(const std::string& archive,
+                             const CPLStringList& parts,
+                             const std::string& path,
+                             const std::string& place) {
+  constexpr std::uintmax_t kFree = std::uintmax_t{64} << 20U;
+  constexpr std::uintmax_t kMostRatio = 256;
+  std::error_code unknown;
+  const std::uintmax_t size = std::filesystem::file_size(path, unknown);
+  std::uintmax_t total = 0;
+  for (int i = 0; i < parts.size(); ++i) {
+    VSIStatBufL status{};
+    if (VSIStatL((archive + parts[i]).c_str(), &status) == 0) {
+      total += static_cast<std::uintmax_t>(std::max<vsi_l_offset>(0, status.st_size));
+    }
+  }
+  if (unknown || total <= kFree + kMostRatio * size) return;
+  throw InputError(
+      fmt::format("the workbook of {} bytes unpacks to {} bytes, more than {} times as "
+                  "many; save its sheets as CSV in UTF-8",
+                  size,
+                  total,
+                  kMostRatio),
+      {.file = place});
+}
+
+bool is_folder(const std::string& name) {
+  VSIStatBufL status{};
+  return VSIStatL(name.c_str(), &status) == 0 && VSI_ISDIR(status.st_mode);
+}
+
+/// Reads a part of an archive to its end; false if it has another length or checksum than the
+/// archive says.
+bool is_read_whole(const std::string& name, GridScan* scan) {
+  const KeptMessages messages;
+  VSIStatBufL status{};
+  const File file = open_file(name);
+  if (!file || VSIStatL(name.c_str(), &status) != 0) return false;
+  vsi_l_offset total = 0;
+  std::vector<char> block(std::size_t{1} << 18);
+  for (;;) {
+    const std::size_t count = VSIFReadL(block.data(), 1, block.size(), file.get());
+    if (count == 0) break;
+    total += count;
+    if (scan != nullptr) scan->add({block.data(), count});
+  }
+  return total == static_cast<vsi_l_offset>(status.st_size) && !messages.has_errors();
+}
+
+/// GDAL keeps a field of 16 bytes for each cell of the rectangle around all cells with content. In
+/// a sheet without gaps each cell has more than 10 bytes of XML.
+void require_bounded_sheet(const GridScan& scan, const std::string& place) {
+  constexpr double kFree = 2e7;
+  if (scan.is_unusual() && scan.bytes() > 0) {
+    throw InputError(
+        "the workbook is damaged, or has a form that spreadsheet programs do not write; open it in "
+        "one and save it again",
+        {.file = place});
+  }
+  if (scan.largest_grid() <= std::max(kFree, static_cast<double>(scan.bytes()))) return;
+  throw InputError(
+      fmt::format("a sheet has {} rows and {} columns, nearly all of them without content; delete "
+                  "the cells that are far from the table, and save the workbook again",
+                  scan.rows(),
+                  scan.columns()),
+      {.file = place});
+}
+
 }  // namespace
 
 void require_readable_workbook(const std::string& path,
@@ -147,6 +225,32 @@ void require_readable_workbook(const std::string& path,
     throw InputError("the workbook is encrypted; open it and save it without a password",
                      {.file = place});
   }
+}
+
+bool require_whole_workbook(const std::string& path,
+                            const SourceKind& kind,
+                            const std::string& place) {
+  if (kind.ending == "xls") return false;
+  const std::string archive = fmt::format("/vsizip/{{{}}}/", path);
+  // With a slash at the end GDAL does not list the folders' content.
+  const CPLStringList parts(VSIReadDirRecursive(archive.substr(0, archive.size() - 1).c_str()));
+  require_bounded_archive(archive, parts, path, place);
+  bool has_cells_behind_gap = false;
+  for (int i = 0; i < parts.size(); ++i) {
+    const std::string part = parts[i];
+    if (is_folder(archive + part)) continue;
+    GridScan scan;
+    if (!is_read_whole(archive + part, is_sheet(part) ? &scan : nullptr)) {
+      throw InputError(
+          fmt::format("the workbook is damaged: {} cannot be read; restore it, or open it in the "
+                      "program that made it and save it again",
+                      part),
+          {.file = place});
+    }
+    require_bounded_sheet(scan, place);
+    has_cells_behind_gap = has_cells_behind_gap || scan.has_cells_behind_gap();
+  }
+  return has_cells_behind_gap;
 }
 
 FormulasWithoutValue formulas_without_value(const std::string& path, const std::string& sheet) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Properties of workbooks that GDAL does not report: encryption, and formulas without values.
+// Properties of workbooks that GDAL does not report: encryption, damage of the archive, sheets that
+// need much memory, and formulas without values.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "source_kind.hpp"
@@ -13,6 +15,14 @@ namespace silvafit::source {
 void require_readable_workbook(const std::string& path,
                                const SourceKind& kind,
                                const std::string& place);
+
+/// Reads all parts of a workbook of Excel or OpenDocument once.
+/// \return whether cells are behind rows that GDAL ignores (GridScan)
+/// \throws InputError if a part is damaged, or the workbook needs much more memory than its size
+///   (limits in docs/hardening.md)
+bool require_whole_workbook(const std::string& path,
+                            const SourceKind& kind,
+                            const std::string& place);
 
 /// Cells of a sheet whose formula has no stored value.
 struct FormulasWithoutValue {

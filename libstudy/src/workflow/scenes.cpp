@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <cstddef>
 #include <numbers>
 #include <utility>
@@ -410,14 +411,17 @@ double commonest_dbh_cm(const std::vector<double>& diameters_cm) {
   for (const double value : values) square += (value - mean) * (value - mean) / n;
   const double bandwidth = 1.06 * std::sqrt(square) * std::pow(n, -0.2);
   if (!(bandwidth > 0.0)) return low;
+  // Diameters are measured to 0.1 cm: equal ones share a term.
+  std::map<double, double> counts;
+  for (const double value : values) ++counts[value];
   double best = low;
   double highest = 0.0;
   const auto last = static_cast<int>(std::lround(10.0 * std::ranges::max(values)));
   for (auto tenth = static_cast<int>(std::lround(10.0 * low)); tenth <= last; ++tenth) {
     double density = 0.0;
-    for (const double value : values) {
+    for (const auto& [value, count] : counts) {
       const double distance = (0.1 * tenth - value) / bandwidth;
-      density += std::exp(-0.5 * distance * distance);
+      density += count * std::exp(-0.5 * distance * distance);
     }
     if (density <= highest) continue;
     highest = density;

@@ -13,6 +13,8 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/fingerprint.hpp"
+#include "silvafit/base/io_error.hpp"
 #include "silvafit/data/table_parts.hpp"
 
 namespace silvafit::study {
@@ -28,6 +30,48 @@ std::pair<std::size_t, std::string_view> take_number(std::string_view text) {
   const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
   const auto used = static_cast<std::size_t>(end - text.data());
   return {value, text.substr(std::min(used + 1, text.size()))};
+}
+
+/// Adds a file to a fingerprint; false if it cannot be read.
+bool add_file_to(Fingerprint& hash, const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::vector<char> block(std::size_t{1} << 20U);
+  while (stream) {
+    stream.read(block.data(), static_cast<std::streamsize>(block.size()));
+    hash.add({block.data(), static_cast<std::size_t>(stream.gcount())});
+  }
+  return stream.eof();
+}
+
+/// The fingerprint of the rows of a result and of its files; nothing if one cannot be read.
+std::optional<std::string> fingerprint_of_content(const fs::path& folder,
+                                                  std::string_view rows,
+                                                  const std::vector<std::string>& files) {
+  Fingerprint hash;
+  hash.add(rows);
+  for (const std::string& name : files) {
+    if (!add_file_to(hash, folder / name)) return std::nullopt;
+  }
+  return hash.text();
+}
+
+/// The names of a result's files: its second line, which is empty for a result without files.
+std::vector<std::string> files_in(std::string_view line) {
+  std::vector<std::string> names;
+  while (!line.empty()) {
+    const std::size_t end = std::min(line.find('\t'), line.size());
+    names.emplace_back(line.substr(0, end));
+    line.remove_prefix(std::min(end + 1, line.size()));
+  }
+  return names;
+}
+
+/// Takes a line from the beginning of a text, without its end.
+std::string_view take_line(std::string_view& text) {
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  const std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return line;
 }
 
 }  // namespace
@@ -66,6 +110,10 @@ TileRows read_tile(const fs::path& folder, const TilePlan& plan, std::size_t til
   for (std::size_t i = 0; i < plan.head.header.size(); ++i) {
     head->header.push_back("column" + std::to_string(i));
   }
+  if (fingerprint(std::string_view(bytes).substr(header.size())) != plan.tiles[tile].fingerprint) {
+    throw InputError("the rows are not those of the plan; cut the inventory again",
+                     {.file = file.string()});
+  }
   whole->name = file.string();
   whole->separator = plan.separator;
   whole->text = bytes.substr(header.size());
@@ -80,26 +128,21 @@ TileRows read_tile(const fs::path& folder, const TilePlan& plan, std::size_t til
   table->head = std::make_shared<data::TableHead>(plan.head);
   data::CsvReader reader{data::TableSource(std::shared_ptr<const data::TableText>(whole))};
   std::vector<std::string_view> fields;
-  std::size_t neighbors = 0;
   while (reader.next(fields)) {
     const std::size_t line = take_number(fields[0]).first;
     const bool is_own = fields[1] == "1";
-    is_own ? rows.own.push_back(line) : void(++neighbors);
+    if (is_own) rows.own.push_back(line);
     if (only_own && !is_own) continue;
     table->lines.push_back(line);
     fields.erase(fields.begin(), fields.begin() + 2);
     data::append_record(fields, plan.separator, table->text);
-  }
-  if (rows.own.size() != plan.tiles[tile].trees || neighbors != plan.tiles[tile].neighbors) {
-    throw InputError("the rows are not those of the plan; cut the inventory again",
-                     {.file = file.string()});
   }
   rows.table = std::move(table);
   return rows;
 }
 
 std::string ResultHead::text() const {
-  return fmt::format("{} {} {} {} {}\n", kResultMark, key, trees, marked, halo_m);
+  return fmt::format("{} {} {} {} {} {}\n", kResultMark, key, trees, marked, halo_m, content);
 }
 
 std::optional<ResultHead> read_result_head(const fs::path& file) {
@@ -109,9 +152,18 @@ std::optional<ResultHead> read_result_head(const fs::path& file) {
   std::istringstream words(line.substr(sizeof kResultMark));
   ResultHead head;
   std::string halo;
-  words >> head.key >> head.trees >> head.marked >> halo;
-  if (!data::parse_number(halo, head.halo_m)) return std::nullopt;
+  words >> head.key >> head.trees >> head.marked >> halo >> head.content;
+  if (!words || !data::parse_number(halo, head.halo_m)) return std::nullopt;
   return head;
+}
+
+bool is_whole_result(const fs::path& file, const ResultHead& head) {
+  const std::string bytes = read_file(file, kAnySize);
+  std::string_view rest = bytes;
+  take_line(rest);
+  const std::string_view content = rest;
+  return fingerprint_of_content(file.parent_path(), content, files_in(take_line(rest))) ==
+         head.content;
 }
 
 void ResultRows::append(std::size_t line, std::string_view record, char mark) {
@@ -135,7 +187,13 @@ void ResultRows::need_halo(double width_m) { head_.halo_m = std::max(head_.halo_
 TileResult ResultRows::write(const fs::path& file, const std::string& key) const {
   ResultHead head = head_;
   head.key = key;
-  write_file(file, head.text() + header_ + rows_);
+  std::string content;
+  for (const std::string& name : files_) content += (content.empty() ? "" : "\t") + name;
+  content += '\n' + header_ + rows_;
+  const auto hash = fingerprint_of_content(file.parent_path(), content, files_);
+  if (!hash) throw IoError("a file of the tile was removed", {.file = file.string()});
+  head.content = *hash;
+  write_file(file, head.text() + content);
   return {.file = file.string(), .trees = head.trees, .marked = head.marked, .halo_m = head.halo_m};
 }
 
@@ -144,7 +202,8 @@ void read_result(
     const std::function<void(std::size_t line, bool is_marked, std::string_view record)>& sink) {
   const std::string bytes = read_file(file, kAnySize);
   std::string_view rest = bytes;
-  rest.remove_prefix(rest.find('\n') + 1);
+  take_line(rest);
+  take_line(rest);
   const std::size_t header = rest.find('\n') + 1;
   sink(0, false, rest.substr(0, header));
   rest.remove_prefix(header);

@@ -45,12 +45,16 @@ struct ResultHead {
   std::size_t trees = 0;
   std::size_t marked = 0;
   double halo_m = 0.0;
+  std::string content{};  ///< fingerprint of the rest of the file, and of its scenes
 
   std::string text() const;
 };
 
 /// The first line of a result; none if there is no such file, or it is no result.
 std::optional<ResultHead> read_result_head(const std::filesystem::path& file);
+
+/// Whether the rest of a result, and the scenes in its folder that it names, are as its head says.
+bool is_whole_result(const std::filesystem::path& file, const ResultHead& head);
 
 /// Collects the rows of a result and writes them.
 class ResultRows {
@@ -62,6 +66,8 @@ class ResultRows {
   void need_halo(double width_m);
   /// The number of trees, where it is not that of the rows.
   void set_trees(std::size_t trees) { head_.trees = trees; }
+  /// A file of the result in its folder, by its name.
+  void add_file(const std::string& name) { files_.push_back(name); }
 
   TileResult write(const std::filesystem::path& file, const std::string& key) const;
 
@@ -70,6 +76,7 @@ class ResultRows {
 
   std::string header_{};
   std::string rows_{};
+  std::vector<std::string> files_{};
   ResultHead head_{};
 };
 

@@ -131,6 +131,12 @@ class Positions {
   std::size_t row_ = 0;
 };
 
+/// The fingerprint of the content of a plan.
+std::string fingerprint_of_plan(TilePlan plan) {
+  plan.fingerprint = {};
+  return fingerprint(json_of(plan).dump());
+}
+
 class Planner {
  public:
   Planner(const std::filesystem::path& inventory,
@@ -148,7 +154,8 @@ class Planner {
     remove_earlier_plan();
     read();
     write_tiles();
-    plan_.fingerprint = fingerprint(json_of(plan_).dump() + content_.text());
+    plan_.version = SILVAFIT_VERSION;
+    plan_.fingerprint = fingerprint_of_plan(plan_);
     write_file(plan_file(folder_), json_of(plan_).dump(2) + "\n");
     return std::move(plan_);
   }
@@ -197,7 +204,6 @@ class Planner {
   const Callbacks& callbacks_;
   TilePlan plan_{};
   ExternalSort rows_{};
-  Fingerprint content_{};  ///< of all tiles
   GrowingHull hull_{};
   TreeIds ids_{};
   stand::SpeciesSpellings spellings_{};
@@ -295,12 +301,15 @@ void Planner::write_tiles() {
   std::string record;
   std::optional<AtomicFile> file;
   std::uint64_t open = 0;
+  Fingerprint rows;
   const std::string header = tile_header(plan_.head, plan_.separator);
   const std::string own_mark{plan_.separator, '1', plan_.separator};
   const auto finish = [&] {
     if (!file) return;
     file->commit();
     file.reset();
+    plan_.tiles.back().fingerprint = rows.text();
+    rows = {};
     // A tile with a halo only has nothing to compute.
     if (plan_.tiles.back().trees > 0) return;
     std::filesystem::remove(tile_file(folder_, plan_.tiles.back()));
@@ -318,13 +327,69 @@ void Planner::write_tiles() {
     const bool is_own = record.compare(record.find(plan_.separator), 3, own_mark) == 0;
     ++(is_own ? plan_.tiles.back().trees : plan_.tiles.back().neighbors);
     file->stream() << record;
-    content_.add(record);
+    rows.add(record);
   }
   finish();
 }
 
 std::vector<std::string> texts_of(const nlohmann::json& list) {
   return list.get<std::vector<std::string>>();
+}
+
+/// The head of the inventory; none if it is not one that json_of writes.
+std::optional<data::TableHead> head_in(const nlohmann::json& json) {
+  data::TableHead head;
+  head.header = texts_of(json.at("header"));
+  head.layout.units = texts_of(json.at("units"));
+  for (const int kind : json.at("kinds")) {
+    if (kind < 0 || kind > static_cast<int>(data::ColumnKind::kText)) return std::nullopt;
+    head.kinds.push_back(static_cast<data::ColumnKind>(kind));
+  }
+  if (head.kinds.size() != head.header.size()) return std::nullopt;
+  return head;
+}
+
+/// Reads the plan of a file; false if it is not one that json_of writes.
+/// \throws nlohmann::json::exception likewise
+bool read_plan(const nlohmann::json& json, TilePlan& plan) {
+  const auto point = [](const nlohmann::json& pair) {
+    return stand::Point{pair.at(0).get<double>(), pair.at(1).get<double>()};
+  };
+  const auto head = head_in(json);
+  const std::string separator = json.at("separator");
+  if (!head || separator.size() != 1) return false;
+  plan.inventory = json.at("inventory");
+  plan.head = *head;
+  plan.separator = separator.front();
+  plan.version = json.at("silvafit");
+  plan.settings.size_m = json.at("size_m");
+  plan.settings.halo_m = json.at("halo_m");
+  const nlohmann::json& reading = json.at("reading");
+  plan.settings.reading = {.columns = texts_of(reading.at("columns")),
+                           .trust_units = true,  // they were checked in the whole inventory
+                           .missing = texts_of(reading.at("missing")),
+                           .fill_down = texts_of(reading.at("fill_down")),
+                           .dead = reading.at("dead"),
+                           .alive_codes = texts_of(reading.at("alive_codes")),
+                           .dead_codes = texts_of(reading.at("dead_codes")),
+                           .cut_codes = texts_of(reading.at("cut_codes")),
+                           .case_sensitive = reading.at("case_sensitive")};
+  plan.rows = json.at("rows");
+  plan.trees = json.at("trees");
+  plan.has_plots = json.at("has_plots");
+  plan.ids_repeat = json.at("ids_repeat");
+  plan.low = point(json.at("low"));
+  plan.high = point(json.at("high"));
+  for (const nlohmann::json& vertex : json.at("hull")) plan.hull.push_back(point(vertex));
+  for (const nlohmann::json& tile : json.at("tiles")) {
+    plan.tiles.push_back({.column = tile.at("column"),
+                          .row = tile.at("row"),
+                          .trees = tile.at("trees"),
+                          .neighbors = tile.at("halo"),
+                          .fingerprint = tile.at("fingerprint")});
+  }
+  plan.fingerprint = json.at("fingerprint");
+  return true;
 }
 
 }  // namespace
@@ -354,11 +419,12 @@ ordered_json json_of(const TilePlan& plan) {
                      {"column", tile.column},
                      {"row", tile.row},
                      {"trees", tile.trees},
-                     {"halo", tile.neighbors}});
+                     {"halo", tile.neighbors},
+                     {"fingerprint", tile.fingerprint}});
   }
   const ReadingSettings& reading = plan.settings.reading;
   return {{"schema", "silvafit-tiles/1"},
-          {"silvafit", SILVAFIT_VERSION},
+          {"silvafit", plan.version},
           {"inventory", plan.inventory},
           {"size_m", plan.settings.size_m},
           {"halo_m", plan.settings.halo_m},
@@ -393,51 +459,15 @@ TilePlan read_tile_plan(const std::filesystem::path& folder) {
                      {.file = file.string()});
   }
   TilePlan plan;
+  bool is_plan = false;
   try {
-    const nlohmann::json json = nlohmann::json::parse(read_file(file, kAnySize));
-    const auto point = [](const nlohmann::json& pair) {
-      return stand::Point{pair.at(0).get<double>(), pair.at(1).get<double>()};
-    };
-    plan.inventory = json.at("inventory");
-    plan.settings.size_m = json.at("size_m");
-    plan.settings.halo_m = json.at("halo_m");
-    const nlohmann::json& reading = json.at("reading");
-    plan.settings.reading = {.columns = texts_of(reading.at("columns")),
-                             .trust_units = true,  // they were checked in the whole inventory
-                             .missing = texts_of(reading.at("missing")),
-                             .fill_down = texts_of(reading.at("fill_down")),
-                             .dead = reading.at("dead"),
-                             .alive_codes = texts_of(reading.at("alive_codes")),
-                             .dead_codes = texts_of(reading.at("dead_codes")),
-                             .cut_codes = texts_of(reading.at("cut_codes")),
-                             .case_sensitive = reading.at("case_sensitive")};
-    plan.head.header = texts_of(json.at("header"));
-    plan.head.layout.units = texts_of(json.at("units"));
-    for (const int kind : json.at("kinds")) {
-      plan.head.kinds.push_back(static_cast<data::ColumnKind>(kind));
-    }
-    plan.separator = json.at("separator").get<std::string>().at(0);
-    plan.rows = json.at("rows");
-    plan.trees = json.at("trees");
-    plan.has_plots = json.at("has_plots");
-    plan.ids_repeat = json.at("ids_repeat");
-    plan.low = point(json.at("low"));
-    plan.high = point(json.at("high"));
-    for (const nlohmann::json& vertex : json.at("hull")) plan.hull.push_back(point(vertex));
-    for (const nlohmann::json& tile : json.at("tiles")) {
-      plan.tiles.push_back({.column = tile.at("column"),
-                            .row = tile.at("row"),
-                            .trees = tile.at("trees"),
-                            .neighbors = tile.at("halo")});
-    }
-    plan.fingerprint = json.at("fingerprint");
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(
-        fmt::format("is not a plan of tiles ({}); cut the inventory again", error.what()),
-        {.file = file.string()});
+    is_plan = read_plan(nlohmann::json::parse(read_file(file, kAnySize)), plan);
+  } catch (const nlohmann::json::exception&) {
+    is_plan = false;
   }
-  if (plan.head.kinds.size() != plan.head.header.size()) {
-    throw InputError("is not a plan of tiles; cut the inventory again", {.file = file.string()});
+  if (!is_plan || plan.fingerprint != fingerprint_of_plan(plan)) {
+    throw InputError("is not a plan of tiles, or is damaged; cut the inventory again",
+                     {.file = file.string()});
   }
   return plan;
 }

@@ -40,7 +40,7 @@ void require_tile(const TilePlan& plan, std::size_t tile) {
 
 std::optional<TileResult> earlier_result(const fs::path& file, const std::string& key) {
   const auto head = read_result_head(file);
-  if (!head || head->key != key) return std::nullopt;
+  if (!head || head->key != key || !is_whole_result(file, *head)) return std::nullopt;
   return TileResult{.file = file.string(),
                     .was_there = true,
                     .trees = head->trees,
@@ -139,14 +139,19 @@ std::string without_values(std::string_view header, const stand::Inventory& tree
   return row + '\n';
 }
 
+std::string words_of_ring(std::string_view kind, const std::vector<stand::Point>& ring) {
+  std::string words = fmt::format(" {}", kind);
+  for (const stand::Point& point : ring) words += fmt::format(" {} {}", point.x, point.y);
+  return words;
+}
+
 std::string words_of(const UnitSettings& settings) {
   std::string windows;
   for (const stand::NamedWindow& window : settings.windows) {
-    windows += window.plot.value_or("");
+    windows += fmt::format("window {:?}", window.plot.value_or(""));
     for (const stand::Polygon& polygon : window.window.outline()) {
-      for (const stand::Point& point : polygon.outer) {
-        windows += fmt::format(" {} {}", point.x, point.y);
-      }
+      windows += words_of_ring("polygon", polygon.outer);
+      for (const auto& hole : polygon.holes) windows += words_of_ring("hole", hole);
     }
   }
   if (!settings.window.empty()) windows += read_file(settings.window);
@@ -301,6 +306,10 @@ TileResult tile_scene(const fs::path& folder,
                            scene.trees,
                            scene.triangles,
                            scene.bytes));
+    result.add_file(fs::path(scene.name).filename().string());
+    for (const std::string& beside : scene.beside) {
+      result.add_file(fs::path(beside).filename().string());
+    }
   }
   result.set_trees(grown.morphologies.size());
   return result.write(file, own_key);
@@ -323,11 +332,14 @@ MergedTiles merge_tiles(const fs::path& folder,
     }
     if (!key) key = head->key;
     if (head->key != *key) merged.gaps.different.push_back(i);
+    if (!is_whole_result(result_file(folder, command, plan.tiles[i]), *head)) {
+      merged.gaps.damaged.push_back(i);
+    }
     merged.trees += head->trees;
     merged.marked += head->marked;
     merged.halo_m = std::max(merged.halo_m, head->halo_m);
   }
-  if (!merged.gaps.missing.empty() || !merged.gaps.different.empty()) return merged;
+  if (!merged.gaps.are_none()) return merged;
   data::OrderedRows rows(stream, true);
   bool has_header = false;
   for (const Tile& tile : plan.tiles) {

@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <iosfwd>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include "silvafit/data/decimal_marks.hpp"
 #include "silvafit/data/missing_codes.hpp"
 #include "silvafit/data/table.hpp"
 
@@ -37,6 +39,8 @@ struct TableHead {
   std::vector<std::string> header{};
   CsvLayout layout{};
   std::vector<ColumnKind> kinds{};  ///< of each column; kUnknown if empty
+  /// Of each column in the whole file, whatever its kind; none if the file has decimal points.
+  std::vector<DecimalMarks> marks{};
 };
 
 /// The rows of a sheet or layer as delimited text, one record per line: line n is row n of the
@@ -125,6 +129,17 @@ class CsvReader {
   /// Reads a whole field as a number, with a decimal comma if the file has these.
   /// \returns false if the field is not a number
   bool parse_number(std::string_view field, double& value) const;
+
+  /// The same for a field of the last record, whose decimal mark is noted.
+  bool read_number(std::size_t column, std::string_view field, double& value);
+  /// Refuses a column in which read_number found points and commas.
+  /// \throws InputError with the line
+  void require_one_mark(std::size_t column) const;
+  /// Refuses such columns, and those whose marks may separate thousands (require_clear_marks).
+  /// \param columns  those that are used as numbers
+  void require_clear_marks(std::span<const std::size_t> columns) const;
+  /// The marks that read_number found; none if the file has decimal points.
+  const std::vector<DecimalMarks>& marks() const;
 
   /// The first line of the last record, from 1.
   std::size_t line() const;

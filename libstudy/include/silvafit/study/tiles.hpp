@@ -34,6 +34,7 @@ struct Tile {
   std::int64_t row = 0;       ///< likewise y
   std::size_t trees = 0;      ///< rows of its own
   std::size_t neighbors = 0;  ///< rows in its halo
+  std::string fingerprint{};  ///< of the rows in its file
 
   /// Such as e12s3, in the names of files.
   std::string name() const;
@@ -53,7 +54,8 @@ struct TilePlan {
   stand::Point high{};
   std::vector<stand::Point> hull{};  ///< convex hull of all trees; none if they are on one line
   std::vector<Tile> tiles{};
-  std::string fingerprint{};  ///< of all of the above, and of the rows
+  std::string version{};      ///< of the silvafit that made the plan
+  std::string fingerprint{};  ///< of all of the above
 };
 
 /// Cuts a CSV file into a file for each tile with trees, `FOLDER/tiles/NAME.csv`: line in the
@@ -69,7 +71,7 @@ TilePlan plan_tiles(const std::filesystem::path& inventory,
                     const Callbacks& callbacks = {});
 
 /// Reads the plan of a folder.
-/// \throws InputError if there is none
+/// \throws InputError if there is none, or it is damaged
 TilePlan read_tile_plan(const std::filesystem::path& folder);
 
 /// As JSON, schema silvafit-tiles/1 (docs/json.md).
@@ -86,7 +88,7 @@ struct TileResult {
 };
 
 /// Computes the structural units of the trees of a tile, `FOLDER/indices/NAME.csv`. The file is
-/// written whole or not at all; one of the same inventory and settings is left as it is.
+/// written whole or not at all; a whole one of the same inventory and settings is left as it is.
 /// \param tile      position in TilePlan::tiles
 /// \param settings  without BAL, CCF and the edge corrections torus and hanisch, which need all
 ///                  trees of the stand
@@ -127,8 +129,12 @@ TileResult tile_scene(const std::filesystem::path& folder,
 /// Reasons why a result is incomplete.
 struct TileGaps {
   std::vector<std::size_t> missing{};  ///< tiles without a result
+  /// Tiles whose results, or scenes, differ from their fingerprint, or whose scenes are missing.
+  std::vector<std::size_t> damaged{};
   /// Tiles whose results have other settings, or are of another plan, than the first one's.
   std::vector<std::size_t> different{};
+
+  bool are_none() const { return missing.empty() && damaged.empty() && different.empty(); }
 };
 
 struct MergedTiles {

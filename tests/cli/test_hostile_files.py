@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: MIT
+"""Files that are damaged, that request endless work, or that would reach networks and other files."""
+
+import http.server
+import json
+import sqlite3
+import subprocess
+import threading
+import unittest
+import zipfile
+
+import layer_files
+from silvafit_program import PROGRAM, ProgramTest
+
+RELATIONS = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+SHEETS = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+PACKAGE = "http://schemas.openxmlformats.org/package/2006/"
+FIT = ("--formula", "dbh ~ a + b*tree")
+
+
+def sheet(rows, more=""):
+    """The XML of a sheet of numbers and texts."""
+    text = ""
+    for i, row in enumerate(rows, start=1):
+        cells = ""
+        for k, value in enumerate(row):
+            name = f"{chr(65 + k)}{i}"
+            cells += (f'<c r="{name}" t="inlineStr"><is><t>{value}</t></is></c>' if isinstance(value, str)
+                      else f'<c r="{name}"><v>{value}</v></c>')
+        text += f'<row r="{i}">{cells}</row>'
+    return f'<?xml version="1.0"?><worksheet xmlns="{SHEETS}"><sheetData>{text}{more}</sheetData></worksheet>'
+
+
+def write_xlsx(path, xml):
+    """A workbook with one sheet, whose XML need not be valid."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as book:
+        book.writestr("[Content_Types].xml", f'<Types xmlns="{PACKAGE}content-types"/>')
+        book.writestr("xl/workbook.xml", f'<workbook xmlns="{SHEETS}" xmlns:r="{RELATIONS}"><sheets><sheet name="S" '
+                                         'sheetId="1" r:id="r1"/></sheets></workbook>')
+        book.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{PACKAGE}relationships"><Relationship Id="r1" '
+                                                    f'Type="{RELATIONS}/worksheet" Target="worksheets/sheet1.xml"/></Relationships>')
+        book.writestr("xl/worksheets/sheet1.xml", xml)
+
+
+def ods_rows(rows):
+    return "".join(f'<table:table-row{repeat}>{cells}</table:table-row>' for repeat, cells in rows)
+
+
+def ods_cells(*values):
+    return "".join(f'<table:table-cell office:value-type="string"><text:p>{value}</text:p></table:table-cell>' if isinstance(value, str)
+                   else f'<table:table-cell office:value-type="float" office:value="{value}"/>' for value in values)
+
+
+def write_ods(path, rows):
+    names = " ".join(f'xmlns:{short}="urn:oasis:names:tc:opendocument:xmlns:{short}:1.0"' for short in ("office", "table", "text"))
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as book:
+        book.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet", zipfile.ZIP_STORED)
+        book.writestr("content.xml", f'<?xml version="1.0"?><office:document-content {names}><office:body><office:spreadsheet>'
+                                     f'<table:table table:name="S">{ods_rows(rows)}</table:table></office:spreadsheet></office:body>'
+                                     "</office:document-content>")
+
+
+class HostileTest(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        if layer_files.gdal_of_program() is None:
+            self.skipTest("built without GDAL")
+
+    def refused(self, words, *arguments, status=3):
+        said = self.run_program("fit", *arguments, *FIT, status=status).stderr
+        self.assertIn(words, said)
+        for word in ("GDAL", "sqlite3_", "ERROR", "CPL"):
+            self.assertNotIn(word, said)
+
+    def run_any(self, *arguments):
+        return subprocess.run([PROGRAM, *arguments], cwd=self.folder, capture_output=True, text=True, timeout=120, check=False)
+
+    def count(self, name):
+        return self.run_json("fit", name, *FIT)["n"]
+
+
+class Workbooks(HostileTest):
+    rows = [["plot", "tree", "dbh"]] + [[1, i, 10.5 + (7 * i) % 20] for i in range(300)]
+
+    def test_whole_workbooks(self):
+        write_xlsx(self.folder / "a.xlsx", sheet(self.rows))
+        self.assertEqual(self.count("a.xlsx"), 300)
+        body = [("", ods_cells(*row)) for row in self.rows]
+        empty = '<table:table-cell table:number-columns-repeated="16384"/>'
+        # LibreOffice writes empty rows up to the last possible one, in one or two parts.
+        for end in ([], [(' table:number-rows-repeated="1048275"', empty)],
+                    [(' table:number-rows-repeated="1048274"', empty), ("", empty)]):
+            write_ods(self.folder / "a.ods", body + end)
+            self.assertEqual(self.count("a.ods"), 300)
+
+    def test_cut_sheets(self):
+        whole = sheet(self.rows)
+        for share in (0.3, 0.6, 0.95):
+            write_xlsx(self.folder / "a.xlsx", whole[:int(share * len(whole))])
+            self.refused("the sheet cannot be read completely", "a.xlsx")
+        write_xlsx(self.folder / "a.xlsx", whole.replace('<row r="200">', '<row r="200"', 1))
+        self.refused("the sheet cannot be read completely", "a.xlsx")
+
+    def test_changed_bytes_never_change_the_rows_silently(self):
+        write_xlsx(self.folder / "a.xlsx", sheet(self.rows))
+        whole = self.run_json("fit", "a.xlsx", *FIT)
+        data = (self.folder / "a.xlsx").read_bytes()
+        refused = 0
+        for at in range(150, len(data), len(data) // 40):
+            (self.folder / "b.xlsx").write_bytes(data[:at] + bytes([data[at] ^ 0x10]) + data[at + 1:])
+            done = self.run_any("fit", "b.xlsx", "--json", *FIT)
+            if done.returncode == 0:
+                self.assertEqual(json.loads(done.stdout)["fixed"], whole["fixed"], at)
+            else:
+                self.assertEqual(done.returncode, 3, (at, done.stderr))
+                refused += 1
+        self.assertGreater(refused, 20)
+
+    def test_rows_behind_a_gap(self):
+        empty = '<table:table-cell table:number-columns-repeated="16384"/>'
+        write_ods(self.folder / "a.ods", [("", ods_cells(*row)) for row in self.rows[:200]] +
+                  [(' table:number-rows-repeated="20000"', empty)] + [("", ods_cells(*row)) for row in self.rows[200:]])
+        self.refused("the sheet cannot be read completely", "a.ods")
+
+    def test_cells_far_away(self):
+        for more in ('<row r="1048576"><c r="A1048576"><v>1</v></c></row>', '<row r="400"><c r="XFD400"><v>1</v></c></row>'):
+            write_xlsx(self.folder / "a.xlsx", sheet(self.rows, more))
+            self.refused("cells far from the table", "a.xlsx")
+        many = '<row r="1"><c r="A1"><v>1</v></c><c r="BXX1"><v>2</v></c></row>' + "".join(
+            f'<row r="{i}"><c r="A{i}"><v>1</v></c></row>' for i in range(2, 30000))
+        write_xlsx(self.folder / "a.xlsx", sheet([], many))
+        self.refused("a sheet has 29999 rows and 2000 columns, nearly all of them without content", "a.xlsx")
+
+    def test_archives_that_unpack_to_gigabytes(self):
+        write_xlsx(self.folder / "a.xlsx", sheet(self.rows, " " * 200_000_000))
+        self.refused("more than 256 times as many", "a.xlsx")
+
+
+class Server:
+    """A server that counts its requests."""
+
+    def __enter__(self):
+        self.requests = []
+        requests = self.requests
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                requests.append(self.path)
+                self.send_error(404)
+
+            do_HEAD = do_GET
+
+            def log_message(self, *_):
+                pass
+
+        self.server = http.server.HTTPServer(("127.0.0.1", 0), Handler)
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        self.address = f"http://127.0.0.1:{self.server.server_port}"
+        return self
+
+    def __exit__(self, *_):
+        self.server.shutdown()
+        self.server.server_close()
+
+
+class Databases(HostileTest):
+    def database(self, name, *more):
+        (self.folder / name).unlink(missing_ok=True)
+        with sqlite3.connect(self.folder / name) as database:
+            database.execute("CREATE TABLE trees (plot TEXT, tree INTEGER, dbh REAL)")
+            database.executemany("INSERT INTO trees VALUES (1, ?, ?)", [(i, 10.5 + (7 * i) % 20) for i in range(50)])
+            for statement in more:
+                database.execute(statement)
+        return name
+
+    def with_virtual_table(self, name, module):
+        """SQLite itself does not know the module, so that its table is written as text."""
+        self.database(name, "PRAGMA writable_schema = 1",
+                      f"INSERT INTO sqlite_master VALUES ('table', 'ext', 'ext', 0, 'CREATE VIRTUAL TABLE ext USING {module}')")
+        return name
+
+    def test_tables_without_geometry(self):
+        self.write("trees.csv", "plot,tree,dbh\n" + "".join(f"1,{i},{10.5 + 7 * i % 20}\n" for i in range(50)))
+        for options in (("SPATIALITE=NO",), ("SPATIALITE=YES",), ("METADATA=NO",)):
+            name = "".join(options)[-5:] + ".sqlite"
+            layer_files.ogr2ogr("-f", "SQLite", "-dsco", *options, self.folder / name, self.folder / "trees.csv",
+                                "-oo", "AUTODETECT_TYPE=YES")
+            self.assertEqual(self.count(name), 50, options)
+
+    def test_virtual_tables(self):
+        with Server() as server:
+            for module in (f"VirtualOGR(''/vsicurl/{server.address}/a.csv'')", "VirtualText(''/etc/passwd'', ''UTF-8'')",
+                           "VirtualShape(''/tmp/a'', ''UTF-8'', 4326)"):
+                self.with_virtual_table("a.sqlite", module)
+                self.refused(f'"ext" is a virtual table of {module.split("(")[0]}', "a.sqlite", "--layer", "trees")
+            self.assertEqual(server.requests, [])
+
+    def test_views_and_queries_with_functions(self):
+        with Server() as server:
+            for function in (f"ogr_geocode('Oslo', 'geometry', 'QUERY_TEMPLATE={server.address}/%s')",
+                             "ogr_datasource_load_layers('other.shp')", "BlobFromFile('/etc/passwd')"):
+                name = function.split("(")[0]
+                self.database("a.sqlite", f"CREATE VIEW v AS SELECT tree, dbh, {function} AS g FROM trees")
+                self.refused(f'"v" uses the function {name}', "a.sqlite", "--layer", "trees")
+                self.database("a.sqlite")
+                self.refused(f"the function {name} may read other files", "a.sqlite", "--sql",
+                             f"select tree, dbh, {function} as g from trees", status=2)
+            self.assertEqual(server.requests, [])
+        self.assertEqual([path.name for path in self.folder.iterdir()], ["a.sqlite"])
+
+    def test_queries_of_other_files(self):
+        self.write("trees.csv", "plot,tree,dbh\n" + "".join(f"1,{i},{10.5 + 7 * i % 20}\n" for i in range(50)))
+        for name in ("a.dbf", "secret.dbf"):
+            layer_files.ogr2ogr("-f", "ESRI Shapefile", self.folder / name, self.folder / "trees.csv", "-oo", "AUTODETECT_TYPE=YES")
+        self.assertEqual(self.run_json("fit", "a.dbf", "--sql", "select * from a where tree < 30", *FIT)["n"], 30)
+        self.refused("no such table", "a.dbf", "--sql", f"select * from '{self.folder}/secret.dbf'.secret")
+
+    def test_links_of_geojson(self):
+        points = [{"type": "Feature", "properties": {"tree": i, "dbh": 10 + i % 7},
+                   "geometry": {"type": "Point", "coordinates": [i, 2 * i]}} for i in range(30)]
+        with Server() as server:
+            crs = {"type": "link", "properties": {"href": f"{server.address}/crs", "type": "ogcwkt"}}
+            self.write("a.geojson", json.dumps({"type": "FeatureCollection", "crs": crs, "features": points}))
+            self.refused("refers to a file of a network; add --allow-network", "a.geojson")
+            self.assertEqual(server.requests, [])
+
+    def test_endless_views(self):
+        counting = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c)"
+        product = ", ".join(f"trees t{i}" for i in range(8))
+        for view in (f"{counting} SELECT x AS tree, 1.5 AS dbh FROM c", f"{counting} SELECT 1 AS tree, count(*) AS dbh FROM c",
+                     f"SELECT t0.tree, t0.dbh FROM {product}"):
+            self.database("a.sqlite", f"CREATE VIEW v AS {view}")
+            self.refused("a table of this size should", "a.sqlite", "--layer", "v")
+
+    def test_zeroed_pages(self):
+        rows = "".join(f"1,{i},{10.5 + 7 * i % 20}\n" for i in range(20000))
+        self.write("trees.csv", "plot,tree,dbh\n" + rows)
+        layer_files.ogr2ogr(self.folder / "a.gpkg", self.folder / "trees.csv", "-oo", "AUTODETECT_TYPE=YES")
+        data = (self.folder / "a.gpkg").read_bytes()
+        pages = len(data) // 4096
+        for page in range(pages // 2, pages, max(1, pages // 12)):
+            changed = data[:4096 * page] + bytes(4096) + data[4096 * (page + 1):]
+            (self.folder / "b.gpkg").write_bytes(changed)
+            done = self.run_any("fit", "b.gpkg", "--json", *FIT)
+            self.assertIn(done.returncode, (0, 3))
+            if done.returncode == 0:
+                self.assertEqual(json.loads(done.stdout)["n"], 20000)
+
+
+if __name__ == "__main__":
+    unittest.main()
