@@ -27,7 +27,9 @@ void add_model_options(CLI::App& command, FitArguments& arguments) {
           "--random",
           arguments.random,
           "Random effects: coefficients and groups, such as \"a + b:C | plot\"; nested: \"a | "
-          "stand/plot\" or \"a | stand; a + b | plot\"; blocks: \"(a + b) + c | plot\"")
+          "stand/plot\" or \"a | stand; a + b | plot\" (\"stand/plot\" also there if labels of "
+          "plots "
+          "recur in other stands); blocks: \"(a + b) + c | plot\"")
       ->type_name("EFFECTS");
   command.add_option("--covariance",
                      arguments.covariance,

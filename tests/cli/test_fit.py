@@ -220,6 +220,24 @@ class MixedEffects(ProgramTest):
                     self.assertEqual(outputs[0], output)
 
 
+    def test_labels_that_recur_in_other_groups_need_a_nested_grouping(self):
+        """Three sites in the same four years: crossed, unless years within sites are meant."""
+        rows = ["site,yr,x,y"]
+        for site in range(3):
+            for year in range(4):
+                for i in range(5):
+                    rows.append(f"P{site},{2000 + year},{i},{1 + 0.5 * i + site * 7 % 3 + year * 5 % 4 + (i * 3 % 5) / 10}")
+        self.write("crossed.csv", "\n".join(rows) + "\n")
+        call = ["fit", "crossed.csv", "--formula", "y ~ a + b*x", "--random"]
+        error = self.run_program(*call, "a | site; a | yr", status=2).stderr
+        self.assertIn("yr recurs in every site: for yr within site", error)
+        self.assertIn("write `a | site/yr`", error)
+        nested = self.run_json(*call, "a | site/yr")
+        self.assertEqual(nested["groups"], {"site": 3, "yr": 12})
+        same = self.run_json(*call, "a | site; a | site/yr")
+        self.assertEqual(same["log_likelihood"], nested["log_likelihood"])
+
+
 class Catalogue(ProgramTest):
     def test_one_model_by_its_id(self):
         self.write("stand.csv", stand_csv())

@@ -124,7 +124,7 @@ class Impute(ProgramTest):
         self.write("nested.csv", "\n".join(lines) + "\n")
         done = self.run_program("impute", "nested.csv", "--formula", "h ~ a + b*dbh",
                                 "--random", "a | stand/plot", "--variance", "none")
-        self.assertIn("random a | stand; a | plot", done.stderr)
+        self.assertIn("random a | stand; a | stand/plot", done.stderr)
         self.assertIn("6 with their stand, 24 with the population curve", done.stderr)
         for row in self.rows(done.stdout):
             if row["h_source"] == "measured":

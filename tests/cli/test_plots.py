@@ -119,7 +119,7 @@ class RepeatedStudies(ProgramTest):
         self.assertEqual(once["n"], 90)
         both = self.study("both", *settings, "--period", "year")
         self.assertEqual(both["n"], 180)
-        self.assertRegex(both["random"], r"\| plot; .* \| year")
+        self.assertRegex(both["random"], r"\| plot; .* \| plot/year")
         with open(self.folder / "both/tables/species.csv", newline="", encoding="utf-8") as file:
             species = next(csv.DictReader(file))
         self.assertAlmostEqual(float(species["stems_per_ha"]), 15 / 0.04, delta=1e-9)

@@ -27,7 +27,7 @@ TEST_CASE("the random effects of plots and of years within them are those of nlm
   CHECK(result.rows.size() == expected["n"].get<std::size_t>());
   CHECK(result.plots == 10);
   // The trees were drawn with random effects of both on the asymptote.
-  CHECK(result.chosen_terms(&study::ResponseStudy::random) == "a | plot; a | year");
+  CHECK(result.chosen_terms(&study::ResponseStudy::random) == "a | plot; a | plot/year");
   REQUIRE(result.nlme);
   const fit::FittedModel& fit = result.nlme->fit;
   REQUIRE(fit.random.size() == 2);

@@ -88,7 +88,8 @@ def fit(
         Linear sub-models of parameters, as in R: ``["b ~ 1 + C"]``. Columns of text and categories are
         factors. Structural indices that are no columns (W, M, U, C, ...) are computed from x, y and dbh.
     random : str, optional
-        Random effects: ``"a + b | plot"``; nested: ``"a | stand/plot"``.
+        Random effects: ``"a + b | plot"``; nested: ``"a | stand/plot"``, or with effects of its own for
+        each grouping ``"a | stand; a + b | stand/plot"``.
     covariance : {"general", "diagonal", "identity"}, optional
         Form of the covariance matrix of the random effects.
     variance : str, optional

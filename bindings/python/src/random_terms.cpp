@@ -79,7 +79,7 @@ py::list random_terms(const fit::FittedModel& fit) {
 std::string random_text(const fit::FittedModel& fit) {
   std::string text;
   for (const fit::RandomEffects& term : fit.specification.random) {
-    text += fmt::format("{}{} | {}", text.empty() ? "" : "; ", term.text(), term.group);
+    text += fmt::format("{}{} | {}", text.empty() ? "" : "; ", term.text(), term.group_text());
   }
   return text;
 }

@@ -74,7 +74,12 @@ def test_nested_groups_have_an_index_of_both_columns(stands):
     inner = fit.random_effects["plot"]
     assert inner.index.names == ["stand", "plot"]
     assert set(inner.index) == set(map(tuple, stands[["stand", "plot"]].drop_duplicates().to_numpy()))
-    assert fit.random == "a | stand; a | plot"
+    assert fit.random == "a | stand; a | stand/plot"
+    assert sf.fit(FORMULA, stands, random=fit.random).loglik == fit.loglik
+    recurring = stands.assign(plot=stands.groupby("stand")["plot"].transform(lambda labels: pd.factorize(labels)[0]))
+    with pytest.raises(sf.FormulaError, match=r"write `a \| stand/plot`"):
+        sf.fit(FORMULA, recurring, random="a | stand; a | plot")
+    assert sf.fit(FORMULA, recurring, random="a | stand/plot").loglik == pytest.approx(fit.loglik, rel=1e-9)
     with pytest.raises(sf.InputError, match="outer"):
         sf.fit(FORMULA, stands, random="a | outer/plot")
 

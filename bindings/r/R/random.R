@@ -9,21 +9,10 @@ random_effects <- function(random, groups, data, contrasts) {
   terms <- random_terms(random, random_groups(groups))
   parts <- lapply(terms, random_part, data = data, contrasts = contrasts)
   merged <- merged_by_group(parts)
-  if (is.list(random) && is.null(names(random))) tell_nesting(merged, data)
   covariance <- vapply(merged, function(part) part$covariance, "")
   text <- paste(vapply(merged, function(part) paste(part$effects, "|", group_text(part$group)), ""), collapse = "; ")
   list(text = text, covariance = if (all(covariance == "")) NULL else ifelse(covariance == "", "general", covariance),
        groups = unique(unlist(lapply(merged, `[[`, "group"))))
-}
-
-# In a list of formulas with groups of their own, as in lme4, groups with the same label may have been meant to be crossed.
-tell_nesting <- function(merged, data) {
-  if (length(merged) != 2 || length(merged[[1]]$group) != 1 || length(merged[[2]]$group) != 1) return(invisible())
-  pairs <- unique(data[c(merged[[1]]$group, merged[[2]]$group)])
-  if (anyDuplicated(pairs[[2]])) {
-    tell(paste0("groups of ", merged[[2]]$group, " with the same label in different groups of ", merged[[1]]$group,
-                " are different groups (nested); crossed random effects are not available"))
-  }
 }
 
 group_text <- function(group) paste(vapply(group, name_text, ""), collapse = "/")

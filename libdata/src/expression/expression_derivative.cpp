@@ -34,7 +34,7 @@ const NodePointer& zero() {
 /// The derivatives of one graph; each shared part is differentiated once.
 class Differentiation {
  public:
-  /// \param at_limits  whether 0 times infinity is 0 in products
+  /// \param at_limits  whether 0 times infinity is 0 in products, and 0 over 0 in quotients
   Differentiation(std::string_view variable, bool at_limits)
       : variable_(variable), at_limits_(at_limits) {}
 
@@ -49,6 +49,10 @@ class Differentiation {
  private:
   NodePointer product(const NodePointer& a, const NodePointer& b) const {
     return at_limits_ ? make_limit_product(a, b) : a * b;
+  }
+
+  NodePointer quotient(const NodePointer& a, const NodePointer& b) const {
+    return at_limits_ ? make_limit_product(a, one() / b) : a / b;
   }
 
   NodePointer compute(const NodePointer& node) {
@@ -130,7 +134,7 @@ class Differentiation {
       case Operation::kLimitProduct:
         return product(of(u), v) + product(u, of(v));
       case Operation::kDivide:
-        return (of(u) - product(node, of(v))) / v;
+        return quotient(of(u) - product(node, of(v)), v);
       case Operation::kPower:
         return of_power(node);
       case Operation::kMin:

@@ -268,3 +268,57 @@ TEST_CASE("slopes at the edge of a domain are the limits of those inside") {
           Approx(logistic.derivative(name).value(names, inside)).epsilon(1e-14));
   }
 }
+
+TEST_CASE(
+    "where a zero of the data makes the mean constant, its derivatives are those of a constant") {
+  // The mean at x = 0 as a function of the parameters, by hand. All exponents are positive there.
+  struct AtZero {
+    const char* formula;
+    const char* value;
+  };
+  const AtZero cases[] = {
+      {"c + (d - c)/(1 + (x/e)^b)", "d"},
+      {"c + (d - c)/(1 + (x/e)^(-b))", "c"},
+      {"c + (d - c)/(1 + (e/x)^b)", "c"},
+      {"c + d*(1 - exp(-e*x))^b", "c"},
+      {"c + d*(x/e)^1.5", "c"},
+      {"c + d*(x/e)^2.5", "c"},
+      {"c + d*sqrt(x/e)", "c"},
+      {"c + d*x^b/(e^b + x^b)", "c"},
+      {"c + d*(x/(x + e))^b", "c"},
+      {"c + d*exp(-(e/x)^b)", "c"},
+      {"c + d*exp(b*log(x/e))", "c"},
+      {"d/(c + (e*x)^b)", "d/c"},
+      {"exp(c + (e*x)^b)", "exp(c)"},
+      {"log(c + (e*x)^b) + tanh((x/d)^b)", "log(c)"},
+      {"c*(d + (x/e)^b)^b", "c*d^b"},
+  };
+  const std::vector<std::string> parameters{"b", "c", "d", "e"};
+  std::vector<std::string> names = parameters;
+  names.emplace_back("x");
+  for (const AtZero& of : cases) {
+    const Expression mean = Expression::parse(of.formula).with_limits();
+    const Expression exact = Expression::parse(of.value);
+    for (const double b : {0.3, 0.5, 1.0, 1.3, 2.0, 2.5, 3.0}) {
+      INFO(of.formula << ", b = " << b);
+      const std::vector<double> at{b, 0.7, 3.0, 1.7, 0.0};
+      const auto check = [&](const Expression& derivative, const Expression& expected) {
+        // Sums and products of a few terms.
+        const double value = expected.value(names, at);
+        CHECK(derivative.value(names, at) == Approx(value).epsilon(1e-13).margin(1e-300));
+      };
+      check(mean, exact);
+      for (const std::string& i : parameters) {
+        const Expression by_i = mean.derivative(i);
+        const Expression exact_i = exact.derivative(i);
+        check(by_i, exact_i);
+        for (const std::string& j : parameters) {
+          const Expression by_j = by_i.derivative(j);
+          const Expression exact_j = exact_i.derivative(j);
+          check(by_j, exact_j);
+          for (const std::string& k : parameters) check(by_j.derivative(k), exact_j.derivative(k));
+        }
+      }
+    }
+  }
+}

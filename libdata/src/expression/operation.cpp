@@ -62,10 +62,7 @@ double chosen(double condition, double a, double b) {
   return condition != 0.0 ? a : b;
 }
 
-double limit_product(double a, double b) {
-  const double product = a * b;
-  return std::isnan(product) && !std::isnan(a) && !std::isnan(b) ? 0.0 : product;
-}
+double limit_product(double a, double b) { return a == 0.0 || b == 0.0 ? 0.0 : a * b; }
 
 double sign_of(double a) {
   if (std::isnan(a)) return a;

@@ -16,8 +16,8 @@ enum class Operation : std::uint8_t {
   kAdd,
   kSubtract,
   kMultiply,
-  kLimitProduct,  ///< product, but 0 times infinity is 0: for derivatives at the boundary of a
-                  ///< domain
+  kLimitProduct,  ///< product, but 0 times anything, even infinity or infinity - infinity, is 0:
+                  ///< for derivatives at the boundary of a domain
   kDivide,
   kPower,
   kNegate,

@@ -131,9 +131,8 @@ struct Multiply {
 };
 struct LimitProduct {
   HWY_INLINE Vector operator()(Vector a, Vector b) const {
-    const Vector product = hn::Mul(a, b);
-    const Mask is_missing = hn::Or(hn::IsNaN(a), hn::IsNaN(b));
-    return hn::IfThenZeroElse(hn::AndNot(is_missing, hn::IsNaN(product)), product);
+    const Vector zero = hn::Zero(kVector);
+    return hn::IfThenZeroElse(hn::Or(hn::Eq(a, zero), hn::Eq(b, zero)), hn::Mul(a, b));
   }
 };
 struct Divide {

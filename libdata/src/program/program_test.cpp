@@ -159,19 +159,26 @@ TEST_CASE("blocks of slopes at the edge of a domain are those of single values")
   const std::vector<double> x{0.0, 2.0, 0.0, 1e-3, 40.0};
   const double m = 1.0;
   const double s = 0.25;
-  const Expression slope =
-      Expression::parse("1/(1 + exp((m - log(x))/s))").with_limits().derivative("s");
-  const Program program(std::vector<Expression>{slope}, {{"x"}, {"m", true}, {"s", true}});
-  std::vector<double> result(x.size());
-  double* target = result.data();
-  const std::vector<const double*> inputs{x.data(), &m, &s};
-  Program::Workspace workspace;
-  program.evaluate(inputs, x.size(), std::span(&target, 1), workspace);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    // A few units in the last place of exponents near 30.
-    CHECK(result[i] == Approx(slope.value(names, {x[i], m, s})).epsilon(1e-13));
+  for (const char* const formula : {"1/(1 + exp((m - log(x))/s))", "1/(1 + (x/m)^s)"}) {
+    INFO(formula);
+    const Expression mean = Expression::parse(formula).with_limits();
+    const Expression slope = mean.derivative("s");
+    const Expression third = slope.derivative("m").derivative("m");
+    const Program program(std::vector<Expression>{slope, third}, {{"x"}, {"m", true}, {"s", true}});
+    std::vector<double> slopes(x.size());
+    std::vector<double> thirds(x.size());
+    const std::vector<double*> targets{slopes.data(), thirds.data()};
+    const std::vector<const double*> inputs{x.data(), &m, &s};
+    Program::Workspace workspace;
+    program.evaluate(inputs, x.size(), targets, workspace);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      // A few units in the last place of exponents near 30, and of sums of terms of both signs.
+      CHECK(slopes[i] == Approx(slope.value(names, {x[i], m, s})).epsilon(1e-13));
+      CHECK(thirds[i] == Approx(third.value(names, {x[i], m, s})).epsilon(1e-11));
+    }
+    CHECK(slopes[0] == 0.0);
+    CHECK(thirds[0] == 0.0);
   }
-  CHECK(result[0] == 0.0);
 }
 
 TEST_CASE("an expression of a table's columns compares text") {

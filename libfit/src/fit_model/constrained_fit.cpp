@@ -25,28 +25,37 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Values = std::map<std::string, double>;
 
+/// Values of all coefficients: of the held ones their values, of the others those given.
+VectorXd with_held_values(const std::vector<std::string>& names,
+                          const Values& held,
+                          const VectorXd& free) {
+  VectorXd all(static_cast<Index>(names.size()));
+  Index next = 0;
+  for (Index j = 0; j < all.size(); ++j) {
+    const auto found = held.find(names[static_cast<std::size_t>(j)]);
+    all[j] = found == held.end() ? free[next++] : found->second;
+  }
+  return all;
+}
+
 /// The result of the model with held coefficients, described as that of the whole model.
 FitResult expanded(FitResult result, const ModelSpecification& whole, const Values& held) {
   FittedModel& fit = result.fit;
   const std::vector<std::string> names = whole.coefficient_names();
   const auto p = static_cast<Index>(names.size());
-  VectorXd estimate(p);
   MatrixXd covariance = MatrixXd::Constant(p, p, kNaN);
   std::vector<Index> places;
   for (Index j = 0; j < p; ++j) {
-    const auto found = held.find(names[static_cast<std::size_t>(j)]);
-    if (found == held.end()) {
-      estimate[j] = fit.estimate[static_cast<Index>(places.size())];
-      places.push_back(j);
-    } else {
-      estimate[j] = found->second;
-    }
+    if (!held.contains(names[static_cast<std::size_t>(j)])) places.push_back(j);
   }
   covariance(places, places) = fit.covariance;
   VectorXd freedom = VectorXd::Constant(p, kNaN);
   freedom(places) = fit.degrees_of_freedom;
   fit.degrees_of_freedom = std::move(freedom);
-  fit.estimate = std::move(estimate);
+  fit.estimate = with_held_values(names, held, fit.estimate);
+  for (LocalOptimum& optimum : fit.optima) {
+    optimum.estimate = with_held_values(names, held, optimum.estimate);
+  }
   fit.covariance = std::move(covariance);
   fit.coefficient_names = names;
   fit.specification = whole;

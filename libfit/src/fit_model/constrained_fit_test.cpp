@@ -5,6 +5,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
+#include <string>
+
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/fit_json.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -31,6 +35,29 @@ data::Table plane() {
 
 ModelSpecification plane_model(const data::Table& table) {
   return specify_model("y ~ a + b*x", {"b ~ 1", "a ~ 1 + z"}, table);
+}
+
+/// Two exponentials of six groups: the same curve with the pairs exchanged, two maxima with a
+/// random effect in one of them.
+data::Table two_exponentials() {
+  Random random(1);
+  std::vector<double> t;
+  std::vector<double> y;
+  data::TextColumn group;
+  for (int g = 0; g < 6; ++g) {
+    const double amplitude = 3.0 + 0.6 * random.normal();
+    for (int i = 0; i < 12; ++i) {
+      t.push_back(0.25 * (i + 1));
+      y.push_back(amplitude * std::exp(-0.5 * t.back()) + 1.5 * std::exp(-4.0 * t.back()) +
+                  0.05 * random.normal());
+      group.append("g" + std::to_string(g));
+    }
+  }
+  data::Table table;
+  table.set("g", group);
+  table.set("t", t);
+  table.set("y", y);
+  return table;
 }
 
 }  // namespace
@@ -135,4 +162,30 @@ TEST_CASE("impossible constraints are refused") {
                     Contains("must be below its upper bound"));
   CHECK_THROWS_WITH(fit_model(model, table, {.fixed = {{"b", 1.0}}, .bounds = {{"b", {0.0, 1.0}}}}),
                     Contains("both fixed and bounded"));
+}
+
+TEST_CASE("other maxima of a fit with held coefficients have the values of all coefficients") {
+  const data::Table table = two_exponentials();
+  ModelSpecification model = specify_model("y ~ c + A*exp(-k*t) + B*exp(-m*t)", {}, table);
+  add_random_effects(model, "A | g", table);
+  const std::vector<FitModelOptions> constraints{
+      {.fixed = {{"c", 0.0}}}, {.bounds = {{"c", {0.02, 0.05}}}}, {.bounds = {{"m", {0.0, 3.0}}}}};
+  for (const FitModelOptions& options : constraints) {
+    const FittedModel fit = fit_model(model, table, options).fit;
+    REQUIRE(fit.coefficient_names.size() == 5);
+    REQUIRE(!fit.optima.empty());
+    CHECK(fit.optima.front().estimate == fit.estimate);
+    for (const LocalOptimum& optimum : fit.optima) {
+      REQUIRE(optimum.estimate.size() == 5);
+      for (Eigen::Index j = 0; j < 5; ++j) {
+        // A coefficient without a standard error was held.
+        if (std::isnan(fit.standard_errors()[j])) CHECK(optimum.estimate[j] == fit.estimate[j]);
+      }
+    }
+    const FittedModel read = from_json(to_json(fit), "fit.json");
+    REQUIRE(read.optima.size() == fit.optima.size());
+    for (std::size_t k = 0; k < read.optima.size(); ++k) {
+      CHECK(read.optima[k].estimate == fit.optima[k].estimate);
+    }
+  }
 }

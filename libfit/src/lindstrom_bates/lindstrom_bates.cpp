@@ -470,7 +470,7 @@ SquaresEnd LindstromBates::penalized_least_squares(LindstromBatesState& state,
     short_steps = length < kShort ? short_steps + 1 : 0;
     if (short_steps > short_steps_) return SquaresEnd::kFailed;
   }
-  return SquaresEnd::kReached;
+  return SquaresEnd::kLimit;
 }
 
 }  // namespace silvafit::fit

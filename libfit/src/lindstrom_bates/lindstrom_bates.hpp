@@ -77,6 +77,7 @@ enum class Alternation {
 enum class SquaresEnd {
   kReached,
   kRounded,  ///< at a minimum up to rounding errors, which are above the tolerance
+  kLimit,    ///< at the limit of steps, with lower squares than before, but not at a minimum
   kFailed,
 };
 

@@ -143,6 +143,17 @@ class LindstromBates::Run {
     return true;
   }
 
+  /// Whether the coefficients are at their penalized least squares, given the variance components.
+  bool coefficients_have_settled() const {
+    if (how_ == Alternation::kCareful) {
+      return squares_end_ == SquaresEnd::kRounded || curve_decrement_ <= kLoosestSquares;
+    }
+    // Movements of the coefficients below the rounding error of the sums of squares are not
+    // visible.
+    const double rounding = 1e-14 * static_cast<double>(engine_.model_.observations());
+    return curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding);
+  }
+
   void note(int iteration) {
     const VectorXd change = best_.x - state_.theta;
     outcome_.state = state_;
@@ -151,18 +162,13 @@ class LindstromBates::Run {
     outcome_.iterations = iteration;
     outcome_.is_valid = true;
     outcome_.decrement = change.size() > 0 ? change.dot(hessian_ * change) : 0.0;
-    // Movements of the coefficients below the rounding error of the sums of squares are not
-    // visible.
-    const double rounding = 1e-14 * static_cast<double>(engine_.model_.observations());
     // Rounding errors of nearly dependent columns that end penalized least squares also move theta.
     constexpr double kMostRounding = 1e-8;
     const double tolerance =
         squares_end_ == SquaresEnd::kRounded
             ? std::max(engine_.tolerance_, std::min(curve_decrement_, kMostRounding))
             : engine_.tolerance_;
-    outcome_.converged = outcome_.decrement <= tolerance &&
-                         (how_ == Alternation::kCareful ||
-                          curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding));
+    outcome_.converged = outcome_.decrement <= tolerance && coefficients_have_settled();
     outcome_.curve_decrement = curve_decrement_;
     if (!engine_.options_.trace) return;
     engine_.options_.trace(

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <set>
 #include <utility>
 
 #include "model/factor_columns.hpp"
@@ -153,6 +156,90 @@ void check_random_effects(const RandomEffects& random,
   }
 }
 
+/// The labels of one column that occur together with several labels of another.
+struct RecurringLabels {
+  std::size_t labels = 0;     ///< of the column
+  std::size_t recurring = 0;  ///< of these
+  bool is_complete = true;    ///< whether each occurs with all labels of the other column
+  std::string label{};        ///< the first recurring one
+  std::string first{};        ///< two that it occurs with
+  std::string second{};
+};
+
+RecurringLabels recurring_labels(const data::TextColumn& inner, const data::TextColumn& outer) {
+  std::vector<std::set<std::uint32_t>> with(inner.levels().size());
+  std::set<std::uint32_t> all;
+  for (std::size_t row = 0; row < inner.size(); ++row) {
+    if (inner.is_missing(row) || outer.is_missing(row)) continue;
+    with[inner.code(row)].insert(outer.code(row));
+    all.insert(outer.code(row));
+  }
+  RecurringLabels result;
+  for (std::size_t code = 0; code < with.size(); ++code) {
+    const std::set<std::uint32_t>& found = with[code];
+    if (found.empty()) continue;
+    ++result.labels;
+    if (found.size() < all.size()) result.is_complete = false;
+    if (found.size() < 2) continue;
+    if (++result.recurring > 1) continue;
+    result.label = inner.levels()[code];
+    result.first = outer.levels()[*found.begin()];
+    result.second = outer.levels()[*std::next(found.begin())];
+  }
+  return result;
+}
+
+/// The text of two nested terms, such as "a | stand/plot" or "a | stand; a + b | stand/plot".
+std::string nested_text(const RandomEffects& coarser, const RandomEffects& finer) {
+  const std::string groups = coarser.group + "/" + finer.group;
+  if (coarser.text() == finer.text()) return finer.text() + " | " + groups;
+  return fmt::format("{} | {}; {} | {}", coarser.text(), coarser.group, finer.text(), groups);
+}
+
+/// Labels of the finer grouping that recur in several of the coarser groups may be those of crossed
+/// effects, so that nesting must be written.
+void check_nesting(const std::vector<RandomEffects>& terms,
+                   std::string_view text,
+                   const data::Table& table) {
+  if (terms.size() < 2 || !terms.back().within.empty()) return;
+  const RandomEffects& coarser = terms.front();
+  const RandomEffects& finer = terms.back();
+  const data::TextColumn outer = table.labels(coarser.group);
+  const data::TextColumn inner = table.labels(finer.group);
+  const RecurringLabels found = recurring_labels(inner, outer);
+  if (found.recurring == 0) return;
+  const std::size_t position = text.rfind(finer.group) + 1;
+  if (recurring_labels(outer, inner).recurring == 0) {
+    throw FormulaError(fmt::format("each group of {0} is in one of {1}, so {1} is the coarser "
+                                   "grouping; write it first: `{2}`",
+                                   coarser.group,
+                                   finer.group,
+                                   nested_text(finer, coarser)),
+                       text,
+                       position);
+  }
+  const std::string what = found.is_complete
+                               ? fmt::format("{} recurs in every {}", finer.group, coarser.group)
+                               : fmt::format("{} of {} labels of {} recur in several groups of {}",
+                                             found.recurring,
+                                             found.labels,
+                                             finer.group,
+                                             coarser.group);
+  throw FormulaError(
+      fmt::format(
+          "{}: for {} within {}, where '{}' in '{}' and in '{}' are different groups, write "
+          "`{}`; crossed random effects are not available",
+          what,
+          finer.group,
+          coarser.group,
+          found.label,
+          found.first,
+          found.second,
+          nested_text(coarser, finer)),
+      text,
+      position);
+}
+
 }  // namespace
 
 std::vector<std::string> ParameterModel::coefficient_names() const {
@@ -287,6 +374,7 @@ void add_random_effects(ModelSpecification& specification,
   for (const RandomEffects& term : terms) {
     check_random_effects(term, specification.coefficient_names(), text, table);
   }
+  check_nesting(terms, text, table);
   specification.random = std::move(terms);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/model_specification.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
 
 #include "silvafit/base/error.hpp"
@@ -120,9 +121,58 @@ TEST_CASE("blocks and nested groupings of random effects are read") {
   const auto own = parse_random_effects("a | stand; a + b | plot");
   CHECK(own[0].coefficients == Names{"a"});
   CHECK(own[1].coefficients == Names{"a", "b"});
+  CHECK(own[1].group_text() == "plot");
+  const auto within = parse_random_effects("a | stand; a + b | stand/plot");
+  REQUIRE(within.size() == 2);
+  CHECK(within[0].coefficients == Names{"a"});
+  CHECK(within[0].group == "stand");
+  CHECK(within[1].coefficients == Names{"a", "b"});
+  CHECK(within[1].group == "plot");
+  CHECK(within[1].group_text() == "stand/plot");
+  CHECK_THROWS_AS(parse_random_effects("a | stand; a | region/plot"), FormulaError);
+  CHECK_THROWS_AS(parse_random_effects("a | stand/plot; a | stand/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a | region/stand/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a | plot/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("() | plot"), FormulaError);
+}
+
+TEST_CASE("labels that recur in several coarser groups need a nested grouping") {
+  const auto table_of = [](const std::vector<std::array<const char*, 2>>& rows) {
+    Table table;
+    silvafit::data::TextColumn site;
+    silvafit::data::TextColumn year;
+    for (const auto& [a, b] : rows) {
+      *a == '\0' ? site.append_missing() : site.append(a);
+      year.append(b);
+    }
+    table.set("site", site);
+    table.set("yr", year);
+    table.set("y", std::vector<double>(rows.size(), 1.0));
+    table.set("x", std::vector<double>(rows.size(), 1.0));
+    return table;
+  };
+  using Catch::Matchers::Contains;
+  const auto add = [](const Table& table, const char* random) {
+    ModelSpecification model = specify_model("y ~ a + b*x", {}, table);
+    add_random_effects(model, random, table);
+  };
+  const Table crossed = table_of({{"P", "1"}, {"P", "2"}, {"Q", "1"}, {"Q", "2"}});
+  CHECK_THROWS_WITH(
+      add(crossed, "a | site; a | yr"),
+      Contains("yr recurs in every site: for yr within site") && Contains("`a | site/yr`"));
+  CHECK_THROWS_WITH(add(crossed, "a | site; a + b | yr"),
+                    Contains("`a | site; a + b | site/yr`") && Contains("crossed random effects"));
+  CHECK_NOTHROW(add(crossed, "a | site/yr"));
+  CHECK_NOTHROW(add(crossed, "a | site; a + b | site/yr"));
+
+  // One label of three is enough.
+  const Table partly = table_of({{"P", "1"}, {"P", "2"}, {"Q", "1"}, {"Q", "3"}});
+  CHECK_THROWS_WITH(add(partly, "a | site; a | yr"),
+                    Contains("1 of 3 labels of yr recur in several groups of site"));
+  const Table nested = table_of({{"P", "1"}, {"P", "2"}, {"Q", "3"}, {"Q", "4"}, {"", "1"}});
+  CHECK_NOTHROW(add(nested, "a | site; a | yr"));
+  CHECK_THROWS_WITH(add(nested, "a | yr; a | site"),
+                    Contains("write it first: `a | site/yr`") && Contains("coarser grouping"));
 }
 
 TEST_CASE("products, strata and held parameters of variance functions are read") {

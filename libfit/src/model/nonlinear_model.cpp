@@ -66,38 +66,75 @@ Eigen::VectorXd gathered(const std::vector<double>& values, const std::vector<st
   return result;
 }
 
-/// Whether the mean is finite in a row but a slope is zero times infinity.
-/// \param columns  (N x k) values of the variables of the formula
-bool is_at_singularity(const ModelSpecification& specification,
-                       const std::vector<std::string>& variables,
-                       const Eigen::MatrixXd& columns,
-                       Index row) {
-  std::vector<std::string> names = variables;
-  std::vector<double> values(columns.row(row).begin(), columns.row(row).end());
-  for (const ParameterModel& parameter : specification.parameters) names.push_back(parameter.name);
-  const data::Expression& mean = specification.formula.right;
-  // The side from which the limit is approached depends on the signs of the parameters.
-  for (const double parameter : {1.0, 0.5, -1.0}) {
-    values.resize(variables.size());
-    values.resize(names.size(), parameter);
-    if (!std::isfinite(mean.value(names, values))) continue;
-    for (const ParameterModel& of : specification.parameters) {
-      if (std::isnan(mean.derivative(of.name).value(names, values))) return true;
+/// Rows in which a variable of the mean is zero.
+std::vector<Index> rows_with_zeros(const data::Expression& mean,
+                                   const std::vector<std::string>& variables,
+                                   const Eigen::MatrixXd& columns) {
+  const std::vector<std::string> used = mean.variables();
+  std::vector<bool> has_zero(static_cast<std::size_t>(columns.rows()), false);
+  for (std::size_t k = 0; k < variables.size(); ++k) {
+    if (std::ranges::find(used, variables[k]) == used.end()) continue;
+    for (Index row = 0; row < columns.rows(); ++row) {
+      if (columns(row, static_cast<Index>(k)) == 0.0)
+        has_zero[static_cast<std::size_t>(row)] = true;
     }
   }
-  return false;
+  std::vector<Index> rows;
+  for (std::size_t row = 0; row < has_zero.size(); ++row) {
+    if (has_zero[row]) rows.push_back(static_cast<Index>(row));
+  }
+  return rows;
 }
 
-/// Whether a column is zero where the formula has such a singularity, as log(x) inside exp().
+// The change of all parameters, in a direction; a name that no formula can have.
+constexpr const char* kChange = "change of all parameters";
+
+/// The mean and its derivatives to the third order, the highest that a likelihood needs: the first
+/// by each parameter, the others in the direction of all parameters.
+std::vector<data::Expression> with_derivatives(const ModelSpecification& specification) {
+  data::Expression moved = specification.formula.right;
+  std::vector<data::Expression> result{moved};
+  for (const ParameterModel& parameter : specification.parameters) {
+    result.push_back(specification.formula.right.derivative(parameter.name));
+    moved = moved.substitute(
+        parameter.name,
+        data::Expression::variable(parameter.name) + data::Expression::variable(kChange));
+  }
+  data::Expression along = moved.derivative(kChange);
+  for (int order = 2; order <= 3; ++order) {
+    along = along.derivative(kChange);
+    result.push_back(along);
+  }
+  return result;
+}
+
+/// Whether a variable is zero where the mean is finite but one of its derivatives is zero times
+/// infinity, as those of (x/a)^b and of log(x) inside exp().
+/// \param columns  (N x k) values of the variables of the formula
 bool has_edge(const ModelSpecification& specification,
               const std::vector<std::string>& variables,
               const Eigen::MatrixXd& columns) {
-  for (Index k = 0; k < columns.cols(); ++k) {
-    const auto column = columns.col(k);
-    const auto zero = std::find(column.begin(), column.end(), 0.0);
-    const bool is_there = zero != column.end();
-    if (is_there && is_at_singularity(specification, variables, columns, zero - column.begin())) {
-      return true;
+  const std::vector<Index> rows = rows_with_zeros(specification.formula.right, variables, columns);
+  if (rows.empty()) return false;
+  const Eigen::MatrixXd values = columns(rows, Eigen::all);
+  const std::vector<data::Expression> outputs = with_derivatives(specification);
+  std::vector<data::Program::Input> inputs{{.name = kChange, .is_scalar = true}};
+  for (const ParameterModel& of : specification.parameters) inputs.push_back({of.name, true});
+  for (const std::string& name : variables) inputs.push_back({.name = name});
+  const data::Program program(outputs, inputs);
+  Eigen::MatrixXd results(values.rows(), static_cast<Index>(outputs.size()));
+  std::vector<double*> targets;
+  for (Index k = 0; k < results.cols(); ++k) targets.push_back(results.col(k).data());
+  data::Program::Workspace workspace;
+  const double change = 0.0;
+  // The side from which the limit is approached depends on the signs of the parameters.
+  for (const double parameter : {1.0, 0.5, -1.0}) {
+    std::vector<const double*> sources{&change};
+    sources.resize(1 + specification.parameters.size(), &parameter);
+    for (Index k = 0; k < values.cols(); ++k) sources.push_back(values.col(k).data());
+    program.evaluate(sources, rows.size(), targets, workspace);
+    for (Index row = 0; row < results.rows(); ++row) {
+      if (std::isfinite(results(row, 0)) && results.row(row).hasNaN()) return true;
     }
   }
   return false;

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
+#include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "text/text_parts.hpp"
@@ -65,7 +68,7 @@ std::vector<RandomEffects> parse_grouping(std::string_view text, Part whole) {
   std::vector<RandomEffects> groupings;
   for (const Part group : split(text, bar + 1, whole.end, '/')) {
     if (group.begin == group.end) throw FormulaError("expected a group column", text, bar + 2);
-    random.group = of(text, group);
+    random.within = std::exchange(random.group, of(text, group));
     groupings.push_back(random);
   }
   return groupings;
@@ -94,13 +97,20 @@ std::string RandomEffects::text() const {
   return fmt::format("{}", fmt::join(terms, " + "));
 }
 
+std::string RandomEffects::group_text() const {
+  return within.empty() ? group : within + "/" + group;
+}
+
 std::vector<RandomEffects> parse_random_effects(std::string_view text) {
   std::vector<RandomEffects> groupings;
   std::size_t end = 0;
   for (const Part part : split(text, 0, text.size(), ';')) {
-    for (RandomEffects& grouping : parse_grouping(text, part)) {
-      groupings.push_back(std::move(grouping));
-    }
+    std::vector<RandomEffects> terms = parse_grouping(text, part);
+    // In `a | stand; a + b | stand/plot` the stands have a term of their own.
+    const bool has_own = groupings.size() == 1 && terms.size() == 2 &&
+                         groupings.front().group == terms.front().group;
+    if (has_own) terms.erase(terms.begin());
+    std::ranges::move(terms, std::back_inserter(groupings));
     end = part.end;
     if (groupings.size() > 2) {
       throw FormulaError("at most two nested groupings can be fitted", text, part.begin + 1);

@@ -202,8 +202,8 @@ TEST_CASE("calibration returns a nested fit's own random effects of both groupin
   const Table table = trees_of({.stands = 9, .plots = 4});
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
     INFO(method_text(method));
-    const FittedModel fit =
-        fitted(table, {.random = "a | stand; a + b | plot", .variance = "power", .method = method});
+    const FittedModel fit = fitted(
+        table, {.random = "a | stand; a + b | stand/plot", .variance = "power", .method = method});
     const Calibration calibration = calibrate(fit, table, {.seen_groups = SeenGroups::kNew});
     CHECK(calibration.random.front().labels == fit.random.front().labels);
     // The alternation of lb ends at a decrement of 1e-12: a millionth of a standard error.
@@ -361,7 +361,7 @@ TEST_CASE("the sensitivity is the derivative of random effects by the coefficien
       Method::kLindstromBates, Method::kFirstOrder, Method::kInteraction, Method::kLaplace);
   INFO(method_text(method));
   FittedModel fit = fitted(trees_of({.stands = 8, .plots = 4}),
-                           {.random = "a | stand; a + b | plot", .variance = "power"});
+                           {.random = "a | stand; a + b | stand/plot", .variance = "power"});
   fit.method = method;
   const CalibrationOptions options{.seen_groups = SeenGroups::kNew};
   const Calibration here = calibrate(fit, table, options);
@@ -514,7 +514,7 @@ TEST_CASE("impossible calibrations are refused") {
 
 TEST_CASE("the file of a fit has the uncertainty of its random effects") {
   const FittedModel fit = fitted(trees_of({.stands = 6, .plots = 4}),
-                                 {.random = "a | stand; a + b | plot", .variance = "power"});
+                                 {.random = "a | stand; a + b | stand/plot", .variance = "power"});
   REQUIRE(fit.random.back().uncertainty.is_known());
   const FittedModel read = from_json(to_json(fit), "fit.json");
   CHECK(read.random.back().uncertainty.covariances == fit.random.back().uncertainty.covariances);

@@ -228,21 +228,24 @@ TEST_CASE("confidence intervals stay within the range of the curve") {
 TEST_CASE("a mean with an unknown error has no interval, without error one of width zero") {
   FittedModel fit = model("y ~ sqrt(a*x)", {"a"}, "a | plot");
   fit.estimate = VectorXd::Constant(1, 4.0);
-  fit.covariance.setConstant(1.0);
+  fit.covariance.setConstant(kNaN);
   fit.random.back().covariance = MatrixXd::Constant(1, 1, 0.5);
   Table table;
   table.set("x", std::vector<double>{0.0});
   const PredictionOptions options{.interval = 0.95, .interval_kind = IntervalKind::kConfidence};
-  // The derivative x/(2 sqrt(a x)) is 0/0.
   const Prediction unknown = predict(fit, table, Level::kPopulation, options);
   CHECK(unknown.value[0] == 0.0);
   CHECK(std::isnan(unknown.mean_error[0]));
   CHECK(std::isnan(unknown.lower[0]));
   CHECK(std::isnan(unknown.upper[0]));
-  fit.specification.formula = silvafit::data::parse_formula("y ~ 2 + a*x");
-  const Prediction exact = predict(fit, table, Level::kPopulation, options);
-  CHECK(exact.lower[0] == 2.0);
-  CHECK(exact.upper[0] == 2.0);
+  fit.covariance.setConstant(1.0);
+  // At x = 0 these means are constant in a, although x/(2 sqrt(a x)) is 0/0.
+  for (const char* const formula : {"y ~ 2 + a*x", "y ~ 2 + sqrt(a*x)", "y ~ 2 + (x/a)^0.5"}) {
+    fit.specification.formula = silvafit::data::parse_formula(formula);
+    const Prediction exact = predict(fit, table, Level::kPopulation, options);
+    CHECK(exact.lower[0] == 2.0);
+    CHECK(exact.upper[0] == 2.0);
+  }
 }
 
 TEST_CASE("predictions of unknown groups follow the option") {

@@ -54,11 +54,11 @@ RowMean::RowMean(const ModelSpecification& specification,
     arguments.push_back(name);
   }
   mean_ = data::Program({&specification.formula.right, 1}, inputs);
+  // Rows to predict may have zeros where those of the fit had none.
+  const data::Expression mean = specification.formula.right.with_limits();
   std::vector<data::Expression> derivatives;
   derivatives.reserve(arguments.size());
-  for (const std::string& name : arguments) {
-    derivatives.push_back(specification.formula.right.derivative(name));
-  }
+  for (const std::string& name : arguments) derivatives.push_back(mean.derivative(name));
   gradient_ = data::Program(derivatives, inputs);
 }
 

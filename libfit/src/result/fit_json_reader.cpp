@@ -209,6 +209,9 @@ void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
     term.uncertainty = read_uncertainty(item, term, fit.estimate.size(), coarser);
     coarser = static_cast<Index>(term.names.size());
   }
+  // Labels of stored groups are those within the coarser ones.
+  std::vector<RandomEffects>& random = fit.specification.random;
+  if (random.size() == 2) random.back().within = random.front().group;
 }
 
 /// One value, or one per stratum.

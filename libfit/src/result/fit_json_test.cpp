@@ -249,7 +249,7 @@ TEST_CASE("a fit that never began has its coefficients, without values") {
 
 TEST_CASE("nested groups, blocks, strata and products are kept") {
   FittedModel fit(specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand()));
-  add_random_effects(fit.specification, "a | species; (a + b) + b:C | plot", stand());
+  add_random_effects(fit.specification, "a | species; (a + b) + b:C | species/plot", stand());
   fit.specification.variance =
       parse_variance_function("stratum(species) * power(fitted | plot) * power(dbh, delta = 0.5)");
   fit.method = Method::kLaplace;

@@ -267,11 +267,12 @@ std::vector<Trial> period_trials(const Candidate& mixed,
   const fit::ModelSpecification& of_groups = mixed.fit.specification;
   std::vector<Trial> trials;
   for (Trial& trial : random_effect_trials(mixed.fit, period, largest)) {
-    const fit::RandomEffects own = trial.specification.random.front();
+    fit::RandomEffects own = trial.specification.random.front();
+    own.within = of_groups.random.front().group;
     trial.specification.random = {of_groups.random.front(), own};
     trial.terms.clear();
     for (const fit::RandomEffects& term : trial.specification.random) {
-      trial.terms.push_back(fmt::format("{} | {}", term.text(), term.group));
+      trial.terms.push_back(fmt::format("{} | {}", term.text(), term.group_text()));
     }
     trials.push_back(std::move(trial));
   }

@@ -202,7 +202,8 @@ ImputeModels models_of_parts(const data::TableSource& trees,
 std::string random_text(const fit::ModelSpecification& specification) {
   std::string text;
   for (const fit::RandomEffects& term : specification.random) {
-    text += fmt::format("{}{} | {}", text.empty() ? ", random " : "; ", term.text(), term.group);
+    text +=
+        fmt::format("{}{} | {}", text.empty() ? ", random " : "; ", term.text(), term.group_text());
   }
   return text;
 }

@@ -93,7 +93,12 @@ expect_equal(class_of_error(silvafit(~ a * dbh, data = trees)), "silvafit_formul
 expect_warning(silvafit(h ~ 1.3 + a * (1 - exp(-b * dbhh)), data = trees), "did you mean the column dbh?", class = "silvafit_convergence_warning", fixed = TRUE)
 expect_equal(names(fixef(silvafit(h ~ a * sqrt(dbh), data = trees))), "a")
 years <- transform(trees, year = rep(1:4, 60))
-expect_message(silvafit(height, data = years, random = list(a ~ 1 | plot, b ~ 1 | year)), "crossed random effects are not available", class = "silvafit_note")
+crossed_lists <- list(list(a ~ 1 | plot, b ~ 1 | year), list(plot = a ~ 1, year = b ~ 1))
+for (random in crossed_lists) {
+  expect_equal(class_of_error(silvafit(height, data = years, random = random)), "silvafit_formula_error")
+  expect_true(grepl("`a | plot; b | plot/year`", message_of_error(silvafit(height, data = years, random = random)), fixed = TRUE))
+}
+expect_equal(names(ranef(silvafit(height, data = years, random = list(a ~ 1 | plot, a ~ 1 | plot/year)))), c("plot", "year"))
 broken <- tempfile(fileext = ".json")
 writeLines("{bad", broken)
 expect_true(grepl(basename(broken), message_of_error(read_fit(broken)), fixed = TRUE))

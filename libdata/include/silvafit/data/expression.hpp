@@ -35,9 +35,10 @@ class Expression {
   /// The symbolic derivative with respect to a variable, simplified.
   Expression derivative(std::string_view name) const;
 
-  /// The same expression, but in its derivatives of all orders the product of zero and infinity is
-  /// zero. This is their limit at the edge of a domain where the value is finite: at x = 0,
-  /// exp(-b/x) and 1/(1 + exp((b - log(x))/c)) do not depend on b and c.
+  /// The same expression, but in its derivatives of all orders a product with a factor zero is
+  /// zero, even if the other factor is infinite or undefined. This is their limit at the edge of a
+  /// domain where the value is finite: at x = 0, exp(-b/x), (x/b)^c and 1/(1 + exp((b - log(x))/c))
+  /// do not depend on b and c.
   Expression with_limits() const;
 
   /// The arguments of its sines, cosines and tangents.

@@ -96,7 +96,8 @@ SubModelColumns sub_model_columns(std::string_view text);
 
 /// Sets the random effects of a model from a text.
 /// \throws FormulaError with the position of a name that is not a coefficient of the model or is
-///   given twice; InputError if the group is not a column of the table
+///   given twice, or of a finer grouping whose labels recur in several of the coarser groups unless
+///   it is written `stand/plot`; InputError if the group is not a column of the table
 void add_random_effects(ModelSpecification& specification,
                         std::string_view text,
                         const data::Table& table);

@@ -15,6 +15,9 @@ enum class Covariance { kGeneral, kDiagonal, kIdentity, kBlock };
 struct RandomEffects {
   std::vector<std::string> coefficients{};
   std::string group{};  ///< the column whose values are the groups
+  /// The column of the coarser groups within which the labels of `group` hold, written
+  /// `| stand/plot`: equal labels in different stands are different plots. Empty if not written.
+  std::string within{};
   Covariance covariance = Covariance::kGeneral;
   /// For kBlock: number of coefficients of each block, in order. Effects of different blocks are
   /// independent.
@@ -25,10 +28,13 @@ struct RandomEffects {
   std::vector<int> block_sizes() const;
   /// The coefficients as text, blocks in parentheses: "(a + b) + c".
   std::string text() const;
+  /// The groups as text: "plot", or "stand/plot" if the labels hold within stands.
+  std::string group_text() const;
 };
 
 /// Reads `a + b + b:C | plot`; parentheses make blocks, as in `(a + b) + c | plot`. Two nested
 /// groupings: `a | stand/plot` gives both the same effects, `a | stand; a + b | plot` each its own.
+/// `a | stand; a + b | stand/plot` is the latter with labels of plots that hold within stands.
 /// \returns one element, or two with the coarser grouping first
 /// \throws FormulaError with the position of the error
 std::vector<RandomEffects> parse_random_effects(std::string_view text);
