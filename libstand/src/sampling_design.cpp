@@ -484,8 +484,7 @@ DesignedSample SampleMaker::run() {
   join();
   find_expansions();
   if (!design_.expansion.empty() && design_.expansion == inventory_.expansion) {
-    sample_.notes.emplace_back(
-        "trees per hectare are FIA's factors TPA_UNADJ; each visit (PLT_CN) is a plot");
+    sample_.notes.emplace_back("trees per hectare are FIA's factors TPA_UNADJ");
   }
   find_smallest_dbh();
   if (!design_.subplot.empty()) {

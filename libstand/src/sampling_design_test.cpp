@@ -308,7 +308,8 @@ TEST_CASE("A table of plots is checked") {
   CHECK_THROWS_WITH(plots_of("plot,area\n1,0\n2,x\n"),
                     Contains("plots.csv:2: area: 0 must be above 0 (plot 1)") &&
                         Contains("plots.csv:3: area: 'x' is not a number (plot 2)"));
-  CHECK_THROWS_WITH(plots_of("plot,share\n1,1.5\n"), Contains("at most 1"));
+  // FIA's adjusted proportions exceed 1; percentages are errors.
+  CHECK_THROWS_WITH(plots_of("plot,share\n1,50\n"), Contains("at most 2"));
   CHECK_THROWS_WITH(plots_of("plot,slope\n1,90\n"), Contains("below 90"));
   CHECK_THROWS_WITH(plots_of("plot,area\n1,400\n1,500\n"), Contains("already on line 2"));
   CHECK_THROWS_WITH(read_plot_table(table_text("plot,area\n1,4\n"), {{"size", "area"}}),
