@@ -82,7 +82,7 @@ double InventoryReader::number_in(std::size_t position,
   const char* const advice =
       has_thousands ? "thousands are written without a separator"
       : has_comma   ? "decimals need a point"
-                    : "leave missing values empty or write NA; --missing names other codes";
+                    : "leave missing values empty or write NA, or name other codes with --missing";
   row.unreadable.push_back({.column = column,
                             .value = std::string(text),
                             .reason = fmt::format("'{}' is not a number; {}", text, advice)});

@@ -72,8 +72,8 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
       {.needs_coordinates = true});
   CHECK(problems(checked) ==
         std::vector<std::string>{
-            "3 dbh: 'twenty' is not a number; leave missing values empty or write NA; --missing "
-            "names other codes",
+            "3 dbh: 'twenty' is not a number; leave missing values empty or write NA, or name "
+            "other codes with --missing",
             "4 dbh: -3 cm is not above 0",
             "4 h: 1.3 m is not above breast height, 1.3 m",
             "4 hcb: -1 m is below the ground",
@@ -96,7 +96,7 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
   CHECK_THAT(text, Contains("8 of 11 rows skipped, 11 problems"));
   CHECK_THAT(text,
              Contains(".csv:3: dbh: 'twenty' is not a number; leave missing values empty or write "
-                      "NA; --missing names other codes (plot 1, tree 2)"));
+                      "NA, or name other codes with --missing (plot 1, tree 2)"));
   CHECK_THAT(text, Contains("and 9 more"));
   CHECK(has_note(checked, "codes read as missing values: cw 1 (0)"));
 
@@ -104,7 +104,7 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
   write_excluded(checked.excluded, csv);
   CHECK_THAT(csv.str(), Contains("line,plot,tree,column,value,reason\n"));
   CHECK_THAT(csv.str(),
-             Contains("3,1,2,dbh,twenty,'twenty' is not a number; leave missing values empty"));
+             Contains("3,1,2,dbh,twenty,\"'twenty' is not a number; leave missing values empty"));
   CHECK_THAT(csv.str(), Contains("10,NA,9,dbh,\"20,5\",\"'20,5' is not a number;"));
 }
 

@@ -34,7 +34,13 @@ def sheet(rows, more=""):
 def write_xlsx(path, xml):
     """A workbook with one sheet, whose XML need not be valid."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as book:
-        book.writestr("[Content_Types].xml", f'<Types xmlns="{PACKAGE}content-types"/>')
+        kind = "application/vnd.openxmlformats-officedocument.spreadsheetml"
+        book.writestr("[Content_Types].xml", f'<Types xmlns="{PACKAGE}content-types"><Default Extension="rels" ContentType='
+                                             '"application/vnd.openxmlformats-package.relationships+xml"/><Override PartName="/xl/workbook.xml" '
+                                             f'ContentType="{kind}.sheet.main+xml"/><Override PartName="/xl/worksheets/sheet1.xml" '
+                                             f'ContentType="{kind}.worksheet+xml"/></Types>')
+        book.writestr("_rels/.rels", f'<Relationships xmlns="{PACKAGE}relationships"><Relationship Id="r1" '
+                                     f'Type="{RELATIONS}/officeDocument" Target="xl/workbook.xml"/></Relationships>')
         book.writestr("xl/workbook.xml", f'<workbook xmlns="{SHEETS}" xmlns:r="{RELATIONS}"><sheets><sheet name="S" '
                                          'sheetId="1" r:id="r1"/></sheets></workbook>')
         book.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{PACKAGE}relationships"><Relationship Id="r1" '
@@ -136,6 +142,30 @@ class Workbooks(HostileTest):
         self.refused("more than 256 times as many", "a.xlsx")
 
 
+class Numbers(ProgramTest):
+    def test_points_and_commas_in_one_column_or_file(self):
+        head = "plot;tree;species;x;y;dbh\n"
+        for rows, place in (("1;1;SM;987,5;10,5;12,5\n1;2;SM;1.001;18,5;14,5\n", "a.csv:3: x: '1.001'"),
+                            ("1;1;SM;987.5;10,5;12,5\n1;2;SM;1,001;18,5;14,5\n", "a.csv:3: x: '1,001'"),
+                            ("1;1;SM;987,5;10,5;12,5\n1;2;SM;1.001,5;18,5;14,5\n", "a.csv:3: x: '1.001,5'"),
+                            ("1;1;SM;1.987;10,5;12,5\n1;2;SM;1.001;18,5;14,5\n", "a.csv:2: x: '1.987' can be 1987")):
+            self.write("a.csv", head + rows)
+            self.assertIn(place, self.run_program("indices", "a.csv", "--edge", "none", status=3).stderr)
+            self.assertIn("a.csv:", self.run_program("fit", "a.csv", "--formula", "dbh ~ a + b*x", status=3).stderr)
+
+    def test_deep_formulas(self):
+        self.write("a.csv", "tree,dbh\n" + "".join(f"{i},{10 + i % 7}\n" for i in range(30)))
+        for more in ("/b" * 4900, "-exp(b)" * 1400, "^b" * 150 + "*b" * 4000):
+            said = self.run_program("fit", "a.csv", "--formula", f"dbh ~ 1.3 + a{more}", status=2).stderr
+            self.assertIn("applies more than 1000 operations", said)
+
+    def test_formulas_of_spreadsheets_behind_separators(self):
+        text = "a;=cmd|' /C calc'!A0"
+        self.write("a.csv", f'plot,tree,species,x,y,dbh\n1,1,"{text}",0,0,10\n1,2,SM,1,1,11\n1,3,SM,2,0,12\n')
+        self.run_program("indices", "a.csv", "--edge", "none", "--neighbors", "2", "--out", "b.csv")
+        self.assertIn("a;'=cmd", (self.folder / "b.csv").read_text())
+
+
 class Server:
     """A server that counts its requests."""
 
@@ -197,7 +227,7 @@ class Databases(HostileTest):
 
     def test_views_and_queries_with_functions(self):
         with Server() as server:
-            for function in (f"ogr_geocode('Oslo', 'geometry', 'QUERY_TEMPLATE={server.address}/%s')",
+            for function in ("ogr_geocode('Oslo')",
                              "ogr_datasource_load_layers('other.shp')", "BlobFromFile('/etc/passwd')"):
                 name = function.split("(")[0]
                 self.database("a.sqlite", f"CREATE VIEW v AS SELECT tree, dbh, {function} AS g FROM trees")
@@ -230,7 +260,7 @@ class Databases(HostileTest):
         for view in (f"{counting} SELECT x AS tree, 1.5 AS dbh FROM c", f"{counting} SELECT 1 AS tree, count(*) AS dbh FROM c",
                      f"SELECT t0.tree, t0.dbh FROM {product}"):
             self.database("a.sqlite", f"CREATE VIEW v AS {view}")
-            self.refused("a table of this size should", "a.sqlite", "--layer", "v")
+            self.refused("view", "a.sqlite", "--layer", "v")
 
     def test_zeroed_pages(self):
         rows = "".join(f"1,{i},{10.5 + 7 * i % 20}\n" for i in range(20000))

@@ -43,7 +43,7 @@ bool begins_formula(std::string_view text) {
          std::string_view("=+-@").find(text[first]) != std::string_view::npos;
 }
 
-constexpr std::string_view kCellEnds = ";\t";
+constexpr char kCellEnds[] = ";";
 
 /// Numbers and codes of missing values are no formulas.
 bool is_harmless(std::string_view part) {

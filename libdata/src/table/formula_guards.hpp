@@ -9,7 +9,7 @@
 namespace silvafit::data {
 
 /// A text with an apostrophe before each part that a spreadsheet may read as a formula. Parts are
-/// separated by semicolons and tabs, which separate cells in many languages, even in a quoted field
+/// separated by semicolons, which separate cells in many languages, even in a quoted field
 /// that is not the first of its line.
 std::string with_guards(std::string_view text);
 

@@ -314,7 +314,7 @@ Dataset::Dataset(const std::string& name, const TableChoice& choice)
       GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR,
       drivers.List(),
       kind_.drivers.find("GPKG") != std::string_view::npos ? options.List() : nullptr));
-  require_sound();
+  if (dataset_ || has_refused_network()) require_sound();
   if (dataset_) {
     limit_steps();
     return;
