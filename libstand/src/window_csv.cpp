@@ -72,8 +72,7 @@ std::optional<std::size_t> CsvWindowReader::plot_field() const {
   return usual.empty() ? std::nullopt : field_named(header_, usual.front().source);
 }
 
-double CsvWindowReader::number(const std::vector<std::string_view>& fields,
-                               std::size_t field) {
+double CsvWindowReader::number(const std::vector<std::string_view>& fields, std::size_t field) {
   double value = 0.0;
   if (csv_.read_number(field, fields[field], value)) return value;
   throw InputError(fmt::format("'{}' is not a number", fields[field]),

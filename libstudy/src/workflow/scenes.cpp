@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <cstddef>
+#include <map>
 #include <numbers>
 #include <utility>
 
