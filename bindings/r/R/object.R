@@ -102,7 +102,7 @@ method_title <- function(object) {
   switch(fit$method,
          ols = "Nonlinear regression by ordinary least squares",
          gnls = paste("Generalized nonlinear least squares fit by", likelihood),
-         lb = paste0("Nonlinear mixed-effects model fit by ", likelihood, " (Lindstrom and Bates)"),
+         lb = paste0("Nonlinear mixed-effects model fit by ", likelihood, " (Lindstrom and Bates, as nlme)"),
          laplace = "Nonlinear mixed-effects model fit by maximum marginal likelihood (Laplace)",
          focei = "Nonlinear mixed-effects model fit by maximum marginal likelihood (FOCEI)",
          foce = "Nonlinear mixed-effects model fit by maximum marginal likelihood (FOCE)",

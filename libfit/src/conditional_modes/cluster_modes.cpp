@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "conditional_modes/cluster_modes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -22,6 +23,10 @@ constexpr double kSettledDecrement = 1e-9;
 // If modes only have to be distinguished from known ones.
 constexpr double kRoughDecrement = 1e-8;
 constexpr int kModeSteps = 100;
+// Where the formula has a kink, a search ends this many standard deviations from it and goes on
+// along it; each time takes some twenty steps.
+constexpr double kKinkDistance = 1e-8;
+constexpr int kKinkModeSteps = 1000;
 // Up to this many rows of finished clusters are evaluated again, to keep the rows contiguous.
 constexpr Index kGapRows = 128;
 
@@ -39,7 +44,9 @@ ClusterModes::ClusterModes(const NonlinearModel& model,
       end_(model.cluster_begin(last)),
       r_(sums.random_count()),
       triangle_(r_ * (r_ + 1) / 2),
-      clusters_(static_cast<std::size_t>(last - first)) {
+      clusters_(static_cast<std::size_t>(last - first)),
+      has_kinks_(
+          std::ranges::any_of(sums.random(), [&](Index j) { return model.has_kink_in(j); })) {
   if (!sums.holds_weights()) return;
   weights_.first_row = model.group_begin(begin_);
   weights_.own.setOnes(model.group_begin(end_) - weights_.first_row);
@@ -59,10 +66,16 @@ void ClusterModes::begin(const Modes& modes) {
     cluster.is_done = false;
     cluster.has_failed = false;
     cluster.is_known = false;
+    cluster.is_at_kink = false;
   }
+  if (has_kinks_) accepted_ = density_;
 }
 
-void ClusterModes::end(Modes& modes) const {
+void ClusterModes::end(Modes& modes) {
+  // Sums of finished clusters may have been evaluated again, on one side of the kink.
+  for (Index c = 0; c < cluster_count(); ++c) {
+    if (is_at_kink(c)) of_cluster(density_, c) = of_cluster(accepted_, c);
+  }
   modes.outer.middleCols(first_, last_ - first_) = outer_;
   modes.inner.middleCols(begin_, end_ - begin_) = inner_;
 }
@@ -74,7 +87,7 @@ bool ClusterModes::search(const GroupPriors& priors,
                           const Modes* known) {
   begin(modes);
   for (int step = 0; evaluate_open(priors, effects, workspace); ++step) {
-    if (step == kModeSteps) return false;
+    if (step == step_limit()) return false;
     for (Index c = 0; c < cluster_count(); ++c) {
       if (!clusters_[static_cast<std::size_t>(c)].is_done && !advance(priors, c, known)) {
         return false;
@@ -94,7 +107,7 @@ void ClusterModes::search_each(const GroupPriors& priors,
     for (Index c = 0; c < cluster_count(); ++c) {
       Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
       if (cluster.is_done) continue;
-      cluster.has_failed = step == kModeSteps || !advance(priors, c, nullptr);
+      cluster.has_failed = step == step_limit() || !advance(priors, c, nullptr);
       if (cluster.has_failed) cluster.is_done = true;
     }
   }
@@ -162,33 +175,86 @@ double ClusterModes::objective() const {
   return sum;
 }
 
-/// Accepts the trial modes if they are better, and proposes the next; else halves the step.
+int ClusterModes::step_limit() const { return has_kinks_ ? kKinkModeSteps : kModeSteps; }
+
+/// Accepts the trial modes if they are better, and proposes the next; else shortens the step.
 bool ClusterModes::advance(const GroupPriors& priors, Index c, const Modes* known) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   const double reached = objective_of(c);
   const double rounding = 1e-13 * (1.0 + std::abs(cluster.objective));
-  const bool is_settled = cluster.decrement < kSettledDecrement && std::isfinite(reached);
-  if (!is_settled && !(reached <= cluster.objective + rounding)) {
-    constexpr double kShortest = 1e-9;
-    if (!std::isfinite(cluster.objective) || cluster.length < kShortest) return false;
-    cluster.length *= 0.5;
-    move(c, -cluster.length);
-    return true;
-  }
-  cluster.objective = reached;
-  if (sums_.holds_weights()) accept_weights(c);
+  const double settled = has_kinks_ ? kRoundedDecrement : kSettledDecrement;
+  const bool is_settled = cluster.decrement < settled && std::isfinite(reached);
+  // Without a share of the descent that the slope promises, steps would cross a kink to and fro.
+  constexpr double kShare = 0.1;
+  const double promised = has_kinks_ && std::isfinite(cluster.objective)
+                              ? kShare * cluster.length * cluster.decrement
+                              : 0.0;
   const double last = cluster.decrement;
+  if (!is_settled && !(reached <= cluster.objective - promised + rounding)) {
+    if (!std::isfinite(cluster.objective)) return false;
+    constexpr double kShortest = 1e-9;
+    const bool is_at_kink = has_kinks_ && std::isfinite(reached) &&
+                            cluster.length * std::sqrt(cluster.decrement) < kKinkDistance;
+    if (!is_at_kink) {
+      if (cluster.length < kShortest) return false;
+      move(c, -cluster.length);
+      cluster.length *= has_kinks_ && cluster.length < 0.1 ? 0.1 : 0.5;
+      move(c, cluster.length);
+      return true;
+    }
+    move(c, -cluster.length);
+    if (!mix_sides(priors, c)) return false;
+  } else {
+    cluster.objective = reached;
+    cluster.is_at_kink = false;
+    if (sums_.holds_weights()) accept_weights(c);
+  }
   if (!propose(priors, c)) return false;
+  if (has_kinks_) of_cluster(accepted_, c) = of_cluster(density_, c);
   const bool is_rounding =
       cluster.decrement < kRoundedDecrement && cluster.decrement >= 0.25 * last;
   cluster.is_known = known != nullptr && leads_to(*known, c);
-  const double enough = known != nullptr ? kRoughDecrement : kModeDecrement;
+  // The slopes of the two sides belong to points that are this far from each other.
+  constexpr double kKinkDecrement = 100.0 * kKinkDistance * kKinkDistance;
+  const double precise = cluster.is_at_kink ? kKinkDecrement : kModeDecrement;
+  const double enough = known != nullptr ? kRoughDecrement : precise;
   if (cluster.decrement < enough || is_rounding || cluster.is_known) {
     cluster.is_done = true;
     return true;
   }
   cluster.length = 1.0;
   move(c, 1.0);
+  return true;
+}
+
+/// Where no step descends although the slope is not zero, the slope has a jump between the point
+/// reached and the trial: replaces the sums of the point by the mixture of both whose Newton
+/// decrement is least, which leads along the kink, or vanishes at a mode (the aggregate
+/// subgradient of bundle methods; Kiwiel 1983, Math. Program. 27: 320-341).
+bool ClusterModes::mix_sides(const GroupPriors& priors, Index c) {
+  Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
+  auto here = of_cluster(density_, c);
+  const auto kept = of_cluster(accepted_, c);
+  const MatrixXd change = here - kept;
+  VectorXd outer = VectorXd::Zero(outer_.rows());
+  MatrixXd inner(inner_.rows(), change.cols());
+  for (Index k = 0; k < change.cols(); ++k) {
+    const RandomDesign& design = priors.design(begin_ + group_begin(c) + k);
+    const auto slope = change.col(k).segment(1, r_);
+    inner.col(k) = design.inner.transpose().lazyProduct(slope);
+    if (outer.size() > 0) outer += design.outer.transpose().lazyProduct(slope);
+  }
+  const VectorXd outer_change = outer;
+  const MatrixXd inner_change = inner;
+  cluster.hessian.solve(outer, inner);
+  const double across = outer_change.dot(outer_step_.col(c)) +
+                        inner_change.cwiseProduct(of_cluster(inner_step_, c)).sum();
+  const double square = outer_change.dot(outer) + inner_change.cwiseProduct(inner).sum();
+  const double share = std::min(across / square, 1.0);
+  here = kept;
+  if (!(share > 0.0)) return false;
+  here.middleRows(1, here.rows() - 1) += share * change.bottomRows(here.rows() - 1);
+  cluster.is_at_kink = true;
   return true;
 }
 

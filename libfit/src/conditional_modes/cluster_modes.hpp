@@ -77,6 +77,11 @@ class ClusterModes {
   bool is_minimum(Eigen::Index cluster) const {
     return clusters_[static_cast<std::size_t>(cluster)].is_convex;
   }
+  /// Whether the mode is at a kink of the formula, where the density has no curvature: slopes and
+  /// curvatures are then those of the mixture of the two sides whose slope is zero.
+  bool is_at_kink(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].is_at_kink;
+  }
   auto outer(Eigen::Index cluster) const { return outer_.col(cluster); }  ///< (s) u
   auto inner(Eigen::Index group) const { return inner_.col(group); }      ///< (q) v_k
   const Eigen::MatrixXd& outer() const { return outer_; }
@@ -107,20 +112,26 @@ class ClusterModes {
     bool has_failed = false;
     bool is_known = false;
     bool is_convex = false;  ///< at the modes, without a ridge
+    bool is_at_kink = false;
     ArrowFactor hessian{};
   };
   void begin(const Modes& modes);
-  void end(Modes& modes) const;
+  void end(Modes& modes);
   bool evaluate_open(const GroupPriors& priors,
                      Eigen::MatrixXd& effects,
                      ObservationSums::Workspace& workspace);
   void place_effects(const GroupPriors& priors, Eigen::Index cluster, Eigen::MatrixXd& effects);
   bool advance(const GroupPriors& priors, Eigen::Index cluster, const Modes* known);
+  int step_limit() const;
+  bool mix_sides(const GroupPriors& priors, Eigen::Index cluster);
   void accept_weights(Eigen::Index cluster);
   HeldWeights* weights() { return sums_.holds_weights() ? &weights_ : nullptr; }
   bool leads_to(const Modes& known, Eigen::Index cluster) const;
   bool propose(const GroupPriors& priors, Eigen::Index cluster);
   bool factorize(const GroupPriors& priors, Eigen::Index cluster);
+  auto of_cluster(Eigen::MatrixXd& sums, Eigen::Index cluster) const {
+    return sums.middleCols(group_begin(cluster), group_count(cluster));
+  }
   void move(Eigen::Index cluster, double length);
   double objective_of(Eigen::Index cluster) const;
 
@@ -139,6 +150,8 @@ class ClusterModes {
   Eigen::MatrixXd inner_step_;
   Eigen::MatrixXd density_;  ///< sums of density terms, one column a group
   Eigen::MatrixXd trial_;
+  bool has_kinks_ = false;
+  Eigen::MatrixXd accepted_;  ///< density_ at the points reached, if the formula has kinks
   Eigen::MatrixXd right_;  ///< of a Newton system
   HeldWeights weights_;
 };

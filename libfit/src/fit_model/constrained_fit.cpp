@@ -50,7 +50,8 @@ FitResult expanded(FitResult result, const ModelSpecification& whole, const Valu
   }
   covariance(places, places) = fit.covariance;
   VectorXd freedom = VectorXd::Constant(p, kNaN);
-  freedom(places) = fit.degrees_of_freedom;
+  Index next = 0;
+  for (const Index j : places) freedom[j] = fit.degrees_of_freedom[next++];
   fit.degrees_of_freedom = std::move(freedom);
   fit.estimate = with_held_values(names, held, fit.estimate);
   for (LocalOptimum& optimum : fit.optima) {

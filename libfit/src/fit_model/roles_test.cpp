@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Equal curves with exchanged roles of their coefficients: start values and bounds choose.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,7 +19,7 @@ namespace {
 
 data::Table table_of(const std::vector<double>& x,
                      const std::vector<double>& y,
-                     const std::vector<std::string>& group) {
+                     const data::TextColumn& group) {
   data::Table table;
   table.set("x", x);
   table.set("y", y);
@@ -30,13 +32,13 @@ data::Table logistic_data() {
   Random random(21);
   std::vector<double> x;
   std::vector<double> y;
-  std::vector<std::string> group;
+  data::TextColumn group;
   for (int g = 0; g < 15; ++g) {
     const double upper = 40.0 + 3.0 * random.normal();
     for (const double at : {0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0}) {
       x.push_back(at);
       y.push_back(4.0 + (upper - 4.0) / (1.0 + std::exp((11.0 - at) / 2.0)) + random.normal());
-      group.push_back("g" + std::to_string(g));
+      group.append("g" + std::to_string(g));
     }
   }
   return table_of(x, y, group);
@@ -47,22 +49,22 @@ data::Table two_decays() {
   Random random(22);
   std::vector<double> x;
   std::vector<double> y;
-  std::vector<std::string> group;
+  data::TextColumn group;
   for (int g = 0; g < 12; ++g) {
     const double fast = 3.0 + 0.5 * random.normal();
     for (const double at : {0.1, 0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0}) {
       x.push_back(at);
       y.push_back(fast * std::exp(-1.5 * at) + 1.3 * std::exp(-0.13 * at) + 0.08 * random.normal());
-      group.push_back("g" + std::to_string(g));
+      group.append("g" + std::to_string(g));
     }
   }
   return table_of(x, y, group);
 }
 
-FittedModel fitted(const data::Table& table,
-                   const std::string& formula,
-                   const std::string& random,
-                   const FitModelOptions& options) {
+FittedModel fitted_curve(const data::Table& table,
+                         const std::string& formula,
+                         const std::string& random,
+                         const FitModelOptions& options) {
   return fit_model(specify_model({.formula = formula, .random = random}, table), table, options)
       .fit;
 }
@@ -72,7 +74,7 @@ double estimate_of(const FittedModel& fit, const std::string& name) {
       .estimate[std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin()];
 }
 
-constexpr const char* kLogistic = "y ~ A + (B - A)/(1 + exp((xm - x)/s))";
+constexpr const char* kFourLogistic = "y ~ A + (B - A)/(1 + exp((xm - x)/s))";
 constexpr const char* kDecays = "y ~ a1*exp(-k1*x) + a2*exp(-k2*x)";
 
 }  // namespace
@@ -80,7 +82,7 @@ constexpr const char* kDecays = "y ~ a1*exp(-k1*x) + a2*exp(-k2*x)";
 TEST_CASE("start values give the asymptotes of a logistic curve their roles") {
   const data::Table table = logistic_data();
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
-    const FittedModel free = fitted(table, kLogistic, "B + xm | g", {.method = method});
+    const FittedModel free = fitted_curve(table, kFourLogistic, "B + xm | g", {.method = method});
     for (const double sign : {1.0, -1.0}) {
       // (A, B, s) and (B, A, -s) are the same curve.
       const std::map<std::string, double> start{{"A", sign > 0.0 ? 4.0 : 40.0},
@@ -88,7 +90,7 @@ TEST_CASE("start values give the asymptotes of a logistic curve their roles") {
                                                 {"xm", 11.0},
                                                 {"s", sign * 2.0}};
       const FittedModel fit =
-          fitted(table, kLogistic, "B + xm | g", {.method = method, .start = start});
+          fitted_curve(table, kFourLogistic, "B + xm | g", {.method = method, .start = start});
       CAPTURE(fit.convergence.verdict);
       REQUIRE(fit.convergence.converged());
       CHECK(sign * estimate_of(fit, "s") > 0.0);
@@ -101,14 +103,14 @@ TEST_CASE("start values give the asymptotes of a logistic curve their roles") {
 TEST_CASE("optima within the bounds compete with fits at the bounds") {
   const data::Table table = two_decays();
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
-    const FittedModel free = fitted(table, kDecays, "a1 | g", {.method = method});
+    const FittedModel free = fitted_curve(table, kDecays, "a1 | g", {.method = method});
     // The decay that varies is the fast one.
     REQUIRE(estimate_of(free, "k1") > 1.0);
     // If it is the slow one, the bound can be on either rate.
-    const FittedModel second =
-        fitted(table, kDecays, "a1 | g", {.method = method, .bounds = {{"k2", {.low = 0.5}}}});
-    const FittedModel first =
-        fitted(table, kDecays, "a1 | g", {.method = method, .bounds = {{"k1", {.high = 0.5}}}});
+    const FittedModel second = fitted_curve(
+        table, kDecays, "a1 | g", {.method = method, .bounds = {{"k2", {.low = 0.5}}}});
+    const FittedModel first = fitted_curve(
+        table, kDecays, "a1 | g", {.method = method, .bounds = {{"k1", {.high = 0.5}}}});
     CAPTURE(first.convergence.verdict, second.convergence.verdict);
     REQUIRE(first.convergence.converged());
     REQUIRE(second.convergence.converged());
@@ -134,17 +136,18 @@ TEST_CASE("exchanged terms are within bounds by least squares, too") {
 
 TEST_CASE("a bound of a coefficient with random effects is for its fixed effect") {
   const data::Table table = logistic_data();
-  const FittedModel inside = fitted(table,
-                                    kLogistic,
-                                    "B + xm | g",
-                                    {.method = Method::kLaplace, .bounds = {{"B", {.low = 20.0}}}});
+  const FittedModel inside =
+      fitted_curve(table,
+                   kFourLogistic,
+                   "B + xm | g",
+                   {.method = Method::kLaplace, .bounds = {{"B", {.low = 20.0}}}});
   REQUIRE(inside.convergence.converged());
   CHECK(estimate_of(inside, "B") > 20.0);
   const FittedModel outside =
-      fitted(table,
-             kLogistic,
-             "B + xm | g",
-             {.method = Method::kLaplace, .bounds = {{"B", {.low = 90.0}}}});
+      fitted_curve(table,
+                   kFourLogistic,
+                   "B + xm | g",
+                   {.method = Method::kLaplace, .bounds = {{"B", {.low = 90.0}}}});
   CHECK(outside.convergence.status == ConvergenceStatus::kOutsideBounds);
   CHECK_THAT(outside.convergence.verdict, Contains("varies by group"));
 }

@@ -116,21 +116,40 @@ bool is_pure_power(const VarianceFactorEstimate& factor, const VectorXd& values)
   return false;
 }
 
-/// The number of observations at which the power exceeds a share of the constant.
-Index count_with_power(const VarianceFactorEstimate& factor, const VectorXd& v, double share) {
-  const Eigen::ArrayXd power = v.array().abs().max(1e-300).pow(factor.delta[0]);
-  return (power > share * factor.constant[0]).count();
+/// (N) the share of the power in constant-plus-power.
+VectorXd power_shares(const VarianceFactorEstimate& factor,
+                      const VectorXd& v,
+                      const std::vector<Index>& stratum_of) {
+  VectorXd result(v.size());
+  for (Index i = 0; i < v.size(); ++i) {
+    const Index s = stratum_of.empty() ? 0 : stratum_of[static_cast<std::size_t>(i)];
+    const double constant = factor.constant[std::min(s, factor.constant.size() - 1)];
+    const double delta = factor.delta[std::min(s, factor.delta.size() - 1)];
+    const double log_v = std::log(std::max(std::abs(v[i]), 1e-300));
+    result[i] = 1.0 / (1.0 + std::exp(std::log(constant) - delta * log_v));
+  }
+  return result;
 }
 
-bool has_one_constant(const VarianceFactorEstimate& factor) {
-  return factor.constant.size() == 1 && !factor.factor.constant;
-}
-
-/// Whether the power is negligible beside the constant at all observations.
-bool is_constant(const VarianceFactorEstimate& factor, const VectorXd& v) {
+/// \param rows  those with the exponent
+PowerUse power_use(const std::vector<Index>& rows, const VectorXd& share, const VectorXd& v) {
   constexpr double kNothing = 1e-6;
-  return factor.constant.array().isInf().any() ||
-         (has_one_constant(factor) && count_with_power(factor, v, kNothing) == 0);
+  // Without the power at these observations the log-likelihood falls by at most the sum of the
+  // squared shares, since its slope is zero.
+  constexpr double kSameLikelihood = 1e-3;
+  PowerUse result;
+  const Index top = *std::ranges::max_element(rows, {}, [&](Index i) { return share[i]; });
+  result.is_absent = !(share[top] > kNothing);
+  const double size = std::abs(v[top]);
+  double others = 0.0;
+  bool has_others = false;
+  for (const Index i : rows) {
+    if (std::abs(v[i]) == size) continue;
+    others += share[i] * share[i];
+    has_others = true;
+  }
+  if (has_others && !result.is_absent && others < kSameLikelihood) result.only_at = size;
+  return result;
 }
 
 }  // namespace
@@ -153,11 +172,36 @@ VectorXd variable_of(const NonlinearModel& model,
   return column.empty() ? fit.fitted_conditional : model.column(column);
 }
 
+std::vector<PowerUse> power_uses(const NonlinearModel& model,
+                                 const VarianceFactorEstimate& factor,
+                                 const VectorXd& v) {
+  if (factor.constant.size() == 0 || factor.factor.constant) return {};
+  const bool has_strata = !factor.factor.stratum.empty();
+  const std::vector<Index> stratum_of =
+      has_strata ? model.strata(factor.factor.stratum).of_rows : std::vector<Index>();
+  const VectorXd share = power_shares(factor, v, stratum_of);
+  std::vector<std::vector<Index>> rows(static_cast<std::size_t>(factor.delta.size()));
+  for (Index i = 0; i < v.size(); ++i) {
+    const bool is_own = has_strata && rows.size() > 1;
+    rows[is_own ? static_cast<std::size_t>(stratum_of[static_cast<std::size_t>(i)]) : 0].push_back(
+        i);
+  }
+  std::vector<PowerUse> result;
+  for (std::size_t s = 0; s < rows.size(); ++s) {
+    if (rows[s].empty()) continue;
+    PowerUse use = power_use(rows[s], share, v);
+    if (rows.size() > 1) use.stratum = factor.strata[s];
+    result.push_back(std::move(use));
+  }
+  return result;
+}
+
 Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v) {
-  if (!has_one_constant(factor) || std::isinf(factor.constant[0])) return 0;
-  constexpr double kCounts = 0.1;
+  const bool has_one = factor.constant.size() == 1 && !factor.factor.constant;
+  if (!has_one || std::isinf(factor.constant[0])) return 0;
+  constexpr double kCounts = 0.1;  // of the constant
   constexpr double kFew = 0.1;
-  const Index count = count_with_power(factor, v, kCounts);
+  const Index count = (power_shares(factor, v, {}).array() > kCounts / (1.0 + kCounts)).count();
   return static_cast<double>(count) < kFew * static_cast<double>(v.size()) ? count : 0;
 }
 
@@ -168,7 +212,11 @@ void name_boundary(const NonlinearModel& model,
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     if (factor.factor.constant || factor.constant.size() == 0) continue;
     const VectorXd v = variable_of(model, fit, factor);
-    if (is_constant(factor, v)) fit.convergence.add_boundary({.term = "the variance is constant"});
+    for (const PowerUse& use : power_uses(model, factor, v)) {
+      if (!use.is_absent) continue;
+      const std::string of = use.stratum.empty() ? "" : " of " + use.stratum;
+      fit.convergence.add_boundary({.term = fmt::format("the variance{} is constant", of)});
+    }
     if (is_pure_power(factor, v)) {
       fit.convergence.add_boundary({.term = "the constant of the variance function", .value = 0.0});
     }

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <vector>
 
 #include "model/coefficient_frame.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
@@ -27,6 +30,21 @@ Eigen::VectorXd variable_of(const NonlinearModel& model,
 /// few; otherwise 0.
 /// \param v  (N) the variable of the factor
 Eigen::Index few_with_power(const VarianceFactorEstimate& factor, const Eigen::VectorXd& v);
+
+/// What the data say about one exponent of constant-plus-power.
+struct PowerUse {
+  std::string stratum{};  ///< empty without strata
+  /// Whether the power is negligible beside the constant at all observations.
+  bool is_absent = false;
+  /// Size of the variable at the only observations for which the power matters: an exponent without
+  /// bound fits as well. NaN if it matters for several sizes.
+  double only_at = std::numeric_limits<double>::quiet_NaN();
+};
+/// Of each exponent of a factor; empty for other functions, or with a constant that is held.
+/// \param v  (N) the variable of the factor
+std::vector<PowerUse> power_uses(const NonlinearModel& model,
+                                 const VarianceFactorEstimate& factor,
+                                 const Eigen::VectorXd& v);
 
 /// Fills in the boundary of a fit's convergence: standard deviations of 0, correlations of 1 or -1,
 /// and variance functions whose constant or power vanishes.

@@ -134,6 +134,14 @@ std::string failure(const NonlinearModel& model,
                     const MixedEffectsFit& fit,
                     Rounds rounds,
                     const Obstacle& obstacle) {
+  const std::vector<std::string> kinks = model.random_kinks();
+  if (obstacle.text == kNoClearMode && !kinks.empty()) {
+    return fmt::format(
+        "Not converged: {}; the formula has a kink in {}. Use --method agq with more points, such "
+        "as --agq-points 15, or fewer random effects.",
+        kNoClearMode,
+        fmt::join(kinks, ", "));
+  }
   if (obstacle.text == kNoClearMode) {
     return fmt::format("Not converged: {}. Use --method focei, or fewer random effects.",
                        kNoClearMode);
@@ -148,9 +156,12 @@ std::string failure(const NonlinearModel& model,
         counted(fit.convergence.iterations, "alternation", "alternations"),
         by,
         obstacle_text(obstacle),
-        advice(
-            model,
-            "the method focei or laplace, fewer random effects or a diagonal covariance matrix"));
+        advice(model,
+               model.is_linear()
+                   ? "fewer random effects, a diagonal covariance matrix or a simpler "
+                     "variance function; another method has the same likelihood"
+                   : "the method focei or laplace, fewer random effects or a diagonal "
+                     "covariance matrix"));
   }
   const std::string where =
       std::isfinite(fit.convergence.newton_decrement)
@@ -320,7 +331,8 @@ std::vector<Index> find_undetermined(const NonlinearModel& model,
       model, fit, group_coefficients(model, fit), fit.residual_sd, slopes.frame.beta);
   std::vector<Index> loose =
       undetermined(model, fit.estimate, covariance.diagonal().cwiseSqrt(), fit.residual_sd);
-  if (!loose.empty()) fit.covariance = std::move(covariance);
+  // Coefficients that are not identifiable have no expected covariance.
+  if (!loose.empty() && covariance.allFinite()) fit.covariance = std::move(covariance);
   return loose;
 }
 
@@ -335,6 +347,30 @@ void note_unbounded(const NonlinearModel& model,
   convergence.verdict =
       "Not converged: the log-likelihood keeps increasing, ever more slowly, while " +
       unbounded_text(model, loose);
+}
+
+/// Records exponents of the variance function that are not determined: with one that is larger
+/// without bound, the same few observations have a variance of their own.
+void note_unbounded_powers(const NonlinearModel& model, MixedEffectsFit& fit) {
+  Convergence& convergence = fit.convergence;
+  for (const VarianceFactorEstimate& factor : fit.variance.factors) {
+    if (factor.factor.delta) continue;
+    for (const PowerUse& use : power_uses(model, factor, variable_of(model, fit, factor))) {
+      if (std::isnan(use.only_at)) continue;
+      const std::string name = use.stratum.empty() ? "delta" : "delta of " + use.stratum;
+      const std::string& column = factor.factor.column;
+      convergence.status = ConvergenceStatus::kNoMaximum;
+      convergence.evidence.push_back({.kind = Evidence::Kind::kUnbounded, .term = name});
+      convergence.verdict = fmt::format(
+          "Not converged: the log-likelihood keeps increasing, ever more slowly, while {} of {} "
+          "grows without bound: only the observations with {} {} have another variance. Use a "
+          "power, or a stratum for these observations.",
+          name,
+          factor.factor.text(),
+          column.empty() ? "a fitted value of" : column + " =",
+          fmt::format("{:.6g}", use.only_at));
+    }
+  }
 }
 
 /// Records that the likelihood has no maximum.
@@ -402,8 +438,8 @@ void judge(const NonlinearModel& model,
            bool is_restricted,
            const Obstacle& obstacle) {
   const PopulationSlopes slopes = population_slopes(model, fit);
-  const std::vector<Index> loose = find_undetermined(model, slopes, fit);
   fit.convergence.rank = information_rank(slopes.frame, fit);
+  const std::vector<Index> loose = find_undetermined(model, slopes, fit);
   name_boundary(model, slopes, fit);
   if (fit.convergence.converged()) {
     fit.convergence.verdict = success_verdict(model, loose, rounds, fit);
@@ -415,6 +451,7 @@ void judge(const NonlinearModel& model,
     }
     note_unbounded(model, loose, fit);
   }
+  note_unbounded_powers(model, fit);
   Degeneracy degenerate = degeneracy(model, slopes.frame, fit);
   const bool is_confounded = note_confounding(
       model, slopes.frame.has_full_rank, is_restricted, obstacle, degenerate.is_exact, fit);

@@ -26,15 +26,6 @@ constexpr Index kFewestStrata = 3;
 // A stratum needs some observations more than coefficients, and not more than a curve needs.
 constexpr Index kMostObservations = 400;
 
-bool is_linear(const NonlinearModel& model) {
-  for (Index i = 0; i < model.coefficient_count(); ++i) {
-    for (Index j = 0; j <= i; ++j) {
-      if (!model.is_bilinear(i, j)) return false;
-    }
-  }
-  return true;
-}
-
 /// (G) the residuals of each group from the pooled fit, relative to its fitted values.
 VectorXd levels_of_groups(const NonlinearModel& model, const VectorXd& pooled) {
   NonlinearModel::Workspace workspace;
@@ -84,7 +75,7 @@ Rows thinned(const Rows& rows) {
 }  // namespace
 
 bool is_doubtful_start(const NonlinearModel& model, const VectorXd& pooled) {
-  if (is_linear(model)) return false;
+  if (model.is_linear()) return false;
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   Eigen::MatrixXd jacobian;

@@ -346,6 +346,7 @@ void NonlinearModel::compile() {
 
   const std::size_t count = specification_.parameters.size();
   parameter_bilinear_.assign(count, std::vector<bool>(count));
+  parameter_has_kink_.assign(count, false);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < count; ++j) {
       parameter_bilinear_[i][j] =
@@ -354,13 +355,29 @@ void NonlinearModel::compile() {
   }
   for (std::size_t i = 0; i < count; ++i) {
     // If all second derivatives vanish, a kink (abs, max, ifelse, ...) may make the mean nonlinear.
-    const std::string& name = specification_.parameters[i].name;
-    const bool has_kink = specification_.formula.right.has_kink_in(name);
+    const bool has_kink =
+        specification_.formula.right.has_kink_in(specification_.parameters[i].name);
+    parameter_has_kink_[i] = has_kink;
     if (!parameter_bilinear_[i][i] || !has_kink) continue;
     for (std::size_t j = 0; j < count; ++j) {
       parameter_bilinear_[i][j] = parameter_bilinear_[j][i] = false;
     }
   }
+}
+
+bool NonlinearModel::has_kink_in(Index coefficient) const {
+  return parameter_has_kink_[static_cast<std::size_t>(parameter_of(coefficient))];
+}
+
+std::vector<std::string> NonlinearModel::random_kinks() const {
+  std::vector<std::string> result;
+  for (const RandomEffects& term : specification_.random) {
+    for (const Index j : coefficients_of(&term)) {
+      const std::string& name = names_[static_cast<std::size_t>(j)];
+      if (has_kink_in(j) && std::ranges::count(result, name) == 0) result.push_back(name);
+    }
+  }
+  return result;
 }
 
 Index NonlinearModel::coefficient_index(std::string_view name) const {
@@ -415,6 +432,15 @@ const double* NonlinearModel::multiplier_values(Index coefficient) const {
 bool NonlinearModel::is_bilinear(Index i, Index j) const {
   return parameter_bilinear_[static_cast<std::size_t>(slots_[i].parameter)]
                             [static_cast<std::size_t>(slots_[j].parameter)];
+}
+
+bool NonlinearModel::is_linear() const {
+  for (Index i = 0; i < coefficient_count(); ++i) {
+    for (Index j = 0; j <= i; ++j) {
+      if (!is_bilinear(i, j)) return false;
+    }
+  }
+  return true;
 }
 
 Place NonlinearModel::place(Index observation) const {

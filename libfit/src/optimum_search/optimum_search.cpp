@@ -2,6 +2,7 @@
 #include "optimum_search/optimum_search.hpp"
 
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -159,7 +160,24 @@ class OptimumSearch {
     }
     fit.optima = optima_of(best, all, is_marginal);
     judge_search(fit, evidence);
+    if (fit.convergence.converged()) judge_kinks(fit, kinks_at(fit), evidence);
     return fit;
+  }
+
+  /// Kinks of the formula in random coefficients, and the likelihood by quadrature with twice the
+  /// points that the fit has, or would have.
+  Kinks kinks_at(const MixedEffectsFit& fit) const {
+    Kinks kinks{.coefficients = model_.random_kinks()};
+    if (kinks.coefficients.empty()) return kinks;
+    MarginalOptions options = options_.marginal;
+    options.quadrature_points = kinks.points = 2 * options.quadrature_points + 1;
+    try {
+      check_marginal(model_, Integration::kQuadrature, options);
+    } catch (const UsageError&) {
+      return kinks;  // too many effects
+    }
+    kinks.by_quadrature = marginal_log_likelihood(model_, fit, Integration::kQuadrature, options);
+    return kinks;
   }
 
   const NonlinearModel& model_;

@@ -476,18 +476,26 @@ TEST_CASE("the findings of a search are in the convergence message") {
   };
   CHECK(after({}).verdict == "Converged.");
 
-  const Convergence below =
-      after({.contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
+  const Convergence below = after(
+      {.method = Integration::kLaplace,
+       .contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
   CHECK(below.status == ConvergenceStatus::kContainedModelHigher);
   CHECK(below.has(Evidence::Kind::kContainedModel, "without b"));
   CHECK(below.evidence.back().value == -90.0);
   CHECK(below.verdict.find("without b") != std::string::npos);
   CHECK(below.verdict.find("other start values") != std::string::npos);
+  // A fixed point of lb remains one, as nlme reports it, unless the linearization is useless.
+  const Convergence lower =
+      after({.contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
+  CHECK(lower.converged());
+  CHECK(lower.verdict.starts_with("Converged, with a doubt: the model without b"));
+  CHECK(after({.contained = ContainedModel{.log_likelihood = -79.0}}).status ==
+        ConvergenceStatus::kContainedModelHigher);
   // Another method is recommended if it has a maximum above the contained model.
   const Convergence helped =
       after({.contained = ContainedModel{.log_likelihood = -90.0, .rank = -90.0},
              .marginal_maximum = -89.0});
-  CHECK(helped.verdict.find("--method laplace") != std::string::npos);
+  CHECK(helped.verdict.find("--method laplace: laplace converges at -89.00") != std::string::npos);
 
   const Convergence doubtful = after({.marginal_here = -99.0, .marginal_maximum = -96.0});
   CHECK(doubtful.converged());
@@ -511,7 +519,7 @@ TEST_CASE("the findings of a search are in the convergence message") {
   CHECK(after({}).verdict.find("log-likelihood -101.00 at a = 5, b = 6") != std::string::npos);
 }
 
-TEST_CASE("a linearized fit below a model that it contains has not converged") {
+TEST_CASE("a linearized fit below a model that it contains is in doubt") {
   // Six plots of five trees: the linearization at random effects of both coefficients is worse than
   // that with one. Without b's effect nlme 3.1-162 finds -54.4135.
   Table table;
@@ -532,8 +540,30 @@ TEST_CASE("a linearized fit below a model that it contains has not converged") {
   CHECK(contained.log_likelihood == Approx(-54.4135).margin(1e-3));
   const FittedModel fit = searched_fit(table, kMeyer, "a + b | g");
   REQUIRE(fit.log_likelihood < contained.log_likelihood - 0.1);
-  CHECK(fit.convergence.status == ConvergenceStatus::kContainedModelHigher);
+  CHECK(fit.convergence.converged());
+  CHECK(fit.convergence.has(Evidence::Kind::kContainedModel, "without the random effect of b"));
+  CHECK(fit.convergence.verdict.starts_with("Converged, with a doubt"));
   CHECK(fit.convergence.verdict.find("--method focei") != std::string::npos);
+}
+
+TEST_CASE("the message of a fit with kinks has the likelihood by quadrature") {
+  MixedEffectsFit fit;
+  fit.log_likelihood = -100.0;
+  fit.convergence = {.status = ConvergenceStatus::kConverged, .verdict = "Converged."};
+  const auto after = [&](double by_quadrature, const SearchEvidence& evidence) {
+    MixedEffectsFit judged = fit;
+    judge_kinks(judged, {{"xmax"}, by_quadrature, 15}, evidence);
+    return judged.convergence;
+  };
+  const Convergence linearized = after(-93.0, {});
+  CHECK(linearized.converged());
+  CHECK(linearized.has(Evidence::Kind::kMarginal, "agq"));
+  CHECK(linearized.verdict.find("kink in xmax") != std::string::npos);
+  CHECK(linearized.verdict.find("is -93.00, not -100.00") != std::string::npos);
+  // Quadrature with enough points needs no doubt.
+  CHECK(after(-100.01, {.method = Integration::kQuadrature}).verdict == "Converged.");
+  CHECK(after(-99.0, {.method = Integration::kQuadrature}).verdict.find("--agq-points 15") !=
+        std::string::npos);
 }
 
 TEST_CASE("a search on a part of many observations has the same result") {

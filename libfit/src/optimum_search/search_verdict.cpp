@@ -131,8 +131,7 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         fit.log_likelihood);
     return;
   }
-  constexpr double kSlack = 0.05;
-  if (evidence.unfinished > fit.log_likelihood + kSlack) {
+  if (evidence.unfinished > fit.log_likelihood + kContainedSlack) {
     convergence.status = ConvergenceStatus::kMaximumNotReached;
     convergence.evidence.push_back(
         {.kind = Evidence::Kind::kHigherEnd, .value = evidence.unfinished});
@@ -204,6 +203,32 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
                                        other->log_likelihood,
                                        estimates_text(fit, other->estimate));
   }
+}
+
+void judge_kinks(MixedEffectsFit& fit, const Kinks& kinks, const SearchEvidence& evidence) {
+  constexpr double kClose = 0.05;  // one shows the same likelihood to the digits that are compared
+  Convergence& convergence = fit.convergence;
+  if (kinks.coefficients.empty() || !convergence.converged()) return;
+  const bool is_quadrature = evidence.method == Integration::kQuadrature;
+  const double error = std::abs(kinks.by_quadrature - fit.log_likelihood);
+  if (is_quadrature && !(error > kClose)) return;
+  std::string text = fmt::format(
+      "the formula has a kink in {}, {}",
+      fmt::join(kinks.coefficients, ", "),
+      is_quadrature ? "where quadrature needs more points" : "where this method is not exact");
+  if (std::isfinite(kinks.by_quadrature)) {
+    convergence.evidence.push_back(
+        {.kind = Evidence::Kind::kMarginal, .term = "agq", .value = kinks.by_quadrature});
+    text += fmt::format(
+        "; by quadrature with {} points per random effect the log-likelihood at these estimates is "
+        "{:.2f}{}",
+        kinks.points,
+        kinks.by_quadrature,
+        evidence.is_restricted ? "" : fmt::format(", not {:.2f}", fit.log_likelihood));
+  }
+  text += is_quadrature ? fmt::format(". Use --agq-points {}.", kinks.points)
+                        : ". Compare with --method agq.";
+  convergence.verdict = fmt::format("Converged, with a doubt: {} {}", text, convergence.verdict);
 }
 
 }  // namespace silvafit::fit

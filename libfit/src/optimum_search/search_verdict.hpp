@@ -56,4 +56,18 @@ struct SearchEvidence {
 /// if they differ by more than 2 units, the linearization is reported as doubtful.
 void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence);
 
+/// A mean with kinks in random coefficients.
+struct Kinks {
+  std::vector<std::string> coefficients{};
+  /// Log-likelihood by quadrature at the estimates with so many points per random effect; NaN if
+  /// quadrature is not possible.
+  double by_quadrature = std::numeric_limits<double>::quiet_NaN();
+  int points = 0;
+};
+
+/// Adds what quadrature says about a fit with kinks to the message. The other methods take the mean
+/// for smooth in the random effects.
+/// \param evidence  of the search that has led to the fit
+void judge_kinks(MixedEffectsFit& fit, const Kinks& kinks, const SearchEvidence& evidence);
+
 }  // namespace silvafit::fit

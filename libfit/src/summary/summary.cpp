@@ -54,6 +54,31 @@ std::string groups_text(std::size_t count, const std::string& column) {
   return counted(count, column + " group", column + " groups");
 }
 
+/// "lb (Lindstrom and Bates, as nlme) by REML".
+std::string method_title(const FittedModel& fit) {
+  const char* const likelihood = fit.reml ? " by REML" : " by ML";
+  const auto title = [&](const char* name, const char* by) {
+    return fmt::format("{} ({}){}", method_text(fit.method), name, by);
+  };
+  switch (fit.method) {
+    case Method::kOrdinary:
+      return title("least squares", "");
+    case Method::kGeneralized:
+      return title("generalized least squares, as nlme's gnls", likelihood);
+    case Method::kLindstromBates:
+      return title("Lindstrom and Bates, as nlme", likelihood);
+    case Method::kFirstOrder:
+      return title("first-order conditional estimation", likelihood);
+    case Method::kInteraction:
+      return title("first-order conditional estimation with interaction", likelihood);
+    case Method::kLaplace:
+      return title("Laplace's approximation", likelihood);
+    case Method::kQuadrature:
+      return title("adaptive Gauss-Hermite quadrature", likelihood);
+  }
+  return method_text(fit.method);
+}
+
 void append_model(std::string& text, const FittedModel& fit) {
   const ModelSpecification& specification = fit.specification;
   append(text, "{}{}\n", fit.model.empty() ? "" : fit.model + "  ", specification.formula.text);
@@ -65,7 +90,7 @@ void append_model(std::string& text, const FittedModel& fit) {
     append(text, "  variance: {}\n", specification.variance.text());
   }
   append(text, "{}\n\n", fit.convergence.verdict);
-  append(text, "method {}, {} rows", method_text(fit.method), fit.observations);
+  append(text, "method {}, {} rows", method_title(fit), fit.observations);
   if (fit.excluded > 0) append(text, " ({} more with missing values)", fit.excluded);
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
     append(text, ", {}", groups_text(fit.random[k].labels.size(), specification.random[k].group));
@@ -100,7 +125,7 @@ void append_fixed_effects(std::string& text, const FittedModel& fit) {
          "estimate",
          "std. error",
          "df",
-         "t",
+         "Wald t",
          "p");
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const auto j = static_cast<Index>(k);
@@ -161,7 +186,10 @@ void append_random_effects(std::string& text, const FittedModel& fit) {
   }
 }
 
-void append_variance_factor(std::string& text, const VarianceFactorEstimate& estimate) {
+/// Ratios to the first stratum also as standard deviations, as nlme's users know them from sigma.
+void append_variance_factor(std::string& text,
+                            const VarianceFactorEstimate& estimate,
+                            double sigma) {
   const auto append_values = [&](const char* name, const Eigen::VectorXd& values) {
     for (Index s = 0; s < values.size(); ++s) {
       const std::string& stratum = estimate.strata[static_cast<std::size_t>(s)];
@@ -176,12 +204,13 @@ void append_variance_factor(std::string& text, const VarianceFactorEstimate& est
   append_values("delta", estimate.delta);
   append_values("constant", estimate.constant);
   append_values("ratio", estimate.ratio);
+  append_values("sd", sigma * estimate.ratio);
 }
 
 void append_residuals(std::string& text, const FittedModel& fit) {
   append(text, "sigma {}", significant(fit.sigma));
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    append_variance_factor(text, factor);
+    append_variance_factor(text, factor, fit.sigma);
   }
   append(text, "\n");
 }

@@ -126,6 +126,14 @@ class NonlinearModel {
   /// coefficient with (j, j) zero enters linearly, and two such enter jointly linearly if (i, j) is
   /// zero.
   bool is_bilinear(Eigen::Index i, Eigen::Index j) const;
+  /// Whether the mean is linear in all coefficients together.
+  bool is_linear() const;
+
+  /// Whether abs, min, a comparison or the like depends on the parameter of a coefficient, so that
+  /// the mean may not be smooth in it.
+  bool has_kink_in(Eigen::Index coefficient) const;
+  /// Names of the coefficients with random effects for which this holds.
+  std::vector<std::string> random_kinks() const;
 
   /// The same model on some of the observations.
   /// \param observations  in ascending order, at least one
@@ -196,6 +204,7 @@ class NonlinearModel {
   data::Program mean_program_;          ///< f
   data::Program gradient_program_;      ///< f, df/dphi_1 .. df/dphi_K
   std::vector<std::vector<bool>> parameter_bilinear_;
+  std::vector<bool> parameter_has_kink_;
 };
 
 }  // namespace silvafit::fit
