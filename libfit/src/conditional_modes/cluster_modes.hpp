@@ -152,7 +152,7 @@ class ClusterModes {
   Eigen::MatrixXd trial_;
   bool has_kinks_ = false;
   Eigen::MatrixXd accepted_;  ///< density_ at the points reached, if the formula has kinks
-  Eigen::MatrixXd right_;  ///< of a Newton system
+  Eigen::MatrixXd right_;     ///< of a Newton system
   HeldWeights weights_;
 };
 

@@ -130,6 +130,15 @@ std::string obstacle_text(const Obstacle& obstacle) {
   return result;
 }
 
+/// Whether all methods have the same likelihood.
+bool has_exact_linearization(const NonlinearModel& model) {
+  const auto depends_on_mean = [](const VarianceFactor& factor) {
+    return factor.column.empty() && kind_of(factor).reads_value();
+  };
+  return model.is_linear() &&
+         std::ranges::none_of(model.specification().variance.factors, depends_on_mean);
+}
+
 std::string failure(const NonlinearModel& model,
                     const MixedEffectsFit& fit,
                     Rounds rounds,
@@ -157,7 +166,9 @@ std::string failure(const NonlinearModel& model,
         by,
         obstacle_text(obstacle),
         advice(model,
-               model.is_linear()
+               !kinks.empty() ? fmt::format("the method agq, since the formula has a kink in {}",
+                                            fmt::join(kinks, ", "))
+               : has_exact_linearization(model)
                    ? "fewer random effects, a diagonal covariance matrix or a simpler "
                      "variance function; another method has the same likelihood"
                    : "the method focei or laplace, fewer random effects or a diagonal "

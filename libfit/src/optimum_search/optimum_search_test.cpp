@@ -476,9 +476,9 @@ TEST_CASE("the findings of a search are in the convergence message") {
   };
   CHECK(after({}).verdict == "Converged.");
 
-  const Convergence below = after(
-      {.method = Integration::kLaplace,
-       .contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
+  const Convergence below =
+      after({.method = Integration::kLaplace,
+             .contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
   CHECK(below.status == ConvergenceStatus::kContainedModelHigher);
   CHECK(below.has(Evidence::Kind::kContainedModel, "without b"));
   CHECK(below.evidence.back().value == -90.0);
