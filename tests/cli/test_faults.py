@@ -117,7 +117,7 @@ class Faults(ProgramTest):
         self.assertEqual(here, written)
 
     def test_too_little_memory_is_said(self):
-        rows = "".join(f"{i},1,SM,{20 * (i % 300)},{20 * (i // 300)},{10 + i % 30},12,5,3\n" for i in range(60000))
+        rows = "".join(f"{i},1,SM,{20 * (i % 600)},{20 * (i // 600)},{10 + i % 30},12,5,3\n" for i in range(240000))
         self.write("plots.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n" + rows)
         done = self.run_in(limited(resource.RLIMIT_AS, 100 << 20), "indices", "plots.csv", "--out", "indices.csv")
         self.assertEqual(done.returncode, 1, done.stderr)

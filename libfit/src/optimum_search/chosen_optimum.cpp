@@ -43,6 +43,19 @@ double distance(const std::vector<std::string>& names,
   return result;
 }
 
+/// The estimates of a fit for the coefficients with start values.
+std::map<std::string, double> of_start(const std::vector<std::string>& names,
+                                       const Candidate& candidate,
+                                       const CoefficientWishes& wishes) {
+  std::map<std::string, double> result;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    if (wishes.start.contains(names[j])) {
+      result[names[j]] = candidate.fit.estimate[static_cast<Index>(j)];
+    }
+  }
+  return result;
+}
+
 /// Whether the curves of all groups differ by less than the residuals scatter around them.
 bool has_same_curves(const MixedEffectsFit& a, const MixedEffectsFit& b) {
   const VectorXd change =
@@ -74,7 +87,11 @@ const Candidate& chosen_optimum(const std::vector<std::string>& names,
   for (const Candidate* const candidate : possible) {
     if (!(candidate->rank > highest->rank - kVeryStrong)) continue;
     const double away = distance(names, candidate->fit.estimate, wishes.start);
-    if (!(away < nearest) || !has_same_curves(candidate->fit, highest->fit)) continue;
+    // Between optima that are nearer to each other than to the start, it is no choice of roles.
+    const double apart =
+        distance(names, candidate->fit.estimate, of_start(names, *highest, wishes));
+    if (!(away < std::min(nearest, apart))) continue;
+    if (!has_same_curves(candidate->fit, highest->fit)) continue;
     nearest = away;
     chosen = candidate;
   }
