@@ -218,7 +218,7 @@ def test_studies_of_repeated_measurements_and_sampled_plots(source):
     settings = {"responses": ["h"], "candidates": {"h": ["M4"]}, "variance_functions": ["none"], "progress": False}
     plots = pd.DataFrame({"plot": np.arange(1, 11), "area": 400.0})
     study = sf.study(trees, period="year", plots=plots, covariates=["stems_per_ha"], **settings)
-    assert study.results["n"].tolist() == [len(trees)] and "| year" in study.results["random"][0]
+    assert study.results["n"].tolist() == [len(trees)] and "| plot/year" in study.results["random"][0]
     # Each plot has 14 trees at each time.
     assert study.predictions["stems_per_ha"].unique() == pytest.approx([14 / 0.04], rel=1e-12)
     assert len(sf.study(trees, **settings).predictions) == 140

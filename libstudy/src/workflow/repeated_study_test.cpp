@@ -109,7 +109,7 @@ TEST_CASE("neighbors and figures of plots are those of one time") {
 TEST_CASE("periods are groups within the plots, which are left out as a whole") {
   const ResponseStudy& result = repeated_study().study.results.front();
   CHECK_THAT(result.chosen_terms(&ResponseStudy::random), Contains("| plot; "));
-  CHECK_THAT(result.chosen_terms(&ResponseStudy::random), Contains("| campaign"));
+  CHECK_THAT(result.chosen_terms(&ResponseStudy::random), Contains("| plot/campaign"));
   REQUIRE(result.nlme);
   const fit::FittedModel& fit = result.nlme->fit;
   REQUIRE(fit.random.size() == 2);
