@@ -2,7 +2,7 @@
 #include "optimization/candidate_points.hpp"
 
 #include <algorithm>
-#include <array>
+#include <boost/math/special_functions/prime.hpp>
 #include <cmath>
 
 namespace silvafit::fit {
@@ -20,6 +20,16 @@ double halton(std::size_t number, std::size_t base) {
     result += fraction * static_cast<double>(number % base);
   }
   return result;
+}
+
+/// A coordinate between 0 and 1 of the points of a sequence. In larger bases the first points of
+/// Halton's sequence lie on a line; there it is Richtmyer's (1951), the fractions of multiples of
+/// the root of a prime.
+double evenly_spread(std::size_t number, std::size_t prime) {
+  constexpr std::size_t kLargestBase = 37;
+  if (prime <= kLargestBase) return halton(number, prime);
+  const double multiple = static_cast<double>(number) * std::sqrt(static_cast<double>(prime));
+  return multiple - std::floor(multiple);
 }
 
 double median_magnitude(VectorXd values) {
@@ -53,10 +63,9 @@ CandidatePoints::CandidatePoints(const NonlinearModel& model, Index coefficients
 }
 
 VectorXd CandidatePoints::operator()(std::size_t number) const {
-  static constexpr std::array<std::size_t, 12> kBases{2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37};
   VectorXd point(coefficients_);
   for (Index k = 0; k < coefficients_; ++k) {
-    const double u = halton(number, kBases[static_cast<std::size_t>(k) % kBases.size()]);
+    const double u = evenly_spread(number, boost::math::prime(static_cast<unsigned>(k)));
     point[k] = u < 0.5 ? magnitude(2.0 * u) : -magnitude(2.0 * u - 1.0);
   }
   return point;

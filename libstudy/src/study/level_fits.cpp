@@ -143,21 +143,18 @@ std::optional<CrossValidated> cross_validated(const fit::FittedModel& fit,
                                               const std::string& group) {
   // Boundary (singular) fits are rejected; if all are, the simplest one is used.
   if (!fit.convergence.converged() || fit.convergence.has_boundary()) return std::nullopt;
+  // A single plot cannot be left out.
+  if (table.labels(group).levels().size() < 2) return std::nullopt;
   const std::size_t measured = fit.has_random_effects() ? kCalibratingTrees : 0;
-  try {
-    // The tasks of a level are parallel already.
-    const fit::CrossValidation result =
-        fit::cross_validate(fit, table, {.group = group, .measured = measured, .threads = 1});
-    return CrossValidated{
-        .rmse = measured > 0 ? result.calibrated_statistics.rmse : result.statistics.rmse,
-        .standard_error = error_between_folds(result),
-        .folds = result.folds,
-        .failed = result.failed.size(),
-        .measured = measured};
-  } catch (const Error&) {
-    // A single plot cannot be left out.
-    return std::nullopt;
-  }
+  // The tasks of a level are parallel already.
+  const fit::CrossValidation result =
+      fit::cross_validate(fit, table, {.group = group, .measured = measured, .threads = 1});
+  return CrossValidated{
+      .rmse = measured > 0 ? result.calibrated_statistics.rmse : result.statistics.rmse,
+      .standard_error = error_between_folds(result),
+      .folds = result.folds,
+      .failed = result.failed.size(),
+      .measured = measured};
 }
 
 }  // namespace

@@ -172,6 +172,28 @@ Trial with_sub_models(Trial trial,
   return trial;
 }
 
+/// \throws UsageError if all subsets of the covariates are too many
+void check_trials(std::size_t parameters, std::size_t covariates, std::size_t at_once) {
+  // Minutes to an hour, a fit of some hundred trees taking a hundredth of a second to a second.
+  constexpr double kMostTrials = 4096.0;
+  const double subsets = std::exp2(static_cast<double>(covariates)) - 1.0;
+  const auto p = static_cast<double>(parameters);
+  const double pairs = at_once > 1 ? 0.5 * p * (p - 1.0) : 0.0;
+  const double trials = p * subsets + pairs * subsets * subsets;
+  if (trials <= kMostTrials) return;
+  throw UsageError(
+      fmt::format(
+          "every subset of {} covariates on {} of {} parameters makes {:.0f} fits, of which "
+          "at most {:.0f} are made; name fewer covariates{}",
+          covariates,
+          at_once > 1 ? "one or two" : "one",
+          parameters,
+          trials,
+          kMostTrials,
+          at_once > 1 ? ", or use covariate_parameters 1" : ""),
+      {.column = "--covariates"});
+}
+
 }  // namespace
 
 std::vector<std::string> BaseCandidate::columns(const data::Table& table) const {
@@ -212,6 +234,7 @@ std::vector<Trial> covariate_trials(const fit::FittedModel& base,
   std::vector<Trial> trials{reference};
   if (table.rows() == 0) return trials;
   const std::vector<fit::ParameterModel>& parameters = base.specification.parameters;
+  check_trials(parameters.size(), covariates.size(), parameters_at_once);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     for (const fit::ParameterModel& model : extended(parameters[i], covariates)) {
       trials.push_back(with_sub_models(reference, {{i, model}}));

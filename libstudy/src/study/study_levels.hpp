@@ -34,6 +34,7 @@ std::vector<Trial> base_trials(const std::vector<BaseCandidate>& candidates,
 
 /// Subsets of the covariates on each parameter of a base model, or with two parameters at once also
 /// on each pair; the base model itself first.
+/// \throws UsageError if there are more than 4096
 std::vector<Trial> covariate_trials(const fit::FittedModel& base,
                                     const std::vector<std::string>& covariates,
                                     std::size_t parameters_at_once,

@@ -11,6 +11,7 @@
 
 using namespace silvafit;
 using namespace silvafit::study;
+using Catch::Matchers::Contains;
 
 namespace {
 
@@ -185,6 +186,15 @@ TEST_CASE("on request, pairs of parameters have covariates") {
   CHECK(trials.back().terms == std::vector<std::string>{"a ~ 1 + W + M", "b ~ 1 + W + M"});
   CHECK(trials.back().specification.coefficient_names() ==
         std::vector<std::string>{"a", "a:W", "a:M", "b", "b:W", "b:M"});
+}
+
+TEST_CASE("more subsets of covariates than can be tried are an error") {
+  const fit::FittedModel base = fitted("h ~ 1.3 + a*(1 - exp(-b*dbh))");
+  const std::vector<std::string> names{"c1", "c2", "c3", "c4", "c5", "c6", "c7", "c8"};
+  // 2 * 255 on one parameter, and 255 * 255 on both.
+  CHECK_NOTHROW(covariate_trials(base, names, 1, trees_of_two_species()));
+  CHECK_THROWS_WITH(covariate_trials(base, names, 2, trees_of_two_species()),
+                    Contains("makes 65535 fits") && Contains("covariate_parameters 1"));
 }
 
 TEST_CASE("a parsimonious choice has the fewest parameters within two of the best") {

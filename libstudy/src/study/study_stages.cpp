@@ -489,7 +489,10 @@ void run_other_bases(std::vector<Work>& works,
     const std::size_t begin = study.stages.size();
     run_levels(part, study, progress);
     merge_stages(study.stages, begin);
-    for (std::size_t k = 0; k < places.size(); ++k) works[places[k]] = std::move(part[k]);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      part[k].plausibility.reset();  // refers to the table, which moves
+      works[places[k]] = std::move(part[k]);
+    }
   }
   for (auto& [i, result] : first) {
     if (!works[i].result.nlme) works[i].result = std::move(result);

@@ -96,6 +96,17 @@ std::string two_trees_glb() {
   return tree::glb_bytes(scene);
 }
 
+/// A GLB file with only a JSON part.
+std::string glb_of(std::string text) {
+  while (text.size() % 4 != 0) text += ' ';
+  const auto word = [](std::size_t value) {
+    std::string bytes;
+    for (std::size_t i = 0; i < 4; ++i) bytes += static_cast<char>(value >> (8 * i) & 255U);
+    return bytes;
+  };
+  return "glTF" + word(2) + word(20 + text.size()) + word(text.size()) + "JSON" + text;
+}
+
 }  // namespace
 
 TEST_CASE("base64 is that of RFC 4648", "[study][view]") {
@@ -355,18 +366,24 @@ TEST_CASE("measurements of trees at other places are never shown", "[study][view
                     Contains("no tree of the table has the position"));
 }
 
+TEST_CASE("the position of a tree is that of its parents and its own", "[study][view]") {
+  // A quarter turn about the vertical axis takes east, x, to north, -z.
+  const std::string glb = glb_of(R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[)"
+                                 R"({"translation":[10,2,5],"rotation":[0,0.7071067811865476,0,)"
+                                 R"(0.7071067811865476],"children":[1]},{"mesh":0,"translation":)"
+                                 R"([3,0,0],"extras":{"tree":1,"dbh":20,"h":12,"hcb":5,"cw":4}}],)"
+                                 R"("meshes":[{"primitives":[]}]})");
+  const json data = json::parse(view_of_scene(glb, nullptr, catalogue(), coarse()).data);
+  REQUIRE(data["trees"]["x"].size() == 1);
+  // Positions are written in millimetres.
+  CHECK(data["trees"]["x"][0].get<double>() == Approx(10.0).margin(1e-3));
+  CHECK(data["trees"]["y"][0].get<double>() == Approx(-2.0).margin(1e-3));
+  CHECK(data["trees"]["z"][0].get<double>() == Approx(2.0).margin(1e-3));
+}
+
 TEST_CASE("files that are not GLB, or need other files, are errors", "[study][view]") {
   const auto view = [](const std::string& bytes) {
     return view_of_scene(bytes, nullptr, catalogue(), coarse());
-  };
-  const auto glb_of = [](std::string text) {
-    while (text.size() % 4 != 0) text += ' ';
-    const auto word = [](std::size_t value) {
-      std::string bytes;
-      for (std::size_t i = 0; i < 4; ++i) bytes += static_cast<char>(value >> (8 * i) & 255U);
-      return bytes;
-    };
-    return "glTF" + word(2) + word(20 + text.size()) + word(text.size()) + "JSON" + text;
   };
   CHECK_THROWS_AS(view(""), InputError);
   CHECK_THROWS_AS(view("glTF and nothing else, but long"), InputError);

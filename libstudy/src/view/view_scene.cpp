@@ -74,12 +74,8 @@ tree::Position origin_of(const json& description) {
 }
 
 /// x east, y up, z south in the scene.
-tree::Position position_of(const json& node, const tree::Position& origin) {
-  const auto found = node.find("translation");
-  if (found == node.end() || found->size() != 3) return origin;
-  return {origin.x_m + found->at(0).get<double>(),
-          origin.y_m - found->at(2).get<double>(),
-          origin.z_m + found->at(1).get<double>()};
+tree::Position position_of(const std::array<double, 16>& transform, const tree::Position& origin) {
+  return {origin.x_m + transform[12], origin.y_m - transform[14], origin.z_m + transform[13]};
 }
 
 std::optional<tree::TreeShape> shape_of(const ViewTree& tree, const json& extras) {
@@ -158,6 +154,7 @@ class ShownNodes {
 
 /// Trees with their measurements.
 ViewStand stand_of_extras(const json& description,
+                          const tree::ReadScene& read,
                           const tree::Position& origin,
                           const tree::PresetCatalogue& catalogue) {
   ViewStand stand;
@@ -178,7 +175,7 @@ ViewStand stand_of_extras(const json& description,
                   .tree = text("tree"),
                   .species = text("species"),
                   .preset = &preset_named(text("preset"), text("species"), catalogue),
-                  .position = position_of(nodes[i], origin),
+                  .position = position_of(read.nodes[i], origin),
                   .dbh_cm = number(extras, "dbh"),
                   .observed = {number(extras, "h"), number(extras, "hcb"), number(extras, "cw")},
                   .node = i};
@@ -287,7 +284,7 @@ SceneTrees trees_of_scene(std::string_view glb,
     check_drawable(read);
     SceneTrees scene{.origin = origin_of(description)};
     if (table == nullptr) {
-      scene.stand = stand_of_extras(description, scene.origin, catalogue);
+      scene.stand = stand_of_extras(description, read, scene.origin, catalogue);
       if (scene.stand.trees.empty()) {
         scene.unmeasured = count_unmeasured(description, read);
         scene.stand.notes.push_back(note_without_measurements(scene.unmeasured));

@@ -128,6 +128,7 @@ class Reader {
       : json_(std::move(description)), buffers_(std::move(buffers)) {
     for (const std::string& bytes : buffers_) allowance_ += kAllowancePerByte * bytes.size();
     reached_.resize(count_of("nodes"));
+    scene_.nodes.resize(reached_.size());
   }
 
   ReadScene read() {
@@ -439,6 +440,7 @@ class Reader {
                            numbers<4>(node, "rotation", {0, 0, 0, 1}),
                            numbers<3>(node, "scale", {1, 1, 1})));
     }
+    scene_.nodes[index] = own;
     // Nodes that an animation shows at another time now have scale 0.
     if (has_no_size(own)) return;
     if (node.contains("mesh")) {

@@ -50,6 +50,8 @@ struct ReadScene {
   Position origin{};
   std::vector<ReadModel> models{};
   std::vector<ReadInstance> instances{};
+  /// Of each node of the file, its transformation to the scene; zeros if it is not in the scene.
+  std::vector<std::array<double, 16>> nodes{};
 
   std::size_t triangle_count() const;  ///< as drawn: those of every instance
 };
