@@ -55,8 +55,8 @@ FittedModel plateau(const Trials& trials, const FitModelOptions& options) {
 struct Summation {
   explicit Summation(const Trials& trials, const FittedModel& fit) {
     const auto value = [&](const char* name) {
-      return fit.estimate[std::ranges::find(fit.coefficient_names, name) -
-                          fit.coefficient_names.begin()];
+      return fit
+          .estimate[std::ranges::find(fit.coefficient_names, name) - fit.coefficient_names.begin()];
     };
     const double sd = fit.random.front().sd()[0];
     constexpr int kSteps = 20000;
