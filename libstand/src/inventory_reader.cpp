@@ -12,6 +12,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/stand/plot_table.hpp"
 #include "silvafit/stand/plots_at_times.hpp"
 #include "silvafit/stand/similar_plots.hpp"
 
@@ -498,6 +499,8 @@ CheckedInventory InventoryReader::read() {
   std::string similar_plots = describe_similar_plots(result_.inventory.plot);
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
   result_.recognized = recognized();
+  result_.inventory.trusts_units = options_.trust_units;
+  result_.inventory.area_column = plot_area_column(csv_.header());
   return std::move(result_);
 }
 

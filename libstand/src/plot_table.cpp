@@ -96,7 +96,7 @@ class PlotTableReader {
   std::vector<double> numbers(const std::string& name);
   std::string text(const std::string& name, std::size_t row) const;
   void check_range(const std::string& name, std::vector<double>& values);
-  void check_once();
+  bool repeats(const PlotRecord& record, std::size_t row);
   void problem(std::size_t row, const std::string& column, const std::string& what);
   void refuse_problems() const;
 
@@ -107,7 +107,22 @@ class PlotTableReader {
   data::Table table_{};
   PlotTable result_{};
   std::vector<std::string> problems_{};
+  bool is_of_trees_ = false;
+  std::map<std::pair<std::string, std::string>, PlotRecord> known_{};  ///< by plot and time
 };
+
+/// The numbers of a record, with their names.
+std::vector<std::pair<std::string, double>> values_of(const PlotRecord& record) {
+  return {{"area", record.area_m2},
+          {"radius", record.radius_m},
+          {"expansion", record.expansion},
+          {"slope", record.slope_deg},
+          {"share", record.share},
+          {"x", record.x},
+          {"y", record.y},
+          {"stratum_area", record.stratum_ha},
+          {"stratum_weight", record.stratum_weight}};
+}
 
 void PlotTableReader::check_names() const {
   std::vector<std::string> known{"plot", "stratum", "year", "date"};
@@ -178,6 +193,10 @@ void PlotTableReader::add(std::string_view name, std::string source, bool is_usu
 }
 
 void PlotTableReader::find_columns() {
+  is_of_trees_ = std::ranges::any_of(header_, [](const std::string& column) {
+    const std::optional<MeantName> meant = meant_name(column);
+    return meant && meant->name == "dbh" && meant->fit != NameFit::kVague;
+  });
   std::vector<std::string> names(kTexts.begin(), kTexts.end());
   for (const NumberColumn& one : kNumbers) names.emplace_back(one.name);
   for (const std::string& name : names) {
@@ -185,6 +204,8 @@ void PlotTableReader::find_columns() {
     const auto mapping = std::ranges::find(columns_, name, &ColumnMapping::name);
     if (mapping != columns_.end()) {
       add(name, mapping->source, false);
+    } else if (is_of_trees_ && (name == "x" || name == "y" || name == "expansion")) {
+      continue;
     } else if (auto column = usual_column(name)) {
       add(name, std::move(*column), true);
     }
@@ -266,18 +287,35 @@ std::string PlotTableReader::text(const std::string& name, std::size_t row) cons
   return std::string(column[row]);
 }
 
-void PlotTableReader::check_once() {
-  std::map<std::pair<std::string, std::string>, std::size_t> first;
-  for (std::size_t row = 0; row < result_.plots.size(); ++row) {
-    const PlotRecord& record = result_.plots[row];
-    const auto [found, is_new] = first.try_emplace({record.plot, record.time}, row);
-    if (is_new) continue;
+/// Whether the plot has been read already. In a table of trees its rows must agree.
+bool PlotTableReader::repeats(const PlotRecord& record, std::size_t row) {
+  const auto [found, is_new] = known_.try_emplace({record.plot, record.time}, record);
+  if (is_new) return false;
+  const PlotRecord& first = found->second;
+  if (!is_of_trees_) {
     problem(row,
             sources_.find("plot")->second,
             fmt::format("the plot is already on line {}{}",
-                        result_.plots[found->second].line,
+                        first.line,
                         result_.has_time ? " with the same date" : ""));
+    return true;
   }
+  const auto differs = [&](const std::string& name, const auto& value, const auto& known) {
+    problem(
+        row,
+        name,
+        fmt::format("{} differs from {} on line {}, of the same plot", value, known, first.line));
+  };
+  const auto values = values_of(record);
+  const auto known = values_of(first);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto& [name, value] = values[k];
+    const bool is_same =
+        value == known[k].second || (std::isnan(value) && std::isnan(known[k].second));
+    if (!is_same) differs(name, value, known[k].second);
+  }
+  if (record.stratum != first.stratum) differs("stratum", record.stratum, first.stratum);
+  return true;
 }
 
 void PlotTableReader::refuse_problems() const {
@@ -323,12 +361,11 @@ PlotTable PlotTableReader::read() {
       record.slope_deg = std::atan(percent[row] / 100.0) * kDegreesOfRadian;
     }
     if (record.plot.empty()) problem(row, sources_.find("plot")->second, "the plot is missing");
-    result_.plots.push_back(std::move(record));
+    if (!repeats(record, row)) result_.plots.push_back(std::move(record));
   }
   if (result_.plots.empty()) {
     throw InputError("the table of plots has no rows", {.file = result_.file});
   }
-  check_once();
   refuse_problems();
   return std::move(result_);
 }
@@ -338,6 +375,17 @@ PlotTable PlotTableReader::read() {
 PlotTable read_plot_table(const data::TableSource& source,
                           const std::vector<ColumnMapping>& columns) {
   return PlotTableReader(source, columns).read();
+}
+
+std::string plot_area_column(const std::vector<std::string>& header) {
+  const auto is_area = [](const std::string& column) {
+    const std::string key = folded_letters(column);
+    return std::ranges::any_of(kNumbers, [&](const NumberColumn& one) {
+      return one.name == "area" && (key == "area" || lists_word(one.usual, key));
+    });
+  };
+  const auto found = std::ranges::find_if(header, is_area);
+  return found == header.end() ? std::string() : *found;
 }
 
 }  // namespace silvafit::stand

@@ -105,6 +105,7 @@ class ReportMaker {
 
   // For notes.
   bool is_hull_ = false;
+  std::string offered_{};  ///< other source of areas than hulls
   PlotNames plots_without_window_{};
   std::size_t plots_without_window_count_ = 0;
   std::size_t without_window_ = 0;  ///< trees with a position whose plot has no window

@@ -74,6 +74,7 @@ class SampleMaker {
   void add_empty_plots();
   void add_complete_circles();
   double complete_radius_m(const PlotRecord* record) const;
+  void check_density() const;
   void note_counts();
 
   const Inventory& inventory_;
@@ -425,6 +426,22 @@ void SampleMaker::add_complete_circles() {
       smallest_dbh_cm_));
 }
 
+void SampleMaker::check_density() const {
+  double basal_area = 0.0;
+  double area_m2 = 0.0;
+  for (const SampledArea& area : sample_.areas) {
+    area_m2 += area.area_m2;
+    for (const std::size_t tree : area.trees) {
+      const double dbh_cm = inventory_.dbh_cm[tree];
+      if (!std::isnan(dbh_cm)) basal_area += sample_.represented[tree] * basal_area_m2(dbh_cm);
+    }
+  }
+  if (inventory_.trusts_units) return;
+  check_density_is_possible(
+      basal_area / area_m2 * kSquareMetersPerHectare,
+      {.file = design_.plots ? design_.plots->file : inventory_.file, .column = "area"});
+}
+
 void SampleMaker::note_counts() {
   if (below_smallest_ > 0) {
     sample_.notes.push_back(
@@ -500,6 +517,7 @@ DesignedSample SampleMaker::run() {
         "(--circles, --angle-count, --expansion)",
         {.file = design_.plots ? design_.plots->file : inventory_.file});
   }
+  check_density();
   add_complete_circles();
   note_counts();
   if (uses_table_areas()) sample_.represented.clear();
@@ -507,6 +525,19 @@ DesignedSample SampleMaker::run() {
 }
 
 }  // namespace
+
+/// The densest known forests have about 450 m2/ha; areas in another unit make far more.
+void check_density_is_possible(double basal_area_m2_per_ha, const Place& place) {
+  constexpr double kImpossible = 1000.0;
+  if (!(basal_area_m2_per_ha > kImpossible)) return;
+  throw InputError(
+      fmt::format(
+          "the areas of plots make {:.4g} m2 of basal area per hectare; areas are in m2 "
+          "(1 ha is 10000, 1 are 100), radii in m and expansion factors per ha; if they are "
+          "right, use --trust-units",
+          basal_area_m2_per_ha),
+      place);
+}
 
 void check_design(const SamplingDesign& design) {
   const int ways = static_cast<int>(!design.circles.empty()) +

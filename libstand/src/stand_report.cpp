@@ -27,6 +27,17 @@ StructuralUnits header_of(StructuralUnits units) {
   return header;
 }
 
+/// How to use the column with the areas of plots, if the inventory has one.
+std::string offer_of_column(const Inventory& inventory) {
+  if (inventory.area_column.empty()) return {};
+  return fmt::format(
+      ", or read it from column {} of this file with --plots {}; if it is in ha, with "
+      "--plots-columns \"area={}*10000\"",
+      inventory.area_column,
+      inventory.file,
+      inventory.area_column);
+}
+
 }  // namespace
 
 ReportMaker::ReportMaker(const StandReportOptions& options,
@@ -58,12 +69,14 @@ std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
   if (options_.plot_area_m2) return sampled_areas(inventory, *options_.plot_area_m2);
   if (!inventory.has_coordinates()) {
     throw UsageError(
-        "the area is unknown, because the inventory has no positions; give the area of a plot in "
-        "m2 with --plot-area",
+        fmt::format("the area is unknown, because the inventory has no positions; give "
+                    "the area of a plot in m2 with --plot-area{}",
+                    offer_of_column(inventory)),
         {.file = inventory.file});
   }
   const PlotWindows windows = plot_windows(inventory, given, options_.units.scope);
   is_hull_ = windows.is_assumed;
+  offered_ = offer_of_column(inventory);
   count_trees_without_window(inventory, windows);
   std::vector<SampledArea> areas =
       sampled_areas(inventory, windows, is_part_ ? std::vector<NamedWindow>() : given);
@@ -373,17 +386,10 @@ void ReportMaker::finish_figures() {
   }
 }
 
-/// The densest known forests have about 450 m2/ha; areas in another unit make far more.
 void ReportMaker::check_density(const std::string& file) const {
-  constexpr double kImpossible = 1000.0;
-  const double basal_area = report_.all.basal_area_m2_per_ha;
-  if (options_.trust_units || !(basal_area > kImpossible)) return;
-  throw InputError(
-      fmt::format(
-          "the areas of plots make {:.4g} m2 of basal area per hectare; areas are in m2 "
-          "(1 ha is 10000, 1 are 100), radii in m and expansion factors per ha; if they are "
-          "right, use --trust-units",
-          basal_area),
+  if (options_.trust_units) return;
+  check_density_is_possible(
+      report_.all.basal_area_m2_per_ha,
       {.file = file, .column = options_.plot_area_m2 ? "--plot-area" : "area"});
 }
 

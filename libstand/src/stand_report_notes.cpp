@@ -16,7 +16,8 @@ void ReportMaker::note_areas() {
   if (is_hull_) {
     note(
         {"areas are those of convex hulls, which are smaller than the plots, so values per "
-         "hectare are too large; give --window, --circle or --plot-area"});
+         "hectare are too large; give --window, --circle or --plot-area" +
+         offered_});
   }
   if (plots_without_window_.empty()) return;
   note({fmt::format(

@@ -79,6 +79,11 @@ struct Inventory {
   /// has one of known meaning (FIA's TPA_UNADJ); kept only with InventoryOptions::keeps_expansion.
   std::string expansion{};
 
+  bool trusts_units = false;  ///< InventoryOptions::trust_units
+
+  /// Column of the file that may have the areas of the plots, see plot_area_column(); else empty.
+  std::string area_column{};
+
   /// Other columns that were requested.
   data::Table other{};
 

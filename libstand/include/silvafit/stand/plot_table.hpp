@@ -42,11 +42,16 @@ struct PlotTable {
 /// Reads a table of plots: plot, and any of area, radius, expansion, slope (degrees) or
 /// slope_percent, share, x, y, stratum, stratum_area, stratum_weight, year or date; docs/plots.md
 /// has their usual names and units.
+/// The table may be an inventory, with a row for each tree (a column of dbh): rows of a plot then
+/// have the same numbers, and x, y and expansion are those of trees and not read.
 /// \param columns  `name=source`: where columns come from, as for inventories
 /// \throws InputError if the column plot is missing, a plot is listed twice (for one year or date),
 ///         or values cannot be right (with the first problems); UsageError if a name of `columns`
 ///         is none of these
 PlotTable read_plot_table(const data::TableSource& source,
                           const std::vector<ColumnMapping>& columns = {});
+
+/// The column of an inventory with a usual name of the area of plots; empty if there is none.
+std::string plot_area_column(const std::vector<std::string>& header);
 
 }  // namespace silvafit::stand

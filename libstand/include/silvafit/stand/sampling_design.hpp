@@ -92,6 +92,9 @@ StructuralUnits structural_units_of_sample(const Inventory& inventory,
                                            const DesignedSample& sample,
                                            StructuralUnitOptions options);
 
+/// \throws InputError if areas make a basal area that no forest has
+void check_density_is_possible(double basal_area_m2_per_ha, const Place& place);
+
 /// \throws UsageError if the design contradicts itself
 void check_design(const SamplingDesign& design);
 
