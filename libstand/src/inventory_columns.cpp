@@ -11,6 +11,7 @@
 
 #include "fia_columns.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/near_names.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "usual_names.hpp"
 
@@ -140,6 +141,7 @@ class Planner {
   void require(const Source& source, const KnownColumn& column) const;
   void require_needed(const ColumnPlan& plan) const;
   void collect_expression_fields(ColumnPlan& plan) const;
+  void refuse_unread(const std::string& name) const;
   void collect_others(ColumnPlan& plan) const;
   bool is_used(const ColumnPlan& plan, std::string_view name) const;
 
@@ -388,6 +390,18 @@ bool Planner::is_used(const ColumnPlan& plan, std::string_view name) const {
   return std::ranges::any_of(plan.labels, holds) || std::ranges::any_of(plan.measures, holds);
 }
 
+/// A name that nothing reads is a misspelt one.
+void Planner::refuse_unread(const std::string& name) const {
+  std::vector<std::string> read{std::string(kStatus), "year", "date", "stand"};
+  for (const KnownColumn& column : kLabels) read.emplace_back(column.name);
+  for (const KnownColumn& column : kMeasures) read.emplace_back(column.name);
+  read.insert(read.end(), options_.keep.begin(), options_.keep.end());
+  if (std::ranges::find(read, name) != read.end()) return;
+  throw UsageError(
+      fmt::format("nothing reads a column '{}' here{}", name, did_you_mean(name, read)),
+      {.column = "--columns"});
+}
+
 void Planner::collect_others(ColumnPlan& plan) const {
   const auto is_ours = [](std::string_view name) {
     return std::ranges::find(kLabels, name, &KnownColumn::name) != kLabels.end() ||
@@ -395,6 +409,7 @@ void Planner::collect_others(ColumnPlan& plan) const {
   };
   for (const ColumnMapping& mapping : options_.columns) {
     if (is_ours(mapping.name)) continue;
+    if (options_.refuses_unread) refuse_unread(mapping.name);
     mapped(mapping);  // reports missing columns at once
     plan.others.push_back(mapping);
   }

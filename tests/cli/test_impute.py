@@ -149,6 +149,23 @@ class Impute(ProgramTest):
             done = self.run_program("impute", "text.csv", *options, status=3)
             self.assertIn("text.csv:4: dbh: 'thick' is not a number", done.stderr)
 
+    def test_dead_trees_are_no_evidence_unless_they_are_asked_for(self):
+        """Dead trees are broken at half their height, which must not change the heights of living ones."""
+        living = self.rows(self.text)
+        dead = [{**row, "tree": f"d{row['tree']}", "h": str(float(row["h"]) / 2)} for row in living if row["h"] and row["dbh"]]
+        rows = [{**row, "state": "LI"} for row in living] + [{**row, "state": "DS"} for row in dead]
+        with (self.folder / "dead.csv").open("w", newline="") as file:
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+        codes = ("--columns", "status=state", "--alive-codes", "LI", "--dead-codes", "DS", "--response", "h")
+        alone = self.rows(self.run_program("impute", "inventory.csv", "--response", "h").stdout)
+        out = self.rows(self.run_program("impute", "dead.csv", *codes).stdout)
+        heights = {row["tree"]: row["h"] for row in out}
+        self.assertEqual({row["tree"]: row["h"] for row in alone}, {tree: heights[tree] for tree in heights if tree[0] != "d"})
+        used = self.rows(self.run_program("impute", "dead.csv", *codes, "--dead", "include").stdout)
+        self.assertNotEqual([row["h"] for row in used if row["tree"][0] != "d"], [row["h"] for row in alone])
+
     def test_exit_statuses(self):
         self.write("empty.csv", "plot,dbh,h\n1,10,\n1,20,\n")
         self.assertIn("no model can be fitted",

@@ -204,6 +204,71 @@ class Stand(ProgramTest):
         self.assertIsNone(result["structure"])
 
 
+    def test_areas_come_from_a_column_of_the_inventory(self):
+        rows = ["plot,tree,species,dbh,h,PLOT_AREA"]
+        rows += [f"{plot},{tree},SM,20,15,{area}" for plot, area in ((1, 500), (2, 250)) for tree in range(5)]
+        self.write("inventory.csv", "\n".join(rows) + "\n")
+        asked = self.run_program("stand", "inventory.csv", status=2).stderr
+        self.assertIn("column PLOT_AREA of this file with --plots inventory.csv", asked)
+        result = self.run_json("stand", "inventory.csv", "--plots", "inventory.csv")
+        self.assertEqual([area["stems_per_ha"] for area in result["areas"]], [100, 200])
+        self.write("hectares.csv", "\n".join(rows).replace(",500", ",0.05").replace(",250", ",0.025") + "\n")
+        small = self.run_program("stand", "hectares.csv", "--plots", "hectares.csv", status=3).stderr
+        self.assertIn("m2 of basal area per hectare", small)
+        result = self.run_json("stand", "hectares.csv", "--plots", "hectares.csv", "--plots-columns", "area=PLOT_AREA*10000")
+        self.assertEqual([area["stems_per_ha"] for area in result["areas"]], [100, 200])
+        self.write("mixed.csv", "\n".join(rows).replace("2,4,SM,20,15,250", "2,4,SM,20,15,300") + "\n")
+        self.assertIn("mixed.csv:11: area: 300 differs from 250 on line 7",
+                      self.run_program("stand", "mixed.csv", "--plots", "mixed.csv", status=3).stderr)
+
+    def test_impossible_areas_are_errors_of_all_commands(self):
+        self.write("inventory.csv", inventory(plots=("1", "2")))
+        self.write("plots.csv", "plot,area\n1,0.09\n2,0.09\n")
+        for command in (("stand",), ("indices", "--out", "i.csv"), ("study", "--out", "study")):
+            done = self.run_program(command[0], "inventory.csv", *command[1:], "--plots", "plots.csv", status=3)
+            self.assertIn("m2 of basal area per hectare", done.stderr)
+
+    def test_names_that_nothing_reads_are_refused(self):
+        self.write("inventory.csv", inventory().replace("species", "sp"))
+        wrong = self.run_program("stand", "inventory.csv", "--columns", "species=sp,statuss=h", "--plot-area", "900", status=2)
+        self.assertIn("nothing reads a column 'statuss' here; did you mean status?", wrong.stderr)
+        self.run_program("stand", "inventory.csv", "--columns", "species=sp,site=plot", "--plot-area", "900", "--stratum", "site")
+
+    def test_factors_of_fia_are_not_left_out_when_plots_are_streamed(self):
+        self.write("tree.csv", "CN,PLT_CN,INVYR,STATECD,UNITCD,COUNTYCD,PLOT,SUBP,TREE,STATUSCD,SPCD,DIA,HT,TPA_UNADJ\n"
+                               "1,11,2018,44,1,7,1,1,1,1,316,10,60,6.018046\n2,11,2018,44,1,7,1,1,2,1,316,12,62,6.018046\n")
+        # Two trees of 6.018046 per acre each.
+        result = self.run_json("stand", "tree.csv")
+        self.assertAlmostEqual(result["areas"][0]["stems_per_ha"], 2 * 6.018046 / 0.40468564224, 6)
+        refused = self.run_program("stand", "tree.csv", "--stream", status=2).stderr
+        self.assertIn("TPA_UNADJ", refused)
+
+    def test_importance_values_of_stand_and_study_are_one(self):
+        text = inventory(trees=90)
+        self.write("inventory.csv", text)
+        self.write("window.geojson", json.dumps(WINDOW))
+        trees = rows_of(text)
+
+        def importance(species):
+            """Mean of the shares of stems, of basal area, and of the 10 m quadrats in which species occur."""
+            quadrats = {(tree["species"], min(int(float(tree["x"]) // 10), 2), min(int(float(tree["y"]) // 10), 2)) for tree in trees}
+            own = [tree for tree in trees if tree["species"] == species]
+            shares = (len(own) / len(trees),
+                      sum(quadrat[0] == species for quadrat in quadrats) / len(quadrats),
+                      sum(float(tree["dbh"]) ** 2 for tree in own) / sum(float(tree["dbh"]) ** 2 for tree in trees))
+            return 100 * sum(shares) / 3
+
+        stand = self.run_json("stand", "inventory.csv", "--window", "window.geojson")
+        self.run_program("study", "inventory.csv", "--window", "window.geojson", "--minimum-trees", "20", "--out", "study", "--quiet")
+        table = rows_of((self.folder / "study" / "tables" / "species.csv").read_text(encoding="utf-8"))
+        of_study = {row["species"]: float(row["importance"]) for row in table}
+        for one in stand["species"]:
+            self.assertAlmostEqual(one["all"]["importance"], importance(one["species"]), 9)
+            self.assertAlmostEqual(of_study[one["species"]], importance(one["species"]), 9)
+        note = (self.folder / "study" / "tables" / "species.md").read_text(encoding="utf-8").splitlines()[0]
+        self.assertIn("quadrats of 10 m", note)
+
+
 class Covariates(ProgramTest):
     def test_an_index_is_a_covariate_by_name(self):
         self.write("inventory.csv", inventory(plots=("1", "2", "3")))

@@ -14,8 +14,10 @@ GrowthSummary stand_growth(const data::TableSource& inventory,
                            const Callbacks& callbacks) {
   const auto start = std::chrono::steady_clock::now();
   const stand::StandReportOptions report = report_options(options);
-  const stand::InventoryOptions reading{
-      .keep = columns_of(options), .keeps_expansion = true, .keeps_measurements = true};
+  const stand::InventoryOptions reading{.keep = columns_of(options),
+                                        .refuses_unread = true,
+                                        .keeps_expansion = true,
+                                        .keeps_measurements = true};
   GrowthSummary summary{.inventory =
                             read_inventory(inventory, options.reading, reading, callbacks.note)};
   const std::vector<std::string> on_equations =

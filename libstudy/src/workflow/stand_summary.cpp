@@ -31,8 +31,10 @@ class BatchesOfStand {
         report_(report),
         callbacks_(callbacks),
         sink_(sink),
-        batches_(
-            file, inventory_options(options.reading, {.keep = columns_of(options)}), kTreesOfBatch),
+        batches_(file,
+                 inventory_options(options.reading,
+                                   {.keep = columns_of(options), .refuses_unread = true}),
+                 kTreesOfBatch),
         quantities_(options.equations) {}
 
   void run(StandSummary& summary);
@@ -57,6 +59,13 @@ void BatchesOfStand::take(stand::CheckedInventory& batch,
                           stand::StandReportParts& parts,
                           StandSummary& summary) {
   stand::Inventory& trees = batch.inventory;
+  const bool has_areas = report_.plot_area_m2 || !report_.units.windows.empty();
+  if (!trees.expansion.empty() && !has_areas) {
+    throw UsageError(
+        "the trees of this table of FIA have factors (TPA_UNADJ), a sampling design, with which "
+        "--stream cannot be combined; omit --stream, or give --plot-area or --window",
+        {.file = trees.file, .column = "--stream"});
+  }
   summary.inventory.inventory.file = trees.file;
   summary.inventory.excluded_tree_count += batch.excluded_tree_count;
   if (!options_.equations.equations.empty()) {
@@ -120,7 +129,8 @@ std::vector<std::string> read_whole(const data::TableSource& inventory,
                                     const Callbacks& callbacks,
                                     const StandUnitSink& sink,
                                     StandSummary& summary) {
-  const stand::InventoryOptions reading{.keep = columns_of(options), .keeps_expansion = true};
+  const stand::InventoryOptions reading{
+      .keep = columns_of(options), .refuses_unread = true, .keeps_expansion = true};
   summary.inventory = read_inventory(inventory, options.reading, reading, callbacks.note);
   std::vector<std::string> notes = add_quantities(options, summary.inventory.inventory);
   summary.report = stand::stand_report(summary.inventory.inventory, report);

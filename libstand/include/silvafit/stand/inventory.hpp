@@ -173,6 +173,7 @@ struct InventoryOptions {
   /// other names are kept there too.
   std::vector<std::string> keep{};
   bool keep_all = false;                  ///< keep every other column of the file
+  bool refuses_unread = false;            ///< mappings to names that are not kept are errors
   bool needs_coordinates = false;         ///< rows without x or y cannot be used
   bool trust_units = false;               ///< do not check whether a column has another unit
   std::vector<std::string> missing{};     ///< further texts and numbers for missing values
