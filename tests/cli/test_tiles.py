@@ -210,6 +210,61 @@ class Tiles(ProgramTest):
         self.assertTrue(again["was_there"])
         self.assertTrue(self.whole("indices", "--edge", "none") == self.merged())
 
+    def test_results_that_were_changed_are_refused(self):
+        self.write("trees.csv", forest(trees=500, side=200))
+        names = [tile["name"] for tile in self.plan()["tiles"]]
+        self.run_all("indices", "--edge", "none")
+        path = self.folder / "tiles" / "indices" / f"{names[1]}.csv"
+        text = path.read_text()
+        lines = text.splitlines(keepends=True)
+        changed = text.replace(",fir,", ",oak,", 1)
+        for damaged in ("".join(lines[:-2]), "".join(lines[:3]), text[:-20], changed, text + lines[-1]):
+            self.assertNotEqual(damaged, text)
+            path.write_text(damaged)
+            done = self.run_program("tiles", "merge", "tiles", "--out", "merged.csv", status=3)
+            self.assertIn(names[1], done.stderr)
+            self.assertFalse((self.folder / "merged.csv").exists())
+        path.write_text(text)
+        self.assertTrue(self.whole("indices", "--edge", "none") == self.merged())
+        # Trees of a tile that are not those of the plan.
+        trees = self.folder / "tiles" / "tiles" / f"{names[0]}.csv"
+        trees.write_text("".join(trees.read_text().splitlines(keepends=True)[:-1]))
+        refused = self.run_program("tiles", "run", "tiles", "--tile", "1", "--", "indices", status=3).stderr
+        self.assertIn(names[0], refused)
+
+    def test_plans_that_were_changed_are_refused(self):
+        self.write("trees.csv", forest(trees=200, side=200))
+        self.plan()
+        path = self.folder / "tiles" / "plan.json"
+        text = path.read_text()
+        plan = json.loads(text)
+        damaged = [text[: len(text) * share // 10] for share in range(10)]
+        for key in plan:
+            for value in (None, -1, "x", [], {}, [None], 1e300):
+                if value != plan[key]:
+                    damaged.append(json.dumps({**plan, key: value}))
+            damaged.append(json.dumps({other: plan[other] for other in plan if other != key}))
+        for one in damaged:
+            path.write_text(one)
+            done = self.run_program("tiles", "run", "tiles", "--tile", "1", "--", "indices", status=3)
+            self.assertIn("plan.json", done.stderr)
+            self.assertNotIn("json.exception", done.stderr)
+
+    def test_a_scene_that_was_removed_is_made_again(self):
+        rows = [f"1,{tree},fir,{3 * tree},{tree},20,18,6,4" for tree in range(1, 9)]
+        self.write("trees.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
+        self.run_program("tiles", "plan", "trees.csv", "--size", "100", "--halo", "5", "--out", "tiles")
+        run = ("tiles", "run", "tiles", "--tile", "1", "--", "grow", "--lod", "3", "--plain")
+        self.run_program(*run)
+        (scene,) = self.folder.glob("tiles/grow/*.glb")
+        bytes_of_scene = scene.read_bytes()
+        scene.unlink()
+        self.assertIn("files were removed", self.run_program("tiles", "merge", "tiles", "grow", "--out", "scenes.csv", status=3).stderr)
+        self.run_program(*run)
+        self.assertTrue(scene.read_bytes() == bytes_of_scene)
+        scene.write_bytes(bytes_of_scene[:-4])
+        self.assertIn("is damaged", self.run_program("tiles", "merge", "tiles", "grow", "--out", "scenes.csv", status=3).stderr)
+
     def test_a_tile_that_is_killed_leaves_nothing(self):
         self.write("trees.csv", forest(trees=20000, side=300))
         self.run_json("tiles", "plan", "trees.csv", "--size", "1000", "--out", "tiles", *self.columns)

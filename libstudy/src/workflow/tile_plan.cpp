@@ -24,6 +24,8 @@
 namespace silvafit::study {
 namespace {
 
+constexpr const char* kSchema = "silvafit-tiles/1";
+
 using nlohmann::ordered_json;
 
 /// Numbers of tiles are unsigned 32-bit values with column and row 0 in the middle.
@@ -357,7 +359,7 @@ bool read_plan(const nlohmann::json& json, TilePlan& plan) {
   };
   const auto head = head_in(json);
   const std::string separator = json.at("separator");
-  if (!head || separator.size() != 1) return false;
+  if (json.at("schema") != kSchema || !head || separator.size() != 1) return false;
   plan.inventory = json.at("inventory");
   plan.head = *head;
   plan.separator = separator.front();
@@ -423,7 +425,7 @@ ordered_json json_of(const TilePlan& plan) {
                      {"fingerprint", tile.fingerprint}});
   }
   const ReadingSettings& reading = plan.settings.reading;
-  return {{"schema", "silvafit-tiles/1"},
+  return {{"schema", kSchema},
           {"silvafit", plan.version},
           {"inventory", plan.inventory},
           {"size_m", plan.settings.size_m},
