@@ -166,6 +166,21 @@ class Impute(ProgramTest):
         used = self.rows(self.run_program("impute", "dead.csv", *codes, "--dead", "include").stdout)
         self.assertNotEqual([row["h"] for row in used if row["tree"][0] != "d"], [row["h"] for row in alone])
 
+    def test_labels_that_a_spreadsheet_would_compute_are_guarded_and_read_back(self):
+        labels = ["=1+1", "a;=cmd|' /C calc'!A0", "@b", "b;-c", "plain;text"]
+        rows = [{**row, "species": labels[number % len(labels)]} for number, row in enumerate(self.rows(self.text))]
+        with (self.folder / "labels.csv").open("w", newline="") as file:
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+        self.run_program("impute", "labels.csv", "--response", "h", "--out", "written.csv")
+        written = [row["species"] for row in self.rows((self.folder / "written.csv").read_text())]
+        for cell in written:
+            for part in cell.split(";"):
+                self.assertNotIn(part[0], "=@+-")
+        fit = self.run_json("fit", "written.csv", "--formula", "dbh ~ a", "--random", "a | species")
+        self.assertEqual(sorted(set(labels)), sorted(fit["random"][0]["eblup"]))
+
     def test_exit_statuses(self):
         self.write("empty.csv", "plot,dbh,h\n1,10,\n1,20,\n")
         self.assertIn("no model can be fitted",

@@ -82,6 +82,11 @@ class Pictures(ProgramTest):
                           ("--columns", "2")):
             self.render("stand.glb", "--out", "x.png", *arguments, status=2)
 
+    def test_cameras_that_are_too_far_away_are_errors(self):
+        for arguments in (("--target", "1e30,0,0"), ("--target", "0,0,-1e300"), ("--zoom", "1e-300")):
+            self.assertIn("the camera, or its target", self.render("stand.glb", "--out", "x.png", *arguments, status=2).stderr)
+        self.assertFalse((self.folder / "x.png").exists())
+
     def test_other_files_are_told_what_can_be_drawn(self):
         self.run_program("grow", "trees.csv", "--scene", "s.obj", "--quiet")
         for name in ("s.obj", "trees.csv"):
