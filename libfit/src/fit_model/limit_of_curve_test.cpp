@@ -82,3 +82,25 @@ TEST_CASE("data of the whole curve give a maximum with standard errors") {
       (fit.estimate - Eigen::Vector3d(25.0, 0.1, 1.5)).cwiseQuotient(fit.standard_errors());
   CHECK((away.abs() < 4.0).all());
 }
+
+TEST_CASE("standard errors on a ridge towards an exponential curve are not too small") {
+  // For small c the exponent of a*exp(-b*exp(-c*x)) is a parabola in x with slope b*c and curvature
+  // -b*c^2/2, so that c is -2 times the ratio of its coefficients, of which the slope is known well.
+  int compared = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+    const data::Table table = grouped(seed, 0.5, [](double x) { return 0.6 * std::exp(0.05 * x); });
+    const FittedModel fit =
+        fitted_by_group(table, "y ~ a*exp(-b*exp(-c*x))", {.method = Method::kLaplace});
+    if (!fit.convergence.converged()) continue;
+    const FittedModel parabola =
+        fitted_by_group(table, "y ~ a*exp(s*x + q*x^2)", {.method = Method::kLaplace});
+    REQUIRE(parabola.convergence.converged());
+    if (std::abs(fit.estimate[2]) > 0.02) continue;
+    ++compared;
+    const double expected = 2.0 * parabola.standard_errors()[2] / std::abs(parabola.estimate[1]);
+    CAPTURE(seed, fit.convergence.verdict, fit.estimate[2]);
+    // Terms of third order change it by some tenths.
+    CHECK(fit.standard_errors()[2] > 0.5 * expected);
+  }
+  CHECK(compared > 2);
+}
