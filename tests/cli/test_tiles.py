@@ -224,6 +224,9 @@ class Tiles(ProgramTest):
             done = self.run_program("tiles", "merge", "tiles", "--out", "merged.csv", status=3)
             self.assertIn(names[1], done.stderr)
             self.assertFalse((self.folder / "merged.csv").exists())
+        # The result of another tile.
+        path.write_bytes((self.folder / "tiles" / "indices" / f"{names[0]}.csv").read_bytes())
+        self.assertIn(names[1], self.run_program("tiles", "merge", "tiles", "--out", "merged.csv", status=3).stderr)
         path.write_text(text)
         self.assertTrue(self.whole("indices", "--edge", "none") == self.merged())
         # Trees of a tile that are not those of the plan.

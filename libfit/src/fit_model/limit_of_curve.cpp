@@ -14,16 +14,22 @@ namespace silvafit::fit {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Coefficients that the population's curve hardly determines, least determined first.
-std::vector<Index> candidates(const NonlinearModel& model, const FitResult& result) {
+/// The covariance of the coefficients by the expected information of the population's curve.
+MatrixXd covariance_at_population(const NonlinearModel& model, const FitResult& result) {
   const FittedModel& fit = result.fit;
-  const VectorXd errors =
-      expected_covariance(
-          model, fit, fit.estimate, result.residual_sd, frame_at(model, fit.estimate).beta)
-          .diagonal()
-          .cwiseSqrt();
+  return expected_covariance(
+      model, fit, fit.estimate, result.residual_sd, frame_at(model, fit.estimate).beta);
+}
+
+/// Coefficients that the population's curve hardly determines, least determined first.
+std::vector<Index> candidates(const NonlinearModel& model,
+                              const FitResult& result,
+                              const MatrixXd& expected) {
+  const FittedModel& fit = result.fit;
+  const VectorXd errors = expected.diagonal().cwiseSqrt();
   std::vector<Index> found = undetermined(model, fit.estimate, errors, result.residual_sd);
   std::ranges::stable_sort(found, std::ranges::greater(), [&](Index j) {
     return errors[j] / std::abs(fit.estimate[j]);
@@ -57,18 +63,54 @@ bool is_flat_towards(const FittedModel& fit,
   return false;
 }
 
+/// Whether the likelihood falls far less than the standard error of a coefficient says. On a long
+/// ridge its Hessian is inaccurate, since it is no parabola within the steps of the differences.
+bool has_understated_error(const FittedModel& fit,
+                           const MatrixXd& expected,
+                           const HeldFit& held_fit) {
+  constexpr double kFar = 3.0;
+  const VectorXd ratio = expected.diagonal().cwiseQuotient(fit.covariance.diagonal()).cwiseSqrt();
+  Index widest = -1;
+  for (Index j = 0; j < ratio.size(); ++j) {
+    if (!(ratio[j] > kFar)) continue;
+    if (is_random(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)])) continue;
+    if (widest < 0 || ratio[j] > ratio[widest]) widest = j;
+  }
+  if (widest < 0) return false;
+  // A parabola would fall by 8.
+  constexpr double kErrors = 4.0;
+  constexpr double kFlat = 2.0;
+  const double step = kErrors * std::sqrt(fit.covariance(widest, widest));
+  return std::ranges::any_of(std::vector{step, -step}, [&](double change) {
+    const HeldValues held{
+        {fit.coefficient_names[static_cast<std::size_t>(widest)], fit.estimate[widest] + change}};
+    return held_fit(held, &fit).fit.log_likelihood > fit.log_likelihood - kFlat;
+  });
+}
+
+void state_expected_errors(const MatrixXd& expected, FittedModel& fit) {
+  fit.covariance = expected;
+  fit.convergence.verdict +=
+      " Standard errors are those of the expected information of the population's curve, because "
+      "the likelihood is nearly flat along a ridge.";
+}
+
 }  // namespace
 
 void mark_limit(const NonlinearModel& model, const HeldFit& held_fit, FitResult& result) {
   FittedModel& fit = result.fit;
   const bool is_known = result.residual_sd.size() > 0 && result.residual_sd.allFinite();
   if (!fit.convergence.converged() || !is_known) return;
-  const std::vector<Index> loose = candidates(model, result);
+  const MatrixXd expected = covariance_at_population(model, result);
+  if (!expected.allFinite()) return;
+  const std::vector<Index> loose = candidates(model, result, expected);
   const auto held = std::ranges::find_if(loose, [&](Index j) {
     return !is_random(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)]);
   });
-  if (held == loose.end()) return;
-  if (!is_flat_towards(fit, *held, 1.0, held_fit) && !is_flat_towards(fit, *held, -1.0, held_fit)) {
+  const bool has_limit = held != loose.end() && (is_flat_towards(fit, *held, 1.0, held_fit) ||
+                                                 is_flat_towards(fit, *held, -1.0, held_fit));
+  if (!has_limit) {
+    if (has_understated_error(fit, expected, held_fit)) state_expected_errors(expected, fit);
     return;
   }
   fit.convergence.status = ConvergenceStatus::kNoMaximum;

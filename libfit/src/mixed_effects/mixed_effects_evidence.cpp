@@ -332,46 +332,19 @@ bool note_confounding(const NonlinearModel& model,
   return true;
 }
 
-/// Whether the Hessian gives a coefficient a far smaller standard error than the derivatives of the
-/// mean do. On a long ridge it is inaccurate, because the likelihood is no parabola within the
-/// steps of its differences; elsewhere the two differ by some percent.
-bool understates(const MatrixXd& observed, const MatrixXd& expected) {
-  constexpr double kFar = 3.0;
-  const auto errors = [](const MatrixXd& covariance) {
-    return covariance.diagonal().cwiseSqrt().array().eval();
-  };
-  return observed.rows() == expected.rows() && (errors(expected) > kFar * errors(observed)).any();
-}
-
-/// What the data say about the coefficients of a fit.
-struct Determination {
-  std::vector<Index> loose{};        ///< those that they hardly determine
-  bool has_expected_errors = false;  ///< whether standard errors are those of expected information
-};
-
-/// Where the Hessian is inaccurate (see expected_covariance()), standard errors become those of the
-/// expected information. On a ridge along which random effects grow with the coefficients, only
-/// that of the population's curve is small: the curves of groups seem to determine the coefficients
-/// as long as the covariance of the effects is held.
-Determination determination(const NonlinearModel& model,
-                            const PopulationSlopes& slopes,
-                            MixedEffectsFit& fit) {
-  Determination result;
-  if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return result;
-  const auto expected_at = [&](const MatrixXd& coefficients) {
-    return expected_covariance(model, fit, coefficients, fit.residual_sd, slopes.frame.beta);
-  };
-  MatrixXd covariance = expected_at(group_coefficients(model, fit));
-  result.loose =
+/// Coefficients that the data hardly determine. Their standard errors become those of the expected
+/// information, because the other Hessian is inaccurate there (see expected_covariance()).
+std::vector<Index> find_undetermined(const NonlinearModel& model,
+                                     const PopulationSlopes& slopes,
+                                     MixedEffectsFit& fit) {
+  if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
+  MatrixXd covariance = expected_covariance(
+      model, fit, group_coefficients(model, fit), fit.residual_sd, slopes.frame.beta);
+  std::vector<Index> loose =
       undetermined(model, fit.estimate, covariance.diagonal().cwiseSqrt(), fit.residual_sd);
-  if (result.loose.empty()) {
-    covariance = expected_at(fit.estimate);
-    if (!understates(fit.covariance, covariance)) return result;
-  }
   // Coefficients that are not identifiable have no expected covariance.
-  result.has_expected_errors = covariance.allFinite();
-  if (result.has_expected_errors) fit.covariance = std::move(covariance);
-  return result;
+  if (!loose.empty() && covariance.allFinite()) fit.covariance = std::move(covariance);
+  return loose;
 }
 
 /// A search that goes on to coefficients which the data hardly determine has no maximum to reach.
@@ -422,18 +395,12 @@ void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
 
 /// The message and the evidence of a converged fit.
 std::string success_verdict(const NonlinearModel& model,
-                            const Determination& data,
+                            const std::vector<Index>& loose,
                             Rounds rounds,
                             MixedEffectsFit& fit) {
   Convergence& convergence = fit.convergence;
-  const std::vector<Index>& loose = data.loose;
   convergence.add(Evidence::Kind::kHardlyIdentifiable, names_of(model, loose));
   std::string verdict = loose.empty() ? success(fit, rounds) : undetermined_text(model, loose);
-  if (loose.empty() && data.has_expected_errors) {
-    verdict +=
-        " Standard errors are those of the expected information, because the likelihood is nearly "
-        "flat along a ridge and its curvature is uncertain.";
-  }
   if (convergence.has_boundary()) {
     verdict += fmt::format(" Boundary (singular) fit: {}. A simpler structure fits equally well.",
                            fmt::join(convergence.boundary(), "; "));
@@ -483,17 +450,17 @@ void judge(const NonlinearModel& model,
            const Obstacle& obstacle) {
   const PopulationSlopes slopes = population_slopes(model, fit);
   fit.convergence.rank = information_rank(slopes.frame, fit);
-  const Determination data = determination(model, slopes, fit);
+  const std::vector<Index> loose = find_undetermined(model, slopes, fit);
   name_boundary(model, slopes, fit);
   if (fit.convergence.converged()) {
-    fit.convergence.verdict = success_verdict(model, data, rounds, fit);
+    fit.convergence.verdict = success_verdict(model, loose, rounds, fit);
   } else {
     fit.convergence.status = obstacle.status;
     fit.convergence.verdict = failure(model, fit, rounds, obstacle);
     if (!obstacle.moving.empty()) {
       fit.convergence.add(Evidence::Kind::kMoving, {obstacle.moving});
     }
-    note_unbounded(model, data.loose, fit);
+    note_unbounded(model, loose, fit);
   }
   note_unbounded_powers(model, fit);
   Degeneracy degenerate = degeneracy(model, slopes.frame, fit);

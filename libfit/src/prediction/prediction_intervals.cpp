@@ -232,11 +232,22 @@ class Chunk {
     return t_quantiles_->at(result_.degrees_of_freedom[begin_ + row]);
   }
 
-  /// Limits from the direction in which the mean changes most; they are possible values of the
-  /// mean.
-  void confidence() {
+  /// The mean at the coefficients that are t standard errors away in the direction in which it
+  /// changes most, on either side.
+  struct Ends {
+    VectorXd lower{};
+    VectorXd upper{};
+    /// Whether the mean is on its side of the prediction and near it: along a ridge of strongly
+    /// correlated coefficients the direction may lead away from it, to values that say nothing
+    /// about the prediction.
+    std::vector<bool> is_near{};
+  };
+
+  /// \param least, most  distances from the prediction that are near, in those of a linear mean
+  Ends ends(double least, double most) const {
     MatrixXd low = arguments_;
     MatrixXd high = arguments_;
+    VectorXd margin = VectorXd::Zero(rows_);
     for (Index row = 0; row < rows_; ++row) {
       const VectorXd slope = gradient_.row(row);
       const VectorXd direction = spread(row, known_covariance(row), false) * slope;
@@ -246,16 +257,33 @@ class Chunk {
       const VectorXd step = t_quantile(row) / error * direction;
       low.row(row) -= step.transpose();
       high.row(row) += step.transpose();
+      margin[row] = t_quantile(row) * error;
     }
-    const VectorXd lower = mean_.mean(low);
-    const VectorXd upper = mean_.mean(high);
+    Ends result{.lower = mean_.mean(low), .upper = mean_.mean(high)};
+    for (Index row = 0; row < rows_; ++row) {
+      const auto is_like = [&](double distance) {
+        return distance >= least * margin[row] && distance <= most * margin[row];
+      };
+      result.is_near.push_back(
+          std::isnan(margin[row]) ||
+          (is_like(center_[row] - result.lower[row]) && is_like(result.upper[row] - center_[row])));
+    }
+    return result;
+  }
+
+  /// Limits from the direction in which the mean changes most; they are possible values of the
+  /// mean.
+  void confidence() {
+    // A curve that is exponential in coefficients with relative errors of 1 has 3.1 at 95 %.
+    const Ends moved = ends(0.0, 3.1);
     for (Index row = 0; row < rows_; ++row) {
       const Index at = begin_ + row;
       const double margin = t_quantile(row) * result_.mean_error[at];
       // A marginal mean is not a value of the curve at any coefficients.
-      const bool is_curve = !is_marginal(row) && std::isfinite(lower[row] + upper[row]);
-      result_.lower[at] = is_curve ? std::min(lower[row], upper[row]) : result_.value[at] - margin;
-      result_.upper[at] = is_curve ? std::max(lower[row], upper[row]) : result_.value[at] + margin;
+      const bool is_curve = !is_marginal(row) && moved.is_near[static_cast<std::size_t>(row)] &&
+                            std::isfinite(moved.lower[row] + moved.upper[row]);
+      result_.lower[at] = is_curve ? moved.lower[row] : result_.value[at] - margin;
+      result_.upper[at] = is_curve ? moved.upper[row] : result_.value[at] + margin;
     }
   }
 
@@ -270,7 +298,16 @@ class Chunk {
     // Without covariates in sub-models the rows of a set have one covariance.
     MatrixXd last_of;
     MatrixXd root;
+    // Its points are farther away, in directions in which the mean hardly changes, too.
+    const Ends moved = ends(0.8, 1.25);
     for (Index row = 0; row < rows_; ++row) {
+      if (!moved.is_near[static_cast<std::size_t>(row)]) {
+        const Index at = begin_ + row;
+        const double margin = t_quantile(row) * result_.prediction_error[at];
+        result_.lower[at] = result_.value[at] - margin;
+        result_.upper[at] = result_.value[at] + margin;
+        continue;
+      }
       // Many consecutive rows are of the same group, or of the population.
       const Index set = set_of_row_[static_cast<std::size_t>(row)];
       if (set != last_set) {

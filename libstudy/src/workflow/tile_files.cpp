@@ -43,14 +43,15 @@ bool add_file_to(Fingerprint& hash, const fs::path& file) {
   return stream.eof();
 }
 
-/// The fingerprint of the rows of a result and of its files; nothing if one cannot be read.
-std::optional<std::string> fingerprint_of_content(const fs::path& folder,
+/// The fingerprint of the rows of a result, its tile, and its files; nothing if one cannot be read.
+std::optional<std::string> fingerprint_of_content(const fs::path& result,
                                                   std::string_view rows,
                                                   const std::vector<std::string>& files) {
   Fingerprint hash;
   hash.add(rows);
+  hash.add(result.stem().string());
   for (const std::string& name : files) {
-    if (!add_file_to(hash, folder / name)) return std::nullopt;
+    if (!add_file_to(hash, result.parent_path() / name)) return std::nullopt;
   }
   return hash.text();
 }
@@ -162,8 +163,7 @@ bool is_whole_result(const fs::path& file, const ResultHead& head) {
   std::string_view rest = bytes;
   take_line(rest);
   const std::string_view content = rest;
-  return fingerprint_of_content(file.parent_path(), content, files_in(take_line(rest))) ==
-         head.content;
+  return fingerprint_of_content(file, content, files_in(take_line(rest))) == head.content;
 }
 
 void ResultRows::append(std::size_t line, std::string_view record, char mark) {
@@ -190,7 +190,7 @@ TileResult ResultRows::write(const fs::path& file, const std::string& key) const
   std::string content;
   for (const std::string& name : files_) content += (content.empty() ? "" : "\t") + name;
   content += '\n' + header_ + rows_;
-  const auto hash = fingerprint_of_content(file.parent_path(), content, files_);
+  const auto hash = fingerprint_of_content(file, content, files_);
   if (!hash) throw IoError("a file of the tile was removed", {.file = file.string()});
   head.content = *hash;
   write_file(file, head.text() + content);
