@@ -81,6 +81,7 @@ class GrowthMaker {
   void note_missing();
   std::vector<TreeValue> values() const;
   void add_plots();
+  void check_density() const;
   void find_strata();
   void add_strata();
   void add_notes();
@@ -210,7 +211,8 @@ void GrowthMaker::find_areas() {
     areas = plots_of_unknown_area(living_);
     report_.notes.emplace_back(
         "areas are unknown, so there are no values per hectare; give --plot-area, --window, "
-        "--circle, --plots or a sampling design");
+        "--circle, --plots or a sampling design" +
+        offer_of_area_column(inventory_));
   }
   is_counted_.assign(living_.size(), 0);
   for (SampledArea& area : areas) {
@@ -384,6 +386,22 @@ void GrowthMaker::add_plots() {
   }
 }
 
+void GrowthMaker::check_density() const {
+  if (options_.trust_units) return;
+  constexpr std::size_t kBasalArea = 1;  // of GrowthReport::values
+  double basal_area_m2 = 0.0;
+  double area_ha = 0.0;
+  for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
+    if (!(areas_ha_[i] > 0.0)) continue;
+    GrowthParts parts = report_.plots[i].values[kBasalArea];
+    basal_area_m2 += part_of(parts, GrowthPart::kStart) * areas_ha_[i];
+    area_ha += areas_ha_[i];
+  }
+  check_density_is_possible(
+      basal_area_m2 / area_ha,
+      {.file = inventory_.file, .column = options_.plot_area_m2 ? "--plot-area" : "area"});
+}
+
 /// By the table of plots, or a column of the trees.
 void GrowthMaker::find_strata() {
   stratum_sizes_ = options_.stratum_areas_ha;
@@ -409,15 +427,18 @@ void GrowthMaker::find_strata() {
     return;
   }
   if (!options_.design.plots || !options_.design.plots->has_stratum) return;
-  std::vector<SampledArea> names;
-  for (const PlotGrowth& plot : report_.plots) names.push_back({.name = plot.plot});
-  DesignStrata strata = strata_of_plots(*options_.design.plots, names);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    report_.plots[i].stratum = strata.stratum_of_area[i];
+  std::vector<SampledArea> areas;
+  for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
+    areas.push_back(
+        {.name = report_.plots[i].plot, .area_m2 = areas_ha_[i] * kSquareMetersPerHectare});
   }
-  if (!stratum_sizes_.empty()) return;
+  DesignStrata strata = strata_of_plots(*options_.design.plots, areas, stratum_sizes_);
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    report_.plots[i].stratum = std::move(strata.stratum_of_area[i]);
+  }
   stratum_sizes_ = std::move(strata.sizes);
   are_weights_ = strata.are_weights;
+  std::ranges::move(strata.notes, std::back_inserter(report_.notes));
 }
 
 void GrowthMaker::add_strata() {
@@ -495,6 +516,7 @@ GrowthReport GrowthMaker::run() {
   find_areas();
   add_trees();
   add_plots();
+  check_density();
   find_strata();
   add_strata();
   add_notes();

@@ -173,6 +173,32 @@ TEST_CASE("Growth of strata has the standard errors of samples, with empty plots
   CHECK(total.total_standard_error == Approx(std::hypot(10.0, 10.0)).epsilon(1e-13));
 }
 
+TEST_CASE("With plots outside the population, areas of strata in growth are those of all land") {
+  const CheckedInventory checked =
+      measured("plot,tree,year,dbh\n1,1,2010,20\n1,1,2020,20\n1,2,2020,20\n");
+  const std::string shares = "1,2010,1000,1,A\n1,2020,1000,1,A\n2,2010,1000,0,A\n2,2020,1000,0,A\n";
+  const auto growth = [&](StandReportOptions options) {
+    options.design.plots =
+        read_plot_table(csv_of("plot,year,area,share,stratum\n" + shares, "plots.csv"));
+    return growth_report(checked.inventory, options);
+  };
+  const GrowthReport report = growth({.stratum_areas_ha = {{"A", 20.0}}});
+  // One tree in 10 years on 0.1 ha of the population; of the 20 ha of land, half are population.
+  const Estimate& ingrowth = estimate_in(report.strata[0], 0, GrowthPart::kIngrowth);
+  CHECK(ingrowth.per_ha == Approx(1.0).epsilon(1e-13));
+  CHECK(ingrowth.total == Approx(10.0).epsilon(1e-13));
+  CHECK(tells(report.notes, "areas of strata are taken as those of all land"));
+  CHECK(!tells(growth({}).notes, "all land"));
+}
+
+TEST_CASE("Areas that make impossible basal areas are errors of growth") {
+  const CheckedInventory checked = measured("plot,tree,year,dbh\n1,1,2010,20\n1,1,2020,21\n");
+  // pi / 4 * 0.2^2 m2 on 0.05 m2, 1e4 m2 per ha.
+  CHECK_THROWS_WITH(growth_report(checked.inventory, {.plot_area_m2 = 0.05}),
+                    Contains("6283 m2 of basal area per hectare"));
+  CHECK_NOTHROW(growth_report(checked.inventory, {.plot_area_m2 = 0.05, .trust_units = true}));
+}
+
 TEST_CASE("Copies and second stems are distinguished at each time") {
   const CheckedInventory checked = measured(
       "plot,tree,x,y,year,dbh\n1,1,0,0,2010,20\n1,1,0,0,2010,20\n1,1,0,0,2010,12\n"

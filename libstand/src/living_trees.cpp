@@ -47,6 +47,7 @@ std::size_t LivingTrees::add_between(std::size_t first,
 Inventory LivingTrees::finish() && {
   result_.file = source_.file;
   result_.expansion = source_.expansion;
+  result_.trusts_units = source_.trusts_units;
   result_.other = source_.other.select(rows_);
   return std::move(result_);
 }

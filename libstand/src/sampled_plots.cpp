@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -46,15 +47,18 @@ StructuralUnits structural_units_of_sample(const Inventory& inventory,
   return units;
 }
 
-DesignStrata strata_of_plots(const PlotTable& plots, const std::vector<SampledArea>& areas) {
+DesignStrata strata_of_plots(const PlotTable& plots,
+                             const std::vector<SampledArea>& areas,
+                             const std::map<std::string, double>& sizes_ha) {
   DesignStrata result;
   std::unordered_map<std::string, const PlotRecord*> by_name;
   for (const PlotRecord& record : plots.plots) by_name.try_emplace(record.plot, &record);
   std::vector<std::string> without;
+  std::set<std::string> named;
   for (const SampledArea& area : areas) {
     const auto found = by_name.find(area.name);
     const std::string stratum = found == by_name.end() ? "" : found->second->stratum;
-    if (stratum.empty()) without.push_back(area.name);
+    if (stratum.empty() && named.insert(area.name).second) without.push_back(area.name);
     result.stratum_of_area.push_back(stratum);
   }
   const auto size_of = [&result](const PlotRecord& record) {
@@ -79,6 +83,10 @@ DesignStrata strata_of_plots(const PlotTable& plots, const std::vector<SampledAr
                       .column = result.are_weights ? "stratum_weight" : "stratum_area",
                       .plot = record.plot});
   }
+  if (!sizes_ha.empty()) {
+    result.sizes = sizes_ha;
+    result.are_weights = false;
+  }
   const auto is_outside = [](const SampledArea& area) { return area.area_m2 == 0.0; };
   if (!result.sizes.empty() && std::ranges::any_of(areas, is_outside)) {
     result.notes.push_back(
@@ -96,6 +104,16 @@ DesignStrata strata_of_plots(const PlotTable& plots, const std::vector<SampledAr
                     data::list_of(without)));
   }
   return result;
+}
+
+std::string offer_of_area_column(const Inventory& inventory) {
+  if (inventory.area_column.empty()) return {};
+  return fmt::format(
+      ", or read it from column {} of this file with --plots {}; if it is in ha, with "
+      "--plots-columns \"area={}*10000\"",
+      inventory.area_column,
+      inventory.file,
+      inventory.area_column);
 }
 
 }  // namespace silvafit::stand

@@ -27,17 +27,6 @@ StructuralUnits header_of(StructuralUnits units) {
   return header;
 }
 
-/// How to use the column with the areas of plots, if the inventory has one.
-std::string offer_of_column(const Inventory& inventory) {
-  if (inventory.area_column.empty()) return {};
-  return fmt::format(
-      ", or read it from column {} of this file with --plots {}; if it is in ha, with "
-      "--plots-columns \"area={}*10000\"",
-      inventory.area_column,
-      inventory.file,
-      inventory.area_column);
-}
-
 }  // namespace
 
 ReportMaker::ReportMaker(const StandReportOptions& options,
@@ -71,12 +60,12 @@ std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
     throw UsageError(
         fmt::format("the area is unknown, because the inventory has no positions; give "
                     "the area of a plot in m2 with --plot-area{}",
-                    offer_of_column(inventory)),
+                    offer_of_area_column(inventory)),
         {.file = inventory.file});
   }
   const PlotWindows windows = plot_windows(inventory, given, options_.units.scope);
   is_hull_ = windows.is_assumed;
-  offered_ = offer_of_column(inventory);
+  offered_ = offer_of_area_column(inventory);
   count_trees_without_window(inventory, windows);
   std::vector<SampledArea> areas =
       sampled_areas(inventory, windows, is_part_ ? std::vector<NamedWindow>() : given);
@@ -130,12 +119,10 @@ void ReportMaker::count_trees_left_out(const Inventory& inventory,
 
 /// Strata are in the table of plots, which plots without trees have, too.
 std::vector<std::string> ReportMaker::strata_of_table(const std::vector<SampledArea>& areas) {
-  DesignStrata strata = strata_of_plots(*options_.design.plots, areas);
+  DesignStrata strata = strata_of_plots(*options_.design.plots, areas, stratum_sizes_);
   notes_on_strata_ = std::move(strata.notes);
-  if (stratum_sizes_.empty()) {
-    stratum_sizes_ = std::move(strata.sizes);
-    are_weights_ = strata.are_weights;
-  }
+  stratum_sizes_ = std::move(strata.sizes);
+  are_weights_ = strata.are_weights;
   return std::move(strata.stratum_of_area);
 }
 

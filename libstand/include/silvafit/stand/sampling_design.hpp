@@ -107,7 +107,10 @@ struct DesignStrata {
 };
 
 /// The stratum of each area by the name of its plot.
+/// \param sizes_ha  areas of strata that replace those of the table, if there are any
 /// \throws InputError if rows of one stratum have different areas or weights, or some have none
-DesignStrata strata_of_plots(const PlotTable& plots, const std::vector<SampledArea>& areas);
+DesignStrata strata_of_plots(const PlotTable& plots,
+                             const std::vector<SampledArea>& areas,
+                             const std::map<std::string, double>& sizes_ha);
 
 }  // namespace silvafit::stand
