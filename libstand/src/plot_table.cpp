@@ -370,6 +370,15 @@ PlotTable PlotTableReader::read() {
   return std::move(result_);
 }
 
+/// The area whose name, or one of whose usual names, a column has; null: none.
+const NumberColumn* area_named(const std::string& column) {
+  const std::string key = folded_letters(column);
+  const auto found = std::ranges::find_if(kNumbers, [&](const NumberColumn& one) {
+    return one.name == "area" && (key == "area" || lists_word(one.usual, key));
+  });
+  return found == kNumbers.end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 PlotTable read_plot_table(const data::TableSource& source,
@@ -378,14 +387,23 @@ PlotTable read_plot_table(const data::TableSource& source,
 }
 
 std::string plot_area_column(const std::vector<std::string>& header) {
-  const auto is_area = [](const std::string& column) {
-    const std::string key = folded_letters(column);
-    return std::ranges::any_of(kNumbers, [&](const NumberColumn& one) {
-      return one.name == "area" && (key == "area" || lists_word(one.usual, key));
-    });
-  };
-  const auto found = std::ranges::find_if(header, is_area);
+  const auto found = std::ranges::find_if(
+      header, [](const std::string& column) { return area_named(column) != nullptr; });
   return found == header.end() ? std::string() : *found;
+}
+
+std::string offer_of_area_column(const Inventory& inventory) {
+  const std::string& column = inventory.area_column;
+  const NumberColumn* area = area_named(column);
+  if (area == nullptr) return {};
+  std::string offer = fmt::format(
+      ", or read it from column '{}' of this file with --plots {}", column, inventory.file);
+  const std::string key = folded_letters(column);
+  const bool has_unit = area->unit != 1.0 || key.ends_with("m2") || key.ends_with("qm");
+  if (!has_unit) {
+    offer += fmt::format("; if it is in ha, with --plots-columns 'area=`{}`*10000'", column);
+  }
+  return offer;
 }
 
 }  // namespace silvafit::stand

@@ -106,14 +106,4 @@ DesignStrata strata_of_plots(const PlotTable& plots,
   return result;
 }
 
-std::string offer_of_area_column(const Inventory& inventory) {
-  if (inventory.area_column.empty()) return {};
-  return fmt::format(
-      ", or read it from column {} of this file with --plots {}; if it is in ha, with "
-      "--plots-columns \"area={}*10000\"",
-      inventory.area_column,
-      inventory.file,
-      inventory.area_column);
-}
-
 }  // namespace silvafit::stand

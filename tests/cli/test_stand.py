@@ -209,13 +209,18 @@ class Stand(ProgramTest):
         rows += [f"{plot},{tree},SM,20,15,{area}" for plot, area in ((1, 500), (2, 250)) for tree in range(5)]
         self.write("inventory.csv", "\n".join(rows) + "\n")
         asked = self.run_program("stand", "inventory.csv", status=2).stderr
-        self.assertIn("column PLOT_AREA of this file with --plots inventory.csv", asked)
+        self.assertIn("column 'PLOT_AREA' of this file with --plots inventory.csv; if it is in ha, with --plots-columns 'area=`PLOT_AREA`*10000'", asked)
         result = self.run_json("stand", "inventory.csv", "--plots", "inventory.csv")
         self.assertEqual([area["stems_per_ha"] for area in result["areas"]], [100, 200])
         self.write("hectares.csv", "\n".join(rows).replace(",500", ",0.05").replace(",250", ",0.025") + "\n")
         small = self.run_program("stand", "hectares.csv", "--plots", "hectares.csv", status=3).stderr
         self.assertIn("m2 of basal area per hectare", small)
         result = self.run_json("stand", "hectares.csv", "--plots", "hectares.csv", "--plots-columns", "area=PLOT_AREA*10000")
+        self.assertEqual([area["stems_per_ha"] for area in result["areas"]], [100, 200])
+        self.write("unit.csv", "\n".join(rows).replace("PLOT_AREA", "Plot area (ha)").replace(",500", ",0.05").replace(",250", ",0.025") + "\n")
+        asked = self.run_program("stand", "unit.csv", status=2).stderr
+        self.assertIn("column 'Plot area (ha)' of this file with --plots unit.csv\n", asked)
+        result = self.run_json("stand", "unit.csv", "--plots", "unit.csv")
         self.assertEqual([area["stems_per_ha"] for area in result["areas"]], [100, 200])
         self.write("mixed.csv", "\n".join(rows).replace("2,4,SM,20,15,250", "2,4,SM,20,15,300") + "\n")
         self.assertIn("mixed.csv:11: area: 300 differs from 250 on line 7",
@@ -267,6 +272,8 @@ class Stand(ProgramTest):
             self.assertAlmostEqual(of_study[one["species"]], importance(one["species"]), 9)
         note = (self.folder / "study" / "tables" / "species.md").read_text(encoding="utf-8").splitlines()[0]
         self.assertIn("quadrats of 10 m", note)
+        text = self.run_program("stand", "inventory.csv", "--window", "window.geojson").stdout
+        self.assertIn("frequency from quadrats of 10 m", text)
 
 
 class Covariates(ProgramTest):
