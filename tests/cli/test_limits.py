@@ -38,6 +38,23 @@ class Limits(ProgramTest):
                 fields = row.split(",")
                 self.assertAlmostEqual(float(fields[column]), means[fields[code]], delta=0.051)
 
+    def test_trees_of_extreme_numbers(self):
+        """A tree that cannot exist is named and skipped, and the others are drawn as without it."""
+        names = ("plot", "tree", "species", "x", "y", "z", "dbh", "h", "hcb", "cw")
+        extreme = (1, 1, "SM", 0, 0, 0, 25, 18, 7, 4)
+        tree = (1, 2, "SM", 5, 3, 0, 25, 18, 7, 4)
+        self.write("one.csv", csv_of(",".join(names), [tree]))
+        grow = ("--lod", "3", "--plain")
+        self.run_program("grow", "one.csv", "--scene", "one.glb", *grow, "--quiet")
+        scene = (self.folder / "one.glb").read_bytes()
+        for name in names[3:]:
+            for value in ("1e300", "-1e300", "1e30"):
+                row = [value if other == name else old for other, old in zip(names, extreme)]
+                self.write("trees.csv", csv_of(",".join(names), [row, tree]))
+                done = self.run_program("grow", "trees.csv", "--scene", "trees.glb", *grow)
+                self.assertIn(f"trees.csv:2: {name}: ", done.stderr)
+                self.assertTrue((self.folder / "trees.glb").read_bytes() == scene)
+
     def test_a_design_without_room(self):
         design = json.loads(DESIGN.read_text(encoding="utf-8"))
         for species in design["species"]:

@@ -184,6 +184,15 @@ class Pages(ViewTest):
         self.assertIn("tree 9", self.view("odd.csv").stderr)
         self.assertEqual(self.view("odd.csv", "--quiet").stderr, "")
 
+    def test_trees_of_extreme_numbers_are_named_and_the_others_shown(self):
+        columns = TREES.splitlines()[0].split(",")
+        for name in columns[3:]:
+            for value in ("1e300", "-1e300"):
+                row = dict(zip(columns, TREES.splitlines()[1].split(",")), **{name: value})
+                self.write("extreme.csv", TREES.replace(TREES.splitlines()[1], ",".join(row.values())))
+                self.assertIn(f"extreme.csv:2: {name}: ", self.view("extreme.csv").stderr)
+                self.assertEqual(self.data("extreme.html")["trees"]["h"], [13.0, 14.0])
+
 
 class Desktop(ViewTest):
     """A program xdg-open that notes what it is given."""
