@@ -85,7 +85,8 @@ TEST_CASE("data of the whole curve give a maximum with standard errors") {
 
 TEST_CASE("standard errors on a ridge towards an exponential curve are not too small") {
   // For small c the exponent of a*exp(-b*exp(-c*x)) is a parabola in x with slope b*c and curvature
-  // -b*c^2/2, so that c is -2 times the ratio of its coefficients, of which the slope is known well.
+  // -b*c^2/2, so that c is -2 times the ratio of its coefficients, of which the slope is known
+  // well.
   int compared = 0;
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
     const data::Table table = grouped(seed, 0.5, [](double x) { return 0.6 * std::exp(0.05 * x); });
