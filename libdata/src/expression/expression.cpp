@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <optional>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 
 #include "expression/expression_derivative.hpp"
@@ -17,20 +16,6 @@
 
 namespace silvafit::data {
 namespace {
-
-/// Visits every node of a graph once, operands from left to right.
-template <typename Visit>
-void for_each_node(const NodePointer& root, Visit visit) {
-  std::unordered_set<const ExpressionNode*> seen;
-  std::vector<const ExpressionNode*> pending{root.get()};
-  while (!pending.empty()) {
-    const ExpressionNode* node = pending.back();
-    pending.pop_back();
-    if (!seen.insert(node).second) continue;
-    visit(*node);
-    for (int i = node->operand_count - 1; i >= 0; --i) pending.push_back(node->operands[i].get());
-  }
-}
 
 /// Rebuilds a graph with one variable replaced, simplifying again.
 class Substitution {

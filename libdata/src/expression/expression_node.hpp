@@ -5,6 +5,8 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <unordered_set>
+#include <vector>
 
 #include "expression/operation.hpp"
 
@@ -49,5 +51,19 @@ NodePointer make_limit_product(const NodePointer& a, const NodePointer& b);
 /// The same value, as an expression whose derivatives use such products. Constants do not change.
 NodePointer marked_for_limits(const NodePointer& node);
 bool is_marked_for_limits(const NodePointer& node);
+
+/// Visits every node of a graph once, operands from left to right, without recursion.
+template <class Visit>
+void for_each_node(const NodePointer& root, Visit visit) {
+  std::unordered_set<const ExpressionNode*> seen;
+  std::vector<const ExpressionNode*> pending{root.get()};
+  while (!pending.empty()) {
+    const ExpressionNode* node = pending.back();
+    pending.pop_back();
+    if (!seen.insert(node).second) continue;
+    visit(*node);
+    for (int i = node->operand_count - 1; i >= 0; --i) pending.push_back(node->operands[i].get());
+  }
+}
 
 }  // namespace silvafit::data

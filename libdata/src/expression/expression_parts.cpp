@@ -46,20 +46,6 @@ std::vector<NodePointer> flattened(const NodePointer& root, IsOfKind is_of_kind)
   return result;
 }
 
-/// Every node once, also if it is shared: a square mentions its base once.
-template <class Visit>
-void for_each_part(const NodePointer& root, Visit visit) {
-  std::unordered_set<const ExpressionNode*> seen;
-  std::vector<const ExpressionNode*> pending{root.get()};
-  while (!pending.empty()) {
-    const ExpressionNode* node = pending.back();
-    pending.pop_back();
-    if (!seen.insert(node).second) continue;
-    visit(*node);
-    for (int i = node->operand_count - 1; i >= 0; --i) pending.push_back(node->operands[i].get());
-  }
-}
-
 bool is_variable(const ExpressionNode& node, std::string_view name) {
   return node.operation == Operation::kVariable && node.name == name;
 }
@@ -68,7 +54,7 @@ bool is_variable(const ExpressionNode& node, std::string_view name) {
 class InseparableSearch {
  public:
   InseparableSearch(const NodePointer& root, const std::vector<std::string>& names) {
-    for_each_part(root, [&](const ExpressionNode& node) {
+    for_each_node(root, [&](const ExpressionNode& node) {
       if (node.operation == Operation::kVariable) ++mentions_[node.name];
     });
     names_.insert(names.begin(), names.end());
@@ -96,7 +82,7 @@ class InseparableSearch {
     std::optional<NodePointer> whole;
     for (const NodePointer& part : parts) {
       const std::size_t before = found.names.size();
-      for_each_part(part, [&](const ExpressionNode& node) {
+      for_each_node(part, [&](const ExpressionNode& node) {
         if (node.operation == Operation::kVariable && mentions_[node.name] == 1) {
           found.names.push_back(node.name);
         }
@@ -178,7 +164,7 @@ bool is_name(const Expression& expression) {
 
 NameUse use_of(const Expression& expression, std::string_view name) {
   NameUse use;
-  for_each_part(expression.node(), [&](const ExpressionNode& node) {
+  for_each_node(expression.node(), [&](const ExpressionNode& node) {
     if (is_variable(node, name)) ++use.mentions;
     const bool has_base = node.operation == Operation::kPower || node.operation == Operation::kSqrt;
     const int looked_at = is_product(node.operation) ? 2 : has_base ? 1 : 0;

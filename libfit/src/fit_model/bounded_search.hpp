@@ -89,6 +89,7 @@ class BoundedSearch {
   bool release(const FittedModel& from, const HeldValues& held);
   bool has_maximum_between(const Candidate& end, const std::string& name) const;
   void halve(const Candidate& end, const std::string& name);
+  bool ends_at_varying_bound() const;
   FitResult conclusion();
   // The reported results of a candidate, each with its convergence message.
   FitResult on_bounds(Candidate candidate) const;

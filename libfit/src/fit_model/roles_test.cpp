@@ -151,3 +151,19 @@ TEST_CASE("a bound of a coefficient with random effects is for its fixed effect"
   CHECK(outside.convergence.status == ConvergenceStatus::kOutsideBounds);
   CHECK_THAT(outside.convergence.verdict, Contains("varies by group"));
 }
+
+TEST_CASE("a maximum at the bound of a coefficient that varies is not passed over in silence") {
+  // The upper asymptote is 40 and varies. With an upper bound of 30 the maximum is at the bound;
+  // the only one inside is the curve with exchanged asymptotes, of which the lower one then varies.
+  const data::Table table = logistic_data();
+  const FittedModel free =
+      fitted_curve(table, kFourLogistic, "B | g", {.method = Method::kLaplace});
+  REQUIRE(estimate_of(free, "B") > 30.0);
+  const FittedModel below =
+      fitted_curve(table,
+                   kFourLogistic,
+                   "B | g",
+                   {.method = Method::kLaplace, .bounds = {{"B", {.high = 30.0}}}});
+  CHECK(below.convergence.status == ConvergenceStatus::kOutsideBounds);
+  CHECK_THAT(below.convergence.verdict, Contains("varies by group"));
+}

@@ -81,7 +81,6 @@ const Candidate& chosen_optimum(const std::vector<std::string>& names,
                                  : *std::ranges::max_element(possible, {}, &Candidate::rank);
   // Bounds fix the roles, too.
   if (wishes.start.empty() || !wishes.bounds.empty()) return *highest;
-  constexpr double kVeryStrong = 5.0;
   const Candidate* chosen = highest;
   double nearest = distance(names, highest->fit.estimate, wishes.start);
   for (const Candidate* const candidate : possible) {

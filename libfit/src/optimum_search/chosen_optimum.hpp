@@ -11,6 +11,11 @@
 
 namespace silvafit::fit {
 
+/// A difference of log-likelihoods that is very strong evidence by Kass and Raftery
+/// (1995, JASA 90: 773-795, section 3.2: twice the difference above 10): more than start values or
+/// bounds can ask to overlook.
+inline constexpr double kVeryStrong = 5.0;
+
 /// What the user wants of the coefficients, by name.
 struct CoefficientWishes {
   std::map<std::string, double> start{};
@@ -23,9 +28,8 @@ struct CoefficientWishes {
 /// are the same description of the data with exchanged roles, such as the two asymptotes of a
 /// logistic curve, or the rates of absorption and elimination. The start values say which role
 /// each coefficient has: the nearest such fit is reported, unless the best one has a log-likelihood
-/// that is higher by more than 5, very strong evidence against the roles.
+/// that is higher by more than kVeryStrong.
 /// \param best  one of the candidates
-/// Source: Kass and Raftery 1995, JASA 90, 773-795, section 3.2 (twice the difference above 10).
 const Candidate& chosen_optimum(const std::vector<std::string>& names,
                                 const std::vector<Candidate>& candidates,
                                 const Candidate& best,
