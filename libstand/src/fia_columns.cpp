@@ -91,7 +91,8 @@ bool is_fia_tree_table(const std::vector<std::string>& header) {
   const auto exists = [&header](std::string_view name) {
     return fia_column(name, header).has_value();
   };
-  return exists("DIA") && std::ranges::count_if(kOthers, exists) >= 2;
+  const bool has_species_and_height = exists("SPCD") && (exists("HT") || exists("ACTUALHT"));
+  return exists("DIA") && (has_species_and_height || std::ranges::count_if(kOthers, exists) >= 2);
 }
 
 std::vector<ColumnMapping> fia_columns(const std::vector<std::string>& header, bool by_location) {

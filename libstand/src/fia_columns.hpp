@@ -11,8 +11,8 @@
 
 namespace silvafit::stand {
 
-/// Whether a header is that of FIA's table TREE or of a selection from it: DIA, and two of
-/// STATUSCD, SPCD, PLT_CN, SUBP, TPA_UNADJ and DIAHTCD, in any case.
+/// Whether a header is that of FIA's table TREE or of a selection from it: DIA, and either SPCD
+/// with HT or ACTUALHT, or two of STATUSCD, SPCD, PLT_CN, SUBP, TPA_UNADJ and DIAHTCD, in any case.
 bool is_fia_tree_table(const std::vector<std::string>& header);
 
 /// The sources of standard columns in FIA's table TREE, with FIA's meaning. Units are not part of

@@ -388,7 +388,10 @@ void GrowthMaker::add_plots() {
 
 void GrowthMaker::check_density() const {
   if (options_.trust_units) return;
-  constexpr std::size_t kBasalArea = 1;  // of GrowthReport::values
+  constexpr std::size_t kNumber = 0;  // of GrowthReport::values
+  constexpr std::size_t kBasalArea = 1;
+  const Place place{.file = inventory_.file,
+                    .column = options_.plot_area_m2 ? "--plot-area" : "area"};
   double basal_area_m2 = 0.0;
   double area_ha = 0.0;
   for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
@@ -396,10 +399,14 @@ void GrowthMaker::check_density() const {
     GrowthParts parts = report_.plots[i].values[kBasalArea];
     basal_area_m2 += part_of(parts, GrowthPart::kStart) * areas_ha_[i];
     area_ha += areas_ha_[i];
+    if (!living_.represented.empty()) continue;
+    GrowthParts numbers = report_.plots[i].values[kNumber];
+    check_plot_is_not_empty(report_.plots[i].plot,
+                            std::round(part_of(numbers, GrowthPart::kStart) * areas_ha_[i]),
+                            areas_ha_[i] * kSquareMetersPerHectare,
+                            place);
   }
-  check_density_is_possible(
-      basal_area_m2 / area_ha,
-      {.file = inventory_.file, .column = options_.plot_area_m2 ? "--plot-area" : "area"});
+  check_density_is_possible(basal_area_m2 / area_ha, place);
 }
 
 /// By the table of plots, or a column of the trees.

@@ -447,6 +447,8 @@ ColumnPlan Planner::plan() {
   collect_expression_fields(plan);
   collect_others(plan);
   add_expansion(plan);
+  const ColumnMapping* const place = mapping_named("x", fia_);
+  plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source;
   plan.usual = std::move(usual_);
   return plan;
 }

@@ -77,7 +77,8 @@ struct ColumnPlan {
   std::vector<ColumnMapping> others{};               ///< nonstandard columns to keep
   /// Standard columns under other names, and those in other units.
   std::vector<ColumnMapping> usual{};
-  std::string expansion{};  ///< Inventory::expansion
+  std::string expansion{};             ///< Inventory::expansion
+  bool is_placed_by_subplots = false;  ///< Inventory::is_placed_by_subplots
 };
 
 /// \param units  of each column, from a row below the header; none if there is no such row

@@ -500,6 +500,7 @@ CheckedInventory InventoryReader::read() {
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
   result_.recognized = recognized();
   result_.inventory.trusts_units = options_.trust_units;
+  result_.inventory.is_placed_by_subplots = plan_.is_placed_by_subplots;
   result_.inventory.area_column = plot_area_column(csv_.header());
   return std::move(result_);
 }

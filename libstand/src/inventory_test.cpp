@@ -360,6 +360,7 @@ TEST_CASE("a whole column in another unit is an error with its remedy") {
   };
   CHECK_NOTHROW(read_inventory_text(stand_with("", 1.0)));
   remedy("h", 100.0, "in centimeters, use --columns h=h/100");
+  remedy("h", 1.0 / 0.3048, "in feet, use --columns h=h*0.3048");
   remedy("h", 1000.0, "in millimeters, use --columns h=h/1000");
   remedy("h", 10.0, "in decimeters, use --columns h=h/10");
   remedy("dbh", 10.0, "in millimeters, use --columns dbh=dbh/10");

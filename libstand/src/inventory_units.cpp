@@ -13,13 +13,11 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
 #include "silvafit/stand/mixed_units.hpp"
+#include "silvafit/stand/size_units.hpp"
 
 namespace silvafit::stand {
 namespace {
 
-constexpr double kHeightOfStandMeters = 130.0;  // the tallest tree known is 116 m
-constexpr double kDbhOfStandCentimeters = 250.0;
-constexpr double kCrownOfStandMeters = 25.0;
 constexpr std::size_t kEnoughTrees = 10;
 
 /// The median of the positive values; 0 if there are none.
@@ -29,144 +27,39 @@ double positive_median(const std::vector<double>& values) {
   return positive.empty() ? 0.0 : median(std::move(positive));
 }
 
-/// Median of h / dbh, both in the same unit; 0 where no tree has both. Stands have 20 to 200.
-double median_slenderness(const Inventory& inventory) {
-  std::vector<double> ratios;
-  for (std::size_t i = 0; i < inventory.h_m.size(); ++i) {
-    const double ratio = 100.0 * inventory.h_m[i] / inventory.dbh_cm[i];
-    if (!std::isnan(ratio)) ratios.push_back(ratio);
-  }
-  return positive_median(ratios);
+/// An expression in parentheses or a column in backquotes if necessary, ready for a conversion.
+std::string convertible(const Source& source) {
+  return source.expression ? "(" + source.text + ")"
+                           : data::Expression::variable(source.text).text();
 }
 
-/// Expressions get parentheses before they are divided, columns get backquotes if necessary.
-std::string converted(const Source& source, int divisor, int factor) {
-  const std::string text =
-      source.expression ? "(" + source.text + ")" : data::Expression::variable(source.text).text();
-  return divisor > 1 ? fmt::format("{}/{}", text, divisor) : fmt::format("{}*{}", text, factor);
+/// The measures of sizes that are in the file; cw from radii is not, as these are checked.
+void check_sizes(const Inventory& inventory, const ColumnPlan& plan) {
+  std::vector<SizeColumn> columns;
+  for (const Measure measure : {kDbh, kH, kHcb, kCw, kCrE, kCrW, kCrS, kCrN}) {
+    const Source& source = plan.measures[measure];
+    if (!source.exists()) continue;
+    columns.push_back({.name = known_measure(measure).name,
+                       .source = convertible(source),
+                       .values = values_of(inventory, measure)});
+  }
+  check_size_units(columns, inventory.file);
 }
 
-/// A unit that a column may have, by the factor to the standard unit as a divisor or multiplier.
-struct OtherUnit {
-  std::string_view name{};
-  int divisor = 1;
-  int factor = 1;
-
-  double in_ours(double value) const { return value / divisor * factor; }
-};
-
-/// Whether a stand may have such a median; with the other size known, the ratio of height to dbh
-/// decides, which is 20 to 200 in stands.
-bool is_plausible(double h_m, double dbh_cm) {
-  constexpr double kLowest = 1.3;
-  constexpr double kStoutestStand = 20.0;
-  constexpr double kSlenderestStand = 200.0;
-  if (h_m > 0.0 && (h_m < kLowest || h_m > kHeightOfStandMeters)) return false;
-  if (dbh_cm > kDbhOfStandCentimeters) return false;
-  if (!(h_m > 0.0) || !(dbh_cm > 0.0)) return true;
-  const double slenderness = 100.0 * h_m / dbh_cm;
-  return slenderness >= kStoutestStand && slenderness <= kSlenderestStand;
-}
-
-/// "if it is in cm, use --columns h=h/100, or in dm, ...": the units that make plausible stands.
-std::string advice_on_units(const ColumnPlan& plan,
-                            std::size_t measure,
-                            const std::vector<OtherUnit>& units) {
-  std::string text;
-  for (const OtherUnit& unit : units) {
-    text += fmt::format("{} {}, use --columns {}={}",
-                        text.empty() ? "if it is in" : ", if in",
-                        unit.name,
-                        known_measure(measure).name,
-                        converted(plan.measures[measure], unit.divisor, unit.factor));
-  }
-  return text;
-}
-
-/// \param units  all that are thinkable; those that fit are named, or all if none fits
-[[noreturn]] void suspect(const Inventory& inventory,
-                          const ColumnPlan& plan,
-                          std::size_t measure,
-                          double median,
-                          const std::vector<OtherUnit>& units) {
-  const Source& source = plan.measures[measure];
-  const std::string_view name = known_measure(measure).name;
-  std::vector<OtherUnit> fitting;
-  for (const OtherUnit& unit : units) {
-    const double value = unit.in_ours(median);
-    const bool is_height = measure == kH || measure == kHcb;
-    const bool fits = measure == kDbh ? is_plausible(positive_median(inventory.h_m), value)
-                      : is_height     ? is_plausible(value, positive_median(inventory.dbh_cm))
-                                      : value >= 0.5 && value <= kCrownOfStandMeters;
-    if (fits) fitting.push_back(unit);
-  }
-  throw InputError(
-      fmt::format("{} has the median {:.4g}, which is not a plausible {}; {}; if it is "
-                  "correct, use --trust-units",
-                  source.exists() ? source.text : std::string(name),
-                  median,
-                  known_measure(measure).meaning,
-                  advice_on_units(plan, measure, fitting.empty() ? units : fitting)),
-      {.file = inventory.file, .column = std::string(name)});
-}
-
-/// Units of heights and crowns.
-const std::vector<OtherUnit> kSmallerUnits{
-    {"decimeters", 10}, {"centimeters", 100}, {"millimeters", 1000}};
-
-void check_dbh(const Inventory& inventory, const ColumnPlan& plan) {
-  constexpr double kSlenderest = 600.0;
-  constexpr double kStoutest = 12.0;
-  const double median = positive_median(inventory.dbh_cm);
-  const double slenderness = median_slenderness(inventory);
-  const double h = positive_median(inventory.h_m);
-  const bool h_is_plausible = h > 0.0 && h < kHeightOfStandMeters;
-  // Giants are tall, too: known heights decide.
-  const bool is_too_thick =
-      h_is_plausible ? median > 60.0 && slenderness < kStoutest : median > kDbhOfStandCentimeters;
-  if (is_too_thick) {
-    suspect(inventory, plan, kDbh, median, {{"millimeters", 10}});
-  }
-  if (median > 0.0 && median < 0.9 && (h == 0.0 || (h_is_plausible && slenderness > kSlenderest))) {
-    suspect(inventory, plan, kDbh, median, {{"meters", 1, 100}, {"decimeters", 1, 10}});
-  }
-}
-
-void check_heights(const Inventory& inventory,
-                   const ColumnPlan& plan,
-                   std::size_t crown_base_above_top) {
-  for (const Measure measure : {kH, kHcb}) {
-    const double median = positive_median(values_of(inventory, measure));
-    if (median <= kHeightOfStandMeters) continue;
-    suspect(inventory, plan, measure, median, kSmallerUnits);
-  }
-  constexpr double kSlenderest = 300.0;
-  const double h = positive_median(inventory.h_m);
-  if (h > 60.0 && median_slenderness(inventory) > kSlenderest) {
-    suspect(inventory, plan, kH, h, kSmallerUnits);
-  }
+void check_crown_base(const Inventory& inventory,
+                      const ColumnPlan& plan,
+                      std::size_t crown_base_above_top) {
   const auto usable = static_cast<std::size_t>(
       std::ranges::count_if(inventory.hcb_m, [](double hcb) { return !std::isnan(hcb); }));
-  if (crown_base_above_top >= kEnoughTrees && crown_base_above_top > usable) {
-    throw InputError(
-        fmt::format("in {} of {} rows the height to crown base is not below the height; are the "
-                    "columns {} and {} swapped, or in different units? Convert with --columns",
-                    crown_base_above_top,
-                    crown_base_above_top + usable,
-                    plan.measures[kH].text,
-                    plan.measures[kHcb].text),
-        {.file = inventory.file, .column = "hcb"});
-  }
-}
-
-void check_crowns(const Inventory& inventory, const ColumnPlan& plan) {
-  for (const Measure measure : {kCw, kCrE, kCrW, kCrS, kCrN}) {
-    // Without a column cw, it is computed from the radii, which are checked separately.
-    if (!plan.measures[measure].exists()) continue;
-    const double limit = measure == kCw ? kCrownOfStandMeters : kCrownOfStandMeters / 2.0;
-    const double median = positive_median(values_of(inventory, measure));
-    if (median > limit) suspect(inventory, plan, measure, median, kSmallerUnits);
-  }
+  if (crown_base_above_top < kEnoughTrees || crown_base_above_top <= usable) return;
+  throw InputError(
+      fmt::format("in {} of {} rows the height to crown base is not below the height; are the "
+                  "columns {} and {} swapped, or in different units? Convert with --columns",
+                  crown_base_above_top,
+                  crown_base_above_top + usable,
+                  plan.measures[kH].text,
+                  plan.measures[kHcb].text),
+      {.file = inventory.file, .column = "hcb"});
 }
 
 struct PlotSummary {
@@ -231,9 +124,9 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
         {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
   }
   if (trees_per_ha < 30.0 && basal_area < 1.0) {
-    complain(fmt::format("if they are in decimeters, use --columns x={},y={}",
-                         converted(x, 10, 1),
-                         converted(y, 10, 1)));
+    complain(fmt::format("if they are in decimeters, use --columns x={}/10,y={}/10",
+                         convertible(x),
+                         convertible(y)));
   }
   if (basal_area > 1000.0 || trees_per_ha > 1e6) {
     complain("they should be meters (and not in degrees or kilometers)");
@@ -259,9 +152,8 @@ void check_units(const Inventory& inventory,
                                                                    .dbh_cm = inventory.dbh_cm,
                                                                    .h_m = inventory.h_m}));
   if (!mixed.empty()) throw InputError(mixed, {.file = inventory.file, .column = "dbh, h"});
-  check_heights(inventory, plan, crown_base_above_top);
-  check_dbh(inventory, plan);
-  check_crowns(inventory, plan);
+  check_sizes(inventory, plan);
+  check_crown_base(inventory, plan, crown_base_above_top);
   check_positions(inventory, plan);
 }
 

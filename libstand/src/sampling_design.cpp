@@ -275,6 +275,13 @@ bool SampleMaker::is_within_reach(std::size_t tree, Origin origin) const {
 /// Positions are those of a map if more trees are within reach of its centers than of the origin;
 /// else they are from the center of the plot if that holds for half of the trees.
 void SampleMaker::find_origin() {
+  const bool has_subplots = design_.subplots > 1 || !design_.subplot.empty();
+  if (inventory_.is_placed_by_subplots && has_subplots) {
+    sample_.notes.emplace_back(
+        "FIA's positions are from the center of the plot, so that they do not choose the trees of "
+        "subplots, and all are taken as counted");
+    return;
+  }
   std::size_t placed = 0;
   std::size_t near_center = 0;
   std::size_t near_map = 0;
@@ -427,19 +434,23 @@ void SampleMaker::add_complete_circles() {
 }
 
 void SampleMaker::check_density() const {
+  if (inventory_.trusts_units) return;
+  const Place place{.file = design_.plots ? design_.plots->file : inventory_.file,
+                    .column = "area"};
   double basal_area = 0.0;
   double area_m2 = 0.0;
   for (const SampledArea& area : sample_.areas) {
     area_m2 += area.area_m2;
+    if (uses_table_areas()) {
+      check_plot_is_not_empty(
+          area.name, static_cast<double>(area.trees.size()), area.area_m2, place);
+    }
     for (const std::size_t tree : area.trees) {
       const double dbh_cm = inventory_.dbh_cm[tree];
       if (!std::isnan(dbh_cm)) basal_area += sample_.represented[tree] * basal_area_m2(dbh_cm);
     }
   }
-  if (inventory_.trusts_units) return;
-  check_density_is_possible(
-      basal_area / area_m2 * kSquareMetersPerHectare,
-      {.file = design_.plots ? design_.plots->file : inventory_.file, .column = "area"});
+  check_density_is_possible(basal_area / area_m2 * kSquareMetersPerHectare, place);
 }
 
 void SampleMaker::note_counts() {
@@ -536,6 +547,20 @@ void check_density_is_possible(double basal_area_m2_per_ha, const Place& place) 
           "(1 ha is 10000, 1 are 100), radii in m and expansion factors per ha; if they are "
           "right, use --trust-units",
           basal_area_m2_per_ha),
+      place);
+}
+
+void check_plot_is_not_empty(const std::string& plot,
+                             double trees,
+                             double area_m2,
+                             const Place& place) {
+  if (trees == 0.0 || !(trees < area_m2 / kSquareMetersPerHectare)) return;
+  throw InputError(
+      fmt::format("plot {} has an area of {:.10g} m2 for {}, less than one per hectare; areas are "
+                  "in m2 (1 ha is 10000), radii in m; if they are right, use --trust-units",
+                  plot,
+                  area_m2,
+                  counted(static_cast<std::size_t>(trees), "tree", "trees")),
       place);
 }
 

@@ -5,6 +5,7 @@
 
 #include "inventory_test_support.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/stand/sampling_design.hpp"
 
 using namespace silvafit::stand;
 using Catch::Matchers::Contains;
@@ -207,4 +208,28 @@ TEST_CASE("the recommended unit makes trees of a possible shape") {
   for (int i = 1; i <= 12; ++i) text += "1," + std::to_string(i) + ",2.5,200\n";
   CHECK_THROWS_WITH(read_inventory_text(text),
                     Contains("in centimeters, use --columns h=h/100; if it is correct"));
+  // 26 cm and 20 m, in feet; McMahon's limit of 95 (0.26)^(2/3) is 38.7 m.
+  text = "plot,tree,dbh,h\n1,1,26,66\n1,2,27,67\n1,3,25,64\n";
+  CHECK_THROWS_WITH(read_inventory_text(text),
+                    Contains("if h is in feet, use --columns h=h*0.3048"));
+  text = "plot,tree,dbh,h\n1,1,10.2,66\n1,2,10.6,67\n1,3,9.8,64\n";
+  CHECK_THROWS_WITH(read_inventory_text(text),
+                    Contains("if h is in feet and dbh is in inches, use --columns "
+                             "h=h*0.3048,dbh=dbh*2.54; "));
+  // The tallest trees and palms known, and saplings of 2.4 m with 1 cm.
+  for (const char* giants : {"1,1,480,115.9", "1,1,40,60", "1,1,1,2.4"}) {
+    CHECK_NOTHROW(read_inventory_text(std::string("plot,tree,dbh,h\n") + giants + "\n"));
+  }
+}
+
+TEST_CASE("FIA's positions do not choose the trees of subplots") {
+  std::string text = "PLT_CN,SUBP,TREE,AZIMUTH,DIST,SPCD,DIA,HT\n";
+  // Most are in subplot 1, whose center is that of the plot.
+  for (int i = 1; i <= 6; ++i) text += "9,1," + std::to_string(i) + ",90,10,316,10,60\n";
+  text += "9,3,1,90,10,316,10,60\n9,1,7,180,5,129,2,20\n";
+  const Inventory trees = read_inventory_text(text).inventory;
+  const SamplingDesign design{.circles = {{2.54, 2.07264}, {12.7, 7.3152}}, .subplots = 4};
+  const DesignedSample sample = sample_of(trees, design);
+  REQUIRE(sample.areas.size() == 1);
+  CHECK(sample.areas[0].trees.size() == 8);
 }

@@ -375,9 +375,13 @@ void ReportMaker::finish_figures() {
 
 void ReportMaker::check_density(const std::string& file) const {
   if (options_.trust_units) return;
-  check_density_is_possible(
-      report_.all.basal_area_m2_per_ha,
-      {.file = file, .column = options_.plot_area_m2 ? "--plot-area" : "area"});
+  const Place place{.file = file, .column = options_.plot_area_m2 ? "--plot-area" : "area"};
+  check_density_is_possible(report_.all.basal_area_m2_per_ha, place);
+  if (sample_ != nullptr) return;
+  for (const AreaReport& plot : report_.areas) {
+    const auto trees = static_cast<double>(plot.figures.trees);
+    check_plot_is_not_empty(plot.area.name, trees, plot.area.area_m2, place);
+  }
 }
 
 StandReport ReportMaker::finish(const std::string& file) {

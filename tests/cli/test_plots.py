@@ -27,6 +27,14 @@ class SampledPlots(ProgramTest):
         self.assertAlmostEqual(factors["all"]["stems_per_ha"], stand["all"]["stems_per_ha"], delta=1e-4)
         self.assertIsNone(factors["areas"][0]["area_ha"])
 
+    def test_areas_of_less_than_a_tree_per_hectare_are_refused(self):
+        self.write("trees.csv", "plot,tree,species,dbh,h\n1,1,A,20,15\n1,2,A,30,21\n2,1,A,25,18\n")
+        self.write("plots.csv", "plot,area_ha\n1,0.05\n2,500\n")
+        for options in (("--plots", "plots.csv"), ("--plot-area", "5000000")):
+            error = self.run_program("stand", "trees.csv", *options, status=3).stderr
+            self.assertIn("less than one per hectare; areas are in m2", error)
+            self.run_program("stand", "trees.csv", *options, "--trust-units")
+
     def test_a_table_of_plots_has_areas_strata_and_empty_plots(self):
         self.write("trees.csv", "plot,tree,species,dbh,h\n1,1,A,20,15\n1,2,A,30,21\n2,1,A,25,18\n7,1,A,25,18\n")
         self.write("plots.csv", "Plot ID,Area (ha),Stratum,stratum_area\n1,0.04,wet,20\n2,0.04,wet,20\n3,0.05,dry,30\n4,0.05,dry,30\n")

@@ -159,6 +159,17 @@ class Sheets(ProgramTest):
             self.assertIn(plots, error)
             self.run_program("fit", name, "--model", "M4", "--trust-units")
 
+    def test_a_whole_column_in_another_unit_is_named_by_every_command(self):
+        trees = [(8 + i, 7 + 0.6 * i) for i in range(20)]
+        for name, dbh, h, remedy in (("cm.csv", 1, 100, "h=h/100"), ("mm.csv", 10, 1, "dbh=dbh/10"),
+                                     ("us.csv", 1 / 2.54, 1 / 0.3048, "h=h*0.3048,dbh=dbh*2.54")):
+            rows = "".join(f"1,{i},{d * dbh:.4f},{h_m * h:.4f}\n" for i, (d, h_m) in enumerate(trees))
+            self.write(name, "plot,tree,dbh,h\n" + rows)
+            for command in (("stand", name, "--plot-area", "1000"), ("fit", name, "--model", "M4"),
+                            ("impute", name, "--response", "h", "--random", "none")):
+                self.assertIn(f"use --columns {remedy};", self.run_program(*command, status=3).stderr)
+            self.run_program("fit", name, "--formula", "h ~ a*dbh^b", "--start", "a=1,b=1", "--trust-units")
+
     def test_stands_that_differ_are_no_mixture(self):
         # A thicket, an old stand and a row of pollards.
         kinds = ((lambda i: (2 + 0.2 * i, 4 + 0.2 * i)), (lambda i: (60 + 2 * i, 32 + 0.2 * i)),

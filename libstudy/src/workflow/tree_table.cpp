@@ -18,6 +18,7 @@
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/mixed_units.hpp"
 #include "silvafit/stand/similar_plots.hpp"
+#include "silvafit/stand/size_units.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"
 #include "silvafit/study/table_checks.hpp"
@@ -364,6 +365,25 @@ void check_mixed_units(const data::Table& table) {
   if (!mixed.empty()) throw InputError(mixed, {.file = table.file(), .column = "dbh, h"});
 }
 
+/// Only tables with dbh are of trees for certain; `h` may be anything in others.
+/// \throws InputError if a column or a plot has another unit
+void check_table_units(const data::Table& table, const Mappings& mapped) {
+  if (!table.has("dbh") || !table.is_numeric("dbh")) return;
+  check_mixed_units(table);
+  std::vector<stand::SizeColumn> sizes;
+  for (const char* name : {"dbh", "h", "hcb", "cw", "cr_e", "cr_w", "cr_s", "cr_n"}) {
+    if (!table.has(name) || !table.is_numeric(name)) continue;
+    const stand::ColumnMapping* const mapping = mapping_to(mapped, name);
+    std::string source = name;
+    if (mapping != nullptr) {
+      const bool is_column = data::Expression::variable(mapping->source).text() == mapping->source;
+      source = is_column ? mapping->source : "(" + mapping->source + ")";
+    }
+    sizes.push_back({.name = name, .source = std::move(source), .values = table.numbers(name)});
+  }
+  stand::check_size_units(sizes, table.file());
+}
+
 }  // namespace
 
 std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
@@ -460,7 +480,7 @@ ObservedTable read_model_table(const data::TableSource& source,
   for (const auto& [text, parts] : state.computed) result.recognized.push_back(text);
   give_notes(result.recognized, note);
   if (!settings.trust_units && !std::exchange(state.is_begun, true)) {
-    check_mixed_units(result.table);
+    check_table_units(result.table, result.mapped);
   }
   return {{std::move(result.table), std::move(result.recognized)},
           std::move(result.distinct),

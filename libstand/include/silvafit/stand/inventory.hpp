@@ -80,6 +80,8 @@ struct Inventory {
   std::string expansion{};
 
   bool trusts_units = false;  ///< InventoryOptions::trust_units
+  /// Whether x and y are from the center of plots, computed from the subplots of FIA's trees.
+  bool is_placed_by_subplots = false;
 
   /// Column of the file that may have the areas of the plots, see plot_area_column(); else empty.
   std::string area_column{};
