@@ -85,8 +85,7 @@ struct Medians {
     constexpr double kLowestMeters = 1.3;
     if (h_m > 0.0 && (h_m < kLowestMeters || h_m > kHeightOfStandMeters)) return false;
     if (dbh_cm > kDbhOfStandCentimeters || buckles()) return false;
-    return slenderness == 0.0 ||
-           (slenderness >= kStoutestStand && slenderness <= kSlenderestStand);
+    return slenderness == 0.0 || (slenderness >= kStoutestStand && slenderness <= kSlenderestStand);
   }
   /// How far a stand is from a usual one, in logarithms.
   double oddness() const {
@@ -204,9 +203,11 @@ std::vector<std::string> Judge::advice_on_length(const SizeColumn& length, doubl
   for (const Unit& unit : {kFeet, kDecimeters, kCentimeters, kMillimeters}) {
     const double meters = median * unit.factor;
     if (meters < kLeastMeters || meters > most) continue;
-    texts.push_back(fmt::format(
-        "if {0} is in {1}, use --columns {0}={2}{3}", length.name, unit.name, length.source,
-        unit.conversion));
+    texts.push_back(fmt::format("if {0} is in {1}, use --columns {0}={2}{3}",
+                                length.name,
+                                unit.name,
+                                length.source,
+                                unit.conversion));
   }
   return texts;
 }
@@ -215,9 +216,9 @@ void Judge::refuse(const SizeColumn& wrong, const std::vector<std::string>& advi
   const bool is_dbh = wrong.name == "dbh";
   const bool bends = wrong.name == "h" && medians_.h_m <= kHeightOfStandMeters;
   const std::string reason =
-      bends ? fmt::format("higher than stems of the median dbh {:.4g} cm can stand",
-                          medians_.dbh_cm)
-            : "which no stand of trees has";
+      bends
+          ? fmt::format("higher than stems of the median dbh {:.4g} cm can stand", medians_.dbh_cm)
+          : "which no stand of trees has";
   throw InputError(
       fmt::format("{} has the median {:.4g} {}, {}; {}; if it is correct, use --trust-units",
                   wrong.source,

@@ -336,6 +336,25 @@ std::optional<FitResult> fit_inside(const NonlinearModel& model,
   return fit_freely(model, method, from_there);
 }
 
+/// Start values on the other side of infinity: the coefficients that grow without bound with the
+/// opposite sign. V*x/(K + x) is a straight line at both ends, and the maximum for a curve that
+/// bends upwards lies at negative V and K. Empty if the fit has no such coefficients.
+std::map<std::string, double> start_beyond_infinity(const FittedModel& fit) {
+  std::map<std::string, double> start;
+  const bool is_unbounded = fit.convergence.status == ConvergenceStatus::kNoMaximum &&
+                            fit.estimate.allFinite() &&
+                            std::ranges::any_of(fit.convergence.evidence, [](const Evidence& item) {
+                              return item.kind == Evidence::Kind::kUnbounded;
+                            });
+  if (!is_unbounded) return start;
+  for (Index j = 0; j < fit.estimate.size(); ++j) {
+    const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
+    const bool grows = fit.convergence.has(Evidence::Kind::kUnbounded, name);
+    start[name] = grows ? -fit.estimate[j] : fit.estimate[j];
+  }
+  return start;
+}
+
 }  // namespace
 
 FitResult fit_model(const ModelSpecification& specification,
@@ -360,9 +379,20 @@ FitResult fit_model(const ModelSpecification& specification,
   const bool is_free = options.fixed.empty() && options.bounds.empty();
   FitResult result = is_free ? fit(specification, nullptr)
                              : fit_constrained(specification, table, options, fit, inside);
-  if (options.bounds.empty() && method != Method::kOrdinary) {
+  const auto find_limit = [&](FitResult& found) {
+    if (!options.bounds.empty() || method == Method::kOrdinary) return;
     const NonlinearModel model(specification, table, options.threads, options.stop);
-    mark_limit(model, held_fit_of(specification, options.fixed, fit), result);
+    mark_limit(model, held_fit_of(specification, options.fixed, fit), found);
+  };
+  find_limit(result);
+  if (auto start = start_beyond_infinity(result.fit); is_free && !start.empty()) {
+    FitModelOptions beyond = options;
+    beyond.start = std::move(start);
+    FitResult other = fit_freely(
+        NonlinearModel(specification, table, options.threads, options.stop), method, beyond);
+    find_limit(other);
+    const bool is_higher = other.fit.log_likelihood > result.fit.log_likelihood;
+    if (other.fit.convergence.converged() && is_higher) result = std::move(other);
   }
   // The stored uncertainty is that of the coefficients that were free.
   if (!is_free) {

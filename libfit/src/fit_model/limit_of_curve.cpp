@@ -24,13 +24,15 @@ MatrixXd covariance_at_population(const NonlinearModel& model, const FitResult& 
       model, fit, fit.estimate, result.residual_sd, frame_at(model, fit.estimate).beta);
 }
 
-/// Coefficients that the population's curve hardly determines, least determined first.
+/// Coefficients that the population's curve hardly determines, least determined first. Of a search
+/// without a maximum a cause is known to exist, so that smaller errors make candidates, too.
 std::vector<Index> candidates(const NonlinearModel& model,
                               const FitResult& result,
                               const MatrixXd& expected) {
   const FittedModel& fit = result.fit;
   const VectorXd errors = expected.diagonal().cwiseSqrt();
-  std::vector<Index> found = undetermined(model, fit.estimate, errors, result.residual_sd);
+  const double weight = fit.convergence.converged() ? 1.0 : 10.0;
+  std::vector<Index> found = undetermined(model, fit.estimate, weight * errors, result.residual_sd);
   std::ranges::stable_sort(found, std::ranges::greater(), [&](Index j) {
     return errors[j] / std::abs(fit.estimate[j]);
   });
@@ -41,6 +43,13 @@ bool is_random(const ModelSpecification& specification, const std::string& name)
   return std::ranges::any_of(specification.random, [&](const RandomEffects& term) {
     return std::ranges::find(term.coefficients, name) != term.coefficients.end();
   });
+}
+
+/// Whether the search ended somewhere, at a maximum or not; only then its end can be on the way to
+/// a limit.
+bool has_end(const Convergence& convergence) {
+  return convergence.converged() || convergence.status == ConvergenceStatus::kMaximumNotReached ||
+         convergence.status == ConvergenceStatus::kIterationLimit;
 }
 
 /// Whether the likelihood with the coefficient held far towards one side is as high as that of the
@@ -100,7 +109,7 @@ void state_expected_errors(const MatrixXd& expected, FittedModel& fit) {
 void mark_limit(const NonlinearModel& model, const HeldFit& held_fit, FitResult& result) {
   FittedModel& fit = result.fit;
   const bool is_known = result.residual_sd.size() > 0 && result.residual_sd.allFinite();
-  if (!fit.convergence.converged() || !is_known) return;
+  if (!has_end(fit.convergence) || !is_known) return;
   const MatrixXd expected = covariance_at_population(model, result);
   if (!expected.allFinite()) return;
   const std::vector<Index> loose = candidates(model, result, expected);
@@ -110,7 +119,8 @@ void mark_limit(const NonlinearModel& model, const HeldFit& held_fit, FitResult&
   const bool has_limit = held != loose.end() && (is_flat_towards(fit, *held, 1.0, held_fit) ||
                                                  is_flat_towards(fit, *held, -1.0, held_fit));
   if (!has_limit) {
-    if (has_understated_error(fit, expected, held_fit)) state_expected_errors(expected, fit);
+    if (fit.convergence.converged() && has_understated_error(fit, expected, held_fit))
+      state_expected_errors(expected, fit);
     return;
   }
   fit.convergence.status = ConvergenceStatus::kNoMaximum;

@@ -72,6 +72,31 @@ TEST_CASE("data of stands at their asymptote give a Richards curve no maximum") 
   CHECK_FALSE(fit.convergence.converged());
 }
 
+TEST_CASE("the maximum of a nearly straight curve is found beyond infinity") {
+  // a*x/(k + x) is s*x/(1 + q*x) with k = 1/q, so that a curve that bends upwards, q < 0, has
+  // negative a and k. A search from positive ones must pass the straight line, which is at
+  // infinity.
+  int upwards = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const data::Table table = grouped(seed, 2.0, [](double x) { return 2.0 * x; });
+    const FitModelOptions options{.method = Method::kInteraction};
+    const FittedModel regular =
+        fit_model(specify_model({.formula = "y ~ s*x/(1 + q*x)", .random = "s | g"}, table),
+                  table,
+                  options)
+            .fit;
+    REQUIRE(regular.convergence.converged());
+    const double q = regular.estimate[1];
+    const FittedModel fit = fitted_by_group(table, "y ~ a*x/(k + x)", options);
+    CAPTURE(seed, q, fit.convergence.verdict, fit.estimate.transpose());
+    CHECK(fit.convergence.converged());
+    CHECK(fit.log_likelihood == Approx(regular.log_likelihood).margin(1e-5));
+    CHECK(fit.estimate[1] * q == Approx(1.0).epsilon(0.01));
+    if (q < 0.0) ++upwards;
+  }
+  CHECK(upwards > 0);
+}
+
 TEST_CASE("data of the whole curve give a maximum with standard errors") {
   const data::Table table =
       grouped(5, 0.5, [](double x) { return 25.0 * std::pow(1.0 - std::exp(-0.1 * x), 1.5); });

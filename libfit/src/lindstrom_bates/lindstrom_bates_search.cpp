@@ -14,6 +14,7 @@
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "mixed_effects/strata_start.hpp"
+#include "model/simpler_model.hpp"
 #include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
@@ -338,8 +339,9 @@ Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
   }
   return {.status = ConvergenceStatus::kDiverged,
           .verdict =
-              "Not converged: the first penalized least-squares step found no finite value. Use "
-              "fewer random effects, or a model that fits the pooled data better."};
+              "Not converged: the first penalized least-squares step found no finite value. Use " +
+              simpler_model(model.specification()) +
+              ", or a model that fits the pooled data better."};
 }
 
 }  // namespace silvafit::fit

@@ -10,6 +10,7 @@
 
 #include "marginal_likelihood/marginal_search.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
+#include "model/simpler_model.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -58,7 +59,8 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   fit.convergence.verdict =
       "Not converged: at the estimates of focei, which are shown, the conditional density of a "
       "group's random effects is flat at its mode, so the likelihood of this method is not valid "
-      "there. Use --method focei, or fewer random effects.";
+      "there. Use --method focei, or " +
+      simpler_model(model.specification()) + ".";
   return fit;
 }
 
@@ -67,8 +69,8 @@ MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linea
   if (std::isnan(linearized.sigma) || has_no_maximum(model, linearized)) return linearized;
   linearized.convergence.status = ConvergenceStatus::kInvalidApproximation;
   linearized.convergence.verdict =
-      "Not converged: no conditional mode of the random effects was found from any start. Use "
-      "fewer random effects, or a model that fits the pooled data better.";
+      "Not converged: no conditional mode of the random effects was found from any start. Use " +
+      simpler_model(model.specification()) + ", or a model that fits the pooled data better.";
   return linearized;
 }
 

@@ -19,6 +19,7 @@
 #include "mixed_effects/expected_information.hpp"
 #include "model/coefficient_frame.hpp"
 #include "model/nested_terms.hpp"
+#include "model/simpler_model.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "result/group_coefficients.hpp"
@@ -143,17 +144,20 @@ std::string failure(const NonlinearModel& model,
                     const MixedEffectsFit& fit,
                     Rounds rounds,
                     const Obstacle& obstacle) {
+  const ModelSpecification& specification = model.specification();
   const std::vector<std::string> kinks = model.random_kinks();
   if (obstacle.text == kNoClearMode && !kinks.empty()) {
     return fmt::format(
         "Not converged: {}; the formula has a kink in {}. Use --method agq with more points, such "
-        "as --agq-points 15, or fewer random effects.",
+        "as --agq-points 15, or {}.",
         kNoClearMode,
-        fmt::join(kinks, ", "));
+        fmt::join(kinks, ", "),
+        simpler_model(specification));
   }
   if (obstacle.text == kNoClearMode) {
-    return fmt::format("Not converged: {}. Use --method focei, or fewer random effects.",
-                       kNoClearMode);
+    return fmt::format("Not converged: {}. Use --method focei, or {}.",
+                       kNoClearMode,
+                       simpler_model(specification));
   }
   if (rounds == Rounds::kAlternations) {
     constexpr double kShown = 1e-12;
@@ -169,22 +173,18 @@ std::string failure(const NonlinearModel& model,
                !kinks.empty() ? fmt::format("the method agq, since the formula has a kink in {}",
                                             fmt::join(kinks, ", "))
                : has_exact_linearization(model)
-                   ? "fewer random effects, a diagonal covariance matrix or a simpler "
-                     "variance function; another method has the same likelihood"
-                   : "the method focei or laplace, fewer random effects or a diagonal "
-                     "covariance matrix"));
+                   ? simpler_model(specification) + "; another method has the same likelihood"
+                   : "the method focei or laplace, or " + simpler_model(specification)));
   }
   const std::string where =
       std::isfinite(fit.convergence.newton_decrement)
           ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
           : "the best point found is not a maximum of the likelihood";
-  return fmt::format(
-      "Not converged after {} evaluations of the likelihood: {}{}. {}",
-      fit.convergence.iterations,
-      where,
-      obstacle_text(obstacle),
-      advice(model,
-             "fewer random effects, a diagonal covariance matrix or a simpler variance function"));
+  return fmt::format("Not converged after {} evaluations of the likelihood: {}{}. {}",
+                     fit.convergence.iterations,
+                     where,
+                     obstacle_text(obstacle),
+                     advice(model, simpler_model(specification)));
 }
 
 std::string success(const MixedEffectsFit& fit, Rounds rounds) {

@@ -159,7 +159,7 @@ class OptimumSearch {
             best.obstacle);
     }
     fit.optima = optima_of(best, all, is_marginal);
-    judge_search(fit, evidence);
+    judge_search(model_.specification(), evidence, fit);
     if (fit.convergence.converged()) judge_kinks(fit, kinks_at(fit), evidence);
     return fit;
   }

@@ -469,9 +469,10 @@ TEST_CASE("the findings of a search are in the convergence message") {
   fit.log_likelihood = -100.0;
   fit.observations = 50;
   fit.convergence = {.status = ConvergenceStatus::kConverged, .verdict = "Converged."};
+  const ModelSpecification specification{.formula = silvafit::data::parse_formula("y ~ a*x^b")};
   const auto after = [&](const SearchEvidence& evidence) {
     MixedEffectsFit judged = fit;
-    judge_search(judged, evidence);
+    judge_search(specification, evidence, judged);
     return judged.convergence;
   };
   CHECK(after({}).verdict == "Converged.");

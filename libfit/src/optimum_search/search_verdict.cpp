@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "model/simpler_model.hpp"
+
 namespace silvafit::fit {
 
 using Eigen::Index;
@@ -85,7 +87,9 @@ std::optional<ContainedModel> higher_than(double rank,
   return *highest;
 }
 
-void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
+void judge_search(const ModelSpecification& specification,
+                  const SearchEvidence& evidence,
+                  MixedEffectsFit& fit) {
   Convergence& convergence = fit.convergence;
   if (!convergence.converged()) return;
   constexpr double kDoubtful = 2.0;
@@ -137,10 +141,11 @@ void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence) {
         {.kind = Evidence::Kind::kHigherEnd, .value = evidence.unfinished});
     convergence.verdict = fmt::format(
         "Not converged: the maximum shown has a log-likelihood of {:.2f}, but another start "
-        "reached {:.2f} without converging. Use {}fewer random effects.",
+        "reached {:.2f} without converging. Use {}{}.",
         fit.log_likelihood,
         evidence.unfinished,
-        evidence.method == Integration::kInteraction ? "" : "--method focei, or ");
+        evidence.method == Integration::kInteraction ? "" : "--method focei, or ",
+        simpler_model(specification));
     return;
   }
   const double error = linearization_error(fit, evidence);

@@ -54,7 +54,9 @@ struct SearchEvidence {
 /// at a fixed point, and the difference is a doubt unless it is as large as for a useless
 /// linearization. Nor has a fit converged whose linearized likelihood is far from the marginal one;
 /// if they differ by more than 2 units, the linearization is reported as doubtful.
-void judge_search(MixedEffectsFit& fit, const SearchEvidence& evidence);
+void judge_search(const ModelSpecification& specification,
+                  const SearchEvidence& evidence,
+                  MixedEffectsFit& fit);
 
 /// A mean with kinks in random coefficients.
 struct Kinks {

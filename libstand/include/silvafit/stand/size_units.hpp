@@ -17,9 +17,9 @@ struct SizeColumn {
 };
 
 /// Judges medians by what stands of trees can have: limits of sizes, and the height at which a stem
-/// of the dbh buckles under its own weight, 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179: 1201-1204,
-/// from which no tree of 576 is higher); palms reach a quarter more (Rich 1986).
-/// \throws InputError with the conversions that make plausible trees
+/// of the dbh buckles under its own weight, 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179:
+/// 1201-1204, from which no tree of 576 is higher); palms reach a quarter more (Rich 1986). \throws
+/// InputError with the conversions that make plausible trees
 void check_size_units(const std::vector<SizeColumn>& columns, const std::string& file);
 
 }  // namespace silvafit::stand
