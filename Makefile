@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps test-deps r-deps r-package test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi python-package test-python format check-format clean
+.PHONY: help deps test-deps r-deps r-package test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi static test-static python-package test-python format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
@@ -12,6 +12,7 @@ help:
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
 	@echo "make scorecard   many fits beside their best known log-likelihoods; writes the tables of docs/scorecard.md"
 	@echo "make mpi     the program for mpirun, at build-mpi/bin/silvafit (docs/large-inventories.md)"
+	@echo "make static  the program as one file for any Linux, at build-static/bin/silvafit; make test-static tries it in an empty folder"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
 	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
 	@echo "make python-package   the Python package, as a wheel and in build/python; make test-python tests it"
@@ -96,6 +97,15 @@ scorecard: build
 mpi: deps
 	@./scripts/install-dependencies packages-debian12-mpi.txt
 	@cmake --preset mpi && cmake --build --preset mpi
+
+# The program as one file, build-static/bin/silvafit. docs/install.md.
+static: deps
+	@./scripts/install-dependencies packages-debian12-static.txt
+	@./scripts/static-libraries build-static/libraries
+	@cmake --preset static && cmake --build --preset static
+
+test-static: build static
+	@./scripts/test-static
 
 package: build
 	@./scripts/install-dependencies packages-debian12-package.txt

@@ -2,20 +2,29 @@
 #include "command.hpp"
 
 #include <fmt/format.h>
-#include <sys/auxv.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/built_in_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/base/text.hpp"
 #include "standard_streams.hpp"
 
 namespace silvafit::cli {
+namespace {
+
+const std::filesystem::path kBuiltInFolder = "silvafit:";
+std::string given_command_line;
+
+}  // namespace
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("--json", options.json, "Print the result as JSON");
@@ -85,32 +94,26 @@ study::Callbacks callbacks(const CommonOptions& options, Progress& progress) {
                                   std::size_t total) { progress.show(stage, done, total); }};
 }
 
-namespace {
+/// Of each built-in file its name with a zero, its size in 8 bytes and its bytes; at the end a
+/// zero.
+extern "C" const char silvafit_built_in_files[];
 
-/// The file of this program.
-std::filesystem::path program_file() {
-  std::error_code unknown;
-  std::filesystem::path file = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  if (!unknown) return file;
-  // Without /proc: the name in the command line.
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel returns pointers as numbers
-  const auto* const name = reinterpret_cast<const char*>(::getauxval(AT_EXECFN));
-  return name == nullptr ? file : followed(name);
+void add_built_in_files() {
+  const char* next = silvafit_built_in_files;
+  while (*next != '\0') {
+    const std::string_view name = next;
+    std::uint64_t size = 0;
+    next += name.size() + 1;
+    std::memcpy(&size, next, sizeof size);
+    next += sizeof size;
+    built_in_files().emplace(kBuiltInFolder / name, std::string_view(next, size));
+    next += size;
+  }
 }
 
-}  // namespace
-
 std::filesystem::path data_directory() {
-  namespace fs = std::filesystem;
-  if (const char* named = std::getenv("SILVAFIT_DATA_DIR")) return named;
-  fs::path directory = program_file().parent_path().parent_path() / "share" / "silvafit";
-  if (!is_there(directory / "models")) {
-    throw InputError(
-        "the model catalogue was not found; set SILVAFIT_DATA_DIR to the folder that contains "
-        "models/",
-        {.file = directory.string()});
-  }
-  return directory;
+  const char* const named = std::getenv("SILVAFIT_DATA_DIR");
+  return named != nullptr ? named : kBuiltInFolder;
 }
 
 std::filesystem::path bundled_page(const std::string& name) {
@@ -122,21 +125,16 @@ std::filesystem::path bundled_page(const std::string& name) {
       {.file = page.string()});
 }
 
-std::string command_line() {
-  constexpr const char* kWords = "/proc/self/cmdline";
-  if (!is_there(kWords)) return "silvafit";
-  const std::string words = read_file(kWords);
-  std::string line;
-  for (std::size_t begin = 0; begin < words.size();) {
-    const std::size_t end = words.find('\0', begin);
-    std::string word = words.substr(begin, end - begin);
-    if (begin == 0) word = std::filesystem::path(word).filename().string();
+void set_command_line(std::vector<std::string> words) {
+  words.front() = std::filesystem::path(words.front()).filename().string();
+  for (std::string& word : words) {
     const bool is_plain = word.find_first_of(" \t'\"$*?;&|<>()") == std::string::npos;
-    line += (line.empty() ? "" : " ") + (is_plain ? word : fmt::format("'{}'", word));
-    begin = end == std::string::npos ? words.size() : end + 1;
+    if (!is_plain) word = fmt::format("'{}'", word);
   }
-  return line;
+  given_command_line = fmt::format("{}", fmt::join(words, " "));
 }
+
+std::string command_line() { return given_command_line; }
 
 std::string version() { return SILVAFIT_VERSION; }
 

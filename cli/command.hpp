@@ -77,16 +77,20 @@ class Progress {
 /// \param progress  must outlive the result
 study::Callbacks callbacks(const CommonOptions& options, Progress& progress);
 
-/// Folder of models/ and of the web pages: SILVAFIT_DATA_DIR, or share/silvafit beside the folder
-/// of the program.
+/// Adds the catalogue and the web pages, which are part of the program, to built_in_files().
+void add_built_in_files();
+
+/// Folder of models/ and of the web pages: SILVAFIT_DATA_DIR, or that of the built-in files.
 std::filesystem::path data_directory();
 
 /// A page of the viewer in the data directory, such as report.html.
 /// \throws InputError with the remedy if silvafit was built without the viewer
 std::filesystem::path bundled_page(const std::string& name);
 
-/// The command line as given, with words that contain blanks in quotes; only the program's name if
-/// the system has no /proc.
+/// Keeps the words of main() for command_line().
+void set_command_line(std::vector<std::string> words);
+
+/// The command line as given, with words that contain blanks in quotes.
 std::string command_line();
 
 /// The version, `0.1.0`.

@@ -123,6 +123,8 @@ int run(int argc, char** argv) {
 
   const VisibleTables visible_tables;
   try {
+    set_command_line({argv, argv + argc});
+    add_built_in_files();
     Ranks::of_process();
     has_joined_job = true;
     silence_other_ranks();

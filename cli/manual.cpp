@@ -116,9 +116,9 @@ std::string exit_statuses() {
 
 const char* const kEnvironment =
     ".SH ENVIRONMENT\n.TP\n.B SILVAFIT_DATA_DIR\n"
-    "The folder with the catalogue of models (models/) and the report page (viewer/), where it is "
-    "not "
-    "share/silvafit beside the folder of the program\n";
+    "A folder with a catalogue of models (models/) and the report page (viewer/), to be used "
+    "instead "
+    "of those in the program\n";
 
 std::string see_also(const CommandOutline& program, const CommandOutline& command) {
   std::string text;

@@ -12,7 +12,7 @@ void add_render_command(CLI::App& program) {
   command.callback([] {
     throw UsageError(
         "this silvafit was built without Embree or libpng, which pictures need; install "
-        "libembree-dev and libpng-dev and build it again");
+        "libembree-dev and libpng-dev and build it with make build");
   });
 }
 

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: MIT
 # Debian 12's packages, found once for the whole build.
+option(SILVAFIT_STATIC "Use static libraries, and load no modules (make static)" OFF)
+if(SILVAFIT_STATIC)
+  set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
+endif()
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(Boost 1.74 REQUIRED)

@@ -29,9 +29,8 @@ a model library, predictions and a report, and grows the trees as meshes.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libsilvafit-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-# What silvafitConfig.cmake looks for, and the catalogue, which lies in the program's package.
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "silvafit (= ${PROJECT_VERSION}-1), \
-libeigen3-dev, libboost-dev, libfmt-dev, libhwy-dev, nlohmann-json3-dev, libtbb-dev, libnanoflann-dev, \
+# What silvafitConfig.cmake looks for.
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libboost-dev, libfmt-dev, libhwy-dev, nlohmann-json3-dev, libtbb-dev, libnanoflann-dev, \
 libmeshoptimizer-dev, libpng-dev")
 if(SILVAFIT_HAS_RENDER)
   string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libembree-dev")

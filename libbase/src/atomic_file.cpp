@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "descriptor_stream.hpp"
+#include "silvafit/base/built_in_files.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/ranks.hpp"
 #include "unfinished_files.hpp"
@@ -255,6 +256,8 @@ int open_nameless_file(const fs::path& beside) {
 }
 
 std::string read_file(const fs::path& path, std::uint64_t limit) {
+  const auto built_in = built_in_files().find(path);
+  if (built_in != built_in_files().end()) return std::string(built_in->second);
   const auto refuse = [&path](int error_number) {
     throw InputError(reason("read", error_number), {.file = path.string()});
   };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <system_error>
 
+#include "silvafit/base/built_in_files.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit {
@@ -17,9 +18,21 @@ namespace fs = std::filesystem;
   throw InputError(fmt::format("cannot read ({})", error.message()), {.file = path.string()});
 }
 
+/// What a path is among the files of the program.
+PathKind built_in_kind_of(const fs::path& path) {
+  const auto next = built_in_files().lower_bound(path);
+  if (path.empty() || next == built_in_files().end()) return PathKind::kNothing;
+  const auto [rest, below] =
+      std::mismatch(path.begin(), path.end(), next->first.begin(), next->first.end());
+  if (rest != path.end()) return PathKind::kNothing;
+  return below == next->first.end() ? PathKind::kFile : PathKind::kFolder;
+}
+
 }  // namespace
 
 PathKind kind_of(const fs::path& path) {
+  const PathKind built_in = built_in_kind_of(path);
+  if (built_in != PathKind::kNothing) return built_in;
   std::error_code error;
   switch (fs::status(path, error).type()) {
     case fs::file_type::not_found:
@@ -48,6 +61,12 @@ fs::path followed(const fs::path& path) {
 std::vector<fs::path> files_in_folder(const fs::path& folder, std::string_view ending) {
   std::error_code error;
   std::vector<fs::path> files;
+  if (built_in_kind_of(folder) == PathKind::kFolder) {
+    for (const auto& [file, bytes] : built_in_files()) {
+      if (file.parent_path() == folder && file.extension() == ending) files.push_back(file);
+    }
+    return files;
+  }
   fs::directory_iterator entry(folder, error);
   while (!error && entry != fs::directory_iterator()) {
     if (entry->path().extension() == ending) files.push_back(entry->path());

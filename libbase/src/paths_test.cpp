@@ -5,6 +5,7 @@
 #include <string>
 
 #include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/built_in_files.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace fs = std::filesystem;
@@ -44,4 +45,27 @@ TEST_CASE("the files of a folder are in alphabetical order") {
   REQUIRE(files.size() == 2);
   CHECK(files[0].filename() == "a.json");
   CHECK(files[1].filename() == "b.json");
+}
+
+TEST_CASE("files of the program are found as those on the disk") {
+  auto& files = silvafit::built_in_files();
+  files = {{"mem:/a/two.json", "2"},
+           {"mem:/a/one.json", "1"},
+           {"mem:/a/b/three.json", "3"},
+           {"mem:/a/four.txt", ""},
+           {"mem:/ab/five.json", "5"}};
+  CHECK(kind_of("mem:") == PathKind::kFolder);
+  CHECK(kind_of("mem:/a") == PathKind::kFolder);
+  CHECK(kind_of("mem:/a/b/three.json") == PathKind::kFile);
+  CHECK(kind_of("mem:/a/four.txt") == PathKind::kFile);
+  for (const char* nothing : {"", "mem", "mem:/b", "mem:/a/o", "mem:/a/one.json/x"}) {
+    CHECK_FALSE(silvafit::is_there(nothing));
+  }
+  CHECK(silvafit::files_in_folder("mem:/a", ".json") ==
+        std::vector<fs::path>{"mem:/a/one.json", "mem:/a/two.json"});
+  CHECK_THROWS_AS(silvafit::files_in_folder("mem:/c", ".json"), silvafit::InputError);
+  CHECK(silvafit::read_file("mem:/a/one.json") == "1");
+  CHECK(silvafit::read_file("mem:/a/four.txt").empty());
+  CHECK_THROWS_AS(silvafit::read_file("mem:/a"), silvafit::InputError);
+  files.clear();
 }

@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/base/ranks.hpp"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <memory>
-#include <system_error>
 
 #include "loop_depth.hpp"
 #include "rank_module.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/module_function.hpp"
 #include "silvafit/base/parallel.hpp"
 
 namespace silvafit {
@@ -37,26 +35,19 @@ int processes_of_job() {
   return 1;
 }
 
-/// The module lies in lib/silvafit beside the folder of the program.
 Ranks& ranks_of_job() {
-  std::error_code unknown;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  const std::filesystem::path file =
-      program.parent_path().parent_path() / "lib" / "silvafit" / "silvafit_mpi.so";
-  if (unknown || !std::filesystem::exists(file, unknown)) {
+  // MPI's own plug-ins look for its symbols among those of the process.
+  const auto module = module_function("silvafit_mpi.so", kRankModuleFunction, true);
+  if (!module) {
     throw UsageError(
         "mpirun has started several processes, but this silvafit was built without MPI; build it "
         "with make mpi (build-mpi/bin/silvafit), or start one process");
   }
-  // MPI's own plug-ins look for its symbols among those of the process.
-  void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL);
-  using Function = Ranks* (*)();
-  const auto function =
-      module == nullptr ? nullptr : reinterpret_cast<Function>(dlsym(module, kRankModuleFunction));
-  if (function == nullptr) {
-    throw UsageError(fmt::format("MPI cannot be loaded ({}); install openmpi-bin", dlerror()));
+  if (module->address == nullptr) {
+    throw UsageError(
+        fmt::format("MPI cannot be loaded ({}); install openmpi-bin", module->problem));
   }
-  return *function();
+  return *reinterpret_cast<Ranks* (*)()>(module->address)();
 }
 
 }  // namespace

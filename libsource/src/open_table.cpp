@@ -2,7 +2,6 @@
 // CSV files are read without GDAL; its module is loaded when another source needs it.
 #include "silvafit/source/open_table.hpp"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include <fstream>
@@ -11,6 +10,7 @@
 #include "gdal_module.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/module_function.hpp"
 #include "silvafit/source/write_layers.hpp"
 #include "source_kind.hpp"
 
@@ -23,27 +23,18 @@ struct LoadedModule {
   std::string problem{};
 };
 
-/// The module is in lib/silvafit beside the folder of the program.
 LoadedModule load_module() {
-  std::error_code unknown;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
-  const std::filesystem::path file =
-      program.parent_path().parent_path() / "lib" / "silvafit" / "silvafit_gdal.so";
-  if (unknown || !std::filesystem::exists(file, unknown)) {
+  const auto loaded = module_function("silvafit_gdal.so", kGdalModuleFunction, false);
+  if (!loaded) {
     return {.problem =
-                "this silvafit was built without GDAL; install libgdal-dev and build it again, or "
-                "use CSV"};
+                "this silvafit was built without GDAL; install libgdal-dev and build it with make "
+                "build, or use CSV"};
   }
-  // It is never unloaded, because tables that it created refer to its code.
-  void* const module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  using Function = const GdalModule* (*)();
-  const auto function =
-      module == nullptr ? nullptr : reinterpret_cast<Function>(dlsym(module, kGdalModuleFunction));
-  if (function == nullptr) {
+  if (loaded->address == nullptr) {
     return {.problem = fmt::format("GDAL cannot be loaded ({}); install libgdal32, or use CSV",
-                                   dlerror())};
+                                   loaded->problem)};
   }
-  return {.functions = function()};
+  return {.functions = reinterpret_cast<const GdalModule* (*)()>(loaded->address)()};
 }
 
 const LoadedModule& module() {

@@ -94,7 +94,7 @@ class OrdinaryTrouble(ProgramTest):
         done = self.end_of("study", "stand.csv", "--minimum-trees", "50", "--out", "out", env=environment)
         self.assertEqual(done.returncode, 0, done.stderr)
         run = json.loads((self.folder / "out" / "run.json").read_text(encoding="utf-8"))
-        self.assertEqual(run["command"], "silvafit")
+        self.assertEqual(run["command"], "silvafit study stand.csv --minimum-trees 50 --out out")
 
     def test_a_machine_without_threads(self):
         environment = preloaded.library(self.folder, "no_threads", preloaded.NO_THREADS)
