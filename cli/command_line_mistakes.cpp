@@ -66,6 +66,8 @@ std::string wrong_count(const std::string& text) {
   return read.ec == std::errc() ? std::string() : fmt::format("{} is too large", text);
 }
 
+bool is_count(const CLI::Option& option) { return option.get_type_name().starts_with("UINT"); }
+
 /// The error in a value of an option that cannot be read; empty if it is valid.
 std::string wrong_value(const CLI::Option& option, const std::string& value) {
   const std::vector<std::string> choices = choices_of(option);
@@ -75,6 +77,7 @@ std::string wrong_value(const CLI::Option& option, const std::string& value) {
         "'{}' is not one of {}{}", value, fmt::join(choices, ", "), suggestion(value, choices, ""));
   }
   if (option.get_items_expected_max() == 0) return "takes no value";
+  if (is_count(option)) return wrong_count(value);
   double number = 0.0;
   if (!data::parse_number(data::trimmed(value), number)) {
     return fmt::format("'{}' is not a number", value);
@@ -172,7 +175,7 @@ std::string unreadable_words(const CLI::App& program, const CLI::ParseError& err
   }
   // The message of our own check is complete.
   const bool has_choices = !choices_of(*option).empty();
-  const bool is_unsaid = is(CLI::ExitCodes::ConversionError) || has_choices;
+  const bool is_unsaid = is(CLI::ExitCodes::ConversionError) || has_choices || is_count(*option);
   for (const std::string& value : option->results()) {
     const std::string wrong = is_unsaid ? wrong_value(*option, value) : std::string();
     if (!wrong.empty()) return fmt::format("{}: {}", name, wrong);

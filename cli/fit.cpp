@@ -404,11 +404,8 @@ void add_fit_command(CLI::App& program) {
       .add_option(
           "--where", arguments->where, R"(Rows to use, such as 'species == "SM" && core == 1')")
       ->type_name("CONDITION");
-  add_columns_option(
-      command, arguments->reading, "Names or formulas of the columns, such as dbh=DBH_cm,x=xk/10");
-  add_missing_option(command, arguments->reading);
-  add_fill_down_option(command, arguments->reading);
-  add_trust_units_option(command, arguments->reading);
+  add_reading_options(
+      command, arguments->reading, {"columns", "missing", "fill_down", "trust_units"});
   add_inference_options(command, arguments->inference);
   add_common_options(command, arguments->common);
   add_example(command,

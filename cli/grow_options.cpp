@@ -114,10 +114,16 @@ void add_builder_options(CLI::App& command, study::GrowSettings& options) {
 void add_row_options(CLI::App& command, study::GrowSettings& options) {
   add_names_option(
       command, "--plot", options.plots, "Plots to grow, separated by commas (default: all)");
-  add_columns_option(
-      command, options.reading, "Source of columns, such as dbh=DBH_mm/10,h=Height,x=xk/10");
-  add_sheet_options(command, options.reading);
-  add_dead_option(command, options.reading);
+  add_reading_options(command,
+                      options.reading,
+                      {"columns",
+                       "missing",
+                       "fill_down",
+                       "case_sensitive",
+                       "dead",
+                       "alive_codes",
+                       "dead_codes",
+                       "cut_codes"});
 }
 
 /// Repeated measurements.

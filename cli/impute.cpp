@@ -127,11 +127,8 @@ void add_impute_command(CLI::App& program) {
                    "Add a random residual to imputed values, and random effects to plots without "
                    "measured trees");
   study::ReadingSettings& reading = arguments->reading;
-  add_columns_option(command, reading, "Names or formulas of the columns, such as dbh=DBH_cm");
+  add_reading_options(command, reading);
   add_digits_option(command, arguments->digits);
-  add_sheet_options(command, reading);
-  add_trust_units_option(command, reading);
-  add_dead_option(command, reading);
   command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
   command.add_flag("--stream", arguments->stream, kStreamHelp);
   add_common_options(command, arguments->common);

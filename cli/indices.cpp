@@ -26,7 +26,7 @@ struct IndicesArguments {
   std::string out{};
   std::string excluded{};
   TableArguments table{};
-  PlotsArgument plots{};
+  source::TableChoice plots{};
   CommonOptions common{};
 };
 
@@ -118,7 +118,7 @@ struct Tables {
 void run(const IndicesArguments& arguments) {
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},
                      {"--window", arguments.options.units.window},
-                     {"--plots", arguments.plots.file}},
+                     {"--plots", arguments.options.sampling.plots_file}},
                     {{"--out", arguments.out}, {"--excluded", arguments.excluded}});
   study::IndicesOptions options = arguments.options;
   if (options.stream && is_layer_output(arguments.out)) {

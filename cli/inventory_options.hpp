@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "command.hpp"
@@ -13,56 +14,33 @@
 
 namespace silvafit::cli {
 
-/// Adds --columns.
-CLI::Option* add_columns_option(CLI::App& command,
-                                study::ReadingSettings& settings,
-                                const std::string& help);
+/// Adds the options of reading a table of trees.
+/// \param only  the keys of those that the command uses; empty: all
+void add_reading_options(CLI::App& command,
+                         study::ReadingSettings& settings,
+                         std::vector<std::string_view> only = {});
 
-/// Adds --missing.
-void add_missing_option(CLI::App& command, study::ReadingSettings& settings);
-
-/// Adds --fill-down.
-void add_fill_down_option(CLI::App& command, study::ReadingSettings& settings);
-
-/// Adds these two and --case-sensitive.
-void add_sheet_options(CLI::App& command, study::ReadingSettings& settings);
-
-/// Adds --dead, --alive-codes, --dead-codes and --cut-codes, for commands that use some of the
-/// trees.
-void add_dead_option(CLI::App& command, study::ReadingSettings& settings);
-
-/// Adds --trust-units.
-void add_trust_units_option(CLI::App& command, study::ReadingSettings& settings);
-
-/// Adds INVENTORY, its layer and all of these.
+/// Adds INVENTORY, its layer and all options of reading.
 void add_inventory_options(CLI::App& command,
                            std::string& inventory,
                            study::ReadingSettings& settings,
                            TableArguments& table);
 
-/// The table of plots of --plots, before it is opened.
-struct PlotsArgument {
-  std::string file{};
-  source::TableChoice choice{};
-};
-
-/// Adds --plots, --plots-layer, --plots-sql, --plots-columns, --circles, --angle-count,
-/// --smallest-dbh, --expansion, --expansion-area, --subplots, --subplot and --slope-correction.
+/// Adds the options of sampled plots, --plots-layer and --plots-sql.
 void add_sampling_options(CLI::App& command,
                           study::SamplingSettings& settings,
-                          PlotsArgument& plots);
+                          source::TableChoice& plots);
 
 /// Adds --equations and --equation-file.
 void add_equation_options(CLI::App& command, study::EquationSettings& settings);
 
 /// Opens the table of plots, in the coordinates of the trees, if there is one.
-void open_plots(const PlotsArgument& plots,
+void open_plots(const source::TableChoice& choice,
                 const TreeTable& trees,
                 const CommonOptions& common,
                 study::SamplingSettings& settings);
 
-/// Adds --neighbors, --alpha, --edge, --buffer, --window, --circle, --per, --dominance, --crowding,
-/// --further, --competition-radius and --open-grown.
+/// Adds the options of structural units.
 void add_unit_options(CLI::App& command, study::UnitSettings& settings);
 
 /// Refuses --buffer, --competition-radius and --open-grown if no computed index depends on them.

@@ -123,9 +123,8 @@ void add_predict_command(CLI::App& program) {
   add_layer_options(command, arguments->table);
   add_digits_option(command, arguments->digits);
   study::ReadingSettings& reading = arguments->settings.reading;
-  add_columns_option(command, reading, "Names or formulas of the columns, such as dbh=DBH_cm");
-  add_sheet_options(command, reading);
-  add_trust_units_option(command, reading);
+  add_reading_options(
+      command, reading, {"columns", "missing", "fill_down", "case_sensitive", "trust_units"});
   add_equation_options(command, arguments->settings.equations);
   command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
   command.add_flag("--stream", arguments->stream, kStreamHelp);

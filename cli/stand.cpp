@@ -31,7 +31,7 @@ struct StandArguments {
   std::string out{};
   bool growth = false;
   TableArguments table{};
-  PlotsArgument plots{};
+  source::TableChoice plots{};
   CommonOptions common{};
 };
 
@@ -135,7 +135,7 @@ void run(const StandArguments& arguments) {
   }
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},
                      {"--window", arguments.options.units.window},
-                     {"--plots", arguments.plots.file}},
+                     {"--plots", arguments.options.sampling.plots_file}},
                     files_in({"--out", arguments.out},
                              {"plots.csv",
                               "strata.csv",

@@ -14,12 +14,13 @@
 #include <vector>
 
 #include "command.hpp"
-#include "name_list.hpp"
 #include "output_files.hpp"
+#include "setting_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/base/ranks.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "silvafit/study/whole_study.hpp"
 #include "standard_output.hpp"
@@ -213,7 +214,7 @@ void run(const CLI::App& command, StudyArguments& arguments) {
   refuse_idle_unit_options(command, units, study::further_indices(arguments.settings));
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},
                      {"--window", units.window},
-                     {"--plots", arguments.plots.file},
+                     {"--plots", arguments.settings.sampling.plots_file},
                      {"--config", arguments.configuration}},
                     files_in({"--out", arguments.out},
                              {"library.json",
@@ -257,40 +258,16 @@ void add_study_command(CLI::App& program) {
                    arguments->initial,
                    "Write a commented settings file for this inventory, and stop")
       ->type_name("STUDY.json");
-  add_names_option(*command,
-                   "--species",
-                   arguments->settings.study.species,
-                   "Species to study (default: all with enough trees)");
-  command->add_option("--responses", arguments->settings.study.responses, "Responses to model")
-      ->delimiter(',')
-      ->capture_default_str();
-  command
-      ->add_option("--covariates",
-                   arguments->settings.study.covariates,
-                   "Covariates of level 2: W, M, U, C, CO, T, Hegyi, BAL, CCF, stems_per_ha, "
-                   "basal_area_per_ha, quadratic_mean_dbh, dominant_height, or columns of the file")
-      ->delimiter(',')
-      ->capture_default_str();
-  command->add_option("--group", arguments->settings.study.group, "Column of the random effects")
-      ->capture_default_str();
-  command
-      ->add_option("--period",
-                   arguments->settings.study.period,
-                   "Column of the year or date of repeated measurements: the rows of all times are "
-                   "used, with random effects of the times within the groups")
-      ->type_name("COLUMN");
+  const std::string section = "Models";
+  each_setting(arguments->settings.study, SettingOptions(*command, section));
   command
       ->add_option("--criterion",
                    arguments->criterion,
                    "Criterion for all levels, without tests: aic, aicc, bic or cv (prediction "
                    "error for plots left out); default: each level has its own")
       ->check(CLI::IsMember({"level", "aic", "aicc", "bic", "cv"}))
-      ->capture_default_str();
-  command
-      ->add_option("--minimum-trees",
-                   arguments->settings.study.minimum_trees,
-                   "Minimum number of measured trees of a species")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(section);
   add_sampling_options(*command, arguments->settings.sampling, arguments->plots);
   add_unit_options(*command, arguments->settings.units);
   add_window_layer_option(*command, arguments->table);

@@ -19,7 +19,7 @@ struct StudyArguments {
   std::string configuration{};
   std::string initial{};  ///< output file for a configuration with the default settings
   TableArguments table{};
-  PlotsArgument plots{};
+  source::TableChoice plots{};
   CommonOptions common{};
 };
 

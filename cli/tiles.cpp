@@ -106,11 +106,7 @@ void add_plan_command(CLI::App& tiles) {
       ->type_name("M")
       ->capture_default_str();
   command.add_option("--out", arguments->out, "Folder of the tiles")->type_name("DIR")->required();
-  add_columns_option(
-      command, settings.reading, "Names or formulas of the columns, such as x=xk/10");
-  add_sheet_options(command, settings.reading);
-  add_dead_option(command, settings.reading);
-  add_trust_units_option(command, settings.reading);
+  add_reading_options(command, settings.reading);
   add_common_options(command, arguments->common);
   add_example(command, "silvafit tiles plan inventory.csv --size 500 --halo 30 --out tiles");
   command.callback([arguments] { run_plan(*arguments); });

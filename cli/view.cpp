@@ -152,9 +152,16 @@ void add_view_command(CLI::App& program) {
   add_names_option(command, "--plot", arguments->settings.view.plots, "Show these plots only");
   command.add_option("--title", arguments->settings.view.title, "Headline (default: the name)");
   study::ReadingSettings& reading = arguments->settings.reading;
-  add_columns_option(command, reading, "Source of columns, such as dbh=DBH_mm/10,h=Height,x=xk/10");
-  add_sheet_options(command, reading);
-  add_dead_option(command, reading);
+  add_reading_options(command,
+                      reading,
+                      {"columns",
+                       "missing",
+                       "fill_down",
+                       "case_sensitive",
+                       "dead",
+                       "alive_codes",
+                       "dead_codes",
+                       "cut_codes"});
   const CLI::Option* models =
       command
           .add_option("--models",

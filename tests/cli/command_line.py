@@ -25,7 +25,7 @@ def commands_below(words):
 def options_of(words):
     """The names of all options, short ones included."""
     names = []
-    for line in section(help_of(*words), "Options"):
+    for line in help_of(*words).splitlines():
         match = re.match(r"  (-\S*)", line)
         if match:
             names += re.findall(r"--?[a-z][a-z-]*", match.group(1).split(":")[0])
@@ -35,7 +35,7 @@ def options_of(words):
 def choices_of(words):
     """By option: the values that it is limited to."""
     found = {}
-    for line in section(help_of(*words), "Options"):
+    for line in help_of(*words).splitlines():
         match = re.match(r"  (?:-\w,)?(--[a-z-]+) \w+:\{([^}]*)\}", line)
         if match:
             found[match.group(1)] = match.group(2).split(",")

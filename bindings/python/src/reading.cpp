@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "silvafit/study/setting_list.hpp"
 #include "tables.hpp"
 
 namespace silvafit::python {
@@ -29,40 +30,41 @@ stand::Polygon polygon_of(const std::vector<Ring>& rings) {
   return polygon;
 }
 
+/// Takes each setting from the keyword of its key.
+class SettingKeywords {
+ public:
+  explicit SettingKeywords(Arguments& arguments) : arguments_(arguments) {}
+
+  template <typename T>
+  void operator()(const data::Setting<T>& setting) {
+    arguments_.take(setting.key.data(), setting.value);
+  }
+  void operator()(const data::Setting<std::vector<std::string>>& setting) {
+    if (setting.form != data::SettingForm::kMapping) {
+      return arguments_.take(setting.key.data(), setting.value);
+    }
+    std::map<std::string, std::string> sources;
+    arguments_.take(setting.key.data(), sources);
+    for (const auto& [name, source] : sources) setting.value.push_back(name + "=" + source);
+  }
+
+ private:
+  Arguments& arguments_;
+};
+
 }  // namespace
 
 study::ReadingSettings take_reading(Arguments& arguments) {
   study::ReadingSettings reading;
-  std::map<std::string, std::string> columns;
-  arguments.take("columns", columns);
-  for (const auto& [name, source] : columns) reading.columns.push_back(name + "=" + source);
-  arguments.take("trust_units", reading.trust_units);
-  arguments.take("missing", reading.missing);
-  arguments.take("fill_down", reading.fill_down);
-  arguments.take("dead", reading.dead);
-  arguments.take("alive_codes", reading.alive_codes);
-  arguments.take("dead_codes", reading.dead_codes);
-  arguments.take("cut_codes", reading.cut_codes);
-  arguments.take("case_sensitive", reading.case_sensitive);
+  each_setting(reading, SettingKeywords(arguments));
   return reading;
 }
 
 study::UnitSettings take_units(Arguments& arguments) {
   study::UnitSettings units;
   py::object windows = py::none();
-  arguments.take("window", units.window);
   arguments.take("windows", windows);
-  arguments.take("circle", units.circle);
-  arguments.take("edge", units.edge);
-  arguments.take("buffer", units.buffer_m);
-  arguments.take("per", units.per);
-  arguments.take("neighbors", units.neighbors);
-  arguments.take("alpha", units.alpha);
-  arguments.take("dominance", units.dominance);
-  arguments.take("crowding", units.crowding);
-  arguments.take("further", units.further);
-  arguments.take("competition_radius", units.competition_radius_m);
-  arguments.take("open_grown", units.open_grown);
+  each_setting(units, SettingKeywords(arguments));
   units.windows = windows_of(windows);
   return units;
 }
@@ -72,17 +74,7 @@ study::SamplingSettings take_sampling(Arguments& arguments) {
   py::object plots = py::none();
   arguments.take("plots", plots);
   if (!plots.is_none()) sampling.plots = source_of(plots);
-  std::map<std::string, std::string> columns;
-  arguments.take("plots_columns", columns);
-  for (const auto& [name, source] : columns) sampling.plots_columns.push_back(name + "=" + source);
-  arguments.take("circles", sampling.circles);
-  arguments.take("angle_count", sampling.angle_count);
-  arguments.take("smallest_dbh", sampling.smallest_dbh_cm);
-  arguments.take("expansion", sampling.expansion);
-  arguments.take("expansion_area", sampling.expansion_area);
-  arguments.take("subplots", sampling.subplots);
-  arguments.take("subplot", sampling.subplot);
-  arguments.take("slope_correction", sampling.slope_correction);
+  each_setting(sampling, SettingKeywords(arguments));
   return sampling;
 }
 

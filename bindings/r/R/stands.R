@@ -38,15 +38,16 @@ tree_source <- function(trees) {
   plain_columns(check_data(trees, "trees"))
 }
 
-sampling_names <- c("plots", "plots_columns", "circles", "angle_count", "smallest_dbh", "expansion", "expansion_area", "subplots", "subplot", "slope_correction")
+setting_names <- function(...) engine(.Call(C_setting_names, c(...)))
 equation_arguments <- c("equations", "equation_files")
 
 unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, further = list(),
                            also = NULL) {
-  known <- c("alpha", "dominance", "crowding", "further", "competition_radius", "open_grown", "missing", "case_sensitive", "alive_codes", "dead_codes", "cut_codes", also)
+  formal <- names(formals(sys.function(sys.parent())))
+  known <- setdiff(c(setting_names("reading", "units"), also), formal)
   unknown <- setdiff(names(further), known)
   if (length(unknown) > 0 || any(names(further) == "") || (length(further) > 0 && is.null(names(further)))) {
-    near <- near_argument(if (length(unknown) > 0) unknown[1] else "", c(known, names(formals(sys.function(sys.parent())))))
+    near <- near_argument(if (length(unknown) > 0) unknown[1] else "", c(known, formal))
     stop_usage("unknown argument ", if (length(unknown) > 0) paste0("'", unknown[1], "'") else "without a name",
                if (length(near) > 0) paste0("; did you mean '", near, "'?"), "; available: ", paste(known, collapse = ", "))
   }
@@ -147,7 +148,7 @@ has_values <- function(column, values) {
 #' units
 structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL,
                              dead = "leave-out", trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), sampling_names)
+  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), setting_names("sampling"))
   result <- engine(.Call(C_structural_units, tree_source(trees), settings))
   tell_notes(result$notes)
   table <- as.data.frame(result$table, check.names = FALSE)
@@ -186,7 +187,7 @@ stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer
                           circle = NULL, class_width = 4, dominant_trees = 100, stratum = "", stratum_areas = NULL, dead = "leave-out",
                           trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...),
-                             c(sampling_names, equation_arguments))
+                             c(setting_names("sampling"), equation_arguments))
   settings <- c(settings, stratum_arguments(stratum, stratum_areas),
                 list(plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees))
   result <- engine(.Call(C_stand_summary, tree_source(trees), settings))
@@ -215,7 +216,7 @@ stratum_arguments <- function(stratum, stratum_areas) {
 stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL, circle = NULL, stratum = "", stratum_areas = NULL,
                          trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   settings <- unit_arguments(columns, window, circle, NULL, NULL, NULL, NULL, NULL, trust_units, threads, progress, list(...),
-                             c(sampling_names, equation_arguments))
+                             c(setting_names("sampling"), equation_arguments))
   settings <- c(settings, stratum_arguments(stratum, stratum_areas), list(plot_area = plot_area))
   result <- engine(.Call(C_stand_growth, tree_source(trees), settings))
   tell_notes(result$notes)
@@ -296,7 +297,9 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #' @param period column of the year or date of repeated measurements: the rows of all times are used, with random effects of the times within the
 #'   groups
 #' @param minimum_trees number of measured trees that a species needs
-#' @param config path of a study.json whose settings replace those of inventories above
+#' @param config path of a study.json (`silvafit study --init`); arguments of the call have priority over it
+#' @param ... any other setting of docs/study.md, such as `candidates = list(h = c("M4", "h ~ 1.3 + a*dbh^b"))`, `criteria = "cv"` or
+#'   `maximum_random_effects = 1`, of sampled plots and of structural units
 #' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `notes`; the paths `out` and `report`.
 #'   `read_library(study)` has its models.
 #' @export
@@ -314,9 +317,9 @@ fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"
                       minimum_trees = 100, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL, dead = "leave-out",
                       trust_units = FALSE, config = NULL, threads = 0, progress = interactive(), ...) {
   if (missing(out)) stop_usage("`out` is missing: the folder for the results")
-  settings <- c(unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), sampling_names),
+  settings <- c(unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), setting_names("sampling", "study")),
                 list(species = species, responses = responses, covariates = covariates, group = group, period = period, minimum_trees = minimum_trees,
-                     config = config, out = path.expand(out), data_folder = data_folder()))
+                     config = config, given = names(match.call()), out = path.expand(out), data_folder = data_folder()))
   result <- engine(.Call(C_study_of, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(list(results = study_results(result$summary$results), out = result$summary$out, report = result$summary$report, fits = result$summary$fits,

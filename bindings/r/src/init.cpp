@@ -43,6 +43,7 @@ extern "C" __attribute__((visibility("default"))) void R_init_silvafit(DllInfo* 
                                              SILVAFIT_ENTRY(simulate_fit),
                                              SILVAFIT_ENTRY(bootstrap_fit),
                                              SILVAFIT_ENTRY(cross_validate_fit),
+                                             SILVAFIT_ENTRY(setting_names),
                                              SILVAFIT_ENTRY(structural_units),
                                              SILVAFIT_ENTRY(stand_summary),
                                              SILVAFIT_ENTRY(stand_growth),

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "settings.hpp"
 
+#include <algorithm>
 #include <cpp11/list.hpp>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/error.hpp"
 #include "silvafit/stand/window.hpp"
+#include "silvafit/study/setting_list.hpp"
 
 namespace silvafit::r {
 namespace {
@@ -54,6 +58,61 @@ std::vector<stand::NamedWindow> named_windows(SEXP windows, const std::vector<st
   return result;
 }
 
+/// Reads each setting from the argument of its key; tables of plots are data frames.
+class SettingArguments {
+ public:
+  explicit SettingArguments(const Arguments& arguments) : arguments_(arguments) {}
+
+  template <typename T>
+  void operator()(const data::Setting<T>& setting) const {
+    if (setting.key != "plots") arguments_.read(setting.key.data(), setting.value);
+  }
+  void operator()(const data::Setting<bool>& setting) const {
+    if (setting.choices.empty()) return arguments_.read(setting.key.data(), setting.value);
+    std::string word(setting.choices[setting.value ? 1 : 0]);
+    arguments_.read(setting.key.data(), word);
+    const auto found = std::ranges::find(setting.choices, word);
+    if (found == setting.choices.end()) {
+      std::string words;
+      for (const std::string_view choice : setting.choices) {
+        words += (words.empty() ? "" : ", ") + std::string(choice);
+      }
+      throw UsageError("'" + word + "' is not one of " + words,
+                       {.column = std::string(setting.key)});
+    }
+    setting.value = found != setting.choices.begin();
+  }
+  /// A named list of texts.
+  void operator()(
+      const data::Setting<std::map<std::string, std::vector<std::string>>>& setting) const {
+    const char* const key = setting.key.data();
+    if (!arguments_.has(key)) return;
+    const cpp11::list list(arguments_[key]);
+    const std::vector<std::string> names = texts_of(Rf_getAttrib(arguments_[key], R_NamesSymbol));
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      setting.value[names[i]] = texts_of(list[static_cast<R_xlen_t>(i)]);
+    }
+  }
+  /// One criterion for all levels, or one for each of base, covariates, random, variance.
+  void operator()(const data::Setting<study::LevelCriteria>& setting) const {
+    std::vector<std::string> words;
+    arguments_.read(setting.key.data(), words);
+    if (words.empty()) return;
+    if (words.size() == 1) words.resize(4, words.front());
+    if (words.size() != 4) {
+      throw UsageError("has one criterion, or four: base, covariates, random, variance",
+                       {.column = std::string(setting.key)});
+    }
+    setting.value = {.base = study::parse_criterion(words[0]),
+                     .covariates = study::parse_criterion(words[1]),
+                     .random = study::parse_criterion(words[2]),
+                     .variance = study::parse_criterion(words[3])};
+  }
+
+ private:
+  const Arguments& arguments_;
+};
+
 }  // namespace
 
 fit::FitModelOptions fit_options(const Arguments& options) {
@@ -76,52 +135,43 @@ fit::FitModelOptions fit_options(const Arguments& options) {
 
 study::ReadingSettings reading_settings(const Arguments& arguments) {
   study::ReadingSettings settings;
-  arguments.read("columns", settings.columns);
-  arguments.read("trust_units", settings.trust_units);
-  arguments.read("missing", settings.missing);
-  arguments.read("dead", settings.dead);
-  arguments.read("alive_codes", settings.alive_codes);
-  arguments.read("dead_codes", settings.dead_codes);
-  arguments.read("cut_codes", settings.cut_codes);
-  arguments.read("case_sensitive", settings.case_sensitive);
+  each_setting(settings, SettingArguments(arguments));
   return settings;
 }
 
 study::UnitSettings unit_settings(const Arguments& arguments) {
   study::UnitSettings settings;
-  arguments.read("window", settings.window);
-  arguments.read("circle", settings.circle);
+  each_setting(settings, SettingArguments(arguments));
   if (arguments.has("windows")) {
     std::vector<std::string> plots;
     arguments.read("window_plots", plots);
     settings.windows = named_windows(arguments["windows"], plots);
   }
-  arguments.read("edge", settings.edge);
-  arguments.read("buffer", settings.buffer_m);
-  arguments.read("per", settings.per);
-  arguments.read("neighbors", settings.neighbors);
-  arguments.read("alpha", settings.alpha);
-  arguments.read("dominance", settings.dominance);
-  arguments.read("crowding", settings.crowding);
-  arguments.read("further", settings.further);
-  arguments.read("competition_radius", settings.competition_radius_m);
-  arguments.read("open_grown", settings.open_grown);
   return settings;
 }
 
 study::SamplingSettings sampling_settings(const Arguments& arguments) {
   study::SamplingSettings settings;
+  each_setting(settings, SettingArguments(arguments));
   if (arguments.has("plots")) settings.plots = source_of(arguments["plots"]);
-  arguments.read("plots_columns", settings.plots_columns);
-  arguments.read("circles", settings.circles);
-  arguments.read("angle_count", settings.angle_count);
-  arguments.read("smallest_dbh", settings.smallest_dbh_cm);
-  arguments.read("expansion", settings.expansion);
-  arguments.read("expansion_area", settings.expansion_area);
-  arguments.read("subplots", settings.subplots);
-  arguments.read("subplot", settings.subplot);
-  arguments.read("slope_correction", settings.slope_correction);
   return settings;
+}
+
+study::StudyConfiguration study_settings(const Arguments& arguments,
+                                         const study::Catalogue& catalogue) {
+  study::StudyConfiguration settings{.reading = reading_settings(arguments),
+                                     .units = unit_settings(arguments),
+                                     .sampling = sampling_settings(arguments)};
+  each_setting(settings.study, SettingArguments(arguments));
+  if (!arguments.has("config")) return settings;
+  std::vector<std::string> given;
+  arguments.read("given", given);
+  return study::read_study_configuration(
+      text_of(arguments["config"]),
+      &catalogue,
+      {.settings = std::move(settings), .is_given = [&given](std::string_view key) {
+         return std::ranges::find(given, key) != given.end();
+       }});
 }
 
 study::EquationSettings equation_settings(const Arguments& arguments) {

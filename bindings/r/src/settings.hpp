@@ -6,6 +6,7 @@
 
 #include "conversion.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/study/study_configuration.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
@@ -21,6 +22,11 @@ study::UnitSettings unit_settings(const Arguments& arguments);
 
 /// The table of plots is a file, or columns of a data frame.
 study::SamplingSettings sampling_settings(const Arguments& arguments);
+
+/// All settings of a study. Those that the argument `given` names have priority over the file of
+/// the argument `config`, if there is one.
+study::StudyConfiguration study_settings(const Arguments& arguments,
+                                         const study::Catalogue& catalogue);
 
 /// Equations of volume, biomass and carbon.
 study::EquationSettings equation_settings(const Arguments& arguments);

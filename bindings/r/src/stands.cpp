@@ -18,6 +18,7 @@
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
 #include "silvafit/study/study_files.hpp"
@@ -138,24 +139,26 @@ SEXP impute_table(SEXP source, SEXP settings) {
   return list.list();
 }
 
+/// The keys of the settings of some parts: reading, units, sampling, study.
+SEXP setting_names(SEXP parts) {
+  const study::StudyConfiguration settings;
+  std::vector<std::string> names;
+  const auto add = [&names](const auto& setting) { names.emplace_back(setting.key); };
+  for (const std::string& part : texts_of(parts)) {
+    if (part == "reading") each_setting(settings.reading, add);
+    if (part == "units") each_setting(settings.units, add);
+    if (part == "sampling") each_setting(settings.sampling, add);
+    if (part == "study") each_setting(settings.study, add);
+  }
+  return value_of(names);
+}
+
 SEXP study_of(SEXP source, SEXP settings) {
   const Arguments arguments(settings);
   const data::TableSource trees = source_of(source);
   const study::Catalogue catalogue = catalogue_of(arguments);
-  study::StudyConfiguration configuration{.reading = reading_settings(arguments),
-                                          .units = unit_settings(arguments),
-                                          .sampling = sampling_settings(arguments)};
-  if (arguments.has("config")) {
-    configuration = study::read_study_configuration(text_of(arguments["config"]), &catalogue);
-  }
-  study::StudyOptions& options = configuration.study;
-  arguments.read("species", options.species);
-  arguments.read("responses", options.responses);
-  arguments.read("covariates", options.covariates);
-  arguments.read("group", options.group);
-  arguments.read("period", options.period);
-  arguments.read("minimum_trees", options.minimum_trees);
-  arguments.read("threads", options.threads);
+  study::StudyConfiguration configuration = study_settings(arguments, catalogue);
+  arguments.read("threads", configuration.study.threads);
   const std::filesystem::path folder = text_of(arguments["out"]);
   const std::filesystem::path page = data_folder(arguments) / "viewer" / "report.html";
   study::StudyRecord record;

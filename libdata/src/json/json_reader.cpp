@@ -22,7 +22,7 @@ std::string kind_of(const nlohmann::ordered_json& value) {
   return value.dump();
 }
 
-std::string joined(std::initializer_list<std::string_view> names) {
+std::string joined(const std::vector<std::string_view>& names) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
@@ -58,9 +58,9 @@ bool JsonReader::is_object() const { return value_->is_object(); }
 
 bool JsonReader::is_null() const { return value_->is_null(); }
 
-void JsonReader::allow_only(std::initializer_list<std::string_view> keys) const {
+void JsonReader::allow_only(const std::vector<std::string_view>& keys) const {
   for (const auto& [name, value] : members_by_name()) {
-    if (std::find(keys.begin(), keys.end(), name) == keys.end()) {
+    if (std::ranges::find(keys, name) == keys.end()) {
       fail(fmt::format("unknown key \"{}\"; available: {}", name, joined(keys)));
     }
   }
@@ -125,9 +125,9 @@ std::vector<std::string> JsonReader::texts() const {
   return result;
 }
 
-std::size_t JsonReader::one_of(std::initializer_list<std::string_view> names) const {
+std::size_t JsonReader::one_of(const std::vector<std::string_view>& names) const {
   const std::string value = text();
-  const auto* const found = std::find(names.begin(), names.end(), value);
+  const auto found = std::ranges::find(names, value);
   if (found == names.end()) {
     fail(fmt::format("must be one of {}, not \"{}\"", joined(names), value));
   }

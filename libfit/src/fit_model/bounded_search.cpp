@@ -229,6 +229,7 @@ namespace {
 /// "a = 60, its upper bound; b = 0, its lower bound".
 std::string in_words(const std::vector<Evidence>& bounds, const char* separator) {
   std::vector<std::string> words;
+  words.reserve(bounds.size());
   for (const Evidence& bound : bounds) words.push_back(text_of(bound));
   return fmt::format("{}", fmt::join(words, separator));
 }

@@ -95,7 +95,7 @@ FitResult described(const NonlinearModel& model, Method method, const FitModelOp
 }
 
 /// Replaces missing estimates by those that were found; a method may leave some missing.
-void take_estimates(FittedModel& fit, Estimates&& found) {
+void take_estimates(FittedModel& fit, Estimates& found) {
   if (found.random.empty()) found.random = std::move(fit.random);
   if (found.variance.factors.empty()) found.variance = std::move(fit.variance);
   static_cast<Estimates&>(fit) = std::move(found);
@@ -105,14 +105,14 @@ void take_over(FitResult& result, LeastSquaresFit&& found) {
   // With fewer observations than coefficients there are no degrees of freedom.
   const double freedom = found.residual_degrees_of_freedom();
   found.degrees_of_freedom.setConstant(found.estimate.size(), freedom < 0.0 ? kNaN : freedom);
-  take_estimates(result.fit, std::move(found));
+  take_estimates(result.fit, found);
   result.residual_sd = VectorXd::Constant(result.fit.observations, result.fit.sigma);
   result.fitted_population = std::move(found.fitted);
   result.fitted_conditional = result.fitted_population;
 }
 
 void take_over(FitResult& result, MixedEffectsFit&& found) {
-  take_estimates(result.fit, std::move(found));
+  take_estimates(result.fit, found);
   result.fitted_population = std::move(found.fitted_population);
   result.fitted_conditional = std::move(found.fitted_conditional);
   result.residual_sd = std::move(found.residual_sd);

@@ -59,6 +59,7 @@ std::vector<Index> saturated(const NonlinearModel& model, const NewtonPoint& poi
 std::vector<std::string> names_of(const NonlinearModel& model,
                                   const std::vector<Index>& coefficients) {
   std::vector<std::string> result;
+  result.reserve(coefficients.size());
   for (const Index j : coefficients) {
     result.push_back(model.coefficient_names()[static_cast<std::size_t>(j)]);
   }

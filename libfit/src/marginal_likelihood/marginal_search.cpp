@@ -325,9 +325,8 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
                         .maximum_steps = steps_,
                         .most_short_steps = short_steps_,
                         .one_sided = true});
-    } else if (optimum.decrement <= kConvergedDecrement) {
-      break;
-    } else if (optimum.decrement <= kReachedDecrement && optimum.decrement > 0.5 * last) {
+    } else if (optimum.decrement <= kConvergedDecrement ||
+               (optimum.decrement <= kReachedDecrement && optimum.decrement > 0.5 * last)) {
       break;
     } else {
       last = optimum.decrement;

@@ -96,7 +96,7 @@ std::optional<EvidenceKind> parse_kind(std::string_view text) {
 
 std::string text_of(const Evidence& evidence) {
   if (std::isnan(evidence.value)) return evidence.term;
-  const std::string result = evidence.term + " = " + data::shortest(evidence.value);
+  std::string result = evidence.term + " = " + data::shortest(evidence.value);
   if (evidence.kind == EvidenceKind::kLowerBound) return result + ", its lower bound";
   if (evidence.kind == EvidenceKind::kUpperBound) return result + ", its upper bound";
   return result;

@@ -122,7 +122,7 @@ class SharedFit {
     if (!sample_fit_.estimate.allFinite() || !(sample_fit_.sigma > 0.0)) return sample_fit_;
     count();
     MixedEffectsFit start;
-    static_cast<Estimates&>(start) = sample_fit_;
+    static_cast<Estimates&>(start) = static_cast<const Estimates&>(sample_fit_);
     clusters_.frame = frame_at(sample_, start.estimate);
     const VarianceModel variance(sample_.specification().variance, VarianceData::of(sample_));
     clusters_.typical = variance.typical_values();

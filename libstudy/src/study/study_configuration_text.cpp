@@ -12,8 +12,9 @@
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/study_configuration.hpp"
-#include "study/study_settings.hpp"
+#include "study/settings_json.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -24,27 +25,28 @@ using nlohmann::ordered_json;
 class CommentedJson {
  public:
   void comment(const std::string& text) { text_ += "  // " + text + "\n"; }
-  void blank() { text_ += "\n"; }
-  void add(const std::string& key, const ordered_json& value, const std::string& note = "") {
-    text_ += fmt::format("  \"{}\": {},", key, json_text(value));
-    if (!note.empty()) text_ += "  // " + note;
-    text_ += "\n";
+  void part(const std::string& text) {
+    if (!text_.empty()) text_ += "\n";
+    comment(text);
+  }
+  void add(const std::string& key, const ordered_json& value, const std::string& note) {
+    end_ = text_.size() + fmt::formatted_size("  \"{}\": {}", key, json_text(value));
+    text_ += fmt::format("  \"{}\": {},  // {}\n", key, json_text(value), note);
   }
   void add_object(const std::string& key, const std::vector<std::string>& lines) {
     text_ += fmt::format("  \"{}\": {{\n", key);
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      text_ += fmt::format("    {}\n", lines[i]);
-    }
+    for (const std::string& line : lines) text_ += fmt::format("    {}\n", line);
     text_ += "  },\n";
   }
-  /// The last entry, without a comma.
-  std::string finish(const std::string& key, const ordered_json& value, const std::string& note) {
-    text_ += fmt::format("  \"{}\": {}  // {}\n", key, json_text(value), note);
+  /// The last value has no comma.
+  std::string finish() {
+    text_.erase(end_, 1);
     return "{\n" + text_ + "}\n";
   }
 
  private:
-  std::string text_;
+  std::string text_{};
+  std::size_t end_ = 0;  ///< of the last value
 };
 
 std::string species_note(const data::Table& table) {
@@ -155,116 +157,67 @@ std::vector<std::string> responses_for(const data::Table& table, const StudyOpti
   return responses;
 }
 
-void describe_models(const data::Table& table,
-                     const Catalogue& catalogue,
-                     const StudyConfiguration& settings,
-                     const ordered_json& values,
-                     CommentedJson& json) {
-  const std::vector<std::string> responses = responses_for(table, settings.study);
-  json.comment("Species to study; an empty list: all with enough trees.");
-  json.add("species", values.at("species"), species_note(table));
-  json.add(
-      "minimum_trees", values.at("minimum_trees"), "minimum number of measured trees of a species");
-  json.blank();
-  json.comment("Responses and their equations: entries of the catalogue (`silvafit models`), or");
-  json.comment(
-      "formulas of your own such as \"h ~ 1.3 + a*dbh^b\". Without a list, all entries are tried.");
-  json.add("responses", responses);
-  json.add_object("candidates", candidate_lines(responses, settings.study.candidates, catalogue));
-  json.blank();
-  json.comment(
-      "Covariates of the parameters: structural indices (W, M, U, C, CO, T, Hegyi, BAL, CCF), "
-      "figures of the");
-  json.comment(
-      "plot (stems_per_ha, basal_area_per_ha, quadratic_mean_dbh, dominant_height), or columns of "
-      "the file.");
-  const std::vector<std::string> columns = possible_covariates(table, settings.reading.columns);
-  json.add("covariates",
-           values.at("covariates"),
-           columns.empty() ? "" : fmt::format("columns of the file: {}", fmt::join(columns, ", ")));
-  json.add("covariate_parameters",
-           values.at("covariate_parameters"),
-           "number of parameters that may have covariates: 1 or 2");
-  json.blank();
-  json.comment("Random effects by the groups of a column, on at most this many coefficients.");
-  json.add("group", values.at("group"));
-  json.add("period",
-           values.at("period"),
-           "column of the times of repeated measurements, as periods within the groups");
-  json.add("maximum_random_effects", values.at("maximum_random_effects"));
-  json.add("variance_functions", values.at("variance_functions"));
-}
+/// Writes each setting with its help; a blank line and a sentence begin each part.
+class SettingsText {
+ public:
+  SettingsText(const data::Table& table,
+               const Catalogue& catalogue,
+               const StudyConfiguration& settings)
+      : table_(table), catalogue_(catalogue), settings_(settings) {
+    each_setting(settings, values_);
+  }
 
-void describe_choice(const ordered_json& values, CommentedJson& json) {
-  json.blank();
-  json.comment(
-      "Criterion at each level: aic, aicc, bic, or cv (prediction error for plots left out).");
-  json.add("criteria", values.at("criteria"));
-  json.add("choice",
-           values.at("choice"),
-           "of random effects and variance functions: best, or parsimonious within equally_good");
-  json.add("equally_good",
-           values.at("equally_good"),
-           "difference of the criterion within which models are equally good");
-  json.add("tests",
-           values.at("tests"),
-           "likelihood-ratio tests: required (must be significant) or shown");
-  json.add("significance", values.at("significance"), "level of the tests");
-  json.add("compared_trees",
-           values.at("compared_trees"),
-           "maximum number of trees of a species for comparing candidates; 0: all");
-}
+  template <typename T>
+  void operator()(const data::Setting<const T>& setting) {
+    const std::string key(setting.key);
+    const auto part = parts().find(key);
+    if (part != parts().end()) json_.part(part->second);
+    if (key == "candidates") {
+      json_.comment(std::string(setting.help));
+      json_.add_object(key, candidate_lines(responses(), settings_.study.candidates, catalogue_));
+      return;
+    }
+    const bool is_responses = key == "responses";
+    json_.add(key,
+              is_responses ? ordered_json(responses()) : values_.json().at(key),
+              std::string(setting.help) + further_note(key));
+  }
+  std::string finish() { return json_.finish(); }
 
-std::string describe_inventory(const ordered_json& values, CommentedJson& json) {
-  json.blank();
-  json.comment("The inventory and its structural units; see the options of the same names.");
-  const auto add = [&](const char* key, const char* note) { json.add(key, values.at(key), note); };
-  add("columns", "where columns come from, such as {\"dbh\": \"DBH_cm\", \"x\": \"xk/10\"}");
-  add("trust_units", "accept the units of the columns without a check");
-  add("missing", "further texts and numbers for missing values, such as [\"-88\"]");
-  add("fill_down", "columns whose empty fields have the value above, such as [\"plot\"]");
-  add("dead", "dead trees: leave-out, neighbors or include");
-  add("alive_codes", "values of the status column that mean alive, such as [\"LI\"]");
-  add("dead_codes", "values that mean dead and standing, such as [\"DS\"]");
-  add("cut_codes", "values that mean cut or fallen, such as [\"DC\"]");
-  add("case_sensitive", "species that differ only in capitals are different");
-  add("window", "boundary of the plots: a GeoJSON, WKT or CSV file");
-  add("circle", "circle that is the boundary of every plot, instead of a window: \"0,0,12.62\"");
-  add("edge", "buffer, hanisch, torus or none");
-  add("buffer", "meters");
-  add("per", "search neighbors in the plot or in the whole stand");
-  add("neighbors", "neighbors of a structural unit");
-  add("alpha", "limit angles of W in degrees, such as [\"72\", \"SM=60\"]");
-  add("dominance", "size that U and T compare: dbh, h or cw");
-  add("crowding", "crowns in C: mean or facing");
-  add("further", "indices: CO, T, Hegyi, BAL, CCF or all");
-  add("competition_radius", "of Hegyi's index in meters; 0: the neighbors");
-  add("open_grown", "for CCF: crown width of an open-grown tree, such as \"0.9 + 0.22*dbh\"");
-  json.blank();
-  json.comment("Sampled plots; see docs/plots.md.");
-  add("plots", "table of plots: a CSV file");
-  add("plots_columns", "where its columns come from, such as {\"area\": \"SIZE*100\"}");
-  add("circles", "concentric circles, such as [\"7=4\", \"30=12\"] (cm and m)");
-  add("angle_count", "basal area factor of angle counts in m2/ha; 0: none");
-  add("smallest_dbh", "of angle counts in cm");
-  add("expansion", "column with the number of trees per ha that each tree stands for");
-  add("expansion_area", "these are hectares of the whole plot (plot) or of its share (part)");
-  add("subplots", "circles of a plot");
-  add("subplot", "column with the subplot of each tree");
-  return json.finish(
-      "slope_correction", values.at("slope_correction"), "distances were measured along the slope");
-}
+ private:
+  /// The first setting of each part.
+  static const std::map<std::string, std::string>& parts() {
+    static const std::map<std::string, std::string> texts{
+        {"species", "Models"},
+        {"criteria", "The choice at each level"},
+        {"columns", "The inventory; columns as {\"dbh\": \"DBH_cm\", \"x\": \"xk/10\"}"},
+        {"window", "Structural units"},
+        {"plots", "Sampled plots; see docs/plots.md"}};
+    return texts;
+  }
+  std::vector<std::string> responses() const { return responses_for(table_, settings_.study); }
+  std::string further_note(const std::string& key) const {
+    if (key == "species") return "; " + species_note(table_);
+    if (key != "covariates") return "";
+    const std::vector<std::string> columns = possible_covariates(table_, settings_.reading.columns);
+    return columns.empty() ? "" : fmt::format(": {}", fmt::join(columns, ", "));
+  }
+
+  const data::Table& table_;
+  const Catalogue& catalogue_;
+  const StudyConfiguration& settings_;
+  SettingsWriter values_{};
+  CommentedJson json_{};
+};
 
 }  // namespace
 
 std::string study_configuration_for(const data::Table& table,
                                     const Catalogue& catalogue,
                                     const StudyConfiguration& settings) {
-  const ordered_json values = settings_json(settings);
-  CommentedJson json;
-  describe_models(table, catalogue, settings, values, json);
-  describe_choice(values, json);
-  return describe_inventory(values, json);
+  SettingsText text(table, catalogue, settings);
+  each_setting(settings, text);
+  return text.finish();
 }
 
 }  // namespace silvafit::study

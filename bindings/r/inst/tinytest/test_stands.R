@@ -67,6 +67,23 @@ expect_true(all(predicted$h_lower < predicted$h_pred & predicted$h_pred < predic
 expect_equal(class_of_error(read_library("no-such-library")), "silvafit_input_error")
 expect_true(nrow(read_library("shanxia-2023")$models) > 0)
 
+# Every setting of the program is an argument, by its name there
+file <- tempfile(fileext = ".json")
+writeLines('{"responses": ["cw"], "covariates": [], "minimum_trees": 400, "tests": "shown"}', file)
+chosen <- suppressMessages(fit_study(stems, tempfile("study"), config = file, responses = "h", minimum_trees = 200, candidates = list(h = "M4"),
+                                     criteria = "bic", choice = "parsimonious", maximum_random_effects = 1, progress = FALSE))
+if (requireNamespace("jsonlite", quietly = TRUE)) {
+  run <- jsonlite::fromJSON(file.path(chosen$out, "run.json"), simplifyVector = FALSE)$options
+  expect_equal(run$responses, list("h"))
+  expect_equal(run$covariates, list())
+  expect_equal(run$candidates$h, list("M4"))
+  expect_equal(c(run$minimum_trees, run$maximum_random_effects), c(200, 1))
+  expect_equal(c(run$choice, run$tests, run$criteria$random), c("parsimonious", "shown", "bic"))
+  expect_equal(setdiff(names(run), silvafit:::setting_names("reading", "units", "sampling", "study")), character(0))
+}
+expect_error(fit_study(stems, tempfile("study"), choice = "worst"), pattern = "best, parsimonious")
+expect_error(fit_study(stems, tempfile("study"), equaly_good = 1), pattern = "equally_good")
+
 # Of repeated measurements the first are used, or those of all periods
 stems$tree <- seq_len(300)
 twice <- rbind(transform(stems, year = 2010), transform(stems, year = 2020, dbh = dbh + 1, h = h + 0.5))

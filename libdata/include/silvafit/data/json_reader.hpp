@@ -31,7 +31,7 @@ class JsonReader {
   static JsonReader parse(std::string_view text, std::string file, bool comments = false);
 
   /// Rejects all other keys, most of which are misspelled.
-  void allow_only(std::initializer_list<std::string_view> keys) const;
+  void allow_only(const std::vector<std::string_view>& keys) const;
   bool has(std::string_view key) const;
   JsonReader at(std::string_view key) const;
   std::optional<JsonReader> find(std::string_view key) const;
@@ -47,7 +47,7 @@ class JsonReader {
   std::string any_text() const;
   std::vector<std::string> texts() const;
   /// The index of the text in `names`.
-  std::size_t one_of(std::initializer_list<std::string_view> names) const;
+  std::size_t one_of(const std::vector<std::string_view>& names) const;
   bool boolean() const;
 
   double number() const;

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/catalogue.hpp"
@@ -21,13 +23,21 @@ struct StudyConfiguration {
   SamplingSettings sampling{};
 };
 
+/// Settings that have priority over those of a file.
+struct GivenSettings {
+  StudyConfiguration settings{};
+  /// By the key of a setting; empty: none has priority.
+  std::function<bool(std::string_view key)> is_given{};
+};
+
 /// Reads a study.json; docs/study.md lists its keys. Missing keys have their defaults.
 /// A window and a table of plots are relative to the folder of the file. Comments (`//`) are
 /// allowed. The run.json of a study serves as well: its options are settings. \param catalogue  has
 /// the models that candidates may name; null: they are not looked up \throws InputError that names
 /// file and key where a key is unknown or a value cannot be used
 StudyConfiguration read_study_configuration(const std::filesystem::path& path,
-                                            const Catalogue* catalogue = nullptr);
+                                            const Catalogue* catalogue = nullptr,
+                                            const GivenSettings& given = {});
 
 /// The same settings for a file in another folder: a window and a table of plots become relative to
 /// it; an absolute path is unchanged.
