@@ -10,10 +10,11 @@
 
 #include "command.hpp"
 #include "silvafit/data/setting.hpp"
+#include "silvafit/tree/builder.hpp"
 
 namespace silvafit::cli {
 
-/// The option of a setting: `fill_down` is --fill-down.
+/// The option of a key: `fill_down` is --fill-down.
 std::string option_of(std::string_view key);
 
 /// A visitor that adds an option for each setting. Settings of other types than the overloads have
@@ -38,6 +39,8 @@ class SettingOptions {
   CLI::Option* add(const data::Setting<std::size_t>& setting);
   CLI::Option* add(const data::Setting<std::string>& setting);
   CLI::Option* add(const data::Setting<std::vector<std::string>>& setting);
+  CLI::Option* add(const data::Setting<std::vector<int>>& setting);
+  CLI::Option* add(const data::Setting<tree::BuilderKind>& setting);
   void finish(CLI::Option* option, std::string_view type_name) const;
 
   CLI::App& command_;

@@ -17,7 +17,7 @@ namespace silvafit::stand {
 namespace {
 
 /// What describes units, without the values of trees.
-StructuralUnits header_of(StructuralUnits units) {
+StructuralUnits header_of(const StructuralUnits& units) {
   StructuralUnits header{.neighbors = units.neighbors,
                          .scope = units.scope,
                          .alpha0_deg = units.alpha0_deg,

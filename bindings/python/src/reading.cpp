@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "setting_keywords.hpp"
 #include "silvafit/study/setting_list.hpp"
 #include "tables.hpp"
 
@@ -29,28 +30,6 @@ stand::Polygon polygon_of(const std::vector<Ring>& rings) {
   for (std::size_t k = 1; k < rings.size(); ++k) polygon.holes.push_back(points_of(rings[k]));
   return polygon;
 }
-
-/// Takes each setting from the keyword of its key.
-class SettingKeywords {
- public:
-  explicit SettingKeywords(Arguments& arguments) : arguments_(arguments) {}
-
-  template <typename T>
-  void operator()(const data::Setting<T>& setting) {
-    arguments_.take(setting.key.data(), setting.value);
-  }
-  void operator()(const data::Setting<std::vector<std::string>>& setting) {
-    if (setting.form != data::SettingForm::kMapping) {
-      return arguments_.take(setting.key.data(), setting.value);
-    }
-    std::map<std::string, std::string> sources;
-    arguments_.take(setting.key.data(), sources);
-    for (const auto& [name, source] : sources) setting.value.push_back(name + "=" + source);
-  }
-
- private:
-  Arguments& arguments_;
-};
 
 }  // namespace
 

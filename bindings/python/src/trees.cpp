@@ -6,7 +6,8 @@
 
 #include "arguments.hpp"
 #include "reading.hpp"
-#include "silvafit/study/grow.hpp"
+#include "setting_keywords.hpp"
+#include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/view_page.hpp"
 #include "studies.hpp"
 #include "tables.hpp"
@@ -18,32 +19,10 @@ namespace {
 study::GrowSettings grow_settings(const py::dict& keywords) {
   Arguments arguments(keywords);
   study::GrowSettings settings{.reading = take_reading(arguments)};
-  std::string builder;
-  arguments.take("plots", settings.plots);
-  arguments.take("use", settings.use);
-  arguments.take("scene", settings.scene);
-  arguments.take("out", settings.out);
-  arguments.take("format", settings.format);
-  arguments.take("builder", builder);
-  arguments.take("preset", settings.preset);
-  arguments.take("grammar", settings.grammar);
-  arguments.take("lod", settings.levels);
-  arguments.take("resolve_overlaps", settings.resolve_overlaps);
-  arguments.take("share", settings.share);
-  arguments.take("models", settings.models_per_preset);
-  arguments.take("ground", settings.ground);
-  arguments.take("instancing", settings.instancing);
-  arguments.take("quantize", settings.quantize);
-  arguments.take("compress", settings.compress);
-  arguments.take("ascii", settings.ascii);
-  arguments.take("textures", settings.textures);
-  arguments.take("by", settings.by);
-  arguments.take("animate", settings.animate);
-  arguments.take("seconds", settings.seconds_per_unit);
+  each_setting(settings, SettingKeywords(arguments));
   arguments.take("seed", settings.seed);
   arguments.take("threads", settings.threads);
   arguments.finish();
-  if (!builder.empty()) settings.builder = tree::builder_from_text(builder);
   settings.keeps_trees = true;
   return settings;
 }

@@ -418,26 +418,26 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #' @param use source of h, hcb and cw: `"observed"`, `"ols"`, `"population"` or `"conditional"`
 #' @param builder `"segment"`, `"lsystem"`, `"ifs"` or `"bamboo"`
 #' @param preset preset of the builder for all trees; by species if empty
-#' @param level level of detail, 0 (finest) to 3
+#' @param lod level of detail, 0 (finest) to 3, or 4 for pictures of crowns; several levels are written to files of their own
 #' @param share trees of similar shape share a model
 #' @param seed seed of the random numbers
-#' @param ... further settings: `format`, `overlaps`, `ground`, `instancing`, `compress`, `textures`, as the options of the program
+#' @param ... further settings, as the options of the program: `format`, `resolve_overlaps`, `ground`, `models`, `instancing`, `quantize`, `compress`,
+#'   `textures`, `grammar`, `unfitted`, `by`, `animate`, `seconds`, `per`, `ascii`
 #' @return Data frame with a row for each tree, invisibly: its file and the measurements of its mesh.
 #' @export
 #' @examples
 #' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1),
 #'                     dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
 #' file <- tempfile(fileext = ".glb")
-#' grow_trees(trees, file, level = 3)
+#' grow_trees(trees, file, lod = 3)
 #' file.size(file) > 0
-grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "segment", preset = "", level = 0, share = FALSE, seed = 1, columns = NULL,
+grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "segment", preset = "", lod = 0, share = FALSE, seed = 1, columns = NULL,
                        trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   if (missing(file)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
   further <- list(...)
-  known <- c("format", "overlaps", "ground", "instancing", "compress", "textures")
-  no_further(further, known)
+  no_further(further, setdiff(setting_names("grow"), c("scene", names(formals()))))
   settings <- c(reading_arguments(columns, NULL, trust_units),
-                list(scene = path.expand(file), plots = if (!is.null(plots)) as.character(plots), use = use, builder = builder, preset = preset, level = level, share = share, seed = seed,
+                list(scene = path.expand(file), plots = if (!is.null(plots)) as.character(plots), use = use, builder = builder, preset = preset, lod = lod, share = share, seed = seed,
                      threads = threads, progress = progress, data_folder = data_folder()), further)
   result <- engine(.Call(C_grow_trees, tree_source(trees), settings))
   tell_notes(c(result$notes, result$left_out))

@@ -5,8 +5,9 @@
 #include "background.hpp"
 #include "conversion.hpp"
 #include "entry_points.hpp"
+#include "setting_arguments.hpp"
 #include "settings.hpp"
-#include "silvafit/study/grow.hpp"
+#include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/view_page.hpp"
 #include "silvafit/tree/builder.hpp"
 
@@ -17,27 +18,8 @@ SEXP grow_trees(SEXP source, SEXP settings) {
   const data::TableSource trees = source_of(source);
   const auto catalogue = tree::BuilderCatalogue::load(data_folder(arguments) / "models");
   study::GrowSettings options{.reading = reading_settings(arguments)};
-  arguments.read("plots", options.plots);
-  arguments.read("use", options.use);
-  arguments.read("scene", options.scene);
-  arguments.read("out", options.out);
-  arguments.read("format", options.format);
-  arguments.read("preset", options.preset);
-  arguments.read("overlaps", options.resolve_overlaps);
-  arguments.read("share", options.share);
-  arguments.read("ground", options.ground);
-  arguments.read("instancing", options.instancing);
-  arguments.read("compress", options.compress);
-  arguments.read("textures", options.textures);
+  each_setting(options, SettingArguments(arguments));
   arguments.read("threads", options.threads);
-  if (arguments.has("builder")) {
-    options.builder = tree::builder_from_text(text_of(arguments["builder"]));
-  }
-  if (arguments.has("level")) {
-    int level = 0;
-    arguments.read("level", level);
-    options.levels = {level};
-  }
   arguments.read("seed", options.seed);
   options.keeps_trees = true;
   study::GrowResult result;

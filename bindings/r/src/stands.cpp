@@ -14,11 +14,11 @@
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/impute_table.hpp"
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "silvafit/study/predict_table.hpp"
-#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
 #include "silvafit/study/study_files.hpp"
@@ -139,9 +139,10 @@ SEXP impute_table(SEXP source, SEXP settings) {
   return list.list();
 }
 
-/// The keys of the settings of some parts: reading, units, sampling, study.
+/// The keys of the settings of some parts: reading, units, sampling, study, grow.
 SEXP setting_names(SEXP parts) {
   const study::StudyConfiguration settings;
+  const study::GrowSettings grown;
   std::vector<std::string> names;
   const auto add = [&names](const auto& setting) { names.emplace_back(setting.key); };
   for (const std::string& part : texts_of(parts)) {
@@ -149,6 +150,7 @@ SEXP setting_names(SEXP parts) {
     if (part == "units") each_setting(settings.units, add);
     if (part == "sampling") each_setting(settings.sampling, add);
     if (part == "study") each_setting(settings.study, add);
+    if (part == "grow") each_setting(grown, add);
   }
   return value_of(names);
 }

@@ -27,8 +27,7 @@ Criterion criterion_of(const JsonReader& json) {
 }  // namespace
 
 void SettingsReader::read(const JsonReader& json, const Setting<bool>& setting) {
-  setting.value =
-      setting.choices.empty() ? json.boolean() : json.one_of(setting.choices) == 1;
+  setting.value = setting.choices.empty() ? json.boolean() : json.one_of(setting.choices) == 1;
 }
 
 void SettingsReader::read(const JsonReader& json, const Setting<double>& setting) {
@@ -50,8 +49,8 @@ void SettingsReader::read(const JsonReader& json, const Setting<std::string>& se
     return;
   }
   if (!setting.choices.empty()) json.one_of(setting.choices);
-  setting.value = setting.form == SettingForm::kFile ? (folder_ / json.text()).string()
-                                                     : json.text();
+  setting.value =
+      setting.form == SettingForm::kFile ? (folder_ / json.text()).string() : json.text();
 }
 
 void SettingsReader::read(const JsonReader& json,
@@ -66,9 +65,8 @@ void SettingsReader::read(const JsonReader& json,
   }
 }
 
-void SettingsReader::read(
-    const JsonReader& json,
-    const Setting<std::map<std::string, std::vector<std::string>>>& setting) {
+void SettingsReader::read(const JsonReader& json,
+                          const Setting<std::map<std::string, std::vector<std::string>>>& setting) {
   for (const auto& [name, list] : json.members_by_name()) setting.value[name] = list.texts();
 }
 

@@ -93,7 +93,7 @@ expect_equal(c(of(), of(period = "year")), c(300, 600))
 # Trees in three dimensions
 figures <- transform(trees[1:3, ], hcb = h / 2, cw = 3)
 file <- tempfile(fileext = ".glb")
-grown <- suppressMessages(grow_trees(figures, file, level = 3, trust_units = TRUE))
+grown <- suppressMessages(grow_trees(figures, file, lod = 3, trust_units = TRUE))
 expect_equal(readBin(file, "raw", 4), charToRaw("glTF"))
 expect_equal(nrow(grown), 3L)
 page <- suppressMessages(view_stand(figures, open = FALSE, trust_units = TRUE))

@@ -45,6 +45,12 @@ struct Setting {
     choices = std::move(words);
     return *this;
   }
+  /// The option of the program, if it is not that of the key; of a bool that is true by default,
+  /// the flag that makes it false.
+  Setting& option(std::string_view name) {
+    option_name = name;
+    return *this;
+  }
   /// A number that may be 0, which then means that it is not given.
   Setting& optional() {
     may_be_zero = true;
@@ -59,6 +65,7 @@ struct Setting {
   T& value;
   std::string_view help;  ///< a sentence without a period
   std::string_view type_name{};
+  std::string_view option_name{};
   SettingForm form = SettingForm::kPlain;
   std::vector<std::string_view> choices{};
   bool may_be_zero = false;

@@ -43,10 +43,9 @@ void each_setting(S& settings, Visit&& visit) {
             .one_of({"leave-out", "neighbors", "include"}));
   visit(Setting("alive_codes", settings.alive_codes, "Values of the status that mean alive")
             .type("CODE,..."));
-  visit(Setting("dead_codes",
-                settings.dead_codes,
-                "Values of the status that mean dead and standing")
-            .type("CODE,..."));
+  visit(
+      Setting("dead_codes", settings.dead_codes, "Values of the status that mean dead and standing")
+          .type("CODE,..."));
   visit(Setting("cut_codes",
                 settings.cut_codes,
                 "Values of the status that mean cut, fallen or a stump")
@@ -149,9 +148,10 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.subplot,
                 "Column with the subplot of each tree, within which neighbors are searched")
             .as(SettingForm::kText, "COLUMN"));
-  visit(Setting("slope_correction",
-                settings.slope_correction,
-                "Distances of plots were measured along the slope, a column of the table of plots"));
+  visit(
+      Setting("slope_correction",
+              settings.slope_correction,
+              "Distances of plots were measured along the slope, a column of the table of plots"));
 }
 
 template <Same<StudyOptions> S, typename Visit>
@@ -160,9 +160,8 @@ void each_setting(S& settings, Visit&& visit) {
   using data::SettingForm;
   visit(Setting("species", settings.species, "Species to study (default: all with enough trees)")
             .as(SettingForm::kNames, "SPECIES,..."));
-  visit(Setting("minimum_trees",
-                settings.minimum_trees,
-                "Minimum number of measured trees of a species"));
+  visit(Setting(
+      "minimum_trees", settings.minimum_trees, "Minimum number of measured trees of a species"));
   visit(Setting("responses", settings.responses, "Responses to model").type("COLUMN,..."));
   visit(Setting("candidates",
                 settings.candidates,
