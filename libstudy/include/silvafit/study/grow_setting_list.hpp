@@ -12,9 +12,8 @@ template <Same<GrowSettings> S, typename Visit>
 void each_setting(S& settings, Visit&& visit) {
   using data::Setting;
   using data::SettingForm;
-  visit(Setting("use",
-                settings.use,
-                "Source of h, hcb and cw: observed, ols, population, conditional"));
+  visit(Setting(
+      "use", settings.use, "Source of h, hcb and cw: observed, ols, population, conditional"));
   visit(Setting("preset", settings.preset, "Species preset for all trees (default: by species)"));
   visit(Setting("scene", settings.scene, "Write one file with all trees at their positions")
             .type("FILE"));
@@ -37,10 +36,9 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.levels,
                 "Level of detail, 0 (finest) to 3, or 4 for pictures of crowns on crossed cards; "
                 "several levels, such as 0,2, are written to separate files"));
-  visit(Setting("ground",
-                settings.ground,
-                "Ground of a scene: through the stem bases, flat, or none")
-            .one_of({"stems", "flat", "none"}));
+  visit(
+      Setting("ground", settings.ground, "Ground of a scene: through the stem bases, flat, or none")
+          .one_of({"stems", "flat", "none"}));
   visit(Setting("share",
                 settings.share,
                 "Trees of similar shape share a model, scaled to their height and crown width"));
@@ -51,9 +49,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.instancing,
                 "GLB, glTF: use EXT_mesh_gpu_instancing for trees that share a model"));
   visit(Setting("quantize", settings.quantize, "GLB, glTF: use KHR_mesh_quantization"));
-  visit(Setting("compress",
-                settings.compress,
-                "GLB, glTF: use EXT_meshopt_compression and quantization"));
+  visit(Setting(
+      "compress", settings.compress, "GLB, glTF: use EXT_meshopt_compression and quantization"));
   visit(Setting("ascii", settings.ascii, "Write PLY as text"));
   visit(Setting("textures",
                 settings.textures,
@@ -76,8 +73,9 @@ void each_setting(S& settings, Visit&& visit) {
             .option("--plot"));
   visit(Setting("by",
                 settings.by,
- "Column with the time of each row, such as year; writes one scene per time, such as FILE-2021.glb")
-.type("COLUMN"));
+                "Column with the time of each row, such as year; writes one scene per time, such "
+                "as FILE-2021.glb")
+            .type("COLUMN"));
   visit(Setting("animate",
                 settings.animate,
                 "GLB, glTF: write one animated scene in which the trees grow over the times"));
