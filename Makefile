@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps test-deps r-deps r-package test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi static test-static python-package test-python format check-format clean
+.PHONY: help deps test-deps r-deps r-package test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi static test-static python-package test-python check-python format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
@@ -15,7 +15,8 @@ help:
 	@echo "make static  the program as one file for any Linux, at build-static/bin/silvafit; make test-static tries it in an empty folder"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
 	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
-	@echo "make python-package   the Python package, as a wheel and in build/python; make test-python tests it"
+	@echo "make python-package   the Python package: wheel and source package in build/dist, installed into build/python; make test-python tests it,"
+	@echo "             make check-python tries the wheel in a clean Debian 12"
 	@echo "make format  rewrite the sources as .clang-format says"
 
 deps:
@@ -118,12 +119,15 @@ check-package: build
 # docs/python.md
 python-package: configure
 	@./scripts/install-dependencies packages-debian12-python.txt
-	@grep -qs SILVAFIT_BUILD_PYTHON:BOOL=ON build/CMakeCache.txt || cmake --preset release -DSILVAFIT_BUILD_PYTHON=ON
-	@cmake --build build --target silvafit_python_package
+	@./scripts/python-package
 
 test-python: python-package
 	@cmake --build build --target silvafit
 	@PYTHONPATH=$(CURDIR)/build/python /usr/bin/python3 -m pytest -q -p no:cacheprovider bindings/python/tests
+
+check-python: python-package
+	@./scripts/install-dependencies packages-debian12-package.txt
+	@./scripts/check-python
 
 docs:
 	@./scripts/install-dependencies packages-debian12-docs.txt

@@ -3,6 +3,7 @@
 import ast
 import inspect
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -25,6 +26,20 @@ def test_the_catalogue_and_the_pages_are_in_the_package(monkeypatch):
     assert not any(path.is_symlink() for path in share.rglob("*"))
     for page in ("report.html", "scene.html"):
         assert pathlib.Path(_location.page(page)).stat().st_size > 10000
+
+
+def test_the_package_needs_no_library_that_a_linux_may_lack():
+    if not (PACKAGE / "libs").is_dir():
+        pytest.skip("built without patchelf")
+    files = [path for path in PACKAGE.rglob("*.so*") if path.suffix != ".copyright"]
+    needed = {name for path in files for name in re.findall(
+        r"NEEDED.*\[(.*)\]", subprocess.run(["readelf", "-d", path], capture_output=True, text=True, check=True).stdout)}
+    own = {path.name for path in (PACKAGE / "libs").iterdir()}
+    # The libraries that every manylinux policy allows.
+    system = {"libc.so.6", "libm.so.6", "libgcc_s.so.1", "libstdc++.so.6", "ld-linux-x86-64.so.2"}
+    assert needed - own <= system
+    for library in needed & own:
+        assert (PACKAGE / "libs" / f"{library}.copyright").stat().st_size > 500
 
 
 def test_the_stub_of_the_extension_names_what_it_has():
