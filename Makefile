@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps test-deps r-deps r-package test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi static test-static python-package test-python check-python format check-format clean
+.PHONY: help deps test-deps r-deps r-package r-source test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi static test-static python-package test-python check-python format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
@@ -8,7 +8,8 @@ help:
 	@echo "make sanitize, make sanitize-threads, make tidy, make coverage   slower looks at the code, each in a build-* of its own"
 	@echo "make fuzz SECONDS=60   every reader of files with libFuzzer, so many seconds each"
 	@echo "make attack SECONDS=600   all commands on changed inputs, so many seconds"
-	@echo "make r-package   the package for R, installed into build/r-library; make test-r runs its tests, make check-r R CMD check"
+	@echo "make r-package   the package for R, installed into build/r-library; make test-r runs its tests"
+	@echo "make r-source    its source package, which needs no installed libraries, in build/r-source; make check-r runs R CMD check"
 	@echo "make bench   speed, beside R where it is installed (make bench-deps installs it); docs/benchmarks.md"
 	@echo "make scorecard   many fits beside their best known log-likelihoods; writes the tables of docs/scorecard.md"
 	@echo "make mpi     the program for mpirun, at build-mpi/bin/silvafit (docs/large-inventories.md)"
@@ -53,7 +54,12 @@ r-package: r-deps build
 test-r: r-package
 	@./scripts/test-r
 
-check-r: r-package
+# Uses the pages of build/ and the options of build/r.makevars.
+r-source: r-package
+	@./scripts/install-dependencies packages-debian12-static.txt
+	@./scripts/r-source
+
+check-r: r-source
 	@./scripts/check-r
 
 # The presets leave out the tests that mostly run npm, Chromium or the compiler; a whole study stands in for them.

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+# Copies into the package what it needs of the checkout, so that it can be compiled without installed libraries: `R CMD build`, after this,
+# writes the source package. pkgbuild, and with it remotes and r-universe, run this by themselves.
+#
+# SILVAFIT_SOURCE is the checkout (default: two folders up). The headers of other libraries are those of the system (Debian and Ubuntu:
+# libeigen3-dev, libfmt-dev, libhwy-dev, nlohmann-json3-dev, libnanoflann-dev, libkainjow-mustache-dev, libmeshoptimizer-dev). SILVAFIT_LIBRARY_SOURCES is a
+# folder with sources of highway and meshoptimizer; without it, the package is linked with the system's libraries.
+checkout <- normalizePath(Sys.getenv("SILVAFIT_SOURCE", file.path("..", "..")))
+if (!dir.exists(file.path(checkout, "libfit"))) stop("the checkout of silvafit was not found; set SILVAFIT_SOURCE")
+library_sources <- Sys.getenv("SILVAFIT_LIBRARY_SOURCES")
+sources_of_a_unit <- 12L
+
+copy <- function(from, to, files) {
+  for (folder in unique(dirname(file.path(to, files)))) dir.create(folder, recursive = TRUE, showWarnings = FALSE)
+  stopifnot(file.copy(file.path(from, files), file.path(to, files), overwrite = TRUE))
+}
+
+# Returns the names of the files.
+copy_folder <- function(from, to, pattern = NULL, without = "^$") {
+  files <- grep(without, list.files(from, pattern, recursive = TRUE), perl = TRUE, invert = TRUE, value = TRUE)
+  if (length(files) == 0) stop("no files in ", from)
+  copy(from, to, files)
+  files
+}
+
+# The C++ libraries, in one folder, because their files have different names. The sources of threads/ replace those of TBB.
+copy_core <- function() {
+  for (name in c("base", "data", "fit", "stand", "tree", "study")) {
+    folder <- file.path(checkout, paste0("lib", name))
+    copy_folder(file.path(folder, "include"), "src/core", "[.]hpp$")
+    files <- copy_folder(file.path(folder, "src"), "src/core", "[.][ch]pp$", "_test[.]cpp$|test_support|^mpi/|^parallel[.]cpp$")
+    write_units(name, grep("[.]cpp$", files, value = TRUE))
+  }
+}
+
+# Several sources of a folder are compiled as one, as by cmake/SilvafitTargets.cmake. Vector code stands alone.
+write_units <- function(library, sources) {
+  alone <- vapply(file.path("src/core", sources), function(path) any(grepl("HWY_TARGET_INCLUDE", readLines(path))), NA)
+  groups <- ifelse(alone, sources, dirname(sources))
+  for (group in unique(groups)) {
+    members <- sources[groups == group]
+    parts <- split(members, (seq_along(members) - 1L) %/% sources_of_a_unit)
+    for (part in names(parts)) {
+      name <- gsub("[^a-z0-9]+", "_", paste("core", library, sub("[.]cpp$", "", group), part, sep = "_"))
+      writeLines(sprintf('#include "core/%s"', parts[[part]]), file.path("src", paste0(name, ".cpp")))
+    }
+  }
+}
+
+# The folder of the system's headers with this one.
+include_folder <- function(header) {
+  folders <- c("/usr/include/eigen3", "/usr/include", "/usr/local/include", "/opt/homebrew/include", "/opt/homebrew/include/eigen3")
+  found <- folders[file.exists(file.path(folders, header))]
+  if (length(found) == 0) stop("the header ", header, " was not found; the beginning of bootstrap.R names the packages")
+  found[1]
+}
+
+copy_headers <- function() {
+  for (header in c("nanoflann.hpp", "meshoptimizer.h", "kainjow/mustache.hpp")) copy(include_folder(header), "src/third_party", header)
+  for (folder in c("fmt", "hwy", "nlohmann", "Eigen")) {
+    first <- c(fmt = "fmt/format.h", hwy = "hwy/highway.h", nlohmann = "nlohmann/json.hpp", Eigen = "Eigen/Dense")[[folder]]
+    copy_folder(file.path(include_folder(first), folder), file.path("src/third_party", folder), without = "^tests/|^contrib/(?!math)|^CMake")
+  }
+}
+
+# Highway's choice of the instruction set, and meshoptimizer.
+copy_library_sources <- function() {
+  if (library_sources == "") return(c("-lhwy", "-lmeshoptimizer"))
+  copy(file.path(library_sources, "highway"), "src/third_party", c("hwy/targets.cc"))
+  writeLines('#include "third_party/hwy/targets.cc"', "src/third_party_hwy.cpp")
+  folder <- file.path(library_sources, "meshoptimizer/src")
+  sources <- list.files(folder, "codec|filter|vcacheoptimizer|vfetchoptimizer|indexgenerator|allocator")
+  copy(folder, "src/third_party/meshoptimizer", c(sources, "meshoptimizer.h"))
+  for (source in sources) {
+    writeLines(sprintf('#include "third_party/meshoptimizer/%s"', source), file.path("src", paste0("third_party_", source)))
+  }
+  character()
+}
+
+copy_data <- function() {
+  copy_folder(file.path(checkout, "models"), "inst/silvafit/models", without = "^CMakeLists")
+  pages <- file.path(checkout, "build/share/silvafit/viewer")
+  if (dir.exists(pages)) copy_folder(pages, "inst/silvafit/viewer", "[.]html$")
+  else message("without the report pages, which `make build` writes")
+}
+
+unlink(c("src/core", "src/third_party", "inst/silvafit", Sys.glob(c("src/core_*.cpp", "src/third_party_*.cpp"))), recursive = TRUE)
+copy_core()
+copy_headers()
+libraries <- copy_library_sources()
+copy_data()
+# configure looks for this file.
+writeLines(paste(c(libraries, "-lpng", "-lz"), collapse = " "), "src/core/libraries")
