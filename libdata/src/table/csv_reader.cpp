@@ -150,7 +150,7 @@ void CsvReader::State::open() {
   if (std::filesystem::is_directory(file, ignored)) {
     throw InputError("is a folder; a CSV file is needed", {.file = file});
   }
-  stream.open(file, std::ios::binary);
+  stream.open(std::filesystem::path(file), std::ios::binary);
   if (!stream)
     throw InputError(fmt::format("cannot be read: {}", std::strerror(errno)), {.file = file});
   read_more();
