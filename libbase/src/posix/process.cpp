@@ -56,6 +56,10 @@ int silence(std::FILE* stream) {
 
 void restore(std::FILE* stream, int descriptor) { ::dup2(descriptor, ::fileno(stream)); }
 
+bool takes_dropped_files() { return false; }
+
+bool has_own_console() { return false; }
+
 void clean_up_on_interrupts(void (*clean_up)()) {
   const sigset_t signals = interrupting_signals();
   // All threads inherit the mask, so that only the one below sees the signals.

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/system.hpp"
 #include "silvafit/data/csv.hpp"
 #include "table/csv_layout.hpp"
 #include "table/encoding_advice.hpp"
@@ -152,7 +153,7 @@ void CsvReader::State::open() {
   }
   stream.open(std::filesystem::path(file), std::ios::binary);
   if (!stream)
-    throw InputError(fmt::format("cannot be read: {}", std::strerror(errno)), {.file = file});
+    throw InputError(fmt::format("cannot be read: {}", system::reason(errno)), {.file = file});
   read_more();
   skip_byte_order_mark();
   refuse_other_formats();

@@ -72,6 +72,10 @@ void keep_freed_memory();
 /// The file of this program; empty if it is unknown.
 std::filesystem::path program_file();
 bool has_desktop();
+/// Whether a desktop names files that are dropped on the program as words of its command line.
+bool takes_dropped_files();
+/// Whether the program has a console window of its own, which closes when it ends.
+bool has_own_console();
 /// Opens a page on the desktop. \return whether this succeeded
 bool open_in_browser(const std::filesystem::path& page);
 
