@@ -14,6 +14,7 @@
 #include "build_information.hpp"
 #include "command.hpp"
 #include "command_line_mistakes.hpp"
+#include "desktop.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/ranks.hpp"
@@ -69,7 +70,7 @@ int report_lack(const std::string& reason) {
 
 int report(const std::exception& error, ExitStatus status) { return report(error.what(), status); }
 
-int run(const std::vector<std::string>& words) {
+int run_command(const std::vector<std::string>& words) {
   CLI::App program("Turns a forest inventory into height and crown models and 3D trees.",
                    "silvafit");
   add_version_options(program);
@@ -155,7 +156,8 @@ int main(int argc, char** argv) {
     silvafit::system::prepare_standard_streams();
     silvafit::system::keep_freed_memory();
     silvafit::system::clean_up_on_interrupts(silvafit::discard_unfinished_files);
-    return silvafit::cli::run(silvafit::system::command_line(argc, argv));
+    return silvafit::cli::run_as_started(silvafit::system::command_line(argc, argv),
+                                         silvafit::cli::run_command);
   } catch (...) {
     silvafit::cli::write_to_standard_error("silvafit: out of memory or threads\n");
     return silvafit::cli::kInternalError;
