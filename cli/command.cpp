@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdint>
@@ -15,6 +14,7 @@
 #include "silvafit/base/built_in_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
+#include "silvafit/base/system.hpp"
 #include "silvafit/base/text.hpp"
 #include "standard_streams.hpp"
 
@@ -56,7 +56,7 @@ struct Progress::State {
 };
 
 Progress::Progress(const CommonOptions& options) : state_(std::make_unique<State>()) {
-  state_->visible = !options.quiet && ::isatty(STDERR_FILENO) == 1;
+  state_->visible = !options.quiet && system::is_terminal(stderr);
 }
 
 Progress::~Progress() { clear(); }

@@ -1,26 +1,24 @@
 // SPDX-License-Identifier: MIT
 // The program silvafit: reads the command line, runs a subcommand, maps errors to exit statuses.
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
+#include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <ios>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "build_information.hpp"
 #include "command.hpp"
 #include "command_line_mistakes.hpp"
-#include "interrupts.hpp"
+#include "desktop.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/ranks.hpp"
+#include "silvafit/base/system.hpp"
 #include "silvafit/base/text.hpp"
 #include "standard_output.hpp"
 #include "standard_streams.hpp"
@@ -37,13 +35,9 @@ constexpr const char* kTroubleshooting = "see docs/troubleshooting.md";
 /// The first process of a job writes and prints; all others compute the same without output.
 void silence_other_ranks() {
   if (Ranks::of_process().is_first()) return;
-  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
-    const int nowhere = ::open("/dev/null", O_WRONLY);
-    // Standard error is saved for the message of a single process that fails.
-    if (stream == STDERR_FILENO) kept_standard_error = ::fcntl(stream, F_DUPFD_CLOEXEC, 3);
-    ::dup2(nowhere, stream);
-    ::close(nowhere);
-  }
+  system::silence(stdout);
+  // Kept for the message of a single process that fails.
+  kept_standard_error = system::silence(stderr);
 }
 
 int report(const std::string& message, ExitStatus status) {
@@ -57,7 +51,7 @@ int report(const std::string& message, ExitStatus status) {
                          ranks.rank(),
                          ranks.size(),
                          with_visible_controls(message));
-      if (kept_standard_error >= 0) ::dup2(kept_standard_error, STDERR_FILENO);
+      if (kept_standard_error >= 0) system::restore(stderr, kept_standard_error);
       write_to_standard_error(text);
       discard_unfinished_files();
       ranks.end_job(status);
@@ -76,19 +70,7 @@ int report_lack(const std::string& reason) {
 
 int report(const std::exception& error, ExitStatus status) { return report(error.what(), status); }
 
-/// Keeps freed memory in the process.
-///
-/// A fit allocates and frees arrays of some MB in each pass over the data. Returning them to the
-/// system costs one page fault per page and interrupts the other threads.
-void keep_freed_memory() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
-  mallopt(M_TRIM_THRESHOLD, 512 << 20);
-  mallopt(M_TOP_PAD, 16 << 20);
-#endif
-}
-
-int run(int argc, char** argv) {
+int run_command(const std::vector<std::string>& words) {
   CLI::App program("Turns a forest inventory into height and crown models and 3D trees.",
                    "silvafit");
   add_version_options(program);
@@ -123,13 +105,13 @@ int run(int argc, char** argv) {
 
   const VisibleTables visible_tables;
   try {
-    set_command_line({argv, argv + argc});
+    set_command_line(words);
     add_built_in_files();
     Ranks::of_process();
     has_joined_job = true;
     silence_other_ranks();
-    require_command(program, {argv + 1, argv + argc});
-    program.parse(argc, argv);
+    require_command(program, {words.begin() + 1, words.end()});
+    program.parse(std::vector<std::string>(words.rbegin(), words.rend() - 1));  // the last first
     finish_standard_output();
     return kDone;
   } catch (const CLI::ExtrasError& error) {
@@ -171,10 +153,11 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    silvafit::cli::occupy_closed_streams();
-    silvafit::cli::keep_freed_memory();
-    silvafit::cli::clean_up_on_interrupts();
-    return silvafit::cli::run(argc, argv);
+    silvafit::system::prepare_standard_streams();
+    silvafit::system::keep_freed_memory();
+    silvafit::system::clean_up_on_interrupts(silvafit::discard_unfinished_files);
+    return silvafit::cli::run_as_started(silvafit::system::command_line(argc, argv),
+                                         silvafit::cli::run_command);
   } catch (...) {
     silvafit::cli::write_to_standard_error("silvafit: out of memory or threads\n");
     return silvafit::cli::kInternalError;

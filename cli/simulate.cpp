@@ -52,12 +52,13 @@ void print_summary(const SimulateOptions& options,
 void run(const SimulateOptions& options) {
   refuse_same_files({{"DESIGN.json", options.design}},
                     {{"--out", options.out}, {"--truth", options.truth}});
-  require_table_output(options.out);
+  const std::string out = options.out.string();
+  require_table_output(out);
   const study::SimulationDesign design = study::read_design(options.design);
   const study::SimulatedStand stand =
       study::simulate(design, options.common.seed, options.common.threads);
-  if (is_layer_output(options.out)) {
-    write_trees(options.out, stand::to_table(stand.inventory), {}, {}, options.common);
+  if (is_layer_output(out)) {
+    write_trees(out, stand::to_table(stand.inventory), {}, {}, options.common);
   } else {
     data::write_csv_table(stand::to_table(stand.inventory), options.out);
   }

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "standard_output.hpp"
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <iostream>
 #include <string>
 
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/json_text.hpp"
+#include "silvafit/base/system.hpp"
 #include "silvafit/base/text.hpp"
 
 namespace silvafit::cli {
@@ -18,7 +17,7 @@ using nlohmann::ordered_json;
 void print_visible(std::string_view text) { fmt::print("{}", with_visible_controls(text)); }
 
 VisibleTables::VisibleTables() {
-  if (::isatty(STDOUT_FILENO) == 1) replaced_ = std::cout.rdbuf(this);
+  if (system::is_terminal(stdout)) replaced_ = std::cout.rdbuf(this);
 }
 
 VisibleTables::~VisibleTables() {

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 // `silvafit view`: a 3D page of a stand for the browser.
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cstdlib>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,6 +13,7 @@
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
+#include "silvafit/base/system.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/study/view_page.hpp"
 #include "standard_output.hpp"
@@ -60,27 +57,6 @@ void check(const ViewArguments& arguments) {
   }
 }
 
-bool has_desktop() {
-  const auto is_set = [](const char* name) {
-    const char* value = std::getenv(name);
-    return value != nullptr && *value != '\0';
-  };
-  return (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && ::isatty(STDOUT_FILENO) == 1;
-}
-
-/// Opens the page on the desktop. \return whether this succeeded
-bool open_in_browser(const fs::path& page) {
-  std::string program = "xdg-open";
-  std::string file = followed(page).string();
-  std::vector<char*> words{program.data(), file.data(), nullptr};
-  pid_t child = 0;
-  if (::posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ) != 0) {
-    return false;
-  }
-  int status = 0;
-  return ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 /// The number of trees on the page.
 std::string trees_text(const study::View& view) {
   if (view.trees > 0) return counted(view.trees, "tree", "trees");
@@ -121,8 +97,9 @@ void run(ViewArguments& arguments) {
              static_cast<double>(result.bytes) / kMegabyte,
              result.seconds,
              page.string());
-  if (arguments.does_not_open || !has_desktop()) return;
-  if (!open_in_browser(page)) {
+  const bool is_seen = system::has_desktop() && system::is_terminal(stdout);
+  if (arguments.does_not_open || !is_seen) return;
+  if (!system::open_in_browser(followed(page))) {
     say(arguments.common, "The browser could not be started; open the page yourself.");
   }
 }

@@ -4,6 +4,10 @@ option(SILVAFIT_STATIC "Use static libraries, and load no modules (make static)"
 if(SILVAFIT_STATIC)
   set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
 endif()
+if(CMAKE_CROSSCOMPILING)
+  # Its headers of C are those of the build machine; CMake then leaves it out, as in an ordinary build.
+  list(APPEND CMAKE_CXX_IMPLICIT_INCLUDE_DIRECTORIES /usr/include)
+endif()
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(Boost 1.74 REQUIRED)

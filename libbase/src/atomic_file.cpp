@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/base/atomic_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,6 +16,7 @@
 #include "silvafit/base/built_in_files.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/ranks.hpp"
+#include "silvafit/base/system.hpp"
 #include "unfinished_files.hpp"
 
 namespace silvafit {
@@ -29,11 +25,16 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string reason(const char* verb, int error_number) {
-  return fmt::format("cannot {} ({})", verb, std::strerror(error_number));
+  return fmt::format("cannot {} ({})", verb, system::reason(error_number));
 }
 
 [[noreturn]] void cannot(const char* verb, const fs::path& path, int error_number) {
   throw IoError(reason(verb, error_number), {.file = path.string()});
+}
+
+[[noreturn]] void cannot(const char* verb, const fs::path& path, const std::error_code& error) {
+  // Systems have numbers of their own for errors of folders.
+  cannot(verb, path, error.default_error_condition().value());
 }
 
 /// Whether bytes go directly to the target, because there is no file to replace: devices, pipes,
@@ -55,30 +56,18 @@ fs::path behind_links(const fs::path& target) {
     std::error_code error;
     if (fs::symlink_status(path, error).type() != fs::file_type::symlink) return path;
     const fs::path link = fs::read_symlink(path, error);
-    if (error) cannot("write", target, error.value());
+    if (error) cannot("write", target, error);
     path = path.parent_path() / link;
   }
   cannot("write", target, ELOOP);
 }
 
 /// The permissions of an existing file; none if there is no file.
-std::optional<mode_t> permissions_of(const fs::path& path) {
-  struct stat status {};
-  constexpr mode_t kPermissions = 0777;
-  if (::stat(path.c_str(), &status) != 0) return std::nullopt;
-  return status.st_mode & kPermissions;
-}
-
-/// Waits until the bytes are on the disk. A file system without this function is no error.
-bool reaches_disk(int descriptor) {
-  return ::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP || errno == ENOSYS;
-}
-
-/// A name is on the disk after fsync of its folder. Unreadable folders are left to the system.
-bool reaches_folder(const fs::path& file) {
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  return opened.number() < 0 || reaches_disk(opened.number());
+std::optional<fs::perms> permissions_of(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (!fs::exists(status)) return std::nullopt;
+  return status.permissions() & fs::perms::all;
 }
 
 }  // namespace
@@ -103,7 +92,9 @@ struct AtomicFile::State {
 
   ~State() {
     if (has_name || temporary.empty()) return;
-    ::unlink(temporary.c_str());
+    descriptor.close();  // an open file keeps its name on some systems
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
     UnfinishedFiles::of_process().forget(temporary);
     remove_empty(folders);
   }
@@ -114,14 +105,15 @@ struct AtomicFile::State {
   void finish() {
     stream.flush();
     if (!stream) cannot("write", named, buffer.error_number() != 0 ? buffer.error_number() : EIO);
-    if (!temporary.empty() && !reaches_disk(descriptor.number())) cannot("write", named, errno);
+    if (!temporary.empty() && !system::flush_to_disk(descriptor.number()))
+      cannot("write", named, errno);
     if (!descriptor.close()) cannot("write", named, errno);
   }
 
   void give_name() {
-    if (!temporary.empty() && ::rename(temporary.c_str(), target.c_str()) != 0) {
-      cannot("write", named, errno);
-    }
+    std::error_code error;
+    if (!temporary.empty()) fs::rename(temporary, target, error);
+    if (error) cannot("write", named, error);
     has_name = true;
   }
 };
@@ -131,7 +123,7 @@ AtomicFile::AtomicFile(const fs::path& wanted) {
   const fs::path target = Ranks::of_process().is_first() ? wanted : fs::path("/dev/null");
   if (is_stream(target)) {
     // Append to what the target already contains.
-    const int descriptor = ::open(target.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+    const int descriptor = system::open_to_append(target);
     if (descriptor < 0) cannot("write", target, errno);
     state_ =
         std::make_unique<State>(target, target, UnfinishedFiles::Opened{.descriptor = descriptor});
@@ -144,11 +136,11 @@ AtomicFile::AtomicFile(const fs::path& wanted) {
         UnfinishedFiles::of_process().make_folders(file.parent_path(), folders);
     if (error) {
       remove_empty(folders);
-      cannot("make the folder", file.parent_path(), error.value());
+      cannot("make the folder", file.parent_path(), error);
     }
   }
-  constexpr mode_t kOfNewFiles = 0666;
-  const std::optional<mode_t> permissions = permissions_of(file);
+  constexpr auto kOfNewFiles = fs::perms{0666};
+  const std::optional<fs::perms> permissions = permissions_of(file);
   const UnfinishedFiles::Opened opened =
       UnfinishedFiles::of_process().make_file(file, permissions.value_or(kOfNewFiles));
   if (opened.descriptor < 0) {
@@ -158,7 +150,9 @@ AtomicFile::AtomicFile(const fs::path& wanted) {
   }
   state_ = std::make_unique<State>(target, file, opened);
   state_->folders = std::move(folders);
-  if (permissions && ::fchmod(opened.descriptor, *permissions) != 0) cannot("write", target, errno);
+  if (permissions && !system::set_permissions(opened.descriptor, *permissions)) {
+    cannot("write", target, errno);
+  }
 }
 
 AtomicFile::~AtomicFile() = default;
@@ -179,7 +173,8 @@ void commit_together(const std::vector<AtomicFile*>& files) {
     if (state.temporary.empty()) continue;
     unfinished.forget(state.temporary);
     const bool is_new = folders.insert(state.target.parent_path()).second;
-    if (is_new && !reaches_folder(state.target)) cannot("write", state.named, errno);
+    const fs::path folder = state.target.has_parent_path() ? state.target.parent_path() : ".";
+    if (is_new && !system::flush_folder(folder)) cannot("write", state.named, errno);
   }
 }
 
@@ -191,27 +186,17 @@ void write_file(const fs::path& path, std::string_view bytes) {
 
 void require_writable_folder(const fs::path& folder) { const AtomicFile probe(folder / "probe"); }
 
-struct ResultFolder::Lock {
-  Descriptor folder;
-
-  /// Some network file systems do not lock folders; they are used without a lock.
-  explicit Lock(const fs::path& path)
-      : folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (folder.number() < 0 || ::flock(folder.number(), LOCK_EX | LOCK_NB) == 0) return;
-    if (errno != EWOULDBLOCK) return;
-    throw IoError(
-        "another silvafit is writing into this folder; wait until it has ended, or choose another "
-        "folder",
-        {.file = path.string()});
-  }
-};
-
 ResultFolder::ResultFolder(const fs::path& path) {
   if (!Ranks::of_process().is_first()) return;
   const std::error_code error = UnfinishedFiles::of_process().make_folders(path, made_);
   try {
-    if (error) cannot("make the folder", path, error.value());
-    lock_ = std::make_unique<Lock>(path);
+    if (error) cannot("make the folder", path, error);
+    if (!system::lock_folder(path, lock_)) {
+      throw IoError(
+          "another silvafit is writing into this folder; wait until it has ended, or choose "
+          "another folder",
+          {.file = path.string()});
+    }
     require_writable_folder(path);
   } catch (...) {
     remove_empty(made_);
@@ -224,11 +209,9 @@ ResultFolder::~ResultFolder() { remove_empty(made_); }
 TemporaryFolder::TemporaryFolder(std::string_view name) {
   std::error_code error;
   const fs::path all = fs::temp_directory_path(error);
-  if (error) cannot("use the folder for temporary files", all, error.value());
-  // mkdtemp(3) replaces the last six letters, which must be X.
-  const fs::path pattern = all / fmt::format("{}-{:X>6}", name, "");
-  path_ = UnfinishedFiles::of_process().make_temporary_folder(pattern.string());
-  if (path_.empty()) cannot("make the folder", pattern, errno);
+  if (error) cannot("use the folder for temporary files", all, error);
+  path_ = UnfinishedFiles::of_process().make_temporary_folder(all / name);
+  if (path_.empty()) cannot("make the folder", all / name, errno);
 }
 
 TemporaryFolder::~TemporaryFolder() {
@@ -239,7 +222,7 @@ TemporaryFolder::~TemporaryFolder() {
 
 void discard_unfinished_files() { UnfinishedFiles::of_process().discard(); }
 
-int open_nameless_file(const fs::path& beside) {
+NamelessFile open_nameless_file(const fs::path& beside) {
   std::vector<fs::path> folders;
   std::error_code ignored;  // opening the file reports the error
   const bool has_folder = !is_stream(beside);
@@ -248,8 +231,8 @@ int open_nameless_file(const fs::path& beside) {
   if (has_folder && beside.has_parent_path()) {
     ignored = unfinished.make_folders(beside.parent_path(), folders);
   }
-  const int descriptor = unfinished.make_nameless_file(place);
-  if (descriptor >= 0) return descriptor;
+  NamelessFile file(unfinished.make_nameless_file(place));
+  if (file) return file;
   const int error_number = errno;
   remove_empty(folders);
   cannot("write", beside, error_number);
@@ -268,21 +251,17 @@ std::string read_file(const fs::path& path, std::uint64_t limit) {
                                  (most + kMebibyte - 1) / kMebibyte),
                      {.file = path.string()});
   };
-  const Descriptor opened(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const Descriptor opened(system::open_to_read(path));
   if (opened.number() < 0) refuse(errno);
   std::string bytes;
-  struct stat status {};
-  const bool is_known = ::fstat(opened.number(), &status) == 0 && S_ISREG(status.st_mode);
-  if (!is_known) limit = std::min(limit, kLargestFile);
-  if (is_known && status.st_size > 0) {
-    const auto size = static_cast<std::uint64_t>(status.st_size);
-    if (size > limit) refuse_size(limit);
-    bytes.reserve(static_cast<std::size_t>(size));
-  }
+  const std::optional<std::uint64_t> size = system::file_size(opened.number());
+  if (!size) limit = std::min(limit, kLargestFile);
+  if (size.value_or(0) > limit) refuse_size(limit);
+  bytes.reserve(static_cast<std::size_t>(size.value_or(0)));
   constexpr std::size_t kBlock = std::size_t{1} << 16U;
   std::array<char, kBlock> block{};
   while (true) {
-    const ssize_t count = ::read(opened.number(), block.data(), block.size());
+    const std::ptrdiff_t count = system::read(opened.number(), block.data(), block.size());
     if (count > 0) {
       bytes.append(block.data(), static_cast<std::size_t>(count));
       if (bytes.size() > limit) refuse_size(limit);
@@ -290,7 +269,7 @@ std::string read_file(const fs::path& path, std::uint64_t limit) {
       return bytes;
     } else if (errno == EISDIR) {
       refuse(EISDIR);
-    } else if (errno != EINTR) {
+    } else {
       cannot("read", path, errno);
     }
   }

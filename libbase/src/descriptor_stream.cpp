@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "descriptor_stream.hpp"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include "silvafit/base/system.hpp"
 
 namespace silvafit {
 
 bool Descriptor::close() {
   const int number = std::exchange(number_, -1);
-  return number < 0 || ::close(number) == 0;
+  return number < 0 || system::close(number);
 }
 
 DescriptorBuffer::DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
@@ -20,11 +20,11 @@ DescriptorBuffer::DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
 
 bool DescriptorBuffer::write_all(const char* bytes, std::size_t count) {
   while (count > 0 && error_number_ == 0) {
-    const ssize_t written = ::write(descriptor_, bytes, count);
+    const std::ptrdiff_t written = system::write(descriptor_, bytes, count);
     if (written >= 0) {
       bytes += written;
       count -= static_cast<std::size_t>(written);
-    } else if (errno != EINTR) {
+    } else {
       error_number_ = errno;
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// File descriptors of POSIX, and an output stream over one.
+// File descriptors, and an output stream over one.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ class Descriptor {
   int number_;
 };
 
-/// Writes to a descriptor that the caller opens and closes. Unlike std::ofstream it works with the
-/// flags of POSIX open(), and it keeps the reason of the first failure.
+/// Writes to a descriptor that the caller opens and closes. Unlike std::ofstream it keeps the
+/// reason of the first failure.
 class DescriptorBuffer final : public std::streambuf {
  public:
   explicit DescriptorBuffer(int descriptor);

@@ -2,13 +2,10 @@
 // Merge sort on disk: Knuth, The Art of Computer Programming 3, section 5.4.
 #include "silvafit/base/external_sort.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <queue>
@@ -18,6 +15,7 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/io_error.hpp"
+#include "silvafit/base/system.hpp"
 
 namespace silvafit {
 namespace {
@@ -31,7 +29,7 @@ std::filesystem::path temporary_place() {
 }
 
 [[noreturn]] void fail(const char* verb) {
-  throw IoError(std::string("cannot ") + verb + " a temporary file (" + std::strerror(errno) +
+  throw IoError(std::string("cannot ") + verb + " a temporary file (" + system::reason(errno) +
                     "); delete files there, or set TMPDIR to a folder with more space",
                 {.file = temporary_place().string()});
 }
@@ -39,9 +37,7 @@ std::filesystem::path temporary_place() {
 /// Sorted records in a file.
 class Run {
  public:
-  Run() : file_(::fdopen(open_nameless_file(temporary_place()), "w+b")) {
-    if (!file_) fail("open");
-  }
+  Run() : file_(open_nameless_file(temporary_place())) {}
 
   void write(ExternalSort::Key key, std::string_view record) {
     const std::array<std::uint64_t, 2> numbers{key.first, key.second};
@@ -71,10 +67,6 @@ class Run {
   }
 
  private:
-  struct Closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-
   void put(const void* bytes, std::size_t size) {
     if (size > 0 && std::fwrite(bytes, size, 1, file_.get()) != 1) fail("write");
   }
@@ -82,7 +74,7 @@ class Run {
     if (size > 0 && std::fread(bytes, size, 1, file_.get()) != 1) fail("read");
   }
 
-  std::unique_ptr<std::FILE, Closer> file_;
+  NamelessFile file_;
 };
 
 /// The next record of a run.

@@ -37,7 +37,7 @@ int processes_of_job() {
 
 Ranks& ranks_of_job() {
   // MPI's own plug-ins look for its symbols among those of the process.
-  const auto module = module_function("silvafit_mpi.so", kRankModuleFunction, true);
+  const auto module = module_function("silvafit_mpi", kRankModuleFunction, true);
   if (!module) {
     throw UsageError(
         "mpirun has started several processes, but this silvafit was built without MPI; build it "

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "unfinished_files.hpp"
 
-#include <fcntl.h>
-#include <stdlib.h>
-#include <unistd.h>
-
-#include <array>
 #include <cerrno>
+#include <random>
 #include <string_view>
+
+#include "silvafit/base/system.hpp"
 
 namespace silvafit {
 namespace {
@@ -17,30 +15,28 @@ namespace fs = std::filesystem;
 constexpr std::size_t kLetters = 6;
 constexpr std::size_t kLongestName = 255;  // of Linux' file systems, in bytes
 
-/// Random letters that nobody can guess; empty on failure, with the reason in errno.
+/// Random letters that nobody can guess.
 std::string random_letters() {
   constexpr std::string_view kAlphabet = "abcdefghijklmnopqrstuvwxyz0123456789";
-  std::array<unsigned char, kLetters> bytes{};
-  if (::getentropy(bytes.data(), bytes.size()) != 0) return {};
+  std::random_device bits;
   std::string letters;
-  for (const unsigned char byte : bytes) letters += kAlphabet[byte % kAlphabet.size()];
+  for (std::size_t i = 0; i < kLetters; ++i) letters += kAlphabet[bits() % kAlphabet.size()];
   return letters;
 }
 
-/// The descriptor of a new file; -1 on failure, with the reason in errno.
-int open_new(const fs::path& target, std::string_view ending, mode_t mode, fs::path& path) {
+/// A new name beside a target that `make` accepts.
+/// \return what it made, or its failure, with the reason in errno
+template <typename Make>
+auto make_named(const fs::path& target, std::string_view ending, fs::path& path, Make make) {
   const std::size_t added = 1 + kLetters + ending.size();
   const std::string name = target.filename().string().substr(0, kLongestName - added);
   constexpr int kTries = 100;
-  for (int i = 0; i < kTries; ++i) {
-    const std::string letters = random_letters();
-    if (letters.empty()) return -1;
-    path = target.parent_path() / (name + "." + letters + std::string(ending));
-    const int descriptor =
-        ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
-    if (descriptor >= 0 || errno != EEXIST) return descriptor;
+  for (int i = 1;; ++i) {
+    path = target.parent_path() / (name + "." + random_letters() + std::string(ending));
+    errno = 0;
+    const auto made = make(path);
+    if (errno != EEXIST || i == kTries) return made;
   }
-  return -1;
 }
 
 }  // namespace
@@ -51,28 +47,28 @@ UnfinishedFiles& UnfinishedFiles::of_process() {
   return files;
 }
 
-UnfinishedFiles::Opened UnfinishedFiles::make_file(const fs::path& target, mode_t mode) {
+UnfinishedFiles::Opened UnfinishedFiles::make_file(const fs::path& target, fs::perms permissions) {
   const std::lock_guard lock(mutex_);
   Opened opened;
-  opened.descriptor = open_new(target, ".part", mode, opened.path);
+  opened.descriptor = make_named(target, ".part", opened.path, [permissions](const fs::path& path) {
+    return system::open_new(path, permissions);
+  });
   if (opened.descriptor >= 0) paths_.insert(opened.path);
   return opened;
 }
 
-int UnfinishedFiles::make_nameless_file(const fs::path& beside) {
+std::FILE* UnfinishedFiles::make_nameless_file(const fs::path& beside) {
   const std::lock_guard lock(mutex_);
   fs::path path;
-  constexpr mode_t kOwnOnly = 0600;
-  const int descriptor = open_new(beside, ".spool", kOwnOnly, path);
-  if (descriptor >= 0) ::unlink(path.c_str());
-  return descriptor;
+  return make_named(beside, ".spool", path, system::open_nameless);
 }
 
-fs::path UnfinishedFiles::make_temporary_folder(std::string pattern) {
+fs::path UnfinishedFiles::make_temporary_folder(const fs::path& beginning) {
   const std::lock_guard lock(mutex_);
-  if (::mkdtemp(pattern.data()) == nullptr) return {};
-  paths_.insert(pattern);
-  return pattern;
+  fs::path path;
+  if (!make_named(beginning, "", path, system::make_own_folder)) return {};
+  paths_.insert(path);
+  return path;
 }
 
 std::error_code UnfinishedFiles::make_folders(const fs::path& folder, std::vector<fs::path>& made) {
@@ -114,8 +110,9 @@ void UnfinishedFiles::discard() {
 }
 
 void remove_empty(const std::vector<fs::path>& folders) {
+  std::error_code ignored;
   for (auto folder = folders.rbegin(); folder != folders.rend(); ++folder) {
-    ::rmdir(folder->c_str());
+    fs::remove(*folder, ignored);
   }
 }
 

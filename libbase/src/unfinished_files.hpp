@@ -2,8 +2,7 @@
 // The files and folders of this process that are not finished, which an interrupt removes.
 #pragma once
 
-#include <sys/types.h>
-
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -28,15 +27,15 @@ class UnfinishedFiles {
   };
 
   /// Makes a file beside its target, named after it with six random letters and `.part`.
-  /// \param mode  its permissions before the umask of the process is applied
-  Opened make_file(const std::filesystem::path& target, mode_t mode);
+  /// \param permissions  before the umask of the process is applied
+  Opened make_file(const std::filesystem::path& target, std::filesystem::perms permissions);
   /// Makes a file beside another one that has no name, so that it is gone when it is closed.
-  /// \return its descriptor; -1 on failure, with the reason in errno
-  int make_nameless_file(const std::filesystem::path& beside);
-  /// Makes a folder whose name ends in six random letters, for temporary files.
-  /// \param pattern  path that ends in six letters X, which the random ones replace (mkdtemp)
+  /// \return null on failure, with the reason in errno
+  std::FILE* make_nameless_file(const std::filesystem::path& beside);
+  /// Makes a folder for temporary files.
+  /// \param beginning  of its path, which a dot and six random letters follow
   /// \return its path; empty on failure, with the reason in errno
-  std::filesystem::path make_temporary_folder(std::string pattern);
+  std::filesystem::path make_temporary_folder(const std::filesystem::path& beginning);
   /// Creates a folder and the missing ones above it.
   /// \param made  the created folders are added, outer ones first
   std::error_code make_folders(const std::filesystem::path& folder,

@@ -24,7 +24,7 @@ struct LoadedModule {
 };
 
 LoadedModule load_module() {
-  const auto loaded = module_function("silvafit_gdal.so", kGdalModuleFunction, false);
+  const auto loaded = module_function("silvafit_gdal", kGdalModuleFunction, false);
   if (!loaded) {
     return {.problem =
                 "this silvafit was built without GDAL; install libgdal-dev and build it with make "

@@ -4,8 +4,8 @@
 
 A library includes headers of itself and of the libraries below it only, and so do the folders within a library. Its public headers show nothing
 but the standard library, Eigen, the names (not the classes) of nlohmann-json, and our own public headers:
-what else it is built with stays its own business. Headers have no `using namespace`, and every source
-says its licence on top.
+what else it is built with stays its own business. Code for one operating system stands in the folders of libbase
+that are named after it. Headers have no `using namespace`, and every source says its licence on top.
 """
 
 import os
@@ -35,6 +35,11 @@ FOLDERS = {
              "builders", "impostors", "stand", "files"],
     "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],
 }
+
+# Tests, benchmarks and fuzzers run on Linux only.
+MAY_KNOW_SYSTEMS = re.compile(r"libbase/src/(posix|linux|windows)/|(tests|bench)/")
+SYSTEM_HEADER = re.compile(r"(sys/|net/|arpa/|(unistd|fcntl|dlfcn|signal|spawn|malloc|poll|pthread|termios|io|windows|shellapi)\.h$)")
+SYSTEM_NAME = re.compile(r"\b(_WIN32|_WIN64|__MINGW\w+|__linux__|__APPLE__|__GLIBC__|__unix__)\b|\"/proc/")
 
 LICENCE = re.compile(r"(//|#|/\*|<!--) SPDX-License-Identifier: MIT")
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
@@ -124,6 +129,16 @@ def breach_of_folders(path, header, folders):
     return None
 
 
+def breach_of_systems(path, line, header):
+    """The operating system that a line knows of and must not, or None."""
+    if MAY_KNOW_SYSTEMS.match(str(path)) or is_test(path):
+        return None
+    name = SYSTEM_NAME.search(line)
+    if header is not None and SYSTEM_HEADER.match(header):
+        return f"only base/system.hpp knows the system ({header})"
+    return f"only base/system.hpp knows the system ({name[0]})" if name else None
+
+
 def breaches(root):
     """All breaches below root, each as "path:line: what"."""
     root = pathlib.Path(root)
@@ -146,6 +161,7 @@ def breaches(root):
             what = None
             if include:
                 what = breach_of_include(path, include[1]) or breach_of_folders(path, include[1], folders)
+            what = what or breach_of_systems(path, line, include[1] if include else None)
             if path.suffix == ".hpp" and USING_NAMESPACE.match(line):
                 what = "a header must not say `using namespace`"
             if what:

@@ -74,6 +74,18 @@ class Layering(unittest.TestCase):
     def test_only_the_program_reads_command_lines(self):
         self.assertEqual(len(self.found({"libstudy/src/a.cpp": SPDX + "#include <CLI/CLI.hpp>\n"})), 1)
 
+    def test_code_for_one_system_stands_in_its_folder(self):
+        for text, name in [("#include <unistd.h>\n", "unistd.h"), ("# include <sys/stat.h>\n", "sys/stat.h"),
+                           ("#ifdef _WIN32\n", "_WIN32"), ("#if defined(__linux__)\n", "__linux__"),
+                           ('auto file = open("/proc/self/exe");\n', '"/proc/')]:
+            with self.subTest(text=text):
+                for path in ["libtree/src/files/spool.cpp", "libbase/src/paths.cpp", "cli/main.cpp"]:
+                    self.assertEqual(self.found({path: SPDX + text}),
+                                     [f"{path}:2: only base/system.hpp knows the system ({name})"])
+                self.assertEqual(self.found({
+                    path: SPDX + text for path in ["libbase/src/posix/files.cpp", "libbase/src/windows/files.cpp",
+                                                   "libbase/src/paths_test.cpp", "bench/support/measurement.cpp"]}), [])
+
     def test_a_header_opens_no_namespace_for_others(self):
         for name in ["libfit/include/silvafit/fit/a.hpp", "libfit/src/a.hpp", "tests/support/a.hpp"]:
             with self.subTest(name=name):

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Ranks by MPI.
 #include <mpi.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <cstdlib>
+#include <thread>
 
 #include "rank_module.hpp"
 
@@ -46,12 +47,12 @@ class MpiRanks : public Ranks {
     MPI_Request request = MPI_REQUEST_NULL;
     MPI_Ibarrier(MPI_COMM_WORLD, &request);
     constexpr int kTries = 300;
-    constexpr useconds_t kMicroseconds = 10000;
+    constexpr auto kPause = std::chrono::milliseconds(10);
     for (int i = 0; i < kTries; ++i) {
       int is_done = 0;
       MPI_Test(&request, &is_done, MPI_STATUS_IGNORE);
       if (is_done != 0) return true;
-      usleep(kMicroseconds);
+      std::this_thread::sleep_for(kPause);
     }
     return false;
   }

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/system.hpp"
 #include "silvafit/data/csv.hpp"
 #include "table/csv_layout.hpp"
 #include "table/encoding_advice.hpp"
@@ -150,9 +151,9 @@ void CsvReader::State::open() {
   if (std::filesystem::is_directory(file, ignored)) {
     throw InputError("is a folder; a CSV file is needed", {.file = file});
   }
-  stream.open(file, std::ios::binary);
+  stream.open(std::filesystem::path(file), std::ios::binary);
   if (!stream)
-    throw InputError(fmt::format("cannot be read: {}", std::strerror(errno)), {.file = file});
+    throw InputError(fmt::format("cannot be read: {}", system::reason(errno)), {.file = file});
   read_more();
   skip_byte_order_mark();
   refuse_other_formats();

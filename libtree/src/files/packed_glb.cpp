@@ -470,12 +470,14 @@ std::string packed_glb(std::string_view glb) {
 }
 
 std::string deflated(std::string_view bytes) {
-  uLongf size = compressBound(bytes.size());
+  const auto count = static_cast<uLong>(bytes.size());
+  if (count != bytes.size()) throw std::bad_alloc();  // zlib counts with 32 bits on Windows
+  uLongf size = compressBound(count);
   std::string result(size, '\0');
   const int status = compress2(reinterpret_cast<Bytef*>(result.data()),
                                &size,
                                reinterpret_cast<const Bytef*>(bytes.data()),
-                               bytes.size(),
+                               count,
                                Z_DEFAULT_COMPRESSION);
   if (status != Z_OK) throw std::bad_alloc();  // the only error of a sufficient buffer
   result.resize(size);

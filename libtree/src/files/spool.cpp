@@ -2,15 +2,14 @@
 #include "files/spool.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
+#include <cstdio>
 #include <utility>
 #include <vector>
 
-#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/io_error.hpp"
+#include "silvafit/base/system.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -18,7 +17,7 @@ namespace {
 constexpr std::size_t kInMemory = std::size_t{4} << 20U;
 
 [[noreturn]] void fail(const std::filesystem::path& path) {
-  throw IoError(fmt::format("cannot write ({})", std::strerror(errno)), {.file = path.string()});
+  throw IoError(fmt::format("cannot write ({})", system::reason(errno)), {.file = path.string()});
 }
 
 }  // namespace
@@ -36,14 +35,7 @@ void Spool::append(const void* data, std::size_t size) {
 }
 
 void Spool::spill() {
-  if (!file_) {
-    const int descriptor = open_nameless_file(beside_);
-    file_.reset(::fdopen(descriptor, "w+b"));
-    if (!file_) {
-      ::close(descriptor);
-      fail(beside_);
-    }
-  }
+  if (!file_) file_ = open_nameless_file(beside_);
   if (std::fwrite(memory_.data(), 1, memory_.size(), file_.get()) != memory_.size()) fail(beside_);
   memory_.clear();
 }

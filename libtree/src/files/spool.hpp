@@ -3,13 +3,13 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <ostream>
 #include <string>
 #include <string_view>
+
+#include "silvafit/base/atomic_file.hpp"
 
 namespace silvafit::tree {
 
@@ -31,15 +31,11 @@ class Spool {
   void copy_to(std::ostream& to);
 
  private:
-  struct Closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-
   void spill();
 
   std::filesystem::path beside_;
   std::string memory_;
-  std::unique_ptr<std::FILE, Closer> file_;
+  NamelessFile file_;
   std::size_t size_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -55,7 +56,7 @@ void require_writable_folder(const std::filesystem::path& folder);
 
 /// A folder for results. Folders that it created and that are still empty are removed at the end of
 /// its scope, also after an error or an interrupt. An existing folder is kept. The folder is locked
-/// (flock) until the end of the scope or the process, so that all results are from one process.
+/// until the end of the scope or the process, so that all results are from one process.
 class ResultFolder {
  public:
   /// \throws IoError if files cannot be written into it, or another ResultFolder has locked it
@@ -65,10 +66,8 @@ class ResultFolder {
   ResultFolder& operator=(const ResultFolder&) = delete;
 
  private:
-  struct Lock;
-
   std::vector<std::filesystem::path> made_{};  ///< each above the next
-  std::unique_ptr<Lock> lock_;
+  std::shared_ptr<void> lock_{};
 };
 
 /// A new folder in the system's folder for temporary files, removed with its contents.
@@ -93,11 +92,15 @@ class TemporaryFolder {
 /// can be started or committed.
 void discard_unfinished_files();
 
-/// A new file without a name in the folder of another file; it is deleted when its descriptor is
-/// closed.
-/// \return its descriptor, for reading and writing
+/// A file without a name, for reading and writing, which is deleted when it is closed.
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using NamelessFile = std::unique_ptr<std::FILE, CloseFile>;
+
+/// A new file without a name in the folder of another file.
 /// \throws IoError if it cannot be created
-int open_nameless_file(const std::filesystem::path& beside);
+NamelessFile open_nameless_file(const std::filesystem::path& beside);
 
 /// The largest file that is read into memory, unless the caller gives another limit [bytes]. It
 /// always limits devices and pipes, such as /dev/zero.

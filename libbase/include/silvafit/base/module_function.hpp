@@ -14,7 +14,7 @@ struct ModuleFunction {
 };
 
 /// Loads a module, which is never unloaded.
-/// \param file  its file in lib/silvafit beside the folder of the program
+/// \param file  its file in lib/silvafit beside the folder of the program, without the ending
 /// \param shares_symbols  whether libraries that are loaded later use the symbols of its libraries
 /// \return nothing if there is no such file, or the program is static and cannot load any
 std::optional<ModuleFunction> module_function(const std::string& file,

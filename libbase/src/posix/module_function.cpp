@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include "silvafit/base/system.hpp"
+
 namespace silvafit {
 
 #ifdef SILVAFIT_STATIC
@@ -23,11 +25,11 @@ std::optional<ModuleFunction> module_function(const std::string& /*file*/,
 std::optional<ModuleFunction> module_function(const std::string& file,
                                               const char* function,
                                               bool shares_symbols) {
-  std::error_code unknown;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  const std::filesystem::path program = system::program_file();
   const std::filesystem::path path =
-      program.parent_path().parent_path() / "lib" / "silvafit" / file;
-  if (unknown || !std::filesystem::exists(path, unknown)) return std::nullopt;
+      program.parent_path().parent_path() / "lib" / "silvafit" / (file + ".so");
+  std::error_code unknown;
+  if (program.empty() || !std::filesystem::exists(path, unknown)) return std::nullopt;
   void* const module = dlopen(path.c_str(), RTLD_NOW | (shares_symbols ? RTLD_GLOBAL : RTLD_LOCAL));
   void* const address = module == nullptr ? nullptr : dlsym(module, function);
   return ModuleFunction{.address = address, .problem = address == nullptr ? dlerror() : ""};
