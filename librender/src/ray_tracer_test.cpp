@@ -230,7 +230,7 @@ TEST_CASE("the camera's target is the middle of the image") {
   options.has_ground = false;
   const RayTracer tracer(
       scene_of({plate(3, 2, 0, {.color = {0.9, 0.02, 0.02}}), plate(-8, 0, 0, {})}));
-  const Image picture = tracer.picture(options);
+  const auto picture = tracer.picture(options);
   const std::uint8_t* middle = picture.pixel(32, 32);
   CHECK(middle[0] > 2 * middle[2]);
 }
