@@ -29,7 +29,8 @@ copy_core <- function() {
     folder <- file.path(checkout, paste0("lib", name))
     copy_folder(file.path(folder, "include"), "src/core", "[.]hpp$")
     files <- copy_folder(file.path(folder, "src"), "src/core", "[.][ch]pp$", "_test[.]cpp$|test_support|^mpi/|^parallel[.]cpp$")
-    write_units(name, grep("[.]cpp$", files, value = TRUE))
+    # In an order that does not depend on the language.
+    write_units(name, sort(grep("[.]cpp$", files, value = TRUE), method = "radix"))
   }
 }
 
@@ -80,11 +81,14 @@ copy_library_sources <- function() {
 copy_data <- function() {
   copy_folder(file.path(checkout, "models"), "inst/silvafit/models", without = "^CMakeLists")
   pages <- file.path(checkout, "build/share/silvafit/viewer")
-  if (dir.exists(pages)) copy_folder(pages, "inst/silvafit/viewer", "[.]html$")
-  else message("without the report pages, which `make build` writes")
+  if (!dir.exists(pages)) return(message("without the report pages, which `make build` writes"))
+  copy_folder(pages, "inst/silvafit/viewer", "[.]html$")
+  # The headers contain their licences, the pages do not.
+  files <- file.path(checkout, c("scripts/package-copyright", "LICENSE", "build/viewer/workshop"))
+  writeLines(system2("python3", shQuote(files), stdout = TRUE), "inst/COPYRIGHTS")
 }
 
-unlink(c("src/core", "src/third_party", "inst/silvafit", Sys.glob(c("src/core_*.cpp", "src/third_party_*.cpp"))), recursive = TRUE)
+unlink(c("src/core", "src/third_party", "inst/silvafit", "inst/COPYRIGHTS", Sys.glob(c("src/core_*.cpp", "src/third_party_*.cpp"))), recursive = TRUE)
 copy_core()
 copy_headers()
 libraries <- copy_library_sources()

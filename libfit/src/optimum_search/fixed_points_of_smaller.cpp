@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "marginal_likelihood/marginal_fit.hpp"
 #include "optimum_search/fixed_points.hpp"
 
 namespace silvafit::fit {
