@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps test-deps r-deps r-package r-source test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi static test-static python-package test-python check-python format check-format clean
+.PHONY: help deps test-deps r-deps r-package r-source test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi static test-static windows test-windows python-package test-python check-python format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
@@ -14,6 +14,7 @@ help:
 	@echo "make scorecard   many fits beside their best known log-likelihoods; writes the tables of docs/scorecard.md"
 	@echo "make mpi     the program for mpirun, at build-mpi/bin/silvafit (docs/large-inventories.md)"
 	@echo "make static  the program as one file for any Linux, at build-static/bin/silvafit; make test-static tries it in an empty folder"
+	@echo "make windows the program as one file for Windows, at build-windows/silvafit.exe, and as a ZIP file with the examples; make test-windows compares it in Wine"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
 	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
 	@echo "make python-package   the Python package: wheel and source package in build/dist, installed into build/python; make test-python tests it,"
@@ -117,6 +118,18 @@ test-static: build
 	@status=0; ./scripts/static-libraries build-static/libraries || status=$$?; \
 	  if [ $$status = 77 ]; then echo "skipped: the static program"; exit 0; fi; \
 	  [ $$status = 0 ] && $(MAKE) --no-print-directory static && ./scripts/test-static
+
+# The program as one file for Windows, build-windows/silvafit.exe, and with the examples as a ZIP file. docs/install.md.
+windows: deps
+	@./scripts/install-dependencies packages-debian12-windows.txt
+	@./scripts/static-libraries build-windows/libraries cmake/windows.cmake
+	@cmake --preset windows && cmake --build --preset windows
+	@x86_64-w64-mingw32-strip -o build-windows/silvafit.exe build-windows/bin/silvafit.exe
+	@cd build-windows && rm -rf silvafit silvafit.zip && mkdir silvafit && \
+	  cp -r silvafit.exe ../LICENSE ../examples silvafit && cp ../docs/windows.md silvafit/READ-ME.txt && zip -qr silvafit.zip silvafit
+
+test-windows: build windows
+	@./scripts/test-windows
 
 package: build
 	@./scripts/install-dependencies packages-debian12-package.txt

@@ -75,6 +75,8 @@ int run_command(const std::vector<std::string>& words) {
                    "silvafit");
   add_version_options(program);
   program.require_subcommand(1);
+  // A slash begins a path on all systems.
+  program.allow_windows_style_options(false);
   program.failure_message(CLI::FailureMessage::simple);
 
   add_study_command(program);

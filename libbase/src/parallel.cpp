@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "loop_depth.hpp"
+#include "silvafit/base/system.hpp"
 
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
@@ -104,6 +105,7 @@ void parallel_for(std::size_t count,
         tbb::blocked_range<std::size_t>(0, count, 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
           const LoopOrder::Task ordered(order);
+          system::prepare_thread();
           const auto worker =
               static_cast<std::size_t>(tbb::this_task_arena::current_thread_index());
           for (std::size_t i = range.begin(); i != range.end(); ++i) task(i, worker);

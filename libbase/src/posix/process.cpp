@@ -56,6 +56,8 @@ int silence(std::FILE* stream) {
 
 void restore(std::FILE* stream, int descriptor) { ::dup2(descriptor, ::fileno(stream)); }
 
+void prepare_thread() {}
+
 bool takes_dropped_files() { return false; }
 
 bool has_own_console() { return false; }

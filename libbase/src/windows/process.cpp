@@ -64,6 +64,10 @@ void clean_up_on_interrupts(void (*clean_up)()) {
   ::SetConsoleCtrlHandler(handle_interrupt, TRUE);
 }
 
+// Threads of the C library start with a lower precision of the x87, with which it computes powers
+// and logarithms, than the first thread has.
+void prepare_thread() { __asm__ volatile("fninit"); }
+
 // The heap keeps it.
 void keep_freed_memory() {}
 

@@ -64,6 +64,8 @@ void restore(std::FILE* stream, int descriptor);
 /// thread of its own, and then ends the process as usual. Call it once, before any other thread is
 /// started.
 void clean_up_on_interrupts(void (*clean_up)());
+/// Gives a thread the arithmetic of the first one, so that results do not depend on the thread.
+void prepare_thread();
 /// Keeps freed memory in the process. A fit allocates and frees arrays of some MB in each pass over
 /// the data. Returning them to the system costs one page fault per page and interrupts the other
 /// threads.
