@@ -117,7 +117,7 @@ test-static: build
 	@./scripts/install-dependencies packages-debian12-static.txt
 	@status=0; ./scripts/static-libraries build-static/libraries || status=$$?; \
 	  if [ $$status = 77 ]; then echo "skipped: the static program"; exit 0; fi; \
-	  [ $$status = 0 ] && $(MAKE) --no-print-directory static && ./scripts/test-static
+	  [ $$status = 0 ] && cmake --preset static && cmake --build --preset static && ./scripts/test-static
 
 # The program as one file for Windows, build-windows/silvafit.exe, and with the examples as a ZIP file. docs/install.md.
 windows: deps

@@ -22,7 +22,6 @@ namespace silvafit::cli {
 namespace {
 
 const std::filesystem::path kBuiltInFolder = "silvafit:";
-std::string given_command_line;
 
 }  // namespace
 
@@ -125,16 +124,14 @@ std::filesystem::path bundled_page(const std::string& name) {
       {.file = page.string()});
 }
 
-void set_command_line(std::vector<std::string> words) {
+std::string shown_command(std::vector<std::string> words) {
   words.front() = std::filesystem::path(words.front()).filename().string();
   for (std::string& word : words) {
     const bool is_plain = word.find_first_of(" \t'\"$*?;&|<>()") == std::string::npos;
     if (!is_plain) word = fmt::format("'{}'", word);
   }
-  given_command_line = fmt::format("{}", fmt::join(words, " "));
+  return fmt::format("{}", fmt::join(words, " "));
 }
-
-std::string command_line() { return given_command_line; }
 
 std::string version() { return SILVAFIT_VERSION; }
 

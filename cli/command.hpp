@@ -87,11 +87,8 @@ std::filesystem::path data_directory();
 /// \throws InputError with the remedy if silvafit was built without the viewer
 std::filesystem::path bundled_page(const std::string& name);
 
-/// Keeps the words of main() for command_line().
-void set_command_line(std::vector<std::string> words);
-
-/// The command line as given, with words that contain blanks in quotes.
-std::string command_line();
+/// The command line as reports show it, with words that contain blanks in quotes.
+std::string shown_command(std::vector<std::string> words);
 
 /// The version, `0.1.0`.
 std::string version();
@@ -103,7 +100,8 @@ void add_stand_command(CLI::App& program);
 void add_tiles_command(CLI::App& program);
 void add_fit_command(CLI::App& program);
 void add_compare_command(CLI::App& program);
-void add_study_command(CLI::App& program);
+/// \param command_line  as the report shows it
+void add_study_command(CLI::App& program, std::string command_line);
 void add_predict_command(CLI::App& program);
 void add_library_command(CLI::App& program);
 void add_grow_command(CLI::App& program);

@@ -97,7 +97,7 @@ const CLI::Option* option_of(const CLI::App& command, const std::string& message
   return found;
 }
 
-/// `--threads`, or the placeholder of an argument in --help: `INVENTORY.csv`.
+/// `--threads`, or the word for an argument in --help: `INVENTORY.csv`.
 std::string shown_name(const CLI::Option& option) {
   const bool is_argument = option.get_positional();
   return is_argument && option.get_type_name().find("TEXT") == std::string::npos
@@ -185,7 +185,11 @@ std::string unreadable_words(const CLI::App& program, const CLI::ParseError& err
   }
   // CLI11 prints a range without an upper limit with the largest double.
   if (message.ends_with(std::to_string(std::numeric_limits<double>::max()))) {
-    return fmt::format("{}: '{}' is not above 0", name, fmt::join(option->results(), ","));
+    const bool may_be_zero = option->get_type_name().find("NONNEGATIVE") != std::string::npos;
+    return fmt::format("{}: '{}' is {} 0",
+                       name,
+                       fmt::join(option->results(), ","),
+                       may_be_zero ? "below" : "not above");
   }
   return message;
 }

@@ -14,6 +14,19 @@ void add_reading_options(CLI::App& command,
   each_setting(settings, SettingOptions(command, "Table of trees", std::move(only)));
 }
 
+void add_drawn_table_options(CLI::App& command, study::ReadingSettings& settings) {
+  add_reading_options(command,
+                      settings,
+                      {"columns",
+                       "missing",
+                       "fill_down",
+                       "case_sensitive",
+                       "dead",
+                       "alive_codes",
+                       "dead_codes",
+                       "cut_codes"});
+}
+
 void add_inventory_options(CLI::App& command,
                            std::string& inventory,
                            study::ReadingSettings& settings,

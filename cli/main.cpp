@@ -79,7 +79,7 @@ int run_command(const std::vector<std::string>& words) {
   program.allow_windows_style_options(false);
   program.failure_message(CLI::FailureMessage::simple);
 
-  add_study_command(program);
+  add_study_command(program, shown_command(words));
   add_indices_command(program);
   add_stand_command(program);
   add_tiles_command(program);
@@ -107,7 +107,6 @@ int run_command(const std::vector<std::string>& words) {
 
   const VisibleTables visible_tables;
   try {
-    set_command_line(words);
     add_built_in_files();
     Ranks::of_process();
     has_joined_job = true;

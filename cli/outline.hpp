@@ -12,7 +12,7 @@ namespace silvafit::cli {
 /// An option, or an argument without a name of its own.
 struct OptionOutline {
   std::vector<std::string> names{};    ///< `-h`, `--help`; of an argument its name alone
-  std::string value{};                 ///< placeholder of its value, `FILE.csv`; empty: a flag
+  std::string value{};                 ///< word for its value, `FILE.csv`; empty: a flag
   std::vector<std::string> choices{};  ///< the valid values, if they are listed
   std::string default_value{};
   std::string description{};

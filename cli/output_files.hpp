@@ -11,7 +11,7 @@ namespace silvafit::cli {
 
 /// A file of the command line.
 struct NamedFile {
-  std::string option{};          ///< "--out", or the placeholder in --help: "INVENTORY.csv"
+  std::string option{};          ///< "--out", or the word in --help: "INVENTORY.csv"
   std::filesystem::path path{};  ///< empty: not given
 };
 

@@ -177,7 +177,7 @@ void run_whole_study(const StudyArguments& arguments, const std::filesystem::pat
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
   std::optional<source::CoordinateSystem> coordinates;
   study::StudyRecord record = make_record(arguments, catalogue, coordinates);
-  record.command = command_line();
+  record.command = arguments.command_line;
   const std::filesystem::path folder = arguments.out;
   study::write_study(record, catalogue, page, folder);
   write_workbook(arguments, record, coordinates);
@@ -235,8 +235,9 @@ void run(const CLI::App& command, StudyArguments& arguments) {
 
 }  // namespace
 
-void add_study_command(CLI::App& program) {
+void add_study_command(CLI::App& program, std::string command_line) {
   auto arguments = std::make_shared<StudyArguments>();
+  arguments->command_line = std::move(command_line);
   CLI::App* command = program.add_subcommand(
       "study", "Run all steps: indices, models at three levels, library, predictions, report");
   add_inventory_options(

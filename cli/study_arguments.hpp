@@ -11,6 +11,7 @@
 namespace silvafit::cli {
 
 struct StudyArguments {
+  std::string command_line{};  ///< as the report shows it
   std::string inventory{};
   study::StudyConfiguration settings{};
   std::string out{};

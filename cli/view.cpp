@@ -129,16 +129,7 @@ void add_view_command(CLI::App& program) {
   add_names_option(command, "--plot", arguments->settings.view.plots, "Show these plots only");
   command.add_option("--title", arguments->settings.view.title, "Headline (default: the name)");
   study::ReadingSettings& reading = arguments->settings.reading;
-  add_reading_options(command,
-                      reading,
-                      {"columns",
-                       "missing",
-                       "fill_down",
-                       "case_sensitive",
-                       "dead",
-                       "alive_codes",
-                       "dead_codes",
-                       "cut_codes"});
+  add_drawn_table_options(command, reading);
   const CLI::Option* models =
       command
           .add_option("--models",

@@ -34,16 +34,20 @@ copy_core <- function() {
   }
 }
 
-# Several sources of a folder are compiled as one, as by cmake/SilvafitTargets.cmake. Vector code stands alone.
+# Several sources of a folder are compiled as one, as by cmake/SilvafitTargets.cmake. Vector code stands alone. The package may be compiled on
+# another system than it was written on.
 write_units <- function(library, sources) {
   alone <- vapply(file.path("src/core", sources), function(path) any(grepl("HWY_TARGET_INCLUDE", readLines(path))), NA)
   groups <- ifelse(alone, sources, dirname(sources))
   for (group in unique(groups)) {
     members <- sources[groups == group]
     parts <- split(members, (seq_along(members) - 1L) %/% sources_of_a_unit)
+    condition <- c(windows = "defined(_WIN32)", posix = "!defined(_WIN32)", linux = "defined(__linux__)")[group]
     for (part in names(parts)) {
       name <- gsub("[^a-z0-9]+", "_", paste("core", library, sub("[.]cpp$", "", group), part, sep = "_"))
-      writeLines(sprintf('#include "core/%s"', parts[[part]]), file.path("src", paste0(name, ".cpp")))
+      lines <- sprintf('#include "core/%s"', parts[[part]])
+      if (!is.na(condition)) lines <- c(paste("#if", condition), lines, "#endif")
+      writeLines(lines, file.path("src", paste0(name, ".cpp")))
     }
   }
 }

@@ -55,8 +55,6 @@ class LoopOrder {
   char end_ = 0;
 };
 
-thread_local std::size_t loop_depth = 0;
-
 /// The arena of the calling thread with this many workers.
 ///
 /// Arenas live as long as their thread: the workers of a new arena must be woken, which takes
@@ -68,22 +66,7 @@ tbb::task_arena& arena_of(std::size_t workers) {
 
 }  // namespace
 
-bool is_in_loop() { return loop_depth > 0; }
-InLoop::InLoop() { ++loop_depth; }
-InLoop::~InLoop() { --loop_depth; }
-
-std::size_t worker_count(unsigned threads) {
-  const auto cores = static_cast<std::size_t>(tbb::info::default_concurrency());
-  // TBB ends the process where the system refuses it a thread; so many were never refused.
-  constexpr std::size_t kMostBeyondCores = 64;
-  return threads == 0 ? cores : std::min<std::size_t>(threads, std::max(cores, kMostBeyondCores));
-}
-
-void parallel_for(std::size_t count,
-                  unsigned threads,
-                  const std::function<void(std::size_t)>& task) {
-  parallel_for(count, threads, [&task](std::size_t i, std::size_t /*worker*/) { task(i); });
-}
+std::size_t core_count() { return static_cast<std::size_t>(tbb::info::default_concurrency()); }
 
 void parallel_for(std::size_t count,
                   unsigned threads,
@@ -96,8 +79,7 @@ void parallel_for(std::size_t count,
   }
   // Lets TBB have more threads than there are cores, where the caller asks for them.
   std::optional<tbb::global_control> limit;
-  if (workers > static_cast<std::size_t>(tbb::info::default_concurrency()))
-    limit.emplace(tbb::global_control::max_allowed_parallelism, workers);
+  if (workers > core_count()) limit.emplace(tbb::global_control::max_allowed_parallelism, workers);
   LoopOrder order;
   const auto loop = [&] {
     // One task at a time: fits differ in cost by orders of magnitude.

@@ -401,10 +401,10 @@ void GrowthMaker::check_density() const {
     area_ha += areas_ha_[i];
     if (!living_.represented.empty()) continue;
     GrowthParts numbers = report_.plots[i].values[kNumber];
-    check_plot_is_not_empty(report_.plots[i].plot,
-                            std::round(part_of(numbers, GrowthPart::kStart) * areas_ha_[i]),
-                            areas_ha_[i] * kSquareMetersPerHectare,
-                            place);
+    check_plot_density(report_.plots[i].plot,
+                       std::round(part_of(numbers, GrowthPart::kStart) * areas_ha_[i]),
+                       areas_ha_[i] * kSquareMetersPerHectare,
+                       place);
   }
   check_density_is_possible(basal_area_m2 / area_ha, place);
 }

@@ -442,8 +442,7 @@ void SampleMaker::check_density() const {
   for (const SampledArea& area : sample_.areas) {
     area_m2 += area.area_m2;
     if (uses_table_areas()) {
-      check_plot_is_not_empty(
-          area.name, static_cast<double>(area.trees.size()), area.area_m2, place);
+      check_plot_density(area.name, static_cast<double>(area.trees.size()), area.area_m2, place);
     }
     for (const std::size_t tree : area.trees) {
       const double dbh_cm = inventory_.dbh_cm[tree];
@@ -550,10 +549,7 @@ void check_density_is_possible(double basal_area_m2_per_ha, const Place& place) 
       place);
 }
 
-void check_plot_is_not_empty(const std::string& plot,
-                             double trees,
-                             double area_m2,
-                             const Place& place) {
+void check_plot_density(const std::string& plot, double trees, double area_m2, const Place& place) {
   if (trees == 0.0 || !(trees < area_m2 / kSquareMetersPerHectare)) return;
   throw InputError(
       fmt::format("plot {} has an area of {:.10g} m2 for {}, less than one per hectare; areas are "

@@ -380,7 +380,7 @@ void ReportMaker::check_density(const std::string& file) const {
   if (sample_ != nullptr) return;
   for (const AreaReport& plot : report_.areas) {
     const auto trees = static_cast<double>(plot.figures.trees);
-    check_plot_is_not_empty(plot.area.name, trees, plot.area.area_m2, place);
+    check_plot_density(plot.area.name, trees, plot.area.area_m2, place);
   }
 }
 

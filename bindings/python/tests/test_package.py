@@ -43,10 +43,10 @@ def test_the_package_needs_no_library_that_a_linux_may_lack():
 
 
 def test_the_stub_of_the_extension_names_what_it_has():
-    stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
+    declared = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
     assert (PACKAGE / "py.typed").is_file()
-    functions = {node.name for node in stub.body if isinstance(node, ast.FunctionDef)}
-    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+    functions = {node.name for node in declared.body if isinstance(node, ast.FunctionDef)}
+    classes = {node.name: node for node in declared.body if isinstance(node, ast.ClassDef)}
     public = {name for name in dir(_core) if not name.startswith("_")}
     assert functions | set(classes) == public
     for name, node in classes.items():

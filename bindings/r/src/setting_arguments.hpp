@@ -54,20 +54,31 @@ class SettingArguments {
       setting.value[names[i]] = texts_of(list[static_cast<R_xlen_t>(i)]);
     }
   }
-  /// One criterion for all levels, or one for each of base, covariates, random, variance.
+  /// One criterion for all levels, or those of named levels: base, covariates, random, variance.
   void operator()(const data::Setting<study::LevelCriteria>& setting) const {
     std::vector<std::string> words;
     arguments_.read(setting.key.data(), words);
     if (words.empty()) return;
-    if (words.size() == 1) words.resize(4, words.front());
-    if (words.size() != 4) {
-      throw UsageError("has one criterion, or four: base, covariates, random, variance",
-                       {.column = std::string(setting.key)});
+    study::LevelCriteria& levels = setting.value;
+    const std::map<std::string, study::Criterion*> by_name{{"base", &levels.base},
+                                                           {"covariates", &levels.covariates},
+                                                           {"random", &levels.random},
+                                                           {"variance", &levels.variance}};
+    SEXP names = Rf_getAttrib(arguments_[setting.key.data()], R_NamesSymbol);
+    if (names == R_NilValue && words.size() == 1) {
+      for (const auto& [name, level] : by_name) *level = study::parse_criterion(words.front());
+      return;
     }
-    setting.value = {.base = study::parse_criterion(words[0]),
-                     .covariates = study::parse_criterion(words[1]),
-                     .random = study::parse_criterion(words[2]),
-                     .variance = study::parse_criterion(words[3])};
+    const std::vector<std::string> given =
+        names == R_NilValue ? std::vector<std::string>(words.size()) : texts_of(names);
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const auto level = by_name.find(given[i]);
+      if (level == by_name.end()) {
+        throw UsageError("has one criterion, or named ones: base, covariates, random, variance",
+                         {.column = std::string(setting.key)});
+      }
+      *level->second = study::parse_criterion(words[i]);
+    }
   }
   void operator()(const data::Setting<std::vector<int>>& setting) const {
     if (!arguments_.has(setting.key.data())) return;

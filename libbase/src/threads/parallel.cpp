@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "loop_depth.hpp"
+#include "silvafit/base/system.hpp"
 
 namespace silvafit {
 namespace {
 
-thread_local std::size_t loop_depth = 0;
 thread_local bool is_worker = false;
 
 /// The tasks of a loop, which its threads take one by one.
@@ -28,6 +28,7 @@ class Tasks {
   void work(std::size_t worker) {
     const InLoop in_loop;
     is_worker = true;
+    system::prepare_thread();
     try {
       for (std::size_t i = next_++; i < count_; i = next_++) task_(i, worker);
     } catch (...) {
@@ -52,22 +53,7 @@ class Tasks {
 
 }  // namespace
 
-bool is_in_loop() { return loop_depth > 0; }
-InLoop::InLoop() { ++loop_depth; }
-InLoop::~InLoop() { --loop_depth; }
-
-std::size_t worker_count(unsigned threads) {
-  const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
-  // As many as the loops of TBB have.
-  constexpr std::size_t kMostBeyondCores = 64;
-  return threads == 0 ? cores : std::min<std::size_t>(threads, std::max(cores, kMostBeyondCores));
-}
-
-void parallel_for(std::size_t count,
-                  unsigned threads,
-                  const std::function<void(std::size_t)>& task) {
-  parallel_for(count, threads, [&task](std::size_t i, std::size_t /*worker*/) { task(i); });
-}
+std::size_t core_count() { return std::max(1U, std::thread::hardware_concurrency()); }
 
 void parallel_for(std::size_t count,
                   unsigned threads,

@@ -313,7 +313,7 @@ class TermParser {
                         .value = data::Expression::parse(text_, part.begin, part.end),
                         .position = part.begin + 1};
     const std::vector<std::string> names = result.value.variables();
-    // The placeholder of a comparison with text is a variable of the expression, too.
+    // The name that stands for a comparison with text is a variable of the expression, too.
     const bool is_name =
         names.size() == 1 && function.empty() && !is_comparison(part) && label[0] != '(';
     if (is_name) result.column = names.front();

@@ -97,10 +97,7 @@ void check_density_is_possible(double basal_area_m2_per_ha, const Place& place);
 
 /// For plots all of whose trees were counted on the whole area.
 /// \throws InputError if a plot with trees has less than one per hectare
-void check_plot_is_not_empty(const std::string& plot,
-                             double trees,
-                             double area_m2,
-                             const Place& place);
+void check_plot_density(const std::string& plot, double trees, double area_m2, const Place& place);
 
 /// \throws UsageError if the design contradicts itself
 void check_design(const SamplingDesign& design);
