@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kTreesPerWindowTask = 4096;
 /// Trees within a strip this narrow are on one line, as in Window::convex_hull.
-constexpr double kThinnestMeters = 1e-6;
+constexpr double kNarrowestPlotMeters = 1e-6;
 
 bool has_position(const Inventory& inventory, std::size_t tree) {
   return !std::isnan(inventory.x[tree]) && !std::isnan(inventory.y[tree]);
@@ -32,7 +32,8 @@ std::optional<Window> window_around(const std::vector<Point>& points, AssumedWin
     low = {std::min(low.x, point.x), std::min(low.y, point.y)};
     high = {std::max(high.x, point.x), std::max(high.y, point.y)};
   }
-  if (!(high.x - low.x > kThinnestMeters && high.y - low.y > kThinnestMeters)) return std::nullopt;
+  if (!(high.x - low.x > kNarrowestPlotMeters && high.y - low.y > kThinnestMeters))
+    return std::nullopt;
   return Window::rectangle(low, high);
 }
 

@@ -12,7 +12,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 // Tolerance for equality: at the limit angle a pair does not count (strictly smaller), at the
 // touching distance crowns do not overlap (strictly larger). This is the minimum error of the
 // arithmetic; for large coordinates their own rounding is larger.
@@ -60,7 +59,7 @@ double shared_area_m2(double radius_m, double other_radius_m, double distance_m)
   const double large = std::max(radius_m, other_radius_m);
   const double small = std::min(radius_m, other_radius_m);
   if (distance_m >= large + small) return 0.0;
-  if (distance_m <= large - small) return kPi * small * small;
+  if (distance_m <= large - small) return std::numbers::pi * small * small;
   // The chord through the two intersections cuts a segment off each circle.
   const double to_chord =
       (distance_m * distance_m + large * large - small * small) / (2.0 * distance_m);
@@ -95,10 +94,10 @@ double UnitIndices::uniform_angle(std::span<const Neighbor> neighbors, double al
   std::size_t small = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const Direction& next = known[(i + 1) % n];
-    const double turn = i + 1 < n ? 0.0 : 2.0 * kPi;
+    const double turn = i + 1 < n ? 0.0 : 2.0 * std::numbers::pi;
     const double gap = next.azimuth_rad + turn - known[i].azimuth_rad;
     const double same = std::max(kSameAngleRadians, next.rounding_rad + known[i].rounding_rad);
-    if (std::min(gap, 2.0 * kPi - gap) < alpha0_rad - same) ++small;
+    if (std::min(gap, 2.0 * std::numbers::pi - gap) < alpha0_rad - same) ++small;
   }
   return share(small, n);
 }
@@ -158,7 +157,8 @@ double UnitIndices::crown_overlap(std::span<const Neighbor> neighbors) const {
     // A missing width makes the sum missing.
     const double other = inventory_.cw_m[neighbor.tree] / 2.0;
     if (std::isnan(radius) || std::isnan(other)) return data::kMissing;
-    sum += shared_area_m2(radius, other, neighbor.distance_m) / (kPi * radius * radius);
+    sum +=
+        shared_area_m2(radius, other, neighbor.distance_m) / (std::numbers::pi * radius * radius);
   }
   return sum / static_cast<double>(neighbors.size());
 }

@@ -39,7 +39,6 @@ constexpr double kRoundingMeters = 1e-9;
 constexpr double kFarMeters = 1e4;
 /// A hull this narrow is a line: coordinates in a national grid are rounded to 2e-9 m.
 constexpr double kThinnestMeters = 1e-6;
-constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kCornersOfOutline = 120;
 constexpr std::size_t kCornersOfArc = 360;
 
@@ -261,8 +260,8 @@ Window Window::circle(Point center, double radius_m) {
   shape->low = {center.x - radius_m, center.y - radius_m};
   shape->high = {center.x + radius_m, center.y + radius_m};
   shape->set_rounding();
-  shape->area_m2 = kPi * radius_m * radius_m;
-  shape->perimeter_m = 2.0 * kPi * radius_m;
+  shape->area_m2 = std::numbers::pi * radius_m * radius_m;
+  shape->perimeter_m = 2.0 * std::numbers::pi * radius_m;
   return Window(std::shared_ptr<const Shape>(std::move(shape)));
 }
 
@@ -341,7 +340,7 @@ double Window::eroded_area_m2(double distance_m) const {
   if (!(distance_m > 0.0)) return shape_->area_m2;
   if (shape_->circle) {
     const double radius = std::max(0.0, shape_->circle->radius_m - distance_m);
-    return kPi * radius * radius;
+    return std::numbers::pi * radius * radius;
   }
   if (shape_->is_rectangle) {
     const double width = shape_->high.x - shape_->low.x - 2.0 * distance_m;
@@ -384,7 +383,7 @@ std::vector<Polygon> Window::outline() const {
   if (shape_->circle) {
     Polygon& polygon = polygons.emplace_back();
     for (std::size_t i = 0; i < kCornersOfOutline; ++i) {
-      const double azimuth = 2.0 * kPi * static_cast<double>(i) / kCornersOfOutline;
+      const double azimuth = 2.0 * std::numbers::pi * static_cast<double>(i) / kCornersOfOutline;
       polygon.outer.push_back(
           {shape_->circle->center.x + shape_->circle->radius_m * std::sin(azimuth),
            shape_->circle->center.y + shape_->circle->radius_m * std::cos(azimuth)});

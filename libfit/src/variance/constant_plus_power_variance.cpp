@@ -60,8 +60,8 @@ class ConstantPlusPowerVariance : public VarianceKind {
       const Expression k = terms.estimated(VarianceQuantity::kConstant, start, 1.0);
       return filled("log(k*k + exp(d*l))", {{"k", k}, {"d", d}, {"l", l}});
     }
-    constexpr double kPi = std::numbers::pi;
-    const Expression k = terms.estimated(VarianceQuantity::kConstant, kPi / 4.0, kPi / 2.0);
+    const Expression k = terms.estimated(
+        VarianceQuantity::kConstant, std::numbers::pi / 4.0, std::numbers::pi / 2.0);
     return filled("log(sin(k)^2 + cos(k)^2*exp(d*l))", {{"k", k}, {"d", d}, {"l", l}});
   }
 

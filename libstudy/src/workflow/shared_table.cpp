@@ -22,7 +22,7 @@ namespace {
 using data::TableText;
 
 /// Rows of a part: the sums of a fit are added part by part.
-constexpr std::size_t kRowsOfPart = 4096;
+constexpr std::size_t kRowsOfSharedPart = 4096;
 constexpr std::size_t kRowsOfSample = 40000;
 
 /// The labels of a column that were seen so far, unless they are too many for a factor.
@@ -147,7 +147,7 @@ SharedTable read_shared_table(const data::TableSource& source,
         }
         return group;
       },
-      kRowsOfPart);
+      kRowsOfSharedPart);
   if (file.is_sorted()) give_notes(std::array<std::string, 1>{kSortedNote}, note);
   const Ranks& ranks = Ranks::of_process();
   Sample sample(*field, file.rows());

@@ -29,11 +29,11 @@ constexpr const char* kSchema = "silvafit-tiles/1";
 using nlohmann::ordered_json;
 
 /// Numbers of tiles are unsigned 32-bit values with column and row 0 in the middle.
-constexpr std::int64_t kMiddle = std::int64_t{1} << 31;
+constexpr std::int64_t kMiddleCell = std::int64_t{1} << 31;
 
 std::uint64_t number_of(std::int64_t column, std::int64_t row) {
-  return (static_cast<std::uint64_t>(row + kMiddle) << 32U) |
-         static_cast<std::uint64_t>(column + kMiddle);
+  return (static_cast<std::uint64_t>(row + kMiddleCell) << 32U) |
+         static_cast<std::uint64_t>(column + kMiddleCell);
 }
 
 std::uint64_t hash_of(std::string_view text) {
@@ -321,8 +321,8 @@ void Planner::write_tiles() {
     if (!file || key.first != open) {
       finish();
       open = key.first;
-      plan_.tiles.push_back({.column = static_cast<std::int64_t>(open & 0xffffffffU) - kMiddle,
-                             .row = static_cast<std::int64_t>(open >> 32U) - kMiddle});
+      plan_.tiles.push_back({.column = static_cast<std::int64_t>(open & 0xffffffffU) - kMiddleCell,
+                             .row = static_cast<std::int64_t>(open >> 32U) - kMiddleCell});
       file.emplace(tile_file(folder_, plan_.tiles.back()));
       file->stream() << header;
     }

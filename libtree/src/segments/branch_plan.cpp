@@ -14,8 +14,6 @@
 namespace silvafit::tree {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 class Planner {
  public:
   Planner(const Crown& crown, const Branching& branching, Random& random)
@@ -28,8 +26,8 @@ class Planner {
     PlannedBranch best{};
     double widest = -1.0;
     for (int i = 0; i < kBuds; ++i) {
-      const double azimuth =
-          turn + 2.0 * kPi * i / kBuds + random_.normal(0.0, branching_.azimuth_sd_deg * kRadian);
+      const double azimuth = turn + 2.0 * std::numbers::pi * i / kBuds +
+                             random_.normal(0.0, branching_.azimuth_sd_deg * kRadian);
       const PlannedBranch bud = branch(base_m, azimuth);
       const Point tip = bud.tip();
       const double gap = std::min(gaps.squared_gap(tip), gaps.squared_from_stem(tip));
@@ -67,7 +65,7 @@ class Planner {
   /// One of the limbs into which the stem divides; they are distributed all round.
   PlannedBranch limb(int number, double turn) {
     const Fork& fork = branching_.fork;
-    const double azimuth = turn + 2.0 * kPi * number / fork.limbs +
+    const double azimuth = turn + 2.0 * std::numbers::pi * number / fork.limbs +
                            random_.normal(0.0, branching_.azimuth_sd_deg * kRadian);
     const double length = crown_.h_m() - crown_.hcb_m();
     PlannedBranch branch{.base_m = crown_.hcb_m() + length * random_.uniform(fork.from, fork.to),
@@ -164,7 +162,7 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
       plan_whorls(shape, preset, kMeasured + branching.fork.limbs, random, notes);
 
   Planner planner(crown, branching, random);
-  double turn = random.uniform(0.0, 2.0 * kPi);
+  double turn = random.uniform(0.0, 2.0 * std::numbers::pi);
   if (branching.arrangement == Arrangement::kSpiral) {
     return spiral_branches(whorls, crown, branching, turn, planner);
   }
@@ -175,10 +173,10 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
     const Whorl& whorl = whorls[w];
     const double next_m = w + 1 < whorls.size() ? whorls[w + 1].base_m : crown.h_m();
     const double spread_m = branching.whorl_spread * std::max(next_m - whorl.base_m, 0.0);
-    turn += random.uniform(0.0, 2.0 * kPi);
+    turn += random.uniform(0.0, 2.0 * std::numbers::pi);
     const int directions = std::max(whorl.branches, branching.per_whorl);
     for (int i = 0; i < whorl.branches; ++i, ++direction) {
-      const double azimuth = turn + 2.0 * kPi * (direction % directions) / directions +
+      const double azimuth = turn + 2.0 * std::numbers::pi * (direction % directions) / directions +
                              random.normal(0.0, branching.azimuth_sd_deg * kRadian);
       // The first branch stays at the whorl's height: the lowest one is at the measured crown base.
       const double above_m = i > 0 && spread_m > 0.0 ? spread_m * random.uniform(0.0, 1.0) : 0.0;
