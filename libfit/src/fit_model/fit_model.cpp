@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "conditional_modes/effect_posteriors.hpp"
@@ -14,6 +15,7 @@
 #include "fit_model/limit_of_curve.hpp"
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
+#include "least_squares/variable_projection.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "model/held_coefficients.hpp"
@@ -338,19 +340,36 @@ std::optional<FitResult> fit_inside(const NonlinearModel& model,
 
 /// Start values on the other side of infinity: the coefficients that grow without bound with the
 /// opposite sign. V*x/(K + x) is a straight line at both ends, and the maximum for a curve that
-/// bends upwards lies at negative V and K. Empty if the fit has no such coefficients.
-std::map<std::string, double> start_beyond_infinity(const FittedModel& fit) {
-  std::map<std::string, double> start;
+/// bends upwards lies at negative V and K. Since a search may end anywhere on the way to infinity,
+/// they are the smallest, by powers of ten, with which the population's curve is within four
+/// standard errors of the closest. Empty if the fit has no such coefficients.
+std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
+                                                    const FittedModel& fit) {
   const bool is_unbounded = fit.convergence.status == ConvergenceStatus::kNoMaximum &&
                             fit.estimate.allFinite() &&
                             std::ranges::any_of(fit.convergence.evidence, [](const Evidence& item) {
                               return item.kind == Evidence::Kind::kUnbounded;
                             });
-  if (!is_unbounded) return start;
-  for (Index j = 0; j < fit.estimate.size(); ++j) {
-    const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
-    const bool grows = fit.convergence.has(Evidence::Kind::kUnbounded, name);
-    start[name] = grows ? -fit.estimate[j] : fit.estimate[j];
+  if (!is_unbounded) return {};
+  ProjectedModel projected(model);
+  std::vector<std::pair<double, Eigen::VectorXd>> curves;  // log sum of squares, coefficients
+  double closest = std::numeric_limits<double>::infinity();
+  for (double share = 1.0; share > 1e-15; share /= 10.0) {
+    Eigen::VectorXd here = fit.estimate;
+    for (Index j = 0; j < here.size(); ++j) {
+      const std::string& name = fit.coefficient_names[static_cast<std::size_t>(j)];
+      if (fit.convergence.has(Evidence::Kind::kUnbounded, name)) here[j] *= -share;
+    }
+    if (!projected.evaluate(projected.nonlinear_part(here))) continue;
+    curves.emplace_back(std::log(projected.residuals().squaredNorm()), projected.coefficients());
+    closest = std::min(closest, curves.back().first);
+  }
+  const double farthest = closest + 4.0 * 4.0 / static_cast<double>(model.observations());
+  std::erase_if(curves, [&](const auto& curve) { return !(curve.first <= farthest); });
+  std::map<std::string, double> start;
+  if (curves.empty()) return start;
+  for (std::size_t j = 0; j < fit.coefficient_names.size(); ++j) {
+    start[fit.coefficient_names[j]] = curves.back().second[static_cast<Index>(j)];
   }
   return start;
 }
@@ -385,19 +404,17 @@ FitResult fit_model(const ModelSpecification& specification,
     mark_limit(model, held_fit_of(specification, options.fixed, fit), found);
   };
   find_limit(result);
-  if (auto start = start_beyond_infinity(result.fit); is_free && !start.empty()) {
+  const NonlinearModel model(specification, table, options.threads, options.stop);
+  if (auto start = start_beyond_infinity(model, result.fit); is_free && !start.empty()) {
     FitModelOptions beyond = options;
     beyond.start = std::move(start);
-    FitResult other = fit_freely(
-        NonlinearModel(specification, table, options.threads, options.stop), method, beyond);
+    FitResult other = fit_freely(model, method, beyond);
     find_limit(other);
     const bool is_higher = other.fit.log_likelihood > result.fit.log_likelihood;
     if (other.fit.convergence.converged() && is_higher) result = std::move(other);
   }
   // The stored uncertainty is that of the coefficients that were free.
-  if (!is_free) {
-    keep_uncertainty(NonlinearModel(specification, table, options.threads), result.fit);
-  }
+  if (!is_free) keep_uncertainty(model, result.fit);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
   add_doubts(table, options, result);

@@ -55,9 +55,10 @@ TEST_CASE("data of a power curve give a Richards curve no maximum") {
     const FittedModel fit = fitted_by_group(table, kRichards, {.method = method});
     CAPTURE(fit.convergence.verdict, fit.log_likelihood, limit.log_likelihood);
     // Data that are curved by chance would have a maximum above the limit. A search ends somewhere
-    // on the ridge, where a step of one standard error changes nothing that one can see.
+    // on the ridge, where a step of one standard error, half a unit of log-likelihood, changes a
+    // tenth of that at most.
     REQUIRE(fit.log_likelihood < limit.log_likelihood + 1e-6);
-    REQUIRE(fit.log_likelihood > limit.log_likelihood - 0.01);
+    REQUIRE(fit.log_likelihood > limit.log_likelihood - 0.05);
     CHECK_FALSE(fit.convergence.converged());
     CHECK((fit.convergence.has(Evidence::Kind::kUnbounded, "k") ||
            fit.convergence.has(Evidence::Kind::kHardlyIdentifiable, "k")));

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "least_squares/levenberg_marquardt.hpp"
 
-#include <Eigen/QR>
+#include <ceres/tiny_solver.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "least_squares/jacobian_factors.hpp"
@@ -17,22 +20,29 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// A step that gains less than this share of what the linear problem predicts is rejected.
-constexpr double kLeastGain = 1e-3;
-/// Of the trust region, whose inverse is the damping.
-constexpr double kFirstRadius = 1e4;
-constexpr double kSmallestRadius = 1e-32;
-constexpr double kLargestRadius = 1e16;
-/// Of J'J, so that a coefficient without influence is damped, too.
-constexpr double kLeastDiagonal = 1e-6;
 /// Steps shorter than this share of the coefficients are rounding.
 constexpr double kShortestStep = 1e-15;
-constexpr int kMostInvalidSteps = 40;
+
+/// The function that Ceres sees. Its residuals are Q'r and its Jacobian the triangle R of the N
+/// residuals r with Jacobian Q R: the same sums, without a second copy of N rows.
+struct TriangularFunction {
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
+
+  bool operator()(const double* at, double* residuals, double* jacobian) const {
+    return evaluate(at, residuals, jacobian);
+  }
+  int NumResiduals() const { return parameters + 1; }
+  int NumParameters() const { return parameters; }
+
+  std::function<bool(const double*, double*, double*)> evaluate;
+  int parameters = 0;
+};
 
 /// Steps are in coefficients that are multiplied by the lengths of the first Jacobian's columns.
-class DampedDescent {
+class TinyDescent {
  public:
-  DampedDescent(ProjectedModel& model, const DescentOptions& options)
+  TinyDescent(ProjectedModel& model, const DescentOptions& options)
       : model_(model), options_(options) {
     for (Index k = 0; k < model.size(); ++k) {
       if (k != options.held) free_.push_back(k);
@@ -40,29 +50,67 @@ class DampedDescent {
   }
 
   Descent run(const VectorXd& nonlinear) {
-    Descent result{.sum_of_squares = kInfinity};
-    if (!model_.evaluate(nonlinear)) return result;
+    if (!model_.evaluate(nonlinear)) return lowest_;
     point_ = nonlinear;
-    keep(result);
-    if (free_.empty() || !linearize()) return result;
-    while (result.iterations < options_.maximum_iterations && radius_ > kSmallestRadius) {
-      ++result.iterations;
-      if (compute_step()) {
-        invalid_steps_ = 0;
-        if (!take_step(result)) break;
-      } else {
-        if (++invalid_steps_ >= kMostInvalidSteps) break;
-        shrink();
-      }
-    }
-    return result;
+    keep();
+    if (free_.empty() || !linearize()) return lowest_;
+    solver_.options.max_num_iterations = options_.maximum_iterations + 1;
+    solver_.options.gradient_tolerance = 0.0;
+    solver_.options.cost_threshold = 0.0;
+    solver_.options.parameter_tolerance = kShortestStep;
+    VectorXd scaled = VectorXd(nonlinear(free_)).cwiseProduct(lengths_);
+    const TriangularFunction function{
+        [this](const double* parameters, double* residuals, double* jacobian) {
+          if (jacobian == nullptr) {
+            try_point(parameters, residuals);
+          } else {
+            show_lowest(residuals, jacobian);
+          }
+          return true;  // the solver ignores it
+        },
+        static_cast<int>(free_.size())};
+    lowest_.iterations = solver_.Solve(function, &scaled).iterations;
+    return lowest_;
   }
 
  private:
+  /// The solver moves to each point that decreases the sum of squares, and asks for derivatives
+  /// there: one without them counts as infinitely high.
+  void try_point(const double* parameters, double* residuals) {
+    const Index q = lengths_.size();
+    VectorXd next = point_;
+    next(free_) = Eigen::Map<const VectorXd>(parameters, q).cwiseQuotient(lengths_);
+    double sum_of_squares = kInfinity;
+    if (next.allFinite() && model_.evaluate(next)) {
+      sum_of_squares = model_.residuals().squaredNorm();
+      if (sum_of_squares < lowest_.sum_of_squares) {
+        if (linearize()) {
+          keep();
+        } else {
+          sum_of_squares = kInfinity;
+        }
+      }
+    }
+    Eigen::Map<VectorXd> shown(residuals, q + 1);
+    shown.setZero();
+    shown[q] = std::sqrt(sum_of_squares);
+  }
+
+  void show_lowest(double* residuals, double* jacobian) const {
+    const Index q = lengths_.size();
+    Eigen::Map<VectorXd> shown(residuals, q + 1);
+    shown = triangle_.col(q);
+    // So that the sum differs from those of tried points by what they gain, not by rounding.
+    shown[q] = std::sqrt(std::max(0.0, lowest_.sum_of_squares - shown.head(q).squaredNorm()));
+    Eigen::Map<MatrixXd>(jacobian, q + 1, q) = triangle_.leftCols(q);
+  }
+
   /// The point of the last evaluation becomes the lowest.
-  void keep(Descent& result) const {
-    result.coefficients = model_.coefficients();
-    result.sum_of_squares = model_.residuals().squaredNorm();
+  void keep() {
+    lowest_.coefficients = model_.coefficients();
+    lowest_.sum_of_squares = model_.residuals().squaredNorm();
+    // The solver's test is absolute.
+    solver_.options.function_tolerance = options_.tolerance * lowest_.sum_of_squares;
   }
 
   /// The triangle of the Jacobian and the residuals at the point of the last evaluation.
@@ -75,81 +123,27 @@ class DampedDescent {
       const VectorXd norms = jacobian_.colwise().norm();
       lengths_ = (norms.array() > 0.0).select(norms, 1.0);
     }
-    const Index q = jacobian_.cols();
-    const MatrixXd triangle = triangle_of(jacobian_, lengths_, model_.residuals());
+    MatrixXd triangle = triangle_of(jacobian_, lengths_, model_.residuals());
     if (!triangle.allFinite()) return false;
-    triangle_ = triangle.topLeftCorner(q, q);
-    projected_ = triangle.col(q).head(q);
+    triangle_ = std::move(triangle);
     return true;
-  }
-
-  /// \return  false if the step is not finite or gains nothing in the linear problem
-  bool compute_step() {
-    const Index q = triangle_.cols();
-    MatrixXd damped(2 * q, q);
-    damped.topRows(q) = triangle_;
-    damped.bottomRows(q) =
-        (triangle_.colwise().squaredNorm().transpose().cwiseMax(kLeastDiagonal) / radius_)
-            .cwiseSqrt()
-            .asDiagonal();
-    VectorXd right_side = VectorXd::Zero(2 * q);
-    right_side.head(q) = -projected_;
-    step_ = damped.householderQr().solve(right_side);
-    if (!step_.allFinite()) return false;
-    const VectorXd change = triangle_ * step_;
-    predicted_ = -change.dot(2.0 * projected_ + change);
-    return predicted_ > 0.0;
-  }
-
-  /// Moves there if the sum of squares becomes lower.
-  /// \return  false at the end of the descent
-  bool take_step(Descent& result) {
-    const VectorXd step = step_.cwiseQuotient(lengths_);
-    VectorXd next = point_;
-    next(free_) += step;
-    const double sum_of_squares =
-        model_.evaluate(next) ? model_.residuals().squaredNorm() : kInfinity;
-    const double gain = result.sum_of_squares - sum_of_squares;
-    const bool is_last = step.norm() <= kShortestStep * (point_.norm() + kShortestStep) ||
-                         std::abs(gain) <= options_.tolerance * result.sum_of_squares;
-    // A point without derivatives would be the end: such a step is rejected.
-    if (!(gain > (is_last ? 0.0 : kLeastGain * predicted_)) || !linearize()) {
-      shrink();
-      return !is_last;
-    }
-    keep(result);
-    point_ = std::move(next);
-    const double quality = gain / predicted_;
-    radius_ /= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * quality - 1.0, 3));
-    radius_ = std::min(radius_, kLargestRadius);
-    divisor_ = 2.0;
-    return !is_last;
-  }
-
-  void shrink() {
-    radius_ /= divisor_;
-    divisor_ *= 2.0;
   }
 
   ProjectedModel& model_;
   const DescentOptions& options_;
+  ceres::TinySolver<TriangularFunction> solver_;
   std::vector<Index> free_;  ///< nonlinear coefficients that are not held
-  VectorXd point_;           ///< (q) all nonlinear coefficients
+  VectorXd point_;           ///< (q) the first point, which holds the others
   VectorXd lengths_;         ///< of the columns of the first Jacobian
   MatrixXd jacobian_;
-  MatrixXd triangle_;   ///< R of the Jacobian's QR decomposition
-  VectorXd projected_;  ///< Q' r
-  VectorXd step_;
-  double predicted_ = 0.0;  ///< decrease of the linear problem's sum of squares
-  double radius_ = kFirstRadius;
-  double divisor_ = 2.0;  ///< of the radius at the next rejected step
-  int invalid_steps_ = 0;
+  MatrixXd triangle_;  ///< R and Q'r at the lowest point
+  Descent lowest_{.sum_of_squares = kInfinity};
 };
 
 }  // namespace
 
 Descent descend(ProjectedModel& model, const VectorXd& nonlinear, const DescentOptions& options) {
-  return DampedDescent(model, options).run(nonlinear);
+  return TinyDescent(model, options).run(nonlinear);
 }
 
 }  // namespace silvafit::fit

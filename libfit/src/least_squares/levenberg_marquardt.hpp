@@ -23,9 +23,9 @@ struct Descent {
   int iterations = 0;
 };
 
-/// Damped steps by the diagonal of J'J, as in Marquardt 1963, Journal of the Society for Industrial
-/// and Applied Mathematics 11, 431-441; the damping changes by the rule of Nielsen (Madsen, Nielsen
-/// and Tingleff 2004, Methods for non-linear least squares problems, section 2.2).
+/// Levenberg-Marquardt steps by ceres::TinySolver: damped by the diagonal of J'J, as in Marquardt
+/// 1963, Journal of the Society for Industrial and Applied Mathematics 11, 431-441, by the rule of
+/// Madsen, Nielsen and Tingleff 2004, Methods for non-linear least squares problems, section 3.2.
 ///
 /// \param nonlinear  (q) where to start
 Descent descend(ProjectedModel& model,

@@ -194,7 +194,7 @@ class LindstromBates {
   VarianceModel variance_;
   bool is_normalized_;
   Linearizer linearizer_;
-  double tolerance_ = 1e-12;
+  double tolerance_ = 1e-14;
   int short_steps_ = 6;
   int passes_left_ = std::numeric_limits<int>::max();
   LindstromBatesWork work_;

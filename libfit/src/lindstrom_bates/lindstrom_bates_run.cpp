@@ -150,8 +150,8 @@ class LindstromBates::Run {
     }
     // Movements of the coefficients below the rounding error of the sums of squares are not
     // visible.
-    const double rounding = 1e-14 * static_cast<double>(engine_.model_.observations());
-    return curve_decrement_ <= std::max(10.0 * engine_.tolerance_, rounding);
+    const double rounding = 1e-15 * static_cast<double>(engine_.model_.observations());
+    return curve_decrement_ <= std::max(engine_.tolerance_, rounding);
   }
 
   void note(int iteration) {

@@ -33,7 +33,7 @@ constexpr int kPassesOfAllRuns = 2000;
 // but slowly if penalized least squares does.
 constexpr int kPassesFromFit = 1500;
 // Converged: the next iteration would change theta by less than 1e-6 standard errors.
-constexpr double kTolerance = 1e-12;
+constexpr double kTolerance = 1e-14;
 
 /// One run, and further ones from the interior if it stopped at a singular covariance while the
 /// likelihood increases towards the interior.

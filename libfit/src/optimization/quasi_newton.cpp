@@ -1,11 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "optimization/quasi_newton.hpp"
 
+#include <ceres/gradient_problem.h>
+#include <ceres/gradient_problem_solver.h>
+#ifdef SILVAFIT_GLOG
+#include <glog/logging.h>
+#endif
+
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
+#include <vector>
 
 namespace silvafit::fit {
 namespace {
@@ -13,6 +22,16 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Ceres tells glog of steps that fail even where its own options ask for silence. A program that
+/// uses glog itself keeps its level.
+void silence_warnings() {
+#ifdef SILVAFIT_GLOG
+  if (!google::IsGoogleLoggingInitialized()) FLAGS_minloglevel = google::GLOG_FATAL;
+#endif
+}
 
 /// The nearest matrix with the same eigenvectors and eigenvalues |lambda| >= a small share of the
 /// largest.
@@ -59,8 +78,80 @@ std::optional<VectorXd> gradient_beside(const SmoothFunction& function,
   return gradient;
 }
 
+/// A point where the function was evaluated.
+struct Evaluated {
+  VectorXd z{};  ///< its whitened coordinates
+  VectorXd x{};
+  double value = kInfinity;
+  VectorXd gradient{};
+};
+
+/// What Ceres sees: the function in the coordinates z of x = center + L^-T z, in which the first
+/// Hessian L L' is the identity that BFGS starts from.
+class WhitenedFunction final : public ceres::FirstOrderFunction {
+ public:
+  WhitenedFunction(const SmoothFunction& function,
+                   Evaluated first,
+                   const MatrixXd& hessian,
+                   double longest_step,
+                   int& evaluations)
+      : function_(function),
+        center_(first.x),
+        cholesky_(hessian),
+        longest_step_(longest_step),
+        evaluations_(evaluations),
+        lowest_(first),
+        tried_{std::move(first)} {}
+
+  int NumParameters() const override { return static_cast<int>(center_.size()); }
+
+  bool Evaluate(const double* parameters, double* value, double* gradient) const override {
+    const Evaluated* here = at(Eigen::Map<const VectorXd>(parameters, center_.size()));
+    if (here == nullptr || !std::isfinite(here->value)) return false;
+    *value = here->value;
+    if (gradient != nullptr) {
+      Eigen::Map<VectorXd>(gradient, center_.size()) = cholesky_.matrixL().solve(here->gradient);
+    }
+    return true;
+  }
+
+  const Evaluated& lowest() const { return lowest_; }
+  /// Where the solver is.
+  const Evaluated& current() const { return tried_.front(); }
+  void move(const VectorXd& z) {
+    const Evaluated* next = at(z);
+    if (next != nullptr) tried_ = {Evaluated(*next)};
+  }
+
+ private:
+  /// Evaluates once. The solver has no longest step: points beyond it are refused, not evaluated.
+  const Evaluated* at(const VectorXd& z) const {
+    const auto known = std::find_if(
+        tried_.begin(), tried_.end(), [&](const Evaluated& one) { return one.z == z; });
+    if (known != tried_.end()) return &*known;
+    Evaluated next{.z = z, .x = center_ + cholesky_.matrixU().solve(z)};
+    const double step = (next.x - current().x).lpNorm<Eigen::Infinity>();
+    if (!(step <= longest_step_)) return nullptr;
+    ++evaluations_;
+    next.gradient.setZero(center_.size());
+    next.value = function_(next.x, &next.gradient);
+    if (!next.gradient.allFinite()) next.value = kInfinity;
+    if (next.value < lowest_.value) lowest_ = next;
+    tried_.push_back(std::move(next));
+    return &tried_.back();
+  }
+
+  const SmoothFunction& function_;
+  VectorXd center_;
+  Eigen::LLT<MatrixXd> cholesky_;
+  double longest_step_;
+  int& evaluations_;
+  mutable Evaluated lowest_;
+  mutable std::vector<Evaluated> tried_;  ///< since the last step; first where the solver is
+};
+
 /// One minimization: current point, gradient and Hessian.
-class Minimization {
+class Minimization final : private ceres::IterationCallback {
  public:
   Minimization(const SmoothFunction& function,
                const VectorXd& start,
@@ -69,101 +160,138 @@ class Minimization {
       : function_(function), options_(options) {
     result_.x = start;
     gradient_.setZero(start.size());
-    result_.value = evaluate(start, &gradient_);
+    result_.value = evaluate(start, gradient_);
     if (hessian.size() > 0) {
       result_.hessian = made_positive(hessian);
     } else {
-      result_.hessian = made_positive(options_.one_sided ? rough_hessian() : fresh_hessian());
+      renew_hessian();
     }
     is_fresh_ = hessian.size() == 0;
   }
 
   QuasiNewtonResult run() {
     if (result_.x.size() == 0 || !std::isfinite(result_.value)) return result_;
-    for (int step = 0; step < options_.maximum_steps; ++step) {
-      const VectorXd direction = -result_.hessian.ldlt().solve(gradient_);
-      result_.decrement = -gradient_.dot(direction);
-      // By rounding the Hessian may be indefinite; its direction is then useless.
-      if (!(result_.decrement >= 0.0)) result_.decrement = std::numeric_limits<double>::infinity();
-      if (result_.decrement <= options_.decrement || is_rounded()) break;
-      result_.is_blocked =
-          options_.most_short_steps > 0 && short_steps_ >= options_.most_short_steps;
+    result_.decrement = decrement(gradient_);
+    while (result_.decrement > options_.decrement && steps_ < options_.maximum_steps) {
+      const double before = result_.decrement;
+      const bool was_fresh = is_fresh_;
+      solve();
       if (result_.is_blocked) break;
-      if (std::isfinite(result_.decrement) && advance(direction)) continue;
-      if (result_.decrement <= options_.rounded_decrement) break;
-      // No descent: the Hessian is inaccurate, or the value is exact except for rounding.
-      if (is_fresh_) break;
-      result_.hessian = made_positive(fresh_hessian());
+      polish();
+      if (result_.decrement <= std::max(options_.decrement, options_.rounded_decrement)) break;
+      // With an accurate Hessian, rounding is what prevents more.
+      if (was_fresh && !(result_.decrement < 0.5 * before)) break;
+      renew_hessian();
       is_fresh_ = true;
+      result_.decrement = decrement(gradient_);
     }
     return result_;
   }
 
  private:
-  double evaluate(const VectorXd& x, VectorXd* gradient) {
+  double evaluate(const VectorXd& x, VectorXd& gradient) {
     ++result_.evaluations;
-    return function_(x, gradient);
+    return function_(x, &gradient);
   }
 
-  bool is_rounded() {
+  /// By rounding the Hessian may be indefinite; its direction is then useless.
+  double decrement(const VectorXd& gradient) const {
+    const double found = gradient.dot(result_.hessian.ldlt().solve(gradient));
+    return found >= 0.0 ? found : kInfinity;
+  }
+
+  void renew_hessian() {
+    result_.evaluations += static_cast<int>(result_.x.size()) * (options_.one_sided ? 1 : 2);
+    const MatrixXd found = options_.one_sided ? one_sided_hessian(function_, result_.x, gradient_)
+                                              : hessian_from_gradients(function_, result_.x);
+    result_.hessian = made_positive(0.5 * (found + found.transpose()));
+  }
+
+  /// From the current point with the current Hessian to where Ceres ends.
+  void solve() {
+    const Index size = result_.x.size();
+    z_.setZero(size);
+    whitened_ = new WhitenedFunction(function_,
+                                     {z_, result_.x, result_.value, gradient_},
+                                     result_.hessian,
+                                     options_.longest_step,
+                                     result_.evaluations);
+    const ceres::GradientProblem problem(whitened_);  // owns it
+    ceres::GradientProblemSolver::Options options;
+    options.line_search_direction_type = ceres::BFGS;
+    options.max_num_iterations = options_.maximum_steps - steps_;
+    options.function_tolerance = 0.0;
+    options.gradient_tolerance = 0.0;
+    options.parameter_tolerance = 0.0;
+    options.logging_type = ceres::SILENT;
+    options.update_state_every_iteration = true;
+    options.callbacks.push_back(this);
+    ceres::GradientProblemSolver::Summary summary;
+    silence_warnings();
+    ceres::Solve(options, problem, z_.data(), &summary);
+    ++steps_;  // also if no step was possible
+    const Evaluated& lowest = whitened_->lowest();
+    if (lowest.value < result_.value) is_fresh_ = false;
+    result_.x = lowest.x;
+    result_.value = lowest.value;
+    gradient_ = lowest.gradient;
+    result_.decrement = decrement(gradient_);
+  }
+
+  /// After each step of the solver: keeps the Hessian, stops by the decrement.
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (summary.iteration == 0) return ceres::SOLVER_CONTINUE;
+    ++steps_;
+    const VectorXd x = whitened_->current().x;
+    const VectorXd gradient = whitened_->current().gradient;
+    whitened_->move(z_);
+    const Evaluated& here = whitened_->current();
+    update_bfgs(result_.hessian, here.x - x, here.gradient - gradient);
+    constexpr double kShort = 0.1;
+    short_steps_ = summary.step_size < kShort ? short_steps_ + 1 : 0;
+    result_.is_blocked = options_.most_short_steps > 0 && short_steps_ >= options_.most_short_steps;
+    const double found = decrement(here.gradient);
+    const bool is_end = found <= options_.decrement || is_rounded(found) || result_.is_blocked;
+    return is_end ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+
+  bool is_rounded(double found) {
     constexpr int kSteps = 3;
-    if (result_.decrement < 0.5 * least_decrement_) {
-      least_decrement_ = result_.decrement;
+    if (found < 0.5 * least_decrement_) {
+      least_decrement_ = found;
       vain_steps_ = 0;
       return false;
     }
-    return ++vain_steps_ >= kSteps && result_.decrement <= options_.rounded_decrement;
+    return ++vain_steps_ >= kSteps && found <= options_.rounded_decrement;
   }
 
-  MatrixXd fresh_hessian() {
-    result_.evaluations += 2 * static_cast<int>(result_.x.size());
-    return hessian_from_gradients(function_, result_.x);
-  }
-
-  MatrixXd rough_hessian() {
-    result_.evaluations += static_cast<int>(result_.x.size());
-    const MatrixXd hessian = one_sided_hessian(function_, result_.x, gradient_);
-    return 0.5 * (hessian + hessian.transpose());
-  }
-
-  bool advance(VectorXd direction) {
-    const double longest = direction.cwiseAbs().maxCoeff();
-    if (longest > options_.longest_step) direction *= options_.longest_step / longest;
-    const double slope = gradient_.dot(direction);
-    constexpr double kArmijo = 1e-4;
-    constexpr int kHalvings = 40;
-    // If the descent is near rounding errors, shorter steps are useless.
-    constexpr int kRoundedHalvings = 4;
-    const int halvings =
-        result_.decrement <= options_.rounded_decrement ? kRoundedHalvings : kHalvings;
-    // Near the optimum the descent predicted by the gradient is below the rounding of the value.
-    const double rounding = 1e-14 * std::max(1.0, std::abs(result_.value));
-    double length = 1.0;
-    for (int halving = 0; halving < halvings; ++halving, length *= 0.5) {
-      const VectorXd x = result_.x + length * direction;
-      VectorXd gradient(x.size());
-      const double value = evaluate(x, &gradient);
-      if (!std::isfinite(value) || !gradient.allFinite()) continue;
-      if (value > result_.value + kArmijo * length * slope + rounding) continue;
-      if (value >= result_.value && gradient.norm() >= gradient_.norm()) continue;
-      update_bfgs(result_.hessian, length * direction, gradient - gradient_);
+  /// Newton steps where rounding hides the decrease of the value, so that the solver's line search
+  /// refuses them: the gradient shows whether they come closer.
+  void polish() {
+    constexpr double kNear = 1e-4;  // one hundredth of a standard error
+    while (result_.decrement > options_.decrement && result_.decrement <= kNear) {
+      const VectorXd x = result_.x - result_.hessian.ldlt().solve(gradient_);
+      VectorXd gradient = VectorXd::Zero(x.size());
+      const double value = evaluate(x, gradient);
+      const double next = decrement(gradient);
+      if (!(value <= result_.value + result_.decrement) || !(next < 0.5 * result_.decrement))
+        return;
       result_.x = x;
       result_.value = value;
+      result_.decrement = next;
       gradient_ = gradient;
-      is_fresh_ = false;
-      constexpr double kShort = 0.1;
-      short_steps_ = length < kShort ? short_steps_ + 1 : 0;
-      return true;
     }
-    return false;
   }
 
   const SmoothFunction& function_;
   QuasiNewtonOptions options_;
   QuasiNewtonResult result_;
   VectorXd gradient_;
-  bool is_fresh_ = false;
-  double least_decrement_ = std::numeric_limits<double>::infinity();
+  VectorXd z_;  ///< where the solver is
+  WhitenedFunction* whitened_ = nullptr;
+  bool is_fresh_ = false;  ///< whether the Hessian belongs to the current point
+  double least_decrement_ = kInfinity;
+  int steps_ = 0;
   int vain_steps_ = 0;
   int short_steps_ = 0;  ///< consecutive
 };

@@ -20,10 +20,10 @@ struct QuasiNewtonResult {
 };
 
 struct QuasiNewtonOptions {
-  double decrement = 1e-14;  ///< stop below this
+  double decrement = 1e-18;  ///< stop below this
   /// Stop below this as well if some steps have not halved the decrement: rounding of the function
   /// prevents it.
-  double rounded_decrement = 0.0;
+  double rounded_decrement = 1e-14;
   int maximum_steps = 100;
   /// Stop after this number of consecutive very short steps, as at a discontinuity; 0: never.
   int most_short_steps = 0;

@@ -70,7 +70,7 @@ TEST_CASE("a search can end at once if the descent is below rounding errors") {
     return x.squaredNorm() + noise;
   };
   const VectorXd start = Eigen::Vector3d(1.0, -0.5, 0.3);
-  minimize(noisy, start, {}, {.decrement = 1e-20});
+  minimize(noisy, start, {}, {.decrement = 1e-20, .rounded_decrement = 0.0});
   const int without = std::exchange(evaluations, 0);
   const QuasiNewtonResult found =
       minimize(noisy, start, {}, {.decrement = 1e-20, .rounded_decrement = 1e-10});

@@ -522,7 +522,8 @@ TEST_CASE("the findings of a search are in the convergence message") {
 
 TEST_CASE("a linearized fit below a model that it contains is in doubt") {
   // Six plots of five trees: the linearization at random effects of both coefficients is worse than
-  // that with one. Without b's effect nlme 3.1-162 finds -54.4135.
+  // that with one. Without b's effect nlme 3.1-162 finds -54.4135, and nls without both -54.4208,
+  // so that nothing speaks for the larger of these two.
   Table table;
   TextColumn plot;
   for (int row = 0; row < 30; ++row) plot.append(std::to_string(row / 5));
@@ -542,9 +543,10 @@ TEST_CASE("a linearized fit below a model that it contains is in doubt") {
   const FittedModel fit = searched_fit(table, kMeyer, "a + b | g");
   REQUIRE(fit.log_likelihood < contained.log_likelihood - 0.1);
   CHECK(fit.convergence.converged());
-  CHECK(fit.convergence.has(Evidence::Kind::kContainedModel, "without the random effect of b"));
+  CHECK(fit.convergence.has(Evidence::Kind::kContainedModel, "without random effects"));
   CHECK(fit.convergence.verdict.starts_with("Converged, with a doubt"));
-  CHECK(fit.convergence.verdict.find("--method focei") != std::string::npos);
+  // Laplace's and the first-order likelihood have a maximum of -54.32 by both.
+  CHECK(fit.convergence.verdict.find(" converges at -54.32") != std::string::npos);
 }
 
 TEST_CASE("the message of a fit with kinks has the likelihood by quadrature") {

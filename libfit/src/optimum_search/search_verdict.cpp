@@ -84,7 +84,10 @@ std::optional<ContainedModel> higher_than(double rank,
                                           const std::vector<ContainedModel>& contained) {
   const auto highest = std::ranges::max_element(contained, {}, &ContainedModel::rank);
   if (highest == contained.end() || !(highest->rank > rank + kContainedSlack)) return std::nullopt;
-  return *highest;
+  // The simplest of those that are equally high: they come first.
+  return *std::ranges::find_if(contained, [&](const ContainedModel& model) {
+    return model.rank > std::max(rank, highest->rank - kContainedSlack);
+  });
 }
 
 void judge_search(const ModelSpecification& specification,

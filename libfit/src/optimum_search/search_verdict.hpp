@@ -24,8 +24,8 @@ struct ContainedModel {
   double rank = 0.0;  ///< the likelihood by which fits are compared: marginal, unless it is that
 };
 
-/// The nested model with the largest excess over a fit, by the likelihood that ranks fits; none if
-/// no nested model is higher.
+/// The nested model that is higher than a fit by the likelihood that ranks fits, the simplest of
+/// the equally high; none if no nested model is higher.
 std::optional<ContainedModel> higher_than(double rank,
                                           const std::vector<ContainedModel>& contained);
 
