@@ -3,8 +3,8 @@
 # writes the source package. pkgbuild, and with it remotes and r-universe, run this by themselves.
 #
 # SILVAFIT_SOURCE is the checkout (default: two folders up). The headers of other libraries are those of the system (Debian and Ubuntu:
-# libeigen3-dev, libfmt-dev, libhwy-dev, nlohmann-json3-dev, libnanoflann-dev, libkainjow-mustache-dev, libmeshoptimizer-dev). SILVAFIT_LIBRARY_SOURCES is a
-# folder with sources of highway and meshoptimizer; without it, the package is linked with the system's libraries.
+# libeigen3-dev, libceres-dev, libfmt-dev, libhwy-dev, nlohmann-json3-dev, libnanoflann-dev, libkainjow-mustache-dev, libmeshoptimizer-dev). SILVAFIT_LIBRARY_SOURCES is a
+# folder with sources of highway, meshoptimizer and Ceres Solver, beside which scripts/static-libraries has installed them; without it, the package is linked with the system's libraries.
 checkout <- normalizePath(Sys.getenv("SILVAFIT_SOURCE", file.path("..", "..")))
 if (!dir.exists(file.path(checkout, "libfit"))) stop("the checkout of silvafit was not found; set SILVAFIT_SOURCE")
 library_sources <- Sys.getenv("SILVAFIT_LIBRARY_SOURCES")
@@ -40,15 +40,17 @@ write_units <- function(library, sources) {
   alone <- vapply(file.path("src/core", sources), function(path) any(grepl("HWY_TARGET_INCLUDE", readLines(path))), NA)
   groups <- ifelse(alone, sources, dirname(sources))
   for (group in unique(groups)) {
-    members <- sources[groups == group]
-    parts <- split(members, (seq_along(members) - 1L) %/% sources_of_a_unit)
     condition <- c(windows = "defined(_WIN32)", posix = "!defined(_WIN32)", linux = "defined(__linux__)")[group]
-    for (part in names(parts)) {
-      name <- gsub("[^a-z0-9]+", "_", paste("core", library, sub("[.]cpp$", "", group), part, sep = "_"))
-      lines <- sprintf('#include "core/%s"', parts[[part]])
-      if (!is.na(condition)) lines <- c(paste("#if", condition), lines, "#endif")
-      writeLines(lines, file.path("src", paste0(name, ".cpp")))
-    }
+    write_unit(paste("core", library, sub("[.]cpp$", "", group), sep = "_"), file.path("core", sources[groups == group]), condition)
+  }
+}
+
+write_unit <- function(name, sources, condition = NA) {
+  parts <- split(sources, (seq_along(sources) - 1L) %/% sources_of_a_unit)
+  for (part in names(parts)) {
+    lines <- sprintf('#include "%s"', parts[[part]])
+    if (!is.na(condition)) lines <- c(paste("#if", condition), lines, "#endif")
+    writeLines(lines, file.path("src", paste0(gsub("[^a-z0-9]+", "_", paste(name, part, sep = "_")), ".cpp")))
   }
 }
 
@@ -68,9 +70,13 @@ copy_headers <- function() {
   }
 }
 
-# Highway's choice of the instruction set, and meshoptimizer.
+# Highway's choice of the instruction set, meshoptimizer and Ceres Solver.
 copy_library_sources <- function() {
-  if (library_sources == "") return(c("-lhwy", "-lmeshoptimizer"))
+  if (library_sources == "") {
+    copy_folder(file.path(include_folder("ceres/ceres.h"), "ceres"), "src/third_party/ceres", "[.]h$")
+    return(c("-lhwy", "-lmeshoptimizer", "-lceres", "-lglog"))
+  }
+  copy_ceres()
   copy(file.path(library_sources, "highway"), "src/third_party", c("hwy/targets.cc"))
   writeLines('#include "third_party/hwy/targets.cc"', "src/third_party_hwy.cpp")
   folder <- file.path(library_sources, "meshoptimizer/src")
@@ -80,6 +86,25 @@ copy_library_sources <- function() {
     writeLines(sprintf('#include "third_party/meshoptimizer/%s"', source), file.path("src", paste0("third_party_", source)))
   }
   character()
+}
+
+# What the static library was made of, with its headers and its own logging.
+copy_ceres <- function() {
+  installed <- file.path(library_sources, "..")
+  private <- file.path(library_sources, "ceres-solver/internal/ceres")
+  copy_folder(file.path(installed, "include/ceres"), "src/third_party/ceres", "[.]h$")
+  headers <- list.files(private, "[.]h$")
+  copy(private, "src/third_party/ceres", headers)
+  # One of them is included twice in a unit and has no guard.
+  for (header in file.path("src/third_party/ceres", headers)) {
+    lines <- readLines(header)
+    if (!any(grepl("^#ifndef|^#pragma once", lines))) writeLines(c("#pragma once", lines), header)
+  }
+  objects <- system2("ar", c("t", shQuote(file.path(installed, "lib/libceres.a"))), stdout = TRUE)
+  found <- list.files(private, "[.]cc$", recursive = TRUE)
+  sources <- sort(found[basename(found) %in% sub("[.]o$", "", objects)], method = "radix")
+  copy(private, "src/third_party/ceres", sources)
+  write_unit("third_party_ceres", file.path("third_party/ceres", sources))
 }
 
 copy_data <- function() {
