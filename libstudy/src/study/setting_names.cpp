@@ -20,16 +20,16 @@ namespace {
 
 /// Settings without a list, which messages name.
 constexpr auto kFurtherSettings = std::to_array<std::string_view>(
-    {"add_residual", "agq_points", "allow_network", "class_width",  "dominant_trees",
-     "equations",    "formula",    "growth",        "halo",         "interval_kind",
-     "json",         "layer",      "layers",        "level",        "manifest",
-     "method",       "new_groups", "plot_area",     "plots_sql",    "quadrat",
-     "random",       "resample",   "role",          "seen_groups",  "size",
-     "sql",          "stratum",    "stream",        "target",       "tile",
-     "trees",        "variance",   "where",         "window_layer", "zoom"});
+    {"add_residual", "agq_points", "allow_network", "class_width", "dominant_trees", "equations",
+     "formula",      "growth",     "halo",          "json",        "layer",          "layers",
+     "level",        "manifest",   "method",        "new_groups",  "plot_area",      "plots_sql",
+     "quadrat",      "random",     "resample",      "role",        "seen_groups",    "size",
+     "sql",          "stratum",    "stream",        "target",      "tile",           "trees",
+     "variance",     "where",      "window_layer",  "zoom"});
 /// Options of other names than their settings; `models` are those of impute.
 constexpr auto kOtherOptions = std::to_array<std::pair<std::string_view, std::string_view>>(
     {{"coverage", "--interval"},
+     {"interval", "--interval-kind"},
      {"models", "--model"},
      {"parameters", "--parameter"},
      {"stratum_areas", "--stratum-area"}});

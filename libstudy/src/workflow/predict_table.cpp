@@ -54,11 +54,11 @@ std::optional<double> coverage_of(const PredictionSettings& settings) {
 }
 
 PredictResponsesOptions options_of(const PredictionSettings& settings, const Catalogue& catalogue) {
-  return {.level = meaning_of(settings.level, kLevels, "`level`"),
-          .new_groups = meaning_of(settings.new_groups, kNewGroups, "`new_groups`"),
-          .seen_groups = meaning_of(settings.seen_groups, kSeenGroups, "`seen_groups`"),
+  return {.level = level_of(settings.level),
+          .new_groups = new_groups_of(settings.new_groups),
+          .seen_groups = seen_groups_of(settings.seen_groups),
           .interval = coverage_of(settings),
-          .interval_kind = meaning_of(settings.interval_kind, kIntervalKinds, "`interval_kind`"),
+          .interval_kind = interval_kind_of(settings.interval_kind),
           .standard_errors = settings.standard_errors,
           .threads = settings.threads,
           .role = settings.role.empty() ? "nlme" : settings.role,
@@ -286,6 +286,17 @@ ordered_json unused_json(const std::vector<UnusedModel>& models) {
 }
 
 }  // namespace
+
+fit::Level level_of(const std::string& word) { return meaning_of(word, kLevels, "`level`"); }
+fit::NewGroups new_groups_of(const std::string& word) {
+  return meaning_of(word, kNewGroups, "`new_groups`");
+}
+fit::SeenGroups seen_groups_of(const std::string& word) {
+  return meaning_of(word, kSeenGroups, "`seen_groups`");
+}
+fit::IntervalKind interval_kind_of(const std::string& word) {
+  return meaning_of(word, kIntervalKinds, "`interval`");
+}
 
 TablePrediction predict_table(const data::TableSource& trees,
                               const ModelLibrary& library,
