@@ -16,6 +16,7 @@
 #include "silvafit/base/paths.hpp"
 #include "silvafit/base/system.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/study/setting_names.hpp"
 #include "standard_streams.hpp"
 
 namespace silvafit::cli {
@@ -44,8 +45,12 @@ void refuse_idle(const CLI::App& command,
   throw UsageError(fmt::format("has no effect without {}", needed), {.column = option});
 }
 
+std::string with_options(std::string_view message) {
+  return study::with_setting_names(message, study::Front::kProgram);
+}
+
 void say(const CommonOptions& options, const std::string& message) {
-  if (!options.quiet) write_to_standard_error(with_visible_controls(message) + "\n");
+  if (!options.quiet) write_to_standard_error(with_visible_controls(with_options(message)) + "\n");
 }
 
 struct Progress::State {

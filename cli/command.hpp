@@ -51,6 +51,9 @@ void refuse_idle(const CLI::App& command,
                  bool has_use,
                  const std::string& needed);
 
+/// A message of the libraries with options in place of settings.
+std::string with_options(std::string_view message);
+
 /// A note: one line on stderr, nothing with --quiet.
 void say(const CommonOptions& options, const std::string& message);
 

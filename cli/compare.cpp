@@ -94,7 +94,7 @@ void print_table(const Subject& subject, const NamedFits& named) {
              subject.species,
              subject.species.empty() ? "" : " ",
              subject.response,
-             fit::summary(fit::compare(subject.fits), named.names));
+             with_options(fit::summary(fit::compare(subject.fits), named.names)));
 }
 
 /// A page that compares the libraries.

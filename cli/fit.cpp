@@ -267,13 +267,13 @@ void print_json(const std::vector<fit::FittedModel>& fits,
 
 void print_tables(const std::vector<fit::FittedModel>& fits) {
   if (fits.size() == 1) {
-    print_text("{}", fit::summary(fits.front()));
+    print_text("{}", with_options(fit::summary(fits.front())));
     return;
   }
   std::vector<const fit::FittedModel*> pointers;
   pointers.reserve(fits.size());
   for (const fit::FittedModel& fit : fits) pointers.push_back(&fit);
-  print_text("{}", fit::ranking(pointers));
+  print_text("{}", with_options(fit::ranking(pointers)));
 }
 
 /// Options that have no effect without another one.

@@ -200,10 +200,10 @@ void print_resampling(const std::vector<fit::FittedModel>& fits,
     const std::string model = fits.size() > 1 ? fits[i].model : "";
     if (resampling[i].bootstrap) {
       if (!model.empty()) print_text("\n{}", model);
-      print_text("{}", fit::summary(*resampling[i].bootstrap));
+      print_text("{}", with_options(fit::summary(*resampling[i].bootstrap)));
     }
     if (resampling[i].cross_validation) {
-      print_text("{}", fit::summary(*resampling[i].cross_validation, model));
+      print_text("{}", with_options(fit::summary(*resampling[i].cross_validation, model)));
     }
   }
 }

@@ -68,7 +68,9 @@ int report_lack(const std::string& reason) {
       kInternalError);
 }
 
-int report(const std::exception& error, ExitStatus status) { return report(error.what(), status); }
+int report(const std::exception& error, ExitStatus status) {
+  return report(with_options(error.what()), status);
+}
 
 int run_command(const std::vector<std::string>& words) {
   CLI::App program("Turns a forest inventory into height and crown models and 3D trees.",

@@ -52,7 +52,8 @@ void print_soundness(const study::Study& study) {
     if (result.is_sound()) continue;
     std::vector<std::string> reasons = result.doubts;
     if (!result.converged()) reasons.insert(reasons.begin(), result.verdict());
-    print_text("Doubtful: {} {}. {}\n", result.species, result.response, fmt::join(reasons, " "));
+    const std::string text = fmt::format("{}", fmt::join(reasons, " "));
+    print_text("Doubtful: {} {}. {}\n", result.species, result.response, with_options(text));
   }
   print_text("\n");
 }
@@ -64,7 +65,7 @@ void print_rejected(const study::Study& study) {
     for (const std::string& sentence : result.rejected()) {
       if (is_first) print_text("\n");
       is_first = false;
-      print_text("{} {}: {}\n", result.species, result.response, sentence);
+      print_text("{} {}: {}\n", result.species, result.response, with_options(sentence));
     }
   }
 }

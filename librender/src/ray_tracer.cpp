@@ -94,7 +94,7 @@ class Lens {
     if (is_near(eye_) && is_near(target_)) return;
     throw UsageError(
         "the camera, or its target, is more than a million times the size of the scene away from "
-        "it; choose a target in the scene (--target) and a larger --zoom");
+        "it; choose a target in the scene (`target`) and a larger `zoom`");
   }
 
   /// Tangents of the largest angles to the side and up, less the margin.

@@ -52,7 +52,7 @@ OpenedTable open_table(const std::string& name,
   if (kind == nullptr) {
     if (!choice.layer.empty() || !choice.sql.empty()) {
       throw UsageError("a CSV file has no layers",
-                       {.column = choice.layer.empty() ? "--sql" : "--layer"});
+                       {.column = choice.layer.empty() ? "`sql`" : "`layer`"});
     }
     return {.table = std::filesystem::path(name)};
   }

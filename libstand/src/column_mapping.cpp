@@ -10,7 +10,7 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr char kColumnsOption[] = "--columns";
+constexpr char kColumnsOption[] = "`columns`";
 
 /// Splits at commas that stand outside parentheses, double quotes and backquotes.
 std::vector<std::string_view> split_at_commas(std::string_view text) {

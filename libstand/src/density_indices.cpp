@@ -16,12 +16,12 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr char kOpenGrownOption[] = "--open-grown";
+constexpr char kOpenGrownOption[] = "`open_grown`";
 
 data::Expression parsed(std::string_view text, const data::Table& table) {
   if (text.empty()) {
     throw UsageError(
-        "CCF needs --open-grown, the crown width of open-grown trees in m, such as \"0.9 + "
+        "CCF needs `open_grown`, the crown width of open-grown trees in m, such as \"0.9 + "
         "0.22*dbh\", from a source for your species",
         {.column = kOpenGrownOption});
   }

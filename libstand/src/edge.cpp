@@ -147,7 +147,7 @@ std::string outside_note(std::size_t trees, EdgeCorrection edge) {
   const bool is_torus = edge == EdgeCorrection::kTorus;
   return fmt::format("{} outside the window: {}",
                      counted(trees, "tree is", "trees are"),
-                     is_torus ? "ignored with --edge torus" : "used only as neighbors");
+                     is_torus ? "ignored with `edge=torus`" : "used only as neighbors");
 }
 
 void correct_edge(const Inventory& inventory,

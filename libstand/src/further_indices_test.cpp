@@ -124,7 +124,7 @@ TEST_CASE("CCF is the crown area of open-grown trees in percent of the area") {
   CHECK(factor[1] == factor[0]);
   CHECK(factor[3] == Approx(100.0 * M_PI / 4.0 * 18.0 / 400.0).epsilon(1e-14));
   options.open_grown_crown = "";
-  CHECK_THROWS_WITH(structural_units(stand, options), Contains("--open-grown: CCF needs"));
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("`open_grown`: CCF needs"));
   options.open_grown_crown = "1 + 0.2*d";
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("unknown column 'd'"));
   options.open_grown_crown = "-dbh";
@@ -182,7 +182,7 @@ TEST_CASE("C by facing radii uses the crown on the neighbor's side") {
   stand.cr_w_m[1] = NAN;
   CHECK(std::isnan(structural_units(stand, options).C[0]));
   stand.cr_n_m.clear();
-  CHECK_THROWS_WITH(structural_units(stand, options), Contains("facing needs the columns"));
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("facing` needs the columns"));
 }
 
 TEST_CASE("a crown without radii towards its neighbor does not reach it") {
@@ -308,5 +308,5 @@ TEST_CASE("an open-grown crown without limit is refused") {
   StructuralUnitOptions options = with({FurtherIndex::kCrownCompetition}, 1);
   options.open_grown_crown = "1/0";
   CHECK_THROWS_WITH(structural_units(stand_of(corner()), options),
-                    Contains("--open-grown") && Contains("is inf m"));
+                    Contains("`open_grown`") && Contains("is inf m"));
 }

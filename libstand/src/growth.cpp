@@ -210,8 +210,8 @@ void GrowthMaker::find_areas() {
   } else {
     areas = plots_of_unknown_area(living_);
     report_.notes.emplace_back(
-        "areas are unknown, so there are no values per hectare; give --plot-area, --window, "
-        "--circle, --plots or a sampling design" +
+        "areas are unknown, so there are no values per hectare; give `plot_area`, `window`, "
+        "`circle`, `plots` or a sampling design" +
         offer_of_area_column(inventory_));
   }
   is_counted_.assign(living_.size(), 0);
@@ -391,7 +391,7 @@ void GrowthMaker::check_density() const {
   constexpr std::size_t kNumber = 0;  // of GrowthReport::values
   constexpr std::size_t kBasalArea = 1;
   const Place place{.file = inventory_.file,
-                    .column = options_.plot_area_m2 ? "--plot-area" : "area"};
+                    .column = options_.plot_area_m2 ? "`plot_area`" : "area"};
   double basal_area_m2 = 0.0;
   double area_ha = 0.0;
   for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
@@ -416,7 +416,7 @@ void GrowthMaker::find_strata() {
     const data::Table table = to_table(inventory_);
     if (!table.has(options_.stratum)) {
       throw InputError(data::no_such_column(options_.stratum, table.names()),
-                       {.file = inventory_.file, .column = "--stratum"});
+                       {.file = inventory_.file, .column = "`stratum`"});
     }
     const data::TextColumn column = table.labels(options_.stratum);
     std::unordered_map<std::string, std::string> stratum_of;

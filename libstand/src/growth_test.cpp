@@ -227,7 +227,7 @@ TEST_CASE("Years and dates of measurements") {
 
 TEST_CASE("Growth without two times, or with text for them, is an error") {
   CHECK_THROWS_WITH(growth_report(measured("plot,tree,dbh\n1,1,20\n").inventory, {}),
-                    Contains("--columns year=COLUMN"));
+                    Contains("`columns=year=COLUMN`"));
   CHECK_THROWS_WITH(growth_report(measured("plot,tree,year,dbh\n1,1,2010,20\n").inventory, {}),
                     Contains("no plot was measured twice"));
   CHECK_THROWS_WITH(

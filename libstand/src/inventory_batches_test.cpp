@@ -245,7 +245,7 @@ TEST_CASE("a species with a limit angle of its own may come in a later batch") {
   CHECK(structural_units(batches.next()->inventory, options).W[0] == 0.0);
   CHECK_NOTHROW(check_species_of_angles(options, {"A", "B"}, "trees.csv"));
   CHECK_THROWS_WITH(check_species_of_angles(options, {"A", "C"}, "trees.csv"),
-                    Contains("trees.csv") && Contains("--alpha") &&
+                    Contains("trees.csv") && Contains("`alpha`") &&
                         Contains("unknown species 'B'; available: A, C"));
 }
 

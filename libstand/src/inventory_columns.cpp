@@ -72,7 +72,7 @@ std::optional<std::size_t> usual_field(std::string_view name,
     best = meant->fit;
   }
   if (other) {
-    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with --columns {}={}",
+    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with `columns={}={}`",
                                  header[*other],
                                  header[*found],
                                  name,
@@ -244,15 +244,15 @@ void Planner::require_column(const ColumnMapping& mapping,
   if (field) return;
   const std::string remedy =
       mapping.name == kStatus
-          ? "name the column and explain its values, such as --columns status=COLUMN --dead-codes "
-            "DS"
-          : fmt::format("name the column: --columns {}=COLUMN", mapping.name);
+          ? "name the column and explain its values, such as `columns=status=COLUMN` and "
+            "`dead_codes=DS`"
+          : fmt::format("name the column: `columns={}=COLUMN`", mapping.name);
   throw UsageError(fmt::format("{} must be a column, not the expression '{}'; {}; available: {}",
                                mapping.name,
                                mapping.source,
                                remedy,
                                data::list_of(header_)),
-                   {.file = file_, .column = "--columns"});
+                   {.file = file_, .column = "`columns`"});
 }
 
 /// Field of the column year, else date, or of the source mapped to such a name.
@@ -260,7 +260,7 @@ std::optional<std::size_t> Planner::time_field() const {
   if (!options_.period.empty()) {
     if (const auto field = field_named(options_.period)) return field;
     throw InputError(data::no_such_column(options_.period, header_),
-                     {.file = file_, .column = "--period"});
+                     {.file = file_, .column = "`period`"});
   }
   for (const std::string_view name : {"year", "date"}) {
     if (const ColumnMapping* const mapping = mapping_to(name)) {
@@ -299,10 +299,10 @@ std::optional<std::size_t> Planner::status_field() {
   }
   if (!field && !options_.status_codes.empty()) {
     throw UsageError(
-        fmt::format("no column of the status was found; name it with --columns status=COLUMN; "
+        fmt::format("no column of the status was found; name it with `columns=status=COLUMN`; "
                     "available: {}",
                     data::list_of(header_)),
-        {.file = file_, .column = "--dead-codes"});
+        {.file = file_, .column = "`dead_codes`"});
   }
   return field;
 }
@@ -325,7 +325,7 @@ std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
     if (!field && label != kLabels.end()) {
       field = plan.labels[static_cast<std::size_t>(label - kLabels.begin())].field;
     }
-    if (!field) throw UsageError(data::no_such_column(name, header_), {.column = "--fill-down"});
+    if (!field) throw UsageError(data::no_such_column(name, header_), {.column = "`fill_down`"});
     fields.push_back(*field);
   }
   return fields;
@@ -334,7 +334,7 @@ std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
 void Planner::require(const Source& source, const KnownColumn& column) const {
   if (source.exists()) return;
   throw InputError(
-      fmt::format("no column {} ({}) was found; name it with --columns {}=COLUMN; available: {}",
+      fmt::format("no column {} ({}) was found; name it with `columns={}=COLUMN`; available: {}",
                   column.name,
                   column.meaning,
                   column.name,
@@ -378,7 +378,7 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
                                           .is_position = is_position});
       } else if (found->is_text != is_text) {
         throw UsageError(fmt::format("'{}' is used as a number and as text", name),
-                         {.file = file_, .column = "--columns"});
+                         {.file = file_, .column = "`columns`"});
       }
     }
   }
@@ -399,7 +399,7 @@ void Planner::refuse_unread(const std::string& name) const {
   if (std::ranges::find(read, name) != read.end()) return;
   throw UsageError(
       fmt::format("nothing reads a column '{}' here{}", name, did_you_mean(name, read)),
-      {.column = "--columns"});
+      {.column = "`columns`"});
 }
 
 void Planner::collect_others(ColumnPlan& plan) const {
@@ -435,7 +435,7 @@ ColumnPlan Planner::plan() {
                                    kLabels[i].name,
                                    plan.labels[i].text,
                                    data::list_of(header_)),
-                       {.file = file_, .column = "--columns"});
+                       {.file = file_, .column = "`columns`"});
     }
   }
   for (std::size_t i = 0; i < kMeasureCount; ++i) plan.measures[i] = source_of(kMeasures[i]);

@@ -83,7 +83,7 @@ double InventoryReader::number_in(std::size_t position,
   const char* const advice =
       has_thousands ? "thousands are written without a separator"
       : has_comma   ? "decimals need a point"
-                    : "leave missing values empty or write NA, or name other codes with --missing";
+                    : "leave missing values empty or write NA, or name other codes with `missing`";
   row.unreadable.push_back({.column = column,
                             .value = std::string(text),
                             .reason = fmt::format("'{}' is not a number; {}", text, advice)});
@@ -413,14 +413,14 @@ std::string InventoryReader::note_on_dead() const {
     text += "; dead trees are neighbors only, the others are skipped";
   } else if (has_dead || status_.gone() > 0) {
     text += ", skipped";
-    if (has_dead) text += "; with --dead neighbors, dead trees count as neighbors";
+    if (has_dead) text += "; with `dead=neighbors`, dead trees count as neighbors";
   }
   return text + status_.remarks();
 }
 
 std::string InventoryReader::note_on_empty_plots() const {
   if (!has_run_of_empty_plots_) return {};
-  return fmt::format("{} empty, as in merged cells; with --fill-down plot, the value above is used",
+  return fmt::format("{} empty, as in merged cells; with `fill_down=plot`, the value above is used",
                      counted(empty_plots_, "row has a plot that is", "rows have a plot that is"));
 }
 

@@ -292,11 +292,12 @@ void resolve_repeated_trees(const std::string& tree_column,
 std::vector<std::string> RepeatedNumbers::notes() const {
   std::vector<std::string> notes;
   if (later > 0) {
-    notes.push_back(fmt::format(
-        "{} later measurements of trees and {} skipped; study --period COLUMN models the rows of "
-        "all times, and stand --growth compares them",
-        counted(later, "row has", "rows have"),
-        later == 1 ? "was" : "were"));
+    notes.push_back(
+        fmt::format("{} later measurements of trees and {} skipped; study with a `period` models "
+                    "the rows of all "
+                    "times, and stand with `growth` compares them",
+                    counted(later, "row has", "rows have"),
+                    later == 1 ? "was" : "were"));
   }
   if (renamed > 0) {
     notes.push_back(fmt::format(
@@ -307,16 +308,15 @@ std::vector<std::string> RepeatedNumbers::notes() const {
   if (stems > 0) {
     notes.push_back(fmt::format(
         "{} at the position of the other tree and differ{} from it in dbh, as stems of one stool "
-        "do; "
-        "if they are later measurements of a tree, name the column of the time: --columns "
-        "year=COLUMN",
+        "do; if they are later measurements of a tree, name the column of the time: "
+        "`columns=year=COLUMN`",
         counted(stems, "of these stands", "of these stand"),
         stems == 1 ? "s" : ""));
   }
   if (unplaced > 0) {
     notes.push_back(fmt::format(
         "{} no position; if they are later measurements of a tree, name the column of the time: "
-        "--columns year=COLUMN",
+        "`columns=year=COLUMN`",
         counted(unplaced, "of these has", "of these have")));
   }
   return notes;

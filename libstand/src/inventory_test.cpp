@@ -73,7 +73,7 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
   CHECK(problems(checked) ==
         std::vector<std::string>{
             "3 dbh: 'twenty' is not a number; leave missing values empty or write NA, or name "
-            "other codes with --missing",
+            "other codes with `missing`",
             "4 dbh: -3 cm is not above 0",
             "4 h: 1.3 m is not above breast height, 1.3 m",
             "4 hcb: -1 m is below the ground",
@@ -96,7 +96,7 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
   CHECK_THAT(text, Contains("8 of 11 rows skipped, 11 problems"));
   CHECK_THAT(text,
              Contains(".csv:3: dbh: 'twenty' is not a number; leave missing values empty or write "
-                      "NA, or name other codes with --missing (plot 1, tree 2)"));
+                      "NA, or name other codes with `missing` (plot 1, tree 2)"));
   CHECK_THAT(text, Contains("and 9 more"));
   CHECK(has_note(checked, "codes read as missing values: cw 1 (0)"));
 
@@ -204,7 +204,7 @@ TEST_CASE("a tree that was measured again in another year is the same tree") {
   // Without a time they could be stems of one stool, as the note states.
   const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
   CHECK(unknown.inventory.size() == 6);
-  CHECK(has_note(unknown, "--columns year=COLUMN"));
+  CHECK(has_note(unknown, "`columns=year=COLUMN`"));
 }
 
 TEST_CASE("a tree without a position that was measured again is counted once") {
@@ -225,10 +225,10 @@ TEST_CASE("a tree without a position that was measured again is counted once") {
                                  "7 tree: the same tree is on line 4, measured at another time"});
   CHECK_FALSE(has_note(checked, "year=COLUMN"));
   CHECK(has_note(checked, "3 rows have later measurements of trees and were skipped"));
-  CHECK(has_note(checked, "--period COLUMN"));
+  CHECK(has_note(checked, "a `period` models"));
   const CheckedInventory unknown = read_inventory_text("Jahr" + rows);
   CHECK(unknown.inventory.size() == 7);
-  CHECK_FALSE(has_note(unknown, "--period"));
+  CHECK_FALSE(has_note(unknown, "`period`"));
   CHECK(has_note(unknown, "3 of these have no position; if they are later measurements"));
   // Two trees of one number and one time are two.
   const CheckedInventory one_time =
@@ -359,22 +359,22 @@ TEST_CASE("a whole column in another unit is an error with its remedy") {
     CHECK_NOTHROW(read_inventory_text(stand_with(column, factor), {.trust_units = true}));
   };
   CHECK_NOTHROW(read_inventory_text(stand_with("", 1.0)));
-  remedy("h", 100.0, "in centimeters, use --columns h=h/100");
-  remedy("h", 1.0 / 0.3048, "in feet, use --columns h=h*0.3048");
-  remedy("h", 1000.0, "in millimeters, use --columns h=h/1000");
-  remedy("h", 10.0, "in decimeters, use --columns h=h/10");
-  remedy("dbh", 10.0, "in millimeters, use --columns dbh=dbh/10");
-  remedy("dbh", 0.01, "in meters, use --columns dbh=dbh*100");
-  remedy("cw", 100.0, "in centimeters, use --columns cw=cw/100");
-  remedy("cw", 10.0, "in decimeters, use --columns cw=cw/10");
+  remedy("h", 100.0, "in centimeters, use `columns=h=h/100`");
+  remedy("h", 1.0 / 0.3048, "in feet, use `columns=h=h*0.3048`");
+  remedy("h", 1000.0, "in millimeters, use `columns=h=h/1000`");
+  remedy("h", 10.0, "in decimeters, use `columns=h=h/10`");
+  remedy("dbh", 10.0, "in millimeters, use `columns=dbh=dbh/10`");
+  remedy("dbh", 0.01, "in meters, use `columns=dbh=dbh*100`");
+  remedy("cw", 100.0, "in centimeters, use `columns=cw=cw/100`");
+  remedy("cw", 10.0, "in decimeters, use `columns=cw=cw/10`");
   remedy("y", 0.0, "on one point or line");
   CHECK_THROWS_WITH(read_inventory_text(stand_with("hcb", 100.0)),
                     Contains("swapped, or in different units"));
   CHECK_THROWS_WITH(read_inventory_text(stand_with("h", 1000.0), with_columns("h=h/10")),
-                    Contains("use --columns h=(h/10)/100"));
+                    Contains("use `columns=h=(h/10)/100`"));
   CHECK_THROWS_WITH(
       read_inventory_text("dbh,H [old]\n20,1500\n21,1600\n", with_columns("h=H [old]")),
-      Contains("use --columns h=`H [old]`/100"));
+      Contains("use `columns=h=`H [old]`/100`"));
 }
 
 TEST_CASE("saplings, giants and sparse woods pass the check of units") {
@@ -393,7 +393,7 @@ TEST_CASE("a file without needed columns is refused with the remedy") {
   CHECK_THROWS_WITH(
       read_inventory_text("plot,girth\n1,20\n"),
       Contains("no column dbh (diameter at breast height in cm) was found; name it with "
-               "--columns dbh=COLUMN; available: plot, girth"));
+               "`columns=dbh=COLUMN`; available: plot, girth"));
   CHECK_THROWS_WITH(read_inventory_text("dbh,x\n20,1\n", {.needs_coordinates = true}),
                     Contains("no column y"));
   CHECK_THROWS_WITH(read_inventory_text("dbh\n20\n", {.needs = {"hcb"}}),
@@ -432,7 +432,7 @@ TEST_CASE("the Finnish stands need mapped columns and units, and lose one row of
   const auto file = silvafit::test::reference_data("spati.csv");
   InventoryOptions options = with_columns("tree=puunro,species=pl,dbh=d,x=xk,y=yk");
   options.needs_coordinates = true;
-  CHECK_THROWS_WITH(read_inventory(file, options), Contains("use --columns x=xk/10,y=yk/10"));
+  CHECK_THROWS_WITH(read_inventory(file, options), Contains("use `columns=x=xk/10,y=yk/10`"));
   options.columns = parse_column_mappings("tree=puunro,species=pl,dbh=d,x=xk/10,y=yk/10");
   const CheckedInventory checked = read_inventory(file, options);
   CHECK(checked.inventory.size() == 9912);

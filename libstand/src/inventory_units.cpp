@@ -54,7 +54,7 @@ void check_crown_base(const Inventory& inventory,
   if (crown_base_above_top < kEnoughTrees || crown_base_above_top <= usable) return;
   throw InputError(
       fmt::format("in {} of {} rows the height to crown base is not below the height; are the "
-                  "columns {} and {} swapped, or in different units? Convert with --columns",
+                  "columns {} and {} swapped, or in different units? Convert with `columns`",
                   crown_base_above_top,
                   crown_base_above_top + usable,
                   plan.measures[kH].text,
@@ -110,21 +110,22 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
   const double trees_per_ha = positive_median(stems);
   const double basal_area = positive_median(basal_areas);
   const auto complain = [&](std::string_view cause) {
-    throw InputError(fmt::format("the positions make {:.3g} trees and {:.3g} m2 of basal area per "
-                                 "hectare in the median plot; {}; if they are right, --trust-units",
-                                 trees_per_ha,
-                                 basal_area,
-                                 cause),
-                     {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
+    throw InputError(
+        fmt::format("the positions make {:.3g} trees and {:.3g} m2 of basal area per "
+                    "hectare in the median plot; {}; if they are right, use `trust_units=true`",
+                    trees_per_ha,
+                    basal_area,
+                    cause),
+        {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
   };
   if (std::isinf(trees_per_ha)) {
     throw InputError(
         "all trees of a plot stand on one point or line; are these the positions of trees? Name "
-        "the right columns with --columns x=COLUMN,y=COLUMN",
+        "the right columns with `columns=x=COLUMN,y=COLUMN`",
         {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
   }
   if (trees_per_ha < 30.0 && basal_area < 1.0) {
-    complain(fmt::format("if they are in decimeters, use --columns x={}/10,y={}/10",
+    complain(fmt::format("if they are in decimeters, use `columns=x={}/10,y={}/10`",
                          convertible(x),
                          convertible(y)));
   }

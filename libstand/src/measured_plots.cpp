@@ -43,7 +43,7 @@ std::optional<std::size_t> occasion_at(const MeasuredPlot& plot, const std::stri
 std::vector<MeasuredPlot> measured_plots(const Inventory& inventory, const PlotTable* plots) {
   if (inventory.time.size() == 0) {
     throw InputError(
-        "growth needs the year or date of each row; name its column with --columns year=COLUMN",
+        "growth needs the year or date of each row; name its column with `columns=year=COLUMN`",
         {.file = inventory.file});
   }
   std::vector<MeasuredPlot> result;

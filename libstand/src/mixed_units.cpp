@@ -296,7 +296,7 @@ std::string describe_mixed_units(const std::vector<MixedUnits>& mixed) {
                         one.slenderness,
                         one.slenderness_of_others);
   }
-  return text + "; correct the file; if the values are correct, use --trust-units";
+  return text + "; correct the file; if the values are correct, use `trust_units=true`";
 }
 
 }  // namespace silvafit::stand

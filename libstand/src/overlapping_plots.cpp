@@ -88,7 +88,7 @@ std::string note_on_overlapping_plots(const Inventory& inventory, const PlotWind
   if (overlapping == 0) return {};
   return fmt::format(
       "{} plots overlap, for example {}, and neighbors are searched across plots; if positions are "
-      "measured from each plot's own corner or center, use --per plot",
+      "measured from each plot's own corner or center, use `per=plot`",
       overlapping,
       first);
 }

@@ -134,7 +134,7 @@ void PlotTableReader::check_names() const {
     throw UsageError(
         fmt::format(
             "'{}' is not a column of plots; available: {}", mapping.name, fmt::join(known, ", ")),
-        {.column = "--plots-columns"});
+        {.column = "`plots_columns`"});
   }
 }
 
@@ -167,8 +167,8 @@ std::optional<std::string> PlotTableReader::usual_column(std::string_view name) 
   const auto own = std::ranges::find(found, name);
   if (own != found.end()) return *own;
   if (found.size() > 1) {
-    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with --plots-columns "
-                                 "{}={}",
+    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with "
+                                 "`plots_columns={}={}`",
                                  found[0],
                                  found[1],
                                  name,
@@ -212,7 +212,7 @@ void PlotTableReader::find_columns() {
   }
   if (sources_.contains("plot")) return;
   throw InputError(
-      fmt::format("no column plot was found; name it with --plots-columns plot=COLUMN; available: "
+      fmt::format("no column plot was found; name it with `plots_columns=plot=COLUMN`; available: "
                   "{}",
                   data::list_of(header_)),
       {.file = result_.file});
@@ -225,7 +225,7 @@ void PlotTableReader::read_table(const data::TableSource& source) {
     if (column == sources_.end()) continue;
     if (std::ranges::find(header_, column->second) == header_.end()) {
       throw InputError(data::no_such_column(column->second, header_),
-                       {.file = result_.file, .column = "--plots-columns"});
+                       {.file = result_.file, .column = "`plots_columns`"});
     }
     options.text_columns.push_back(column->second);
   }
@@ -257,7 +257,7 @@ void PlotTableReader::check_range(const std::string& name, std::vector<double>& 
       range += fmt::format(" and {} {}", name == "slope" ? "below" : "at most", column->high);
     }
     if (name == "share" && is_high) {
-      range += "; for percentages use --plots-columns share=COLUMN/100";
+      range += "; for percentages use `plots_columns=share=COLUMN/100`";
     }
     problem(row, sources_.find(name)->second, fmt::format("{} must be {}", value, range));
   }
@@ -397,11 +397,11 @@ std::string offer_of_area_column(const Inventory& inventory) {
   const NumberColumn* area = area_named(column);
   if (area == nullptr) return {};
   std::string offer = fmt::format(
-      ", or read it from column '{}' of this file with --plots {}", column, inventory.file);
+      ", or read it from column '{}' of this file with `plots={}`", column, inventory.file);
   const std::string key = folded_letters(column);
   const bool has_unit = area->unit != 1.0 || key.ends_with("m2") || key.ends_with("qm");
   if (!has_unit) {
-    offer += fmt::format("; if it is in ha, with --plots-columns 'area=`{}`*10000'", column);
+    offer += fmt::format("; if it is in ha, with `plots_columns=area=`{}`*10000`", column);
   }
   return offer;
 }

@@ -145,7 +145,7 @@ void refuse_shared_window(std::size_t plots) {
   if (plots <= 1) return;
   throw UsageError(
       fmt::format("neighbors are searched within each plot, but one window is given for {} plots; "
-                  "use --per stand, or give each polygon the property 'plot' ('*' for every plot)",
+                  "use `per=stand`, or give each polygon the property 'plot' ('*' for every plot)",
                   plots));
 }
 

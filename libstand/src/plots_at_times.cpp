@@ -70,7 +70,7 @@ std::vector<NamedWindow> windows_at_times(const std::vector<NamedWindow>& window
                                    "with repeated measurements; give each polygon the property "
                                    "'plot' ('*' for every plot)",
                                    times.size()),
-                       {.column = "--window"});
+                       {.column = "`window`"});
     }
     if (window.plot == kEveryPlot) result.push_back(window);
     for (const auto& [plot, own_times] : times) {

@@ -114,23 +114,23 @@ void check_stratum_sizes(const std::set<std::string>& names,
     if (!names.contains(name)) {
       throw UsageError(
           fmt::format("unknown stratum '{}'; available: {}", name, fmt::join(names, ", ")),
-          {.column = "--stratum-area"});
+          {.column = "`stratum_areas`"});
     }
     if (!(area >= 0.0) || std::isinf(area)) {
       throw UsageError(
           fmt::format("the area of stratum '{}', {} ha, must be 0 or more", name, area),
-          {.column = "--stratum-area"});
+          {.column = "`stratum_areas`"});
     }
   }
   const auto is_zero = [](const auto& size) { return size.second == 0.0; };
   if (!sizes.empty() && std::ranges::all_of(sizes, is_zero)) {
-    throw UsageError("the areas of all strata are 0", {.column = "--stratum-area"});
+    throw UsageError("the areas of all strata are 0", {.column = "`stratum_areas`"});
   }
   if (sizes.empty() || sizes.size() == names.size()) return;
   for (const std::string& name : names) {
     if (!sizes.contains(name)) {
-      throw UsageError(fmt::format("no area for stratum '{}'; give it with --stratum-area", name),
-                       {.column = "--stratum-area"});
+      throw UsageError(fmt::format("no area for stratum '{}'; give it with `stratum_areas`", name),
+                       {.column = "`stratum_areas`"});
     }
   }
 }

@@ -25,12 +25,12 @@ StructuralUnits structural_units_of_sample(const Inventory& inventory,
                                            const DesignedSample& sample,
                                            StructuralUnitOptions options) {
   if (!options.windows.empty()) {
-    throw UsageError("the sampling design has circles of its own; omit --window and --circle",
-                     {.column = "--window"});
+    throw UsageError("the sampling design has circles of its own; omit `window` and `circle`",
+                     {.column = "`window`"});
   }
   if (options.scope == SearchScope::kStand) {
-    throw UsageError("neighbors of sampled plots are searched within each plot; omit --per stand",
-                     {.column = "--per"});
+    throw UsageError("neighbors of sampled plots are searched within each plot; omit `per=stand`",
+                     {.column = "`per`"});
   }
   const bool has_hegyi =
       std::ranges::find(options.further, FurtherIndex::kHegyi) != options.further.end();

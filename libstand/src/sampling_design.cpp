@@ -118,7 +118,7 @@ void SampleMaker::join() {
     if (code != data::TextColumn::kMissingCode) records_[code] = &record;
     if (seen.insert(record.plot).second) continue;
     throw InputError(
-        "the plot is listed for two dates; select one measurement, for example with --plots-sql",
+        "the plot is listed for two dates; select one measurement, for example with `plots_sql`",
         {.file = design_.plots->file, .line = record.line, .column = "plot", .plot = record.plot});
   }
   note_unmatched();
@@ -142,8 +142,8 @@ void SampleMaker::note_unmatched() {
     throw InputError(
         fmt::format(
             "no plot of the inventory is in the table of plots; the inventory has {}; the "
-            "table has {}; name the column of the label with --plots-columns plot=COLUMN or "
-            "--columns plot=COLUMN",
+            "table has {}; name the column of the label with `plots_columns=plot=COLUMN` or "
+            "`columns=plot=COLUMN`",
             data::list_of(without_row),
             with_similar(of_table, without_row)),
         {.file = design_.plots->file, .column = "plot"});
@@ -180,7 +180,7 @@ void SampleMaker::find_expansions() {
   const data::Table& other = inventory_.other;
   if (!other.has(design_.expansion)) {
     throw InputError(data::no_such_column(design_.expansion, other.names()),
-                     {.file = inventory_.file, .column = "--expansion"});
+                     {.file = inventory_.file, .column = "`expansion`"});
   }
   std::vector<data::TextCell> texts;
   expansions_ = data::numbers_of(
@@ -307,7 +307,7 @@ void SampleMaker::find_origin() {
   sample_.notes.push_back(fmt::format(
       "only {} of {} trees with positions are within their plots around the origin, so positions "
       "do not choose the trees, and all are taken as counted; give the centers of plots as x and y "
-      "in --plots, in the coordinates of the trees",
+      "in `plots`, in the coordinates of the trees",
       near_center,
       placed));
 }
@@ -482,11 +482,11 @@ void SampleMaker::note_counts() {
             ? "expansion factors are per hectare of the part of a plot in the population"
             : "expansion factors are per hectare of whole plots, so values of plots with a share "
               "are divided by it; if factors are per hectare of that part already, use "
-              "--expansion-area part");
+              "`expansion_area=part`");
   }
   if (design_.plots && design_.plots->has_slope && !design_.corrects_slope) {
     sample_.notes.emplace_back(
-        "the column slope is not used: distances are taken as horizontal; with --slope-correction, "
+        "the column slope is not used: distances are taken as horizontal; with `slope_correction`, "
         "areas are those along the slope");
   }
 }
@@ -496,7 +496,7 @@ data::TextColumn labels_of_subplots(const Inventory& inventory, const std::strin
   const data::Table& other = inventory.other;
   if (!other.has(column)) {
     throw InputError(data::no_such_column(column, other.names()),
-                     {.file = inventory.file, .column = "--subplot"});
+                     {.file = inventory.file, .column = "`subplot`"});
   }
   const data::TextColumn subplots = other.labels(column);
   data::TextColumn labels;
@@ -524,7 +524,7 @@ DesignedSample SampleMaker::run() {
   if (std::ranges::none_of(sample_.areas, is_counted_area)) {
     throw InputError(
         "no plot has an area; give area, radius or expansion in the table of plots, or a design "
-        "(--circles, --angle-count, --expansion)",
+        "(`circles`, `angle_count`, `expansion`)",
         {.file = design_.plots ? design_.plots->file : inventory_.file});
   }
   check_density();
@@ -544,7 +544,7 @@ void check_density_is_possible(double basal_area_m2_per_ha, const Place& place) 
       fmt::format(
           "the areas of plots make {:.4g} m2 of basal area per hectare; areas are in m2 "
           "(1 ha is 10000, 1 are 100), radii in m and expansion factors per ha; if they are "
-          "right, use --trust-units",
+          "right, use `trust_units=true`",
           basal_area_m2_per_ha),
       place);
 }
@@ -553,7 +553,7 @@ void check_plot_density(const std::string& plot, double trees, double area_m2, c
   if (trees == 0.0 || !(trees < area_m2 / kSquareMetersPerHectare)) return;
   throw InputError(
       fmt::format("plot {} has an area of {:.10g} m2 for {}, less than one per hectare; areas are "
-                  "in m2 (1 ha is 10000), radii in m; if they are right, use --trust-units",
+                  "in m2 (1 ha is 10000), radii in m; if they are right, use `trust_units=true`",
                   plot,
                   area_m2,
                   counted(static_cast<std::size_t>(trees), "tree", "trees")),
@@ -565,19 +565,19 @@ void check_design(const SamplingDesign& design) {
                    static_cast<int>(design.basal_area_factor > 0.0) +
                    static_cast<int>(!design.expansion.empty());
   if (ways > 1) {
-    throw UsageError("use one of --circles, --angle-count and --expansion",
-                     {.column = "--circles"});
+    throw UsageError("use one of `circles`, `angle_count` and `expansion`",
+                     {.column = "`circles`"});
   }
   if (design.is_expansion_of_part && design.expansion.empty()) {
-    throw UsageError("--expansion-area needs --expansion", {.column = "--expansion-area"});
+    throw UsageError("`expansion_area` needs `expansion`", {.column = "`expansion_area`"});
   }
   if (design.basal_area_factor < 0.0 || !std::isfinite(design.basal_area_factor)) {
     throw UsageError(
         fmt::format("a basal area factor of {} m2/ha must be above 0", design.basal_area_factor),
-        {.column = "--angle-count"});
+        {.column = "`angle_count`"});
   }
   if (design.subplots == 0) {
-    throw UsageError("a plot has at least one subplot", {.column = "--subplots"});
+    throw UsageError("a plot has at least one subplot", {.column = "`subplots`"});
   }
   double dbh_cm = -1.0;
   double radius_m = 0.0;
@@ -589,7 +589,7 @@ void check_design(const SamplingDesign& design) {
                       "does not",
                       circle.from_dbh_cm,
                       circle.radius_m),
-          {.column = "--circles"});
+          {.column = "`circles`"});
     }
     dbh_cm = circle.from_dbh_cm;
     radius_m = circle.radius_m;

@@ -161,7 +161,7 @@ TEST_CASE("Distances along the slope make smaller areas") {
   design.corrects_slope = false;
   const DesignedSample level = sample_of(stand, design);
   CHECK(level.areas[0].area_m2 == 500.0);
-  CHECK(says(level.notes, "--slope-correction"));
+  CHECK(says(level.notes, "`slope_correction`"));
   // An angle count's basal area is multiplied by the secant.
   SamplingDesign angle{
       .plots = plots_of("plot,slope\n1,60\n"), .basal_area_factor = 2.0, .corrects_slope = true};
@@ -304,7 +304,7 @@ TEST_CASE("Neighbors are searched within subplots") {
 }
 
 TEST_CASE("A table of plots is checked") {
-  CHECK_THROWS_WITH(plots_of("name,area\n1,400\n"), Contains("--plots-columns plot=COLUMN"));
+  CHECK_THROWS_WITH(plots_of("name,area\n1,400\n"), Contains("`plots_columns=plot=COLUMN`"));
   CHECK_THROWS_WITH(plots_of("plot,area\n1,0\n2,x\n"),
                     Contains("plots.csv:2: area: 0 must be above 0 (plot 1)") &&
                         Contains("plots.csv:3: area: 'x' is not a number (plot 2)"));
@@ -334,7 +334,7 @@ TEST_CASE("Designs that contradict themselves are refused") {
                     Contains("at least one"));
   StandReportOptions both{.design = {.basal_area_factor = 4}};
   both.plot_area_m2 = 400;
-  CHECK_THROWS_WITH(stand_report(stand, both), Contains("--plot-area"));
+  CHECK_THROWS_WITH(stand_report(stand, both), Contains("`plot_area`"));
 }
 
 TEST_CASE("Plots outside the population count with area 0 in the ratio") {

@@ -170,7 +170,7 @@ std::string Judge::advice(const UnitPair& units) const {
   add("h", units.h);
   add("dbh", units.dbh);
   return fmt::format(
-      "if {}, use --columns {}", fmt::join(conditions, " and "), fmt::join(conversions, ","));
+      "if {}, use `columns={}`", fmt::join(conditions, " and "), fmt::join(conversions, ","));
 }
 
 /// The units that make plausible stands, the most usual stand first; all if there are none.
@@ -203,7 +203,7 @@ std::vector<std::string> Judge::advice_on_length(const SizeColumn& length, doubl
   for (const Unit& unit : {kFeet, kDecimeters, kCentimeters, kMillimeters}) {
     const double meters = median * unit.factor;
     if (meters < kLeastMeters || meters > most) continue;
-    texts.push_back(fmt::format("if {0} is in {1}, use --columns {0}={2}{3}",
+    texts.push_back(fmt::format("if {0} is in {1}, use `columns={0}={2}{3}`",
                                 length.name,
                                 unit.name,
                                 length.source,
@@ -220,7 +220,7 @@ void Judge::refuse(const SizeColumn& wrong, const std::vector<std::string>& advi
           ? fmt::format("higher than stems of the median dbh {:.4g} cm can stand", medians_.dbh_cm)
           : "which no stand of trees has";
   throw InputError(
-      fmt::format("{} has the median {:.4g} {}, {}; {}; if it is correct, use --trust-units",
+      fmt::format("{} has the median {:.4g} {}, {}; {}; if it is correct, use `trust_units=true`",
                   wrong.source,
                   positive_median(wrong.values),
                   is_dbh ? "cm" : "m",

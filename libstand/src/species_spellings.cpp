@@ -88,7 +88,7 @@ std::string SpeciesSpellings::note() const {
   return text.empty()
              ? text
              : "species that differ only in capitals or spaces are treated as one: " + text +
-                   "; --case-sensitive keeps them separate";
+                   "; `case_sensitive` keeps them separate";
 }
 
 }  // namespace silvafit::stand

@@ -109,23 +109,23 @@ void SpeciesSums::check(const std::vector<SampledArea>& areas) const {
       std::ranges::adjacent_find(bounds, std::greater_equal{}) == bounds.end() &&
       std::ranges::all_of(bounds, [](double bound) { return bound > 0.0 && std::isfinite(bound); });
   if (!is_ascending) {
-    throw UsageError("layer limits must be above 0 m and increasing", {.column = "--layers"});
+    throw UsageError("layer limits must be above 0 m and increasing", {.column = "`layers`"});
   }
   if (!(options_.dominant_trees_per_ha > 0.0) || std::isinf(options_.dominant_trees_per_ha)) {
     throw UsageError(fmt::format("{} trees per ha must be above 0", options_.dominant_trees_per_ha),
-                     {.column = "--dominant-trees"});
+                     {.column = "`dominant_trees`"});
   }
   if (!(options_.quadrat_m >= 0.0) || std::isinf(options_.quadrat_m)) {
     throw UsageError(fmt::format("{} m must be 0 or more", options_.quadrat_m),
-                     {.column = "--quadrat"});
+                     {.column = "`quadrat`"});
   }
   const bool has_windows =
       std::ranges::all_of(areas, [](const SampledArea& area) { return area.window.has_value(); });
   if (options_.quadrat_m > 0.0 && !has_windows) {
     throw UsageError(
-        "quadrats need windows, not --plot-area: give --window or --circle instead, or omit "
-        "--quadrat to use the plots as quadrats",
-        {.column = "--quadrat"});
+        "quadrats need windows, not `plot_area`: give `window` or `circle` instead, or omit "
+        "`quadrat` to use the plots as quadrats",
+        {.column = "`quadrat`"});
   }
 }
 

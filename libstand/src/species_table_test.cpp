@@ -101,7 +101,7 @@ TEST_CASE("layers are half-open, and trees without height are in none") {
   CHECK(four.name_of(3) == "20 m and more");
   const Inventory stand = stand_of({{}, {.x = 1}});
   CHECK_THROWS_WITH(species_table(stand, sampled_areas(stand, 100.0), {.layers = {{10, 10}}}),
-                    Contains("--layers"));
+                    Contains("`layers`"));
   CHECK_THROWS_WITH(species_table(stand, sampled_areas(stand, 100.0), {.quadrat_m = 5.0}),
-                    Contains("--quadrat"));
+                    Contains("`quadrat`"));
 }

@@ -86,7 +86,7 @@ TEST_CASE("dead trees are skipped, used only as neighbors, or used like others")
   CHECK(describe_excluded(checked).empty());
   CHECK(has_note(checked,
                  "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, skipped; "
-                 "with --dead neighbors, dead trees count as neighbors; unknown status, used as "
+                 "with `dead=neighbors`, dead trees count as neighbors; unknown status, used as "
                  "alive: 'krank' (1)"));
   const CheckedInventory neighbors = read_inventory_text(text, {.dead = DeadTrees::kNeighbors});
   CHECK(neighbors.inventory.neighbor_only == std::vector<char>{0, 1, 0, 0});
@@ -111,7 +111,7 @@ TEST_CASE("empty fields below a plot are filled down, or a message names the opt
   const CheckedInventory empty = read_inventory_text(text);
   CHECK(empty.inventory.size() == 2);
   CHECK(has_note(empty,
-                 "3 rows have a plot that is empty, as in merged cells; with --fill-down plot, the "
+                 "3 rows have a plot that is empty, as in merged cells; with `fill_down=plot`, the "
                  "value above is used"));
   const CheckedInventory filled = read_inventory_text(text, {.fill_down = {"plot", "species"}});
   CHECK(filled.inventory.size() == 5);
@@ -186,14 +186,14 @@ TEST_CASE("labels are joined of several columns") {
 TEST_CASE("codes of the status are explained by the user") {
   const std::string text = "plot,tree,dbh,st\n1,1,20,LI\n1,2,21,ds\n1,3,22,DC\n1,4,23,3.0\n";
   InventoryOptions options = with_columns("status=st");
-  CHECK(has_note(read_inventory_text(text, options), "explain them with --dead-codes"));
+  CHECK(has_note(read_inventory_text(text, options), "explain them with `dead_codes`"));
   options.status_codes = {.alive = {"LI"}, .dead = {"DS", "3"}, .cut = {"DC", "X"}};
   const CheckedInventory read = read_inventory_text(text, options);
   CHECK(read.inventory.size() == 1);
   CHECK(has_note(read, "2 dead, 1 cut or gone, skipped"));
   CHECK(has_note(read, "no row has the status X"));
   options.status_codes = {.alive = {"DS"}, .dead = {"ds"}};
-  CHECK_THROWS_WITH(read_inventory_text(text, options), Contains("'DS' is in --alive-codes and"));
+  CHECK_THROWS_WITH(read_inventory_text(text, options), Contains("'DS' is in `alive_codes` and"));
   options = with_columns("status=st == \"DS\"");
   CHECK_THROWS_WITH(read_inventory_text(text, options), Contains("status must be a column"));
   options = {.status_codes = {.dead = {"DS"}}};
@@ -207,15 +207,15 @@ TEST_CASE("the recommended unit makes trees of a possible shape") {
   std::string text = "plot,tree,dbh,h\n";
   for (int i = 1; i <= 12; ++i) text += "1," + std::to_string(i) + ",2.5,200\n";
   CHECK_THROWS_WITH(read_inventory_text(text),
-                    Contains("in centimeters, use --columns h=h/100; if it is correct"));
+                    Contains("in centimeters, use `columns=h=h/100`; if it is correct"));
   // 26 cm and 20 m, in feet; McMahon's limit of 95 (0.26)^(2/3) is 38.7 m.
   text = "plot,tree,dbh,h\n1,1,26,66\n1,2,27,67\n1,3,25,64\n";
   CHECK_THROWS_WITH(read_inventory_text(text),
-                    Contains("if h is in feet, use --columns h=h*0.3048"));
+                    Contains("if h is in feet, use `columns=h=h*0.3048`"));
   text = "plot,tree,dbh,h\n1,1,10.2,66\n1,2,10.6,67\n1,3,9.8,64\n";
   CHECK_THROWS_WITH(read_inventory_text(text),
-                    Contains("if h is in feet and dbh is in inches, use --columns "
-                             "h=h*0.3048,dbh=dbh*2.54; "));
+                    Contains("if h is in feet and dbh is in inches, use "
+                             "`columns=h=h*0.3048,dbh=dbh*2.54`; "));
   // The tallest trees and palms known, and saplings of 2.4 m with 1 cm.
   for (const char* giants : {"1,1,480,115.9", "1,1,40,60", "1,1,1,2.4"}) {
     CHECK_NOTHROW(read_inventory_text(std::string("plot,tree,dbh,h\n") + giants + "\n"));

@@ -52,14 +52,14 @@ std::vector<SampledArea> ReportMaker::find_areas(const Inventory& inventory) {
   if (sample_ != nullptr) return sample_->areas;
   const std::vector<NamedWindow>& given = options_.units.windows;
   if (options_.plot_area_m2 && !given.empty()) {
-    throw UsageError("use either --plot-area or windows (--window, --circle), not both",
-                     {.column = "--plot-area"});
+    throw UsageError("use either `plot_area` or windows (`window`, `circle`), not both",
+                     {.column = "`plot_area`"});
   }
   if (options_.plot_area_m2) return sampled_areas(inventory, *options_.plot_area_m2);
   if (!inventory.has_coordinates()) {
     throw UsageError(
         fmt::format("the area is unknown, because the inventory has no positions; give "
-                    "the area of a plot in m2 with --plot-area{}",
+                    "the area of a plot in m2 with `plot_area`{}",
                     offer_of_area_column(inventory)),
         {.file = inventory.file});
   }
@@ -132,7 +132,7 @@ data::TextColumn ReportMaker::stratum_column(const Inventory& inventory) const {
   const data::Table table = to_table(inventory);
   if (table.has(options_.stratum)) return table.labels(options_.stratum);
   throw InputError(data::no_such_column(options_.stratum, table.names()),
-                   {.file = inventory.file, .column = "--stratum"});
+                   {.file = inventory.file, .column = "`stratum`"});
 }
 
 void ReportMaker::check_one_stratum(const Inventory& inventory,
@@ -279,7 +279,7 @@ void ReportMaker::add_figures(const Inventory& inventory,
 void ReportMaker::refuse_no_areas(const std::string& file) const {
   throw InputError(
       "no plot has an area; a convex hull needs three trees that are not on one line; give "
-      "--window, --circle or --plot-area",
+      "`window`, `circle` or `plot_area`",
       {.file = file});
 }
 
@@ -375,7 +375,7 @@ void ReportMaker::finish_figures() {
 
 void ReportMaker::check_density(const std::string& file) const {
   if (options_.trust_units) return;
-  const Place place{.file = file, .column = options_.plot_area_m2 ? "--plot-area" : "area"};
+  const Place place{.file = file, .column = options_.plot_area_m2 ? "`plot_area`" : "area"};
   check_density_is_possible(report_.all.basal_area_m2_per_ha, place);
   if (sample_ != nullptr) return;
   for (const AreaReport& plot : report_.areas) {
@@ -398,8 +398,8 @@ StandReport ReportMaker::finish(const std::string& file) {
 StandReport stand_report(const Inventory& inventory, const StandReportOptions& options) {
   const bool has_areas = !options.units.windows.empty() || options.plot_area_m2.has_value();
   if (options.design.chooses_trees() && has_areas) {
-    throw UsageError("the sampling design gives the areas; omit --window, --circle and --plot-area",
-                     {.column = options.plot_area_m2 ? "--plot-area" : "--window"});
+    throw UsageError("the sampling design gives the areas; omit `window`, `circle` and `plot_area`",
+                     {.column = options.plot_area_m2 ? "`plot_area`" : "`window`"});
   }
   StandReportOptions own = options;
   if (!has_areas) own.design = design_for(inventory, options.design);
@@ -422,12 +422,12 @@ struct StandReportParts::State {
 StandReportParts::StandReportParts(const StandReportOptions& options, bool is_only_plot)
     : state_(std::make_unique<State>(State{ReportMaker(options, nullptr, is_only_plot)})) {
   if (options.design.is_given()) {
-    throw UsageError("--stream cannot be combined with a sampling design; omit one of them",
-                     {.column = "--stream"});
+    throw UsageError("`stream` cannot be combined with a sampling design; omit one of them",
+                     {.column = "`stream`"});
   }
   if (options.units.scope == SearchScope::kStand) {
-    throw UsageError("--stream cannot search neighbors across plots; use --per plot",
-                     {.column = "--stream"});
+    throw UsageError("`stream` cannot search neighbors across plots; use `per=plot`",
+                     {.column = "`stream`"});
   }
 }
 StandReportParts::~StandReportParts() = default;

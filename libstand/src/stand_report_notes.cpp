@@ -16,13 +16,13 @@ void ReportMaker::note_areas() {
   if (is_hull_) {
     note(
         {"areas are those of convex hulls, which are smaller than the plots, so values per "
-         "hectare are too large; give --window, --circle or --plot-area" +
+         "hectare are too large; give `window`, `circle` or `plot_area`" +
          offered_});
   }
   if (plots_without_window_.empty()) return;
   note({fmt::format(
       "{} not counted, with {}: plot {}; fewer than three trees, or trees on one line, have no "
-      "convex hull and therefore no area; give --window, --circle or --plot-area",
+      "convex hull and therefore no area; give `window`, `circle` or `plot_area`",
       counted(plots_without_window_count_, "plot is", "plots are"),
       counted(without_window_, "tree", "trees"),
       plots_without_window_.text())});
@@ -133,7 +133,7 @@ void ReportMaker::note_dominant_height() {
   if (names.empty()) return;
   note(
       {fmt::format("some of the thickest trees have no height, and dominant height is the mean of "
-                   "the others: {}; to impute heights, use silvafit impute",
+                   "the others: {}; to impute heights, use `silvafit impute`",
                    data::list_of(names))});
 }
 

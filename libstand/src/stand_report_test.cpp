@@ -84,11 +84,11 @@ TEST_CASE("a report counts plots without trees, and notes what it skips") {
 
   CHECK_THROWS_WITH(
       stand_report(stand_of({{.x = 1}, {.x = 2}}), {}),
-      Contains("no plot has an area") && Contains("--window") && Contains("--plot-area"));
+      Contains("no plot has an area") && Contains("`window`") && Contains("`plot_area`"));
 
   stand.x.clear();
   stand.y.clear();
-  CHECK_THROWS_WITH(stand_report(stand, {}), Contains("--plot-area"));
+  CHECK_THROWS_WITH(stand_report(stand, {}), Contains("`plot_area`"));
   const StandReport by_area = stand_report(stand, {.plot_area_m2 = 500.0});
   CHECK_FALSE(by_area.units);
   CHECK(by_area.all.stems_per_ha == Approx(40.0).epsilon(1e-14));
@@ -228,7 +228,7 @@ TEST_CASE("a plot area replaces a window, and quadrats need a window") {
   options.species.quadrat_m = 5.0;
   CHECK_THROWS_WITH(stand_report(stand, options), Contains("quadrats need windows"));
   options.units.windows = {{kEveryPlot, Window::circle({0, 0}, 12.0)}};
-  CHECK_THROWS_WITH(stand_report(stand, options), Contains("use either --plot-area or windows"));
+  CHECK_THROWS_WITH(stand_report(stand, options), Contains("use either `plot_area` or windows"));
 }
 
 TEST_CASE("a note counts the thickest trees without height by plot") {
@@ -243,7 +243,7 @@ TEST_CASE("a note counts the thickest trees without height by plot") {
   CHECK(first.dominant_trees == 2);
   CHECK(first.dominant_trees_without_height == 1);
   CHECK_THAT(notes_in(report),
-             Contains("mean of the others: 1 (1 of 2); to impute heights, use silvafit impute"));
+             Contains("mean of the others: 1 (1 of 2); to impute heights, use `silvafit impute`"));
   stand.h_m[0] = 22.0;
   CHECK_THAT(notes_in(stand_report(stand, {.plot_area_m2 = 200.0})), !Contains("thickest"));
   stand.h_m.clear();

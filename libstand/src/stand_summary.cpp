@@ -88,7 +88,7 @@ std::vector<SampledArea> sampled_areas(const Inventory& inventory,
 std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_area_m2) {
   if (!(plot_area_m2 > 0.0) || std::isinf(plot_area_m2)) {
     throw UsageError(fmt::format("an area of {} m2 must be above 0", plot_area_m2),
-                     {.column = "--plot-area"});
+                     {.column = "`plot_area`"});
   }
   std::vector<SampledArea> areas = plots_of_unknown_area(inventory);
   for (SampledArea& area : areas) area.area_m2 = plot_area_m2;
@@ -194,7 +194,7 @@ void DiameterSums::add(const Inventory& inventory, std::span<const std::size_t> 
   if (!(width_cm_ > 0.0) || std::isinf(width_cm_)) {
     throw UsageError(
         fmt::format("the width of a diameter class, {} cm, must be above 0", width_cm_),
-        {.column = "--class-width"});
+        {.column = "`class_width`"});
   }
   for (const std::size_t tree : trees) {
     // A diameter on the class limit belongs to the upper class; the tolerance covers rounding.
@@ -206,7 +206,7 @@ void DiameterSums::add(const Inventory& inventory, std::span<const std::size_t> 
     if (is_new && (highest - lowest >= kMostClasses || highest >= 0x1p53)) {
       throw UsageError(
           fmt::format("diameter classes of {} cm are too narrow for these trees", width_cm_),
-          {.column = "--class-width"});
+          {.column = "`class_width`"});
     }
     Sums& own = found->second;
     ++own.trees;

@@ -60,7 +60,7 @@ TEST_CASE("diameter classes begin at their lower limit") {
   CHECK(diameter_distribution(small, all_rows(small), 1e4, 0.1)[0].low_cm ==
         Approx(0.3).epsilon(1e-14));
   CHECK_THROWS_WITH(diameter_distribution(stand, all_rows(stand), 1e4, 0.0),
-                    Contains("--class-width"));
+                    Contains("`class_width`"));
   CHECK_THROWS_WITH(diameter_distribution(stand, all_rows(stand), 1e4, 1e-6),
                     Contains("too narrow"));
   // Equal diameters need one class, but not one whose number is beyond the whole numbers.

@@ -206,13 +206,13 @@ std::optional<Torus> Calculator::torus_of(std::uint32_t tree) const {
   if (options_.edge != EdgeCorrection::kTorus) return std::nullopt;
   if (options_.scope == SearchScope::kStand && windows_.domains.size() > 1) {
     throw UsageError(
-        "--edge torus needs one window for the stand; for windows of plots use --per plot",
-        {.column = "--edge"});
+        "`edge=torus` needs one window for the stand; for windows of plots use `per=plot`",
+        {.column = "`edge`"});
   }
   const Window& window = *windows_.window_of(inventory_, tree);
   if (!window.is_rectangle()) {
-    throw UsageError("--edge torus needs a rectangular window with sides parallel to x and y",
-                     {.column = "--edge"});
+    throw UsageError("`edge=torus` needs a rectangular window with sides parallel to x and y",
+                     {.column = "`edge`"});
   }
   const double shorter_m =
       std::min(window.high().x - window.low().x, window.high().y - window.low().y);
@@ -220,7 +220,7 @@ std::optional<Torus> Calculator::torus_of(std::uint32_t tree) const {
     throw UsageError(fmt::format("{} m is more than half of the shorter side of the torus, {} m",
                                  options_.competition_radius_m,
                                  shorter_m),
-                     {.column = "--competition-radius"});
+                     {.column = "`competition_radius`"});
   }
   return Torus{.low = window.low(), .high = window.high()};
 }
@@ -305,7 +305,7 @@ void Calculator::refuse_wide_radius(
                     "hours; competitors are usually searched within 10 m",
                     options_.competition_radius_m,
                     kMostPairs),
-        {.column = "--competition-radius"});
+        {.column = "`competition_radius`"});
   }
 }
 
@@ -400,7 +400,7 @@ void Calculator::note_assumed_areas(const PlotWindows& assumed) {
   }
   findings.on_windows.push_back(
       fmt::format("{} too large: the area is that of the {} {}, which is smaller than the {}; give "
-                  "--window or --circle",
+                  "`window` or `circle`",
                   indices,
                   is_torus ? "rectangle around" : "convex hull of",
                   is_per_plot ? "the trees of each plot" : "all trees",

@@ -350,7 +350,7 @@ TEST_CASE("windows belong to plots, and missing ones are an error") {
   options.windows = {{"a", left}};
   CHECK_THROWS_WITH(structural_units(stand, options), Contains("no window for plot b"));
   options.windows = {{std::nullopt, left}};
-  CHECK_THROWS_WITH(structural_units(stand, options), Contains("use --per stand"));
+  CHECK_THROWS_WITH(structural_units(stand, options), Contains("use `per=stand`"));
   options.scope = SearchScope::kStand;
   CHECK(structural_units(stand, options).core == std::vector<char>{1, 1, 0, 0});
   options.windows = {{std::nullopt, Window::rectangle({100, 0}, {110, 10})}};
@@ -376,7 +376,7 @@ TEST_CASE("a note names overlapping plots in a stand, with the remedy") {
   options.scope = SearchScope::kStand;
   // By hulls, whatever the window of the stand is.
   CHECK_THAT(overlap_note(trees, options),
-             Contains("3 plots overlap, for example a and ") && Contains("use --per plot"));
+             Contains("3 plots overlap, for example a and ") && Contains("use `per=plot`"));
   options.windows = {{std::nullopt, Window::rectangle({0, 0}, {40, 10})}};
   CHECK_THAT(overlap_note(trees, options), Contains("3 plots overlap"));
   options.windows = {{kEveryPlot, Window::circle({5, 5}, 8)}};
@@ -386,7 +386,7 @@ TEST_CASE("a note names overlapping plots in a stand, with the remedy") {
                      {"b", Window::rectangle({9, 0}, {19, 10})},
                      {"c", Window::rectangle({0, 10}, {10, 20})}};
   CHECK_THAT(overlap_note(trees, options),
-             Contains("2 plots overlap, for example a and b") && Contains("--per plot"));
+             Contains("2 plots overlap, for example a and b") && Contains("`per=plot`"));
   // Side by side, with corners that differ by a millimeter.
   options.windows[1] = {"b", Window::rectangle({9.999, 0}, {19, 10})};
   CHECK(overlap_note(trees, options).empty());
@@ -478,9 +478,9 @@ TEST_CASE("of very many ties the first in the order of the trees are neighbors")
 
 TEST_CASE("options out of range are refused") {
   const Inventory stand = stand_of({{}, {.x = 1}});
-  CHECK_THROWS_WITH(structural_units(stand, {.neighbors = 0}), Contains("--neighbors: 0"));
-  CHECK_THROWS_WITH(structural_units(stand, {.alpha0_deg = 181.0}), Contains("--alpha: 181"));
-  CHECK_THROWS_WITH(structural_units(stand, {.buffer_m = -1.0}), Contains("--buffer: -1"));
+  CHECK_THROWS_WITH(structural_units(stand, {.neighbors = 0}), Contains("`neighbors`: 0"));
+  CHECK_THROWS_WITH(structural_units(stand, {.alpha0_deg = 181.0}), Contains("`alpha`: 181"));
+  CHECK_THROWS_WITH(structural_units(stand, {.buffer_m = -1.0}), Contains("`buffer`: -1"));
   Inventory unplaced = stand;
   unplaced.x.clear();
   CHECK_THROWS_AS(structural_units(unplaced, {}), silvafit::UsageError);

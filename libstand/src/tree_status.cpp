@@ -58,9 +58,9 @@ struct GivenCodes {
 };
 
 std::array<GivenCodes, 3> lists_of(const StatusCodes& codes) {
-  return {{{&codes.alive, TreeStatus::kAlive, "--alive-codes"},
-           {&codes.dead, TreeStatus::kDead, "--dead-codes"},
-           {&codes.cut, TreeStatus::kGone, "--cut-codes"}}};
+  return {{{&codes.alive, TreeStatus::kAlive, "`alive_codes`"},
+           {&codes.dead, TreeStatus::kDead, "`dead_codes`"},
+           {&codes.cut, TreeStatus::kGone, "`cut_codes`"}}};
 }
 
 void check_codes(const StatusCodes& codes) {
@@ -161,8 +161,8 @@ std::string StatusColumn::remarks() const {
   const std::string unknown = unknown_values();
   if (!unknown.empty()) {
     text += fmt::format(
-        "; unknown status, used as alive: {}; explain them with --dead-codes, --cut-codes or "
-        "--alive-codes",
+        "; unknown status, used as alive: {}; explain them with `dead_codes`, `cut_codes` or "
+        "`alive_codes`",
         unknown);
   }
   std::vector<std::string> unseen;

@@ -118,8 +118,8 @@ std::vector<std::string> notes_of(const UnitFindings& findings,
   }
   if (findings.with_cut_competitors > 0) {
     notes.push_back(
-        fmt::format("competitors of {} core trees may be outside the window (--competition-radius "
-                    "is {} m), so their Hegyi index is too small; use a --buffer of that width",
+        fmt::format("competitors of {} core trees may be outside the window (`competition_radius` "
+                    "is {} m), so their Hegyi index is too small; use a `buffer` of that width",
                     findings.with_cut_competitors,
                     options.competition_radius_m));
   }

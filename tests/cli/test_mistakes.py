@@ -53,6 +53,13 @@ class Commands(ProgramTest):
         self.assertIn("unknown option --xyzzy; silvafit fit --help lists the options", error)
         self.assertIn("unexpected argument 'more.csv'", self.error("fit", "trees.csv", "more.csv", "--model", "M4"))
 
+    def test_settings_in_messages_are_options(self):
+        rows = "".join(f"1,{i},{i % 9},{i % 7},{20 + i % 5},{100 * (16 + i % 5)}\n" for i in range(60))
+        self.write("cm.csv", "plot,tree,x,y,dbh,h\n" + rows)
+        self.assertIn("use --columns h=h/100; if it is correct, use --trust-units\n", self.error("indices", "cm.csv", status=3))
+        error = self.error("indices", str(EXAMPLE), "--buffer", "1", "--further", "Hegyi", "--competition-radius", "3", status=0)
+        self.assertIn("(--competition-radius is 3 m), so their Hegyi index is too small; use a --buffer of that width", error)
+
     def test_every_command_prints_the_version(self):
         version = self.run_program("--version").stdout
         for words in all_commands():

@@ -4,8 +4,9 @@
 
 A library includes headers of itself and of the libraries below it only, and so do the folders within a library. Its public headers show nothing
 but the standard library, Eigen, the names (not the classes) of nlohmann-json, and our own public headers:
-what else it is built with stays its own business. Code for one operating system stands in the folders of libbase
-that are named after it. Headers have no `using namespace`, and every source says its licence on top.
+what else it is built with stays its own business. Texts of libraries name settings by keys in backquotes, which the
+front ends replace (setting_names.hpp). Code for one operating system stands in the folders of libbase that are named
+after it. Headers have no `using namespace`, and every source says its licence on top.
 """
 
 import os
@@ -40,6 +41,14 @@ FOLDERS = {
 MAY_KNOW_SYSTEMS = re.compile(r"libbase/src/(posix|linux|windows)/|(tests|bench)/")
 SYSTEM_HEADER = re.compile(r"(sys/|net/|arpa/|(unistd|fcntl|dlfcn|signal|spawn|malloc|poll|pthread|termios|io|windows|shellapi)\.h$)")
 SYSTEM_NAME = re.compile(r"\b(_WIN32|_WIN64|__MINGW\w+|__linux__|__APPLE__|__GLIBC__|__unix__)\b|\"/proc/")
+
+# Texts of libraries: options of the program, and settings in backquotes, `buffer` or `edge=torus`.
+TEXT = re.compile(r'"(?:[^"\\]|\\.)*"')
+OPTION = re.compile(r"(?<![\w-])--[a-z]")
+SETTING = re.compile(r"`([a-z_]+)[`=]")
+# The lists of settings, whose helps the program prints, and the source that adds other settings and writes options.
+SETTING_LISTS = ["libstudy/include/silvafit/study/setting_list.hpp", "libstudy/include/silvafit/study/grow_setting_list.hpp"]
+SETTING_NAMES = "libstudy/src/study/setting_names.cpp"
 
 LICENCE = re.compile(r"(//|#|/\*|<!--) SPDX-License-Identifier: MIT")
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
@@ -139,11 +148,30 @@ def breach_of_systems(path, line, header):
     return f"only base/system.hpp knows the system ({name[0]})" if name else None
 
 
+def known_settings(root):
+    """The keys that messages may name."""
+    lists, names = ("".join((root / name).read_text(encoding="utf-8") for name in files if (root / name).exists())
+                    for files in (SETTING_LISTS, [SETTING_NAMES]))
+    return set(re.findall(r'Setting\(\s*"([a-z_]+)"', lists)) | set(re.findall(r'"([a-z_]+)"', names.partition("kFunctions")[0]))
+
+
+def breach_of_messages(path, line, settings):
+    """An option, or an unknown setting, in a text of a library, or None."""
+    if library_of(path) is None or is_test(path) or str(path) in {*SETTING_LISTS, SETTING_NAMES} or line.lstrip().startswith("//"):
+        return None
+    texts = " ".join(TEXT.findall(line.replace("'\"'", "")))
+    if OPTION.search(texts):
+        return "a message of a library names settings by keys in backquotes, not by options"
+    unknown = next((key for key in SETTING.findall(texts) if key not in settings), None)
+    return f"`{unknown}` in backquotes is no known setting" if unknown else None
+
+
 def breaches(root):
     """All breaches below root, each as "path:line: what"."""
     root = pathlib.Path(root)
     found = []
     folders = folders_of_headers(root)
+    settings = known_settings(root)
     for file in sources(root):
         path = file.relative_to(root)
         lines = file.read_text(encoding="utf-8").splitlines()
@@ -162,6 +190,7 @@ def breaches(root):
             if include:
                 what = breach_of_include(path, include[1]) or breach_of_folders(path, include[1], folders)
             what = what or breach_of_systems(path, line, include[1] if include else None)
+            what = what or breach_of_messages(path, line, settings)
             if path.suffix == ".hpp" and USING_NAMESPACE.match(line):
                 what = "a header must not say `using namespace`"
             if what:

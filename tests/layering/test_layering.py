@@ -86,6 +86,18 @@ class Layering(unittest.TestCase):
                     path: SPDX + text for path in ["libbase/src/posix/files.cpp", "libbase/src/windows/files.cpp",
                                                    "libbase/src/paths_test.cpp", "bench/support/measurement.cpp"]}), [])
 
+    def test_messages_name_known_settings_and_no_options(self):
+        lists = {"libstudy/include/silvafit/study/setting_list.hpp": SPDX + 'visit(\n    Setting(\n "edge",\n',
+                 "libstudy/src/study/setting_names.cpp": SPDX + 'kFurther{"where"};\nkFunctions{"grow"};\n'}
+        for text in ["use `edge=torus` or `where`", "a formula is `response ~ terms`", "`Height (m)`", "---"]:
+            self.assertEqual(self.found(lists | {"libfit/src/a.cpp": SPDX + f'const char* text = "{text}";\n'}), [])
+        for text in ["--edge", "use --edge torus", "(--edge)", "`edges`", "`edges=torus`", "`grow`"]:
+            with self.subTest(text=text):
+                self.assertEqual(len(self.found(lists | {"libfit/src/a.cpp": SPDX + f'const char* text = "{text}";\n'})), 1)
+                self.assertEqual(self.found({path: SPDX + f'const char* text = "{text}";\n'
+                                             for path in ["libfit/src/a_test.cpp", "cli/a.cpp"]}), [])
+        self.assertEqual(self.found({"libfit/src/a.cpp": SPDX + "// \"--edge\"\nif (c == '\"') --depth;\nauto text = \"a\";\n"}), [])
+
     def test_a_header_opens_no_namespace_for_others(self):
         for name in ["libfit/include/silvafit/fit/a.hpp", "libfit/src/a.hpp", "tests/support/a.hpp"]:
             with self.subTest(name=name):

@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import re
 import warnings
 from typing import Any, Iterator, Optional
 
 import numpy as np
-
-#: Options with the text of a model, and the arguments of other names.
-_TEXT_OPTION = re.compile(r'--(random|variance|parameter) ("[^"]*")')
-_ARGUMENTS = {"parameter": "parameters"}
-_OPTION = re.compile(r"(?<![\w-])--([a-z][a-z-]*)")
 
 
 def check_text(name: str, value: Any, is_optional: bool = True) -> None:
@@ -30,12 +24,6 @@ def check_count(name: str, value: Any, least: int = 0, most: int = 2**31 - 1) ->
     """Refuses what is no whole number of a range."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
         raise UsageError(f"{value!r} is not a whole number from {least} to {most}", column=name)
-
-
-def _as_arguments(text: str) -> str:
-    """Options of the program are keyword arguments here."""
-    text = _TEXT_OPTION.sub(lambda match: f"{_ARGUMENTS.get(match.group(1), match.group(1))}={match.group(2)}", text)
-    return _OPTION.sub(lambda match: match.group(1).replace("-", "_"), text)
 
 
 class Error(Exception):
@@ -58,9 +46,8 @@ class Error(Exception):
     """
 
     def __init__(self, message: str, **place: Any):
-        self.message = _as_arguments(message)
-        column = place.get("column")
-        self.column: Optional[str] = _as_arguments(column) if column else None
+        self.message = message
+        self.column: Optional[str] = place.get("column")
         self.row: Any = place.get("row")
         self.line: Optional[int] = place.get("line")
         self.file: Optional[str] = place.get("file")
@@ -145,9 +132,9 @@ class ConvergenceWarning(UserWarning):
 def warn_of(core: Any, stacklevel: int) -> None:
     """Warns unless a fit converged inside its range, and of doubts about its names and its response."""
     if core.status in ("converged", "perfect_fit") and core.has_doubts:
-        warnings.warn(_as_arguments(core.verdict), stacklevel=stacklevel + 1)
+        warnings.warn(core.verdict, stacklevel=stacklevel + 1)
     if core.status not in ("converged", "perfect_fit", "published"):
-        warnings.warn(ConvergenceWarning(_as_arguments(core.verdict), core.status), stacklevel=stacklevel + 1)
+        warnings.warn(ConvergenceWarning(core.verdict, core.status), stacklevel=stacklevel + 1)
 
 
 @contextlib.contextmanager

@@ -150,7 +150,7 @@ def stand_summary(
     plot_area: Optional[float] = None,
     stratum: Optional[str] = None,
     stratum_areas: Optional[Mapping[str, float]] = None,
-    diameter_class: float = 4.0,
+    class_width: float = 4.0,
     edge: str = "buffer",
     buffer: float = 5.0,
     threads: int = 0,
@@ -171,13 +171,13 @@ def stand_summary(
     equations, equation_files : list of str, optional
         Equations of volume, biomass and carbon, such as ["jenkins-pine", "ipcc-carbon"] or {"A": "taper"},
         and files of further ones (docs/volume.md).
-    diameter_class : float
+    class_width : float
         Width of diameter classes [cm].
     """
     source, frame = source_of(trees)
     keywords = {"edge": edge, "buffer": buffer, "plot_area": plot_area, "stratum": stratum,
                 "stratum_areas": None if stratum_areas is None else dict(stratum_areas),
-                "diameter_class": diameter_class, "threads": threads, **window_arguments(window), **sampling_arguments(options)}
+                "class_width": class_width, "threads": threads, **window_arguments(window), **sampling_arguments(options)}
     with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
         return Stand(_core.stand_summary(source, keywords, listener), listener.notes)
 

@@ -6,6 +6,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/io_error.hpp"
+#include "silvafit/study/setting_names.hpp"
 
 namespace silvafit::python {
 namespace {
@@ -31,7 +32,7 @@ void raise(const Error& error) {
     if (!value.empty()) where[name] = value;
   };
   add("file", place.file);
-  add("column", place.column);
+  add("column", study::name_of_place(place.column));
   add("plot", place.plot);
   add("tree", place.tree);
   add("model", place.model);
@@ -40,11 +41,15 @@ void raise(const Error& error) {
     where["position"] = formula->position();
   }
   const py::object type = py::module_::import("silvafit._errors").attr(class_of(error));
-  const py::object exception = type(error.message(), **where);
+  const py::object exception = type(in_words_of_python(error.message()), **where);
   PyErr_SetObject(type.ptr(), exception.ptr());
 }
 
 }  // namespace
+
+std::string in_words_of_python(std::string_view message) {
+  return study::with_setting_names(message, study::Front::kPython);
+}
 
 void add_errors(py::module_& /*module*/) {
   py::register_exception_translator([](std::exception_ptr pointer) {

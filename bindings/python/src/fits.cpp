@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "arguments.hpp"
+#include "errors.hpp"
 #include "fit_options.hpp"
 #include "random_terms.hpp"
 #include "silvafit/base/error.hpp"
@@ -115,7 +116,8 @@ std::vector<std::string> structure_names(const std::vector<std::string>& texts,
 
 py::tuple with_structure(const TablePointer& table, const std::vector<std::string>& names) {
   data::Table result = *table;
-  const std::vector<std::string> notes = study::add_structure_columns(names, result);
+  std::vector<std::string> notes = study::add_structure_columns(names, result);
+  for (std::string& note : notes) note = in_words_of_python(note);
   return py::make_tuple(share(std::move(result)), notes);
 }
 
@@ -240,8 +242,9 @@ void add_fits(py::module_& module) {
                              [](const FittedModel& self) {
                                return std::string(fit::status_text(self.convergence.status));
                              })
-      .def_property_readonly("verdict",
-                             [](const FittedModel& self) { return self.convergence.verdict; })
+      .def_property_readonly(
+          "verdict",
+          [](const FittedModel& self) { return in_words_of_python(self.convergence.verdict); })
       .def_property_readonly("has_doubts",
                              [](const FittedModel& self) { return self.convergence.has_doubts(); })
       .def_property_readonly("evidence", &evidence_of)

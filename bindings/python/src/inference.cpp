@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "arguments.hpp"
+#include "errors.hpp"
 #include "fit_options.hpp"
 #include "fits.hpp"
 #include "silvafit/fit/bootstrap.hpp"
@@ -60,7 +61,7 @@ py::dict intervals(const FitPointer& fit,
 py::list reasons_of(const std::vector<fit::CountedReason>& reasons) {
   py::list result;
   for (const fit::CountedReason& one : reasons) {
-    result.append(py::make_tuple(one.reason, one.replicates));
+    result.append(py::make_tuple(in_words_of_python(one.reason), one.replicates));
   }
   return result;
 }
@@ -125,7 +126,7 @@ py::dict statistics_of(const fit::FitStatistics& statistics) {
 py::dict cross_validation_result(const fit::CrossValidation& found) {
   py::list failed;
   for (const fit::FailedFold& fold : found.failed) {
-    failed.append(py::make_tuple(fold.groups, fold.verdict));
+    failed.append(py::make_tuple(fold.groups, in_words_of_python(fold.verdict)));
   }
   py::dict result;
   result["rows"] = found.rows;
@@ -167,12 +168,12 @@ py::dict test_of(const fit::ComparedPair& pair) {
   py::dict result;
   result["larger"] = pair.larger;
   result["smaller"] = pair.smaller;
-  result["reason"] = pair.reason;
+  result["reason"] = in_words_of_python(pair.reason);
   if (pair.test) {
     result["statistic"] = pair.test->statistic;
     result["df"] = pair.test->degrees_of_freedom;
     result["p"] = pair.test->p;
-    result["note"] = pair.test->note;
+    result["note"] = in_words_of_python(pair.test->note);
   }
   return result;
 }
@@ -197,7 +198,7 @@ py::dict compare(const std::vector<FitPointer>& fits) {
   py::dict result;
   result["fits"] = rows;
   result["tests"] = tests;
-  result["reason"] = found.reason;
+  result["reason"] = in_words_of_python(found.reason);
   result["failed"] = failed;
   return result;
 }

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <fmt/format.h>
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
-#include <array>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <utility>
 
 #include "arguments.hpp"
 #include "fits.hpp"
@@ -15,50 +11,12 @@
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/residuals.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
+#include "silvafit/study/predict_table.hpp"
 #include "tables.hpp"
 #include "work.hpp"
 
 namespace silvafit::python {
 namespace {
-
-template <class Value, std::size_t Count>
-using Words = std::array<std::pair<std::string_view, Value>, Count>;
-
-constexpr Words<fit::Level, 4> kLevels{{{"population", fit::Level::kPopulation},
-                                        {"conditional", fit::Level::kConditional},
-                                        {"calibrated", fit::Level::kCalibrated},
-                                        {"marginal", fit::Level::kMarginal}}};
-constexpr Words<fit::NewGroups, 4> kNewGroups{{{"population", fit::NewGroups::kPopulation},
-                                               {"marginal", fit::NewGroups::kMarginal},
-                                               {"missing", fit::NewGroups::kMissing},
-                                               {"error", fit::NewGroups::kError}}};
-constexpr Words<fit::SeenGroups, 3> kSeenGroups{{{"fitted", fit::SeenGroups::kFitted},
-                                                 {"new", fit::SeenGroups::kNew},
-                                                 {"combined", fit::SeenGroups::kCombined}}};
-constexpr Words<fit::IntervalKind, 2> kIntervals{{{"prediction", fit::IntervalKind::kPrediction},
-                                                  {"confidence", fit::IntervalKind::kConfidence}}};
-
-/// \throws UsageError that lists the words
-template <class Value, std::size_t Count>
-Value meaning(const char* argument, const std::string& word, const Words<Value, Count>& words) {
-  std::string all;
-  for (const auto& [text, value] : words) {
-    if (text == word) return value;
-    all += fmt::format("{}'{}'", all.empty() ? "" : ", ", text);
-  }
-  throw UsageError(fmt::format("unknown value '{}'; available: {}", word, all),
-                   {.column = argument});
-}
-
-template <class Value, std::size_t Count>
-void take_word(Arguments& arguments,
-               const char* argument,
-               const Words<Value, Count>& words,
-               Value& value) {
-  std::string word;
-  arguments.take(argument, word);
-  if (!word.empty()) value = meaning(argument, word, words);
-}
 
 struct PredictionRequest {
   fit::Level level = fit::Level::kPopulation;
@@ -68,18 +26,22 @@ struct PredictionRequest {
 PredictionRequest prediction_request(const py::dict& keywords) {
   Arguments arguments(keywords);
   PredictionRequest request;
+  study::PredictionSettings words;
   std::string interval;
   double coverage = 0.95;
-  take_word(arguments, "level", kLevels, request.level);
-  take_word(arguments, "new_groups", kNewGroups, request.options.new_groups);
-  take_word(arguments, "seen_groups", kSeenGroups, request.options.seen_groups);
+  arguments.take("level", words.level);
+  arguments.take("new_groups", words.new_groups);
+  arguments.take("seen_groups", words.seen_groups);
   arguments.take("interval", interval);
   arguments.take("coverage", coverage);
   arguments.take("standard_errors", request.options.standard_errors);
   arguments.take("threads", request.options.threads);
   arguments.finish();
+  request.level = study::level_of(words.level);
+  request.options.new_groups = study::new_groups_of(words.new_groups);
+  request.options.seen_groups = study::seen_groups_of(words.seen_groups);
   if (!interval.empty()) {
-    request.options.interval_kind = meaning("interval", interval, kIntervals);
+    request.options.interval_kind = study::interval_kind_of(interval);
     request.options.interval = coverage;
   }
   return request;
@@ -140,8 +102,8 @@ py::dict calibrate(const FitPointer& fit,
                    const TablePointer& table,
                    const std::string& seen_groups,
                    unsigned threads) {
-  const fit::CalibrationOptions options{
-      .seen_groups = meaning("seen_groups", seen_groups, kSeenGroups), .threads = threads};
+  const fit::CalibrationOptions options{.seen_groups = study::seen_groups_of(seen_groups),
+                                        .threads = threads};
   const fit::Calibration found =
       run(py::none(), [&](Work& /*work*/) { return fit::calibrate(*fit, *table, options); });
   py::dict result;

@@ -63,7 +63,7 @@ study::StandOptions stand_options(Arguments& arguments) {
   arguments.take("plot_area", plot_area_m2);
   arguments.take("stratum", options.report.stratum);
   arguments.take("stratum_areas", options.report.stratum_areas_ha);
-  arguments.take("diameter_class", options.report.diameter_class_cm);
+  arguments.take("class_width", options.report.diameter_class_cm);
   arguments.take("threads", options.threads);
   options.equations = take_equations(arguments);
   arguments.finish();

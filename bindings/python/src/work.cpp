@@ -6,13 +6,14 @@
 #include <exception>
 #include <thread>
 
+#include "errors.hpp"
 #include "silvafit/base/stop.hpp"
 
 namespace silvafit::python {
 
 void Work::note(const std::string& text) {
   const std::lock_guard lock(mutex_);
-  messages_.push_back({"note", text});
+  messages_.push_back({"note", in_words_of_python(text)});
 }
 
 void Work::line(const std::string& text) {

@@ -19,6 +19,15 @@ def test_an_unknown_column_lists_those_that_there_are(stands):
     assert isinstance(caught.value, ValueError)
 
 
+def test_messages_have_keyword_arguments(inventory):
+    with pytest.raises(sf.InputError) as caught:
+        sf.structural_units(inventory.assign(h=100 * inventory["h"]))
+    assert 'use columns={"h": "h/100"}; if it is correct, use trust_units=True' in str(caught.value)
+    with pytest.raises(sf.UsageError, match="^alpha: 181 ") as caught:
+        sf.structural_units(inventory, alpha=["181"])
+    assert caught.value.column == "alpha"
+
+
 def test_a_formula_error_points_at_its_place(stands):
     with pytest.raises(sf.FormulaError) as caught:
         sf.fit("h ~ 1.3 + a*(1 - exp(-b*dbh)", stands)

@@ -51,37 +51,16 @@ warn <- function(text, class, ...) {
   warning(new_condition(text, c(class, "silvafit_warning", "warning"), ...))
 }
 
-# Texts of the C++ libraries name options of the program; here they are arguments.
+# Messages of the libraries, with arguments in place of settings.
 in_words_of_r <- function(text) {
-  words <- c("--starts N" = "`starts`", "--model" = "`models`", "--fix" = "`fixed`", "--bound" = "`lower` and `upper`",
-             "--start" = "`start`", "--starts" = "`starts`", "--random" = "`random`", "--variance" = "`variance`",
-             "--covariance" = "`covariance`", "--parameter" = "`parameters`", "--formula" = "`formula`",
-             "--reml" = "`reml`", "--agq-points" = "`quadrature_points`", "--columns" = "`columns`",
-             "--where" = "`subset`", "--edge" = "`edge`", "--per" = "`per`", "--window" = "`window`",
-             "--circle" = "`circle`", "--buffer" = "`buffer`", "--plot-area" = "`plot_area`",
-             "--stratum" = "`stratum`", "--group" = "`group`", "--trust-units" = "`trust_units = TRUE`",
-             "--missing" = "`missing`", "--dead" = "`dead`", "--alive-codes" = "`alive_codes`", "--dead-codes" = "`dead_codes`", "--cut-codes" = "`cut_codes`", "--species" = "`species`",
-             "--responses" = "`responses`", "--covariates" = "`covariates`", "--alpha" = "`alpha`",
-             "--open-grown" = "`open_grown`", "--further" = "`further`", "--role" = "`role`",
-             "--level" = "`level`", "--new-groups" = "`new_groups`", "--seen-groups" = "`seen_groups`",
-             "--minimum-trees" = "`minimum_trees`", "--by" = "`by`", "--seed" = "`seed`")
-  text <- gsub("`silvafit indices`", "structural_units()", text, fixed = TRUE)
-  # Texts of models are texts here, too.
-  text <- gsub("--(random|variance) (\"[^\"]*\")", "\\1 = \\2", text)
-  text <- gsub("--parameter (\"[^\"]*\")", "parameters = \\1", text)
-  text <- gsub("--method ([a-z]+)", "method = \"\\1\"", text)
-  for (option in names(words)[order(-nchar(names(words)))]) {
-    text <- gsub(paste0("(?<![[:alnum:]-])", option, "(?![[:alnum:]-])"), words[[option]], text, perl = TRUE)
-  }
-  # All others have the name of their argument, as --class-width.
-  options <- gregexpr("(?<![[:alnum:]-])--[a-z]+(-[a-z]+)*", text, perl = TRUE)
-  regmatches(text, options) <- lapply(regmatches(text, options), function(names) paste0("`", gsub("-", "_", sub("--", "", names)), "`", recycle0 = TRUE))
+  text <- as.character(text)
+  text[!is.na(text)] <- .Call(C_words_of_messages, text[!is.na(text)])
   text
 }
 
 # The value of a C++ function, or its error as a condition.
 engine <- function(value) {
   if (!inherits(value, "silvafit_failure")) return(value)
-  stop_classed(value$kind, in_words_of_r(value$message), column = value$column, plot = value$plot,
+  stop_classed(value$kind, value$message, column = value$column, plot = value$plot,
                tree = value$tree)
 }

@@ -51,7 +51,7 @@
 #' @param na.action `na.omit`, `na.exclude` (residuals and fitted values have NA for omitted rows) or `na.fail`
 #' @param contrasts list of contrasts by factor, as in [stats::model.matrix()]
 #' @param starts number of further random starts of a mixed fit
-#' @param quadrature_points points per random effect, for `"agq"`
+#' @param agq_points points per random effect, for `"agq"`
 #' @param max_iterations limit of the iterations of `"lb"` and `"gnls"`
 #' @param threads number of threads; 0 means all cores. Results do not depend on it
 #' @param trace show the iterations
@@ -68,7 +68,7 @@
 silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = NULL, covariance = NULL,
                      variance = NULL, method = NULL, reml = FALSE, start = NULL, fixed = NULL, lower = NULL,
                      upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, starts = 0,
-                     quadrature_points = 7, max_iterations = 200, threads = 1, trace = FALSE) {
+                     agq_points = 7, max_iterations = 200, threads = 1, trace = FALSE) {
   call <- match.call()
   # update() has to find the formulas, not the names of variables that had them.
   formula <- as_formula(formula, "formula")
@@ -83,7 +83,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, contrasts)
   options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), fixed = engine_names(fixed, model, "fixed"),
                   lower = engine_names(lower, model, "lower"), upper = engine_names(upper, model, "upper"), starts = starts,
-                  quadrature_points = quadrature_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
+                  agq_points = agq_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
   check_options(options)
   frame <- model$frame
   omit <- check_missing(frame, na.action)
@@ -105,7 +105,7 @@ check_options <- function(options) {
   if (!is.null(options$method) && (!is.character(options$method) || length(options$method) != 1)) stop_usage("`method` has to be one text")
   for (name in c("reml", "trace")) check_flag(options[[name]], name)
   for (name in c("starts", "threads")) check_count(options[[name]], name)
-  for (name in c("quadrature_points", "maximum_iterations")) check_count(options[[name]], sub("maximum_", "max_", name), 1)
+  for (name in c("agq_points", "maximum_iterations")) check_count(options[[name]], sub("maximum_", "max_", name), 1)
 }
 
 # All rows if NULL, without a copy.

@@ -331,7 +331,8 @@ study_results <- function(results) {
     text <- function(key) if (is.null(one[[key]])) NA_character_ else paste(one[[key]], collapse = "; ")
     data.frame(species = text("species"), response = text("response"), n = one$n, model = text("model"), formula = text("formula"), covariates = text("covariates"),
                random = text("random"), variance = text("variance"), r2_ols = number_or_na(one$r2_ols), r2_nlme = number_or_na(one$r2_nlme),
-               converged = one$converged, sound = one$sound, doubts = paste(unlist(one$doubts), collapse = " "), message = text("verdict"))
+               converged = one$converged, sound = one$sound, doubts = in_words_of_r(paste(unlist(one$doubts), collapse = " ")),
+               message = in_words_of_r(text("verdict")))
   })
   do.call(rbind, rows)
 }

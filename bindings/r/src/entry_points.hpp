@@ -6,6 +6,8 @@
 
 namespace silvafit::r {
 
+SEXP words_of_messages(SEXP texts);
+
 // Fits
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list);
 SEXP read_fit(SEXP json, SEXP file);

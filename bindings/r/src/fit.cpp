@@ -20,10 +20,26 @@
 #include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
-#include "words.hpp"
+#include "silvafit/study/predict_table.hpp"
 
 namespace silvafit::r {
 namespace {
+
+std::string kind_word(fit::ParameterKind kind) {
+  switch (kind) {
+    case fit::ParameterKind::kFixed:
+      return "fixed";
+    case fit::ParameterKind::kDeviation:
+      return "sd";
+    case fit::ParameterKind::kCorrelation:
+      return "cor";
+    case fit::ParameterKind::kVariance:
+      return "variance";
+    case fit::ParameterKind::kSigma:
+      return "sigma";
+  }
+  return "fixed";
+}
 
 fit::ModelTexts model_texts(const Arguments& model) {
   fit::ModelTexts texts;
@@ -236,12 +252,12 @@ SEXP predict_fit(SEXP json, SEXP columns, SEXP settings) {
   const fit::FittedModel fit = fit_of(text_of(json));
   const data::Table table = table_of(cpp11::list(columns));
   const Arguments arguments(settings);
-  const fit::Level level = parse_level(text_of(arguments["level"]));
+  const fit::Level level = study::level_of(text_of(arguments["level"]));
   fit::PredictionOptions options;
-  options.new_groups = parse_new_groups(text_of(arguments["new_groups"]));
-  options.seen_groups = parse_seen_groups(text_of(arguments["seen_groups"]));
+  options.new_groups = study::new_groups_of(text_of(arguments["new_groups"]));
+  options.seen_groups = study::seen_groups_of(text_of(arguments["seen_groups"]));
   arguments.read("coverage", options.interval);
-  options.interval_kind = parse_interval_kind(text_of(arguments["interval"]));
+  options.interval_kind = study::interval_kind_of(text_of(arguments["interval"]));
   arguments.read("standard_errors", options.standard_errors);
   arguments.read("threads", options.threads);
   fit::Prediction prediction;

@@ -73,7 +73,7 @@ fit::FitModelOptions fit_options(const Arguments& options) {
   for (const auto& [name, high] : numbers("upper")) result.bounds[name].high = high;
   options.read("starts", result.spread_starts);
   options.read("reml", result.reml);
-  options.read("quadrature_points", result.quadrature_points);
+  options.read("agq_points", result.quadrature_points);
   options.read("maximum_iterations", result.maximum_iterations);
   options.read("threads", result.threads);
   return result;

@@ -79,7 +79,7 @@ std::vector<double> numbers_of_expression(const Table& table,
     });
     if (is_also_text && !table.is_numeric(column)) {
       throw UsageError(fmt::format("'{}' is used as a number and as text", column),
-                       {.file = table.file(), .column = "--columns"});
+                       {.file = table.file(), .column = "`columns`"});
     }
     own.set(column, numbers_of(table, column, cells));
   }

@@ -221,13 +221,12 @@ std::string column_name_of(std::string_view expression) {
   }
   const std::string name = column_name_of(left);
   throw FormulaError(
-      fmt::format(
-          "the left side has to be one column, not an expression; add a column {0} with "
-          "the values of {1}, by --columns \"{0}={1}\" or in the data, and write {0} ~ ...; "
-          "if the variance grows with the mean, the response itself with --variance power "
-          "can be better",
-          name,
-          left),
+      fmt::format("the left side has to be one column, not an expression; add a column {0} with "
+                  "the values of {1}, by `columns={0}={1}` or in the data, and write {0} ~ ...; "
+                  "if the variance grows with the mean, the response itself with `variance=power` "
+                  "can be better",
+                  name,
+                  left),
       text,
       1);
 }

@@ -74,11 +74,11 @@ class Parser {
   static const char* advice_on(char byte) {
     switch (byte) {
       case '|':
-        return "; random effects are given by --random \"a | plot\", and a logical or is ||";
+        return "; random effects are given by `random=a | plot`, and a logical or is ||";
       case '~':
-        return "; a formula has one ~, and random effects are given by --random \"a | plot\"";
+        return "; a formula has one ~, and random effects are given by `random=a | plot`";
       case ':':
-        return "; terms such as x:z belong into a sub-model (--parameter), and a product has its "
+        return "; terms such as x:z belong into a sub-model (`parameters`), and a product has its "
                "parameter, as in b*x*z";
       case '%':
         return "; operators such as %in% are not available, compare by == and join by ||";

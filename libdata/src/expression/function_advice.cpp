@@ -49,7 +49,7 @@ struct Replacement {
 };
 constexpr std::string_view kSplines = "write the powers with their parameters, b*x + c*x^2";
 constexpr std::string_view kFactors =
-    "factors and terms of R belong into a sub-model, such as --parameter \"a ~ factor(x)\"";
+    "factors and terms of R belong into a sub-model, such as `parameters=a ~ factor(x)`";
 constexpr std::array kReplacements = {
     Replacement{"ln", "write log()"},
     Replacement{"power", "write pow(x, b) or x^b"},

@@ -71,7 +71,7 @@ std::string counts_text(const ModelSpecification& specification, const VectorXd&
   if (!specification.variance.is_constant()) return {};
   return fmt::format(
       "All values of {} are whole numbers, some of them 0: if they are counts, their variance "
-      "grows with the mean. Use --variance \"power(delta = 0.5)\", or a Poisson or negative "
+      "grows with the mean. Use `variance=power(delta = 0.5)`, or a Poisson or negative "
       "binomial model, such as glm(), MASS::glm.nb() or lme4::glmer() in R.",
       specification.formula.left);
 }

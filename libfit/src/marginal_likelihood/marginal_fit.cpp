@@ -59,7 +59,7 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   fit.convergence.verdict =
       "Not converged: at the estimates of focei, which are shown, the conditional density of a "
       "group's random effects is flat at its mode, so the likelihood of this method is not valid "
-      "there. Use --method focei, or " +
+      "there. Use `method=focei`, or " +
       simpler_model(model.specification()) + ".";
   return fit;
 }

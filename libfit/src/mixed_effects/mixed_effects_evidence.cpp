@@ -112,7 +112,7 @@ bool has_single_observations(const NonlinearModel& model) {
 /// Advice if a search did not converge.
 std::string advice(const NonlinearModel& model, const std::string& usual) {
   if (model.specification().random.empty()) {
-    return "Use a simpler variance function or other start values; --method ols shows whether the "
+    return "Use a simpler variance function or other start values; `method=ols` shows whether the "
            "curve itself fits the data.";
   }
   if (!has_single_observations(model)) return "Try " + usual + ".";
@@ -148,14 +148,14 @@ std::string failure(const NonlinearModel& model,
   const std::vector<std::string> kinks = model.random_kinks();
   if (obstacle.text == kNoClearMode && !kinks.empty()) {
     return fmt::format(
-        "Not converged: {}; the formula has a kink in {}. Use --method agq with more points, such "
-        "as --agq-points 15, or {}.",
+        "Not converged: {}; the formula has a kink in {}. Use `method=agq` with more points, such "
+        "as `agq_points=15`, or {}.",
         kNoClearMode,
         fmt::join(kinks, ", "),
         simpler_model(specification));
   }
   if (obstacle.text == kNoClearMode) {
-    return fmt::format("Not converged: {}. Use --method focei, or {}.",
+    return fmt::format("Not converged: {}. Use `method=focei`, or {}.",
                        kNoClearMode,
                        simpler_model(specification));
   }

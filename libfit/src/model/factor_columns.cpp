@@ -106,7 +106,7 @@ std::vector<std::string> levels_of(const TermVariable& variable,
   }
   if (levels.size() > kMostLevels) {
     throw InputError(fmt::format("has {} values; a factor may have at most {}. Use random effects "
-                                 "(--random) for many groups",
+                                 "(`random`) for many groups",
                                  levels.size(),
                                  kMostLevels),
                      {.file = table.file(), .column = variable.column});
@@ -265,14 +265,14 @@ class Expansion {
   void check_count(std::size_t columns, std::size_t position) const {
     if (columns > kMostColumns) {
       throw FormulaError(fmt::format("there are more than {} coefficients; use fewer terms, or "
-                                     "random effects (--random) for many groups",
+                                     "random effects (`random`) for many groups",
                                      kMostColumns),
                          text_,
                          position);
     }
     if (!complete_ || columns <= *complete_) return;
     throw InputError(fmt::format("{} coefficients of {} need at least as many rows, but only {} "
-                                 "have all values; use fewer terms, or random effects (--random) "
+                                 "have all values; use fewer terms, or random effects (`random`) "
                                  "for many groups",
                                  columns,
                                  text_,

@@ -217,12 +217,12 @@ std::string without_parameters(const data::Formula& formula,
   std::string call = fmt::format("{} ~ {}", formula.left, model.right);
   if (!model.factors.empty()) {
     call += fmt::format(
-        " with --parameter \"{} ~ {}\"", model.parameters.front(), fmt::join(model.factors, " + "));
+        " with `parameters={} ~ {}`", model.parameters.front(), fmt::join(model.factors, " + "));
   }
   if (!bars.empty()) {
     const auto random =
         random_text_of(bars, Expression::parse(model.right), model.parameters, table);
-    call += fmt::format(" {} --random \"{}\"",
+    call += fmt::format(" {} `random={}`",
                         model.factors.empty() ? "with" : "and",
                         random.value_or(model.parameters.front() + " | " + bars.front().group));
   }
@@ -235,7 +235,7 @@ std::string without_parameters(const data::Formula& formula,
 std::string unclear_bars(const std::vector<BarTerm>& bars, const Names& parameters) {
   return fmt::format(
       "{0} is not the effect of one coefficient; remove it from the formula and name the "
-      "coefficients that vary between the groups, such as --random \"{1} | {2}\" (coefficients: "
+      "coefficients that vary between the groups, such as `random={1} | {2}` (coefficients: "
       "{3})",
       bars.front().text,
       parameters.front(),

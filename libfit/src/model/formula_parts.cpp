@@ -41,8 +41,8 @@ void refuse_bare_bar(std::string_view text, Part right) {
   const bool is_or = place + 1 < right.end && text[place + 1] == '|';
   if (place == right.end || is_or) return;
   throw FormulaError(
-      "random effects are given by --random, which names the coefficients that vary between the "
-      "groups, such as --random \"a | plot\"",
+      "random effects are given by `random`, which names the coefficients that vary between the "
+      "groups, such as `random=a | plot`",
       text,
       place + 1);
 }
@@ -53,7 +53,7 @@ void refuse_second_tilde(std::string_view text, Part right) {
   if (place == right.end) return;
   const Part random = trimmed(text, place + 1, right.end);
   const bool has_bar = find_outside(text, random, "|") < random.end;
-  throw FormulaError(fmt::format("a formula has one ~; random effects are given by --random \"{}\"",
+  throw FormulaError(fmt::format("a formula has one ~; random effects are given by `random={}`",
                                  has_bar ? of(text, random) : std::string_view("a | plot")),
                      text,
                      place + 1);

@@ -72,11 +72,11 @@ TEST_CASE("a bar term that is no effect of a coefficient is refused with the coe
   CHECK_THROWS_AS(random_of("h ~ a + b*dbh + (age | plot)"), FormulaError);
   CHECK_THROWS_AS(random_of("h ~ a + b*dbh + (species | plot)"), FormulaError);
   CHECK_THROWS_AS(random_of("h ~ a + b*dbh + (1 | stand:plot)"), FormulaError);
-  CHECK_THROWS_WITH(random_of("h ~ a + b*dbh | plot"), Contains("--random \"a | plot\""));
-  CHECK_THROWS_WITH(random_of("h ~ a*dbh^b ~ a | plot"), Contains("--random \"a | plot\""));
+  CHECK_THROWS_WITH(random_of("h ~ a + b*dbh | plot"), Contains("`random=a | plot`"));
+  CHECK_THROWS_WITH(random_of("h ~ a*dbh^b ~ a | plot"), Contains("`random=a | plot`"));
   CHECK_THROWS_WITH(
       specify_model({.formula = "h ~ a + b*dbh + (1 | plot)", .random = "b | plot"}, inventory()),
-      Contains("in the formula and by --random"));
+      Contains("in the formula and by `random`"));
 }
 
 TEST_CASE("bars between conditions are a logical or") {
@@ -95,10 +95,10 @@ TEST_CASE("formulas of lm and lme4 are refused with the formula to write") {
   CHECK_THROWS_WITH(random_of("h ~ age - 1"), Contains("h ~ b0*age"));
   CHECK_THROWS_WITH(random_of("h ~ age*dbh"), Contains("h ~ b0 + b1*age + b2*dbh + b3*age*dbh"));
   CHECK_THROWS_WITH(random_of("h ~ age + species"),
-                    Contains("h ~ b0 + b1*age with --parameter \"b0 ~ species\""));
+                    Contains("h ~ b0 + b1*age with `parameters=b0 ~ species`"));
   CHECK_THROWS_WITH(random_of("h ~ age + (1 | plot)"),
-                    Contains("h ~ b0 + b1*age with --random \"b0 | plot\""));
-  CHECK_THROWS_WITH(random_of("h ~ age + (age | plot)"), Contains("--random \"b0 + b1 | plot\""));
+                    Contains("h ~ b0 + b1*age with `random=b0 | plot`"));
+  CHECK_THROWS_WITH(random_of("h ~ age + (age | plot)"), Contains("`random=b0 + b1 | plot`"));
 }
 
 TEST_CASE("random effects can be written as in nlme and lme4") {

@@ -68,7 +68,7 @@ std::string random_text(const ModelTexts& texts,
   const std::size_t position = texts.formula.find(parts.bars.front().text) + 1;
   if (!texts.random.empty()) {
     throw FormulaError(
-        "there are random effects in the formula and by --random; remove those in "
+        "there are random effects in the formula and by `random`; remove those in "
         "the formula",
         texts.formula,
         position);

@@ -144,7 +144,7 @@ Covariance parse_covariance(std::string_view text) {
   if (text == "identity") return Covariance::kIdentity;
   throw UsageError(
       fmt::format("unknown covariance structure '{}'; available: general, diagonal, identity, and "
-                  "blocks by parentheses as in --random \"(a + b) + c | plot\"",
+                  "blocks by parentheses as in `random=(a + b) + c | plot`",
                   text));
 }
 

@@ -29,7 +29,7 @@ constexpr std::array kNotOffered = {
     Advice{"poly", "write the powers, such as x + I(x^2)"},
     Advice{"ns", "write the columns of the spline, such as x + I(max(x - 10, 0)^3)"},
     Advice{"bs", "write the columns of the spline, such as x + I(max(x - 10, 0)^3)"},
-    Advice{"offset", "write terms without a coefficient into --formula"},
+    Advice{"offset", "write terms without a coefficient into `formula`"},
     Advice{"scale", "write the numbers, such as I((x - 20)/5)"},
     Advice{"cut", "write comparisons, such as (x > 10) + (x > 20)"},
     Advice{"relevel",

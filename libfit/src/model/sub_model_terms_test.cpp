@@ -90,7 +90,7 @@ TEST_CASE("texts that R does not read as arithmetic are refused, with the remedy
            Refused{"x - 0", "- 1"},
            Refused{"a %in% b", "a:b"},
            Refused{"poly(x, 2)", "x + I(x^2)"},
-           Refused{"offset(x)", "--formula"},
+           Refused{"offset(x)", "`formula`"},
            Refused{"factor(x + 1)", "one column"},
            Refused{"factor(x == \"a\")", "one column"},
            Refused{"x > 3 - 1", "parentheses"},

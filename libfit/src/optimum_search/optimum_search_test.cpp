@@ -496,22 +496,22 @@ TEST_CASE("the findings of a search are in the convergence message") {
   const Convergence helped =
       after({.contained = ContainedModel{.log_likelihood = -90.0, .rank = -90.0},
              .marginal_maximum = -89.0});
-  CHECK(helped.verdict.find("--method laplace: laplace converges at -89.00") != std::string::npos);
+  CHECK(helped.verdict.find("`method=laplace`: laplace converges at -89.00") != std::string::npos);
 
   const Convergence doubtful = after({.marginal_here = -99.0, .marginal_maximum = -96.0});
   CHECK(doubtful.converged());
   CHECK(doubtful.has(Evidence::Kind::kMarginalMaximum, "laplace"));
   CHECK(doubtful.verdict.find("linearization is doubtful") != std::string::npos);
-  CHECK(doubtful.verdict.find("--method laplace") != std::string::npos);
+  CHECK(doubtful.verdict.find("`method=laplace`") != std::string::npos);
   CHECK(after({.marginal_here = -99.5, .marginal_maximum = -98.5}).verdict == "Converged.");
   CHECK(after({.marginal_here = -60.0, .marginal_maximum = -59.0}).status ==
         ConvergenceStatus::kInvalidApproximation);
   const Convergence unfinished = after({.method = Integration::kLaplace, .unfinished = -98.0});
   CHECK(unfinished.status == ConvergenceStatus::kMaximumNotReached);
-  CHECK(unfinished.verdict.find("--method focei") != std::string::npos);
+  CHECK(unfinished.verdict.find("`method=focei`") != std::string::npos);
   // The message does not recommend the method that was used.
   CHECK(
-      after({.method = Integration::kInteraction, .unfinished = -98.0}).verdict.find("--method") ==
+      after({.method = Integration::kInteraction, .unfinished = -98.0}).verdict.find("`method=") ==
       std::string::npos);
   CHECK(after({.first_order_maximum = -70.0}).status == ConvergenceStatus::kInvalidApproximation);
 
@@ -565,7 +565,7 @@ TEST_CASE("the message of a fit with kinks has the likelihood by quadrature") {
   CHECK(linearized.verdict.find("is -93.00, not -100.00") != std::string::npos);
   // Quadrature with enough points needs no doubt.
   CHECK(after(-100.01, {.method = Integration::kQuadrature}).verdict == "Converged.");
-  CHECK(after(-99.0, {.method = Integration::kQuadrature}).verdict.find("--agq-points 15") !=
+  CHECK(after(-99.0, {.method = Integration::kQuadrature}).verdict.find("`agq_points=15`") !=
         std::string::npos);
 }
 

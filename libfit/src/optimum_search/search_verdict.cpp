@@ -115,7 +115,7 @@ void judge_search(const ModelSpecification& specification,
         evidence.contained->text,
         evidence.contained->log_likelihood,
         fit.log_likelihood,
-        is_helped ? fmt::format("--method {0}: {0} converges at {1:.2f}",
+        is_helped ? fmt::format("`method={0}`: {0} converges at {1:.2f}",
                                 name_of(evidence.marginal),
                                 evidence.marginal_maximum)
                   : "give other start values");
@@ -133,7 +133,7 @@ void judge_search(const ModelSpecification& specification,
     convergence.verdict = fmt::format(
         "Not converged: the first-order likelihood (focei) has a far higher maximum ({:.2f} "
         "against {:.2f}), at which the conditional density of a group's random effects is flat at "
-        "its mode and the likelihood of this method is not valid. Use --method focei.",
+        "its mode and the likelihood of this method is not valid. Use `method=focei`.",
         evidence.first_order_maximum,
         fit.log_likelihood);
     return;
@@ -147,7 +147,7 @@ void judge_search(const ModelSpecification& specification,
         "reached {:.2f} without converging. Use {}{}.",
         fit.log_likelihood,
         evidence.unfinished,
-        evidence.method == Integration::kInteraction ? "" : "--method focei, or ",
+        evidence.method == Integration::kInteraction ? "" : "`method=focei`, or ",
         simpler_model(specification));
     return;
   }
@@ -169,7 +169,7 @@ void judge_search(const ModelSpecification& specification,
     convergence.verdict = fmt::format(
         "Not converged: the linearized log-likelihood {0:.2f} is far from the marginal one ({1}: "
         "{2:.2f} at these estimates, {3:.2f} at its maximum), so this method is not reliable here. "
-        "Use --method {1}.{4}",
+        "Use `method={1}`.{4}",
         fit.log_likelihood,
         method,
         evidence.marginal_here,
@@ -180,7 +180,7 @@ void judge_search(const ModelSpecification& specification,
   if (error > kDoubtful) {
     convergence.verdict += fmt::format(
         " The linearization is doubtful here: the marginal log-likelihood ({0}) is {1:.2f} at "
-        "these estimates and {2:.2f} at its maximum. Use --method {0}.",
+        "these estimates and {2:.2f} at its maximum. Use `method={0}`.",
         method,
         evidence.marginal_here,
         evidence.marginal_maximum);
@@ -234,8 +234,8 @@ void judge_kinks(MixedEffectsFit& fit, const Kinks& kinks, const SearchEvidence&
         kinks.by_quadrature,
         evidence.is_restricted ? "" : fmt::format(", not {:.2f}", fit.log_likelihood));
   }
-  text += is_quadrature ? fmt::format(". Use --agq-points {}.", kinks.points)
-                        : ". Compare with --method agq.";
+  text += is_quadrature ? fmt::format(". Use `agq_points={}`.", kinks.points)
+                        : ". Compare with `method=agq`.";
   convergence.verdict = fmt::format("Converged, with a doubt: {} {}", text, convergence.verdict);
 }
 

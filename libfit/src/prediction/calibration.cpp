@@ -29,7 +29,7 @@ void check(const FittedModel& fit, SeenGroups seen) {
   if (fit.estimate.allFinite() && fit.convergence.converged() && !has_variances) {
     throw UsageError(
         "calibration needs the covariance matrix of the random effects and the residual standard "
-        "deviation, which the publication does not give; choose another --level, or fit the model");
+        "deviation, which the publication does not give; choose another `level`, or fit the model");
   }
   if (!fit.estimate.allFinite() || !has_variances) {
     throw UsageError("the fit has not converged, so it cannot be calibrated");

@@ -157,7 +157,7 @@ void check(const FittedModel& fit, const BootstrapOptions& options) {
         "perfect fit: the residual standard deviation is 0, so there is nothing to draw from");
   }
   if (!options.group.empty() && options.resample == Resample::kParametric) {
-    throw UsageError("groups are for --resample cases; the parametric bootstrap draws no groups");
+    throw UsageError("groups are for `resample=cases`; the parametric bootstrap draws no groups");
   }
   if (options.replicates < 2) throw UsageError("a bootstrap needs at least 2 replicates");
   if (!(options.level > 0.0 && options.level < 1.0)) {

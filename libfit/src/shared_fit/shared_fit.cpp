@@ -32,7 +32,7 @@ Integration shared_integration(Method method) {
   if (const auto integration = integration_of(method)) return *integration;
   throw UsageError(
       fmt::format("groups can be shared for the methods foce, focei, laplace and agq, not for {}; "
-                  "use --method laplace",
+                  "use `method=laplace`",
                   method_text(method)));
 }
 
@@ -77,7 +77,7 @@ void check_levels(const NonlinearModel& own, const NonlinearModel& sample) {
     for (const std::string& label : labels) {
       if (known != sample.levels().end() && known->second.contains(label)) continue;
       throw InputError(fmt::format("the label '{}' is too rare for shared groups; remove its rows "
-                                   "with --where, or give them another label",
+                                   "with `where`, or give them another label",
                                    label),
                        {.file = own.place(0).file, .column = column});
     }
@@ -153,7 +153,7 @@ class SharedFit {
     fit.convergence.status = ConvergenceStatus::kInvalidApproximation;
     fit.convergence.verdict = fmt::format(
         "Not converged: the likelihood of all data does not hold at the estimates of a sample of "
-        "{} observations, which are shown. Use fewer random effects, or --method focei.",
+        "{} observations, which are shown. Use fewer random effects, or `method=focei`.",
         sample_.observations());
     return fit;
   }

@@ -48,13 +48,13 @@ void require_query(const TableChoice& choice) {
   while (sql.ends_with(';') || sql.ends_with(' ')) sql.pop_back();
   const bool is_query = sql.starts_with("select") || sql.starts_with("with");
   if (!is_query || sql.find(';') != std::string::npos) {
-    throw UsageError("must be one query that begins with select or with", {.column = "--sql"});
+    throw UsageError("must be one query that begins with select or with", {.column = "`sql`"});
   }
   const bool names_network =
       sql.find("/vsi") != std::string::npos || sql.find("://") != std::string::npos;
   if (names_network && !choice.allow_network) {
-    throw UsageError("names a file of a network; add --allow-network if that is meant",
-                     {.column = "--sql"});
+    throw UsageError("names a file of a network; add `allow_network` if that is meant",
+                     {.column = "`sql`"});
   }
 }
 
@@ -256,7 +256,7 @@ std::size_t Dataset::most_values() const {
 
 void Dataset::require_sound(std::optional<std::size_t> row) const {
   if (has_refused_network()) {
-    fail("refers to a file of a network; add --allow-network if that is meant");
+    fail("refers to a file of a network; add `allow_network` if that is meant");
   }
   if (is_beyond_limit_) {
     fail("needs more work than a table of this size should; does a view repeat its rows?");
@@ -276,12 +276,12 @@ void Dataset::require_sound(std::optional<std::size_t> row) const {
 Dataset::Dataset(const std::string& name, const TableChoice& choice)
     : path_(name), kind_(required_kind(name)), place_(shown_name(name)) {
   if (!choice.layer.empty() && !choice.sql.empty()) {
-    throw UsageError("a query chooses its layers itself; omit --layer", {.column = "--sql"});
+    throw UsageError("a query chooses its layers itself; omit `layer`", {.column = "`sql`"});
   }
   if (!choice.sql.empty()) require_query(choice);
   const bool is_remote = is_network_name(name);
   if (is_remote && !choice.allow_network) {
-    fail("is a file of a network or an archive; save it on this computer, or add --allow-network");
+    fail("is a file of a network or an archive; save it on this computer, or add `allow_network`");
   }
   if (!is_remote && !is_postgres(kind_)) require_file(name, place_);
   start_gdal();
@@ -357,7 +357,7 @@ OGRLayer& Dataset::only_layer(GeometryUse use) {
   if (layers.size() > 1) {
     fail(fmt::format("has several {0}s; choose one with {1} NAME: {2}",
                      one,
-                     use == GeometryUse::kAreas ? "--window-layer" : "--layer",
+                     use == GeometryUse::kAreas ? "`window_layer`" : "`layer`",
                      list(layers, kind_.is_workbook)));
   }
   if (all.size() > 1) layer_name_ = layers.front()->GetName();
@@ -397,7 +397,7 @@ OGRLayer& Dataset::run_query(const TableChoice& choice) {
     if (result_ != nullptr && !messages.has_errors()) return *result_;
     problem = reason_in(messages.errors());
   }
-  fail(fmt::format("the query of --sql failed: {}; available: {}",
+  fail(fmt::format("the query of `sql` failed: {}; available: {}",
                    problem.empty() ? "it has no result" : problem,
                    list(visible_layers(), kind_.is_workbook)));
 }
@@ -406,7 +406,7 @@ OGRLayer& Dataset::choose(const TableChoice& choice, GeometryUse use) {
   OGRLayer* layer = nullptr;
   if (!choice.sql.empty()) {
     layer = &run_query(choice);
-    place_ += " (--sql)";
+    place_ += " (`sql`)";
     return *layer;
   }
   if (choice.layer.empty()) {

@@ -191,7 +191,7 @@ void LayerReader::read_positions() {
   if (points.has_points() && other) {
     throw InputError(
         fmt::format("the geometry is {}, but others are points; keep only points in the layer, or "
-                    "select them with --sql",
+                    "select them with `sql`",
                     points.other_kind()),
         {.file = file_, .line = *other});
   }

@@ -20,7 +20,7 @@ namespace silvafit::source {
 namespace {
 
 constexpr std::string_view kMemory = ":memory:";
-constexpr char kRemedy[] = "add --allow-network if that is meant";
+constexpr char kRemedy[] = "add `allow_network` if that is meant";
 
 struct CloseDatabase {
   void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
@@ -209,7 +209,7 @@ void require_own_query(PlainDatabase& database, const std::string& sql) {
   throw UsageError(
       fmt::format(
           "the function {} may read other files or a network; {}", foreign.function, kRemedy),
-      {.column = "--sql"});
+      {.column = "`sql`"});
 }
 
 }  // namespace

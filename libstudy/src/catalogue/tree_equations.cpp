@@ -209,7 +209,7 @@ const TreeEquation& TreeEquations::find(std::string_view id) const {
   std::vector<std::string> names{"taper"};
   for (const TreeEquation& equation : equations_) names.push_back(equation.id);
   throw UsageError(fmt::format("unknown equation '{}'; available: {}", id, data::list_of(names)),
-                   {.column = "--equations"});
+                   {.column = "`equations`"});
 }
 
 }  // namespace silvafit::study

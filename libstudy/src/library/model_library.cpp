@@ -38,8 +38,7 @@ void check_schema(const JsonReader& json) {
     json.fail(fmt::format(
         "{} was written by a newer version of silvafit; this version reads {}", schema, kSchema));
   }
-  json.fail(fmt::format(
-      "must be {} or the output of `silvafit fit --json`, not \"{}\"", kSchema, schema));
+  json.fail(fmt::format("must be {} or the JSON of `silvafit fit`, not \"{}\"", kSchema, schema));
 }
 
 LibraryModel plain_model(fit::FittedModel fit) {

@@ -183,7 +183,7 @@ void choose(const data::Table& table, std::vector<Candidates>& all) {
   } catch (const InputError& error) {
     if (instead.empty()) throw;
     throw InputError(
-        fmt::format("{}. The models of --role {} do not need it", error.message(), instead),
+        fmt::format("{}. The models of `role={}` do not need it", error.message(), instead),
         error.place());
   }
   throw InputError("no model of the library can be used", {.file = table.file()});

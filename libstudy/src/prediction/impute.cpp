@@ -34,7 +34,7 @@ void check(const data::Table& table, const ImputeOptions& options) {
     throw UsageError(data::no_such_column(name, table.names()));
   }
   if (!options.formula.empty() && !options.models.empty()) {
-    throw UsageError("give either --formula or --model, not both");
+    throw UsageError("give either `formula` or `models`, not both");
   }
   require_numbers(table, {options.response});
   require_possible(options.response, table);
@@ -299,7 +299,7 @@ ImputeModels imputation_models(const data::Table& table,
   ImputeModels result;
   if (options.random.empty() && plot_column(table, options).empty()) {
     result.notes.emplace_back(
-        "the column 'plot' is missing (use --group to name another), so the model has no random "
+        "the column 'plot' is missing (use `group` to name another), so the model has no random "
         "effects");
   }
   std::vector<Part> parts = parts_of(table, options);

@@ -333,7 +333,7 @@ TEST_CASE("errors of imputation name the missing input") {
   CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "dbh ~ p + q*h"}),
                     Contains("not for h"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "h ~ p + q*dbh", .models = {"M1"}}),
-                    Contains("either --formula or --model"));
+                    Contains("either `formula` or `models`"));
   CHECK_THROWS_WITH(impute(table, catalogue(), {.formula = "h ~ p + q*species"}),
                     Contains("'pine' is not a number"));
   table.set("h", std::vector<double>(table.rows(), kNaN));

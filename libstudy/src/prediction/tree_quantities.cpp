@@ -106,7 +106,7 @@ QuantityPlan& QuantityMaker::plan_of(const std::string& name, const std::string&
   if (found == plans_.end()) return plans_.emplace_back(QuantityPlan{.name = name, .unit = unit});
   if (found->unit == unit) return *found;
   throw UsageError(fmt::format("equations of {} have the units {} and {}", name, found->unit, unit),
-                   {.column = "--equations"});
+                   {.column = "`equations`"});
 }
 
 void QuantityMaker::plan() {
@@ -120,7 +120,7 @@ void QuantityMaker::plan() {
     } else if (!plan.of_species.try_emplace(lower_case(named.species), equation).second) {
       throw UsageError(
           fmt::format("two equations of {} for species '{}'", plan.name, named.species),
-          {.column = "--equations"});
+          {.column = "`equations`"});
     }
   }
   const auto is_general = [](const TreeEquation* one) {
@@ -129,7 +129,7 @@ void QuantityMaker::plan() {
   for (const QuantityPlan& plan : plans_) {
     if (plan.of_all.size() < 2 || std::ranges::count_if(plan.of_all, is_general) < 2) continue;
     throw UsageError(fmt::format("two equations of {} for all species; give SPECIES=ID", plan.name),
-                     {.column = "--equations"});
+                     {.column = "`equations`"});
   }
 }
 
@@ -275,8 +275,8 @@ std::vector<std::string> QuantityMaker::notes() const {
           fmt::format("{} no {}: {}", counted(count, "tree has", "trees have"), plan.name, why));
     };
     note(plan.without_value,
-         "a value that the equation needs is missing; silvafit impute fills heights");
-    note(plan.without_equation, "no equation lists the species; give SPECIES=ID in --equations");
+         "a value that the equation needs is missing; `silvafit impute` fills heights");
+    note(plan.without_equation, "no equation lists the species; give SPECIES=ID in `equations`");
     note(plan.not_positive, "the equation gives 0 or less");
   }
   return notes;

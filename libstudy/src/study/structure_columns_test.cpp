@@ -96,11 +96,11 @@ TEST_CASE("existing columns remain, and an index that cannot be computed is an e
   add_structure_columns({"M", "U"}, table);
   CHECK(table.numbers("M")[0] == 0.123);
   CHECK_THROWS_AS(add_structure_columns({"V"}, table), UsageError);
-  CHECK_THROWS_WITH(add_structure_columns({"CCF"}, table), Contains("--open-grown"));
+  CHECK_THROWS_WITH(add_structure_columns({"CCF"}, table), Contains("`open_grown`"));
   data::Table unplaced;
   unplaced.set("dbh", std::vector<double>{1.0});
   CHECK_THROWS_WITH(add_structure_columns({"W"}, unplaced), Contains("columns x, y and dbh"));
-  CHECK_THROWS_WITH(require_numbers(table, {"C"}), Contains("--columns C=C"));
+  CHECK_THROWS_WITH(require_numbers(table, {"C"}), Contains("`columns=C=C`"));
 }
 
 TEST_CASE("added columns may name an index that has to be computed") {

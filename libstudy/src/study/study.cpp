@@ -36,7 +36,7 @@ void check_options(const Catalogue& catalogue, const StudyOptions& options) {
     throw UsageError(fmt::format("'{}' is a response and cannot be its own covariate; remove it, "
                                  "or study the other responses separately",
                                  covariate),
-                     {.column = "--covariates"});
+                     {.column = "`covariates`"});
   }
   if (options.responses.empty()) throw UsageError("no response was given");
   if (options.covariate_parameters < 1 || options.covariate_parameters > 2) {

@@ -191,7 +191,7 @@ void check_trials(std::size_t parameters, std::size_t covariates, std::size_t at
           trials,
           kMostTrials,
           at_once > 1 ? ", or use covariate_parameters 1" : ""),
-      {.column = "--covariates"});
+      {.column = "`covariates`"});
 }
 
 }  // namespace

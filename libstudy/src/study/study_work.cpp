@@ -196,7 +196,7 @@ Work prepared(const data::Table& table,
     for (const std::string& name : candidate.columns(table)) columns.push_back(name);
   }
   // Periods are text, with which the models would be skipped.
-  refuse_number(columns, options.period, "--period", response, table.file());
+  refuse_number(columns, options.period, "`period`", response, table.file());
   if (!std::ranges::all_of(columns,
                            [&](const std::string& name) { return has_numbers(table, name); })) {
     return work;
@@ -213,7 +213,7 @@ Work prepared(const data::Table& table,
                                         "tree without a structural unit was excluded.",
                                         "trees without a structural unit were excluded."));
   }
-  refuse_number(columns, options.group, "--group", response, table.file());
+  refuse_number(columns, options.group, "`group`", response, table.file());
   columns.push_back(options.group);
   if (!options.period.empty()) columns.push_back(options.period);
   for (const std::string& name : variance_columns(options)) columns.push_back(name);

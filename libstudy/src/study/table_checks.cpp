@@ -81,7 +81,7 @@ std::string origin_of(const std::string& name,
   for (const std::string& index : computable) mappings.push_back(fmt::format("{0}={0}", index));
   return fmt::format(
       ". The predictions.csv of a study contains its indices; without a window they can be "
-      "computed here: --columns {}",
+      "computed here: `columns={}`",
       fmt::join(mappings, ","));
 }
 

@@ -45,10 +45,10 @@ void set_limit_angles(const std::vector<std::string>& alpha,
   for (const std::string& part : alpha) {
     const std::size_t sign = part.rfind('=');
     if (sign == std::string::npos) {
-      options.alpha0_deg = number_in(part, "--alpha", kWhat);
+      options.alpha0_deg = number_in(part, "`alpha`", kWhat);
     } else {
       options.alpha0_deg_of_species.emplace_back(
-          part.substr(0, sign), number_in(part.substr(sign + 1), "--alpha", kWhat));
+          part.substr(0, sign), number_in(part.substr(sign + 1), "`alpha`", kWhat));
     }
   }
 }
@@ -60,11 +60,11 @@ stand::NamedWindow circle_of_every_plot(const std::string& text) {
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     numbers.push_back(
-        number_in(std::string_view(text).substr(begin, end - begin), "--circle", kWhat));
+        number_in(std::string_view(text).substr(begin, end - begin), "`circle`", kWhat));
     begin = end + 1;
   }
   if (numbers.size() != 3) {
-    throw UsageError(fmt::format("'{}' is not {}", text, kWhat), {.column = "--circle"});
+    throw UsageError(fmt::format("'{}' is not {}", text, kWhat), {.column = "`circle`"});
   }
   return {.plot = stand::kEveryPlot,
           .window = stand::Window::circle({numbers[0], numbers[1]}, numbers[2])};
@@ -84,7 +84,7 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
       .basal_area_factor = settings.angle_count,
       .smallest_dbh_cm = settings.smallest_dbh_cm,
       .expansion = settings.expansion,
-      .is_expansion_of_part = meaning_of(settings.expansion_area, kAreas, "--expansion-area"),
+      .is_expansion_of_part = meaning_of(settings.expansion_area, kAreas, "`expansion_area`"),
       .subplots = settings.subplots,
       .subplot = settings.subplot,
       .corrects_slope = settings.slope_correction};
@@ -92,10 +92,10 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
   for (const std::string& part : settings.circles) {
     const std::size_t sign = part.find('=');
     if (sign == std::string::npos) {
-      throw UsageError(fmt::format("'{}' is not {}", part, kWhat), {.column = "--circles"});
+      throw UsageError(fmt::format("'{}' is not {}", part, kWhat), {.column = "`circles`"});
     }
-    design.circles.push_back({.from_dbh_cm = number_in(part.substr(0, sign), "--circles", kWhat),
-                              .radius_m = number_in(part.substr(sign + 1), "--circles", kWhat)});
+    design.circles.push_back({.from_dbh_cm = number_in(part.substr(0, sign), "`circles`", kWhat),
+                              .radius_m = number_in(part.substr(sign + 1), "`circles`", kWhat)});
   }
   if (settings.plots || !settings.plots_file.empty()) {
     design.plots = stand::read_plot_table(
@@ -130,7 +130,7 @@ stand::InventoryOptions inventory_options(const ReadingSettings& settings,
   options.trust_units = settings.trust_units;
   options.missing = settings.missing;
   options.fill_down = settings.fill_down;
-  options.dead = meaning_of(settings.dead, kDead, "--dead");
+  options.dead = meaning_of(settings.dead, kDead, "`dead`");
   options.status_codes = status_codes(settings);
   options.case_sensitive = settings.case_sensitive;
   return options;
@@ -149,7 +149,7 @@ std::vector<stand::FurtherIndex> further_indices(const UnitSettings& settings) {
     const std::optional<stand::FurtherIndex> index = stand::further_index_named(name);
     if (!index) {
       throw UsageError(fmt::format("'{}' is not one of CO, T, Hegyi, BAL, CCF, all", name),
-                       {.column = "--further"});
+                       {.column = "`further`"});
     }
     indices.push_back(*index);
   }
@@ -159,12 +159,12 @@ std::vector<stand::FurtherIndex> further_indices(const UnitSettings& settings) {
 stand::StructuralUnitOptions unit_options(const UnitSettings& settings, unsigned threads) {
   stand::StructuralUnitOptions options{
       .neighbors = settings.neighbors,
-      .edge = meaning_of(settings.edge, kEdges, "--edge"),
+      .edge = meaning_of(settings.edge, kEdges, "`edge`"),
       .buffer_m = settings.buffer_m,
-      .scope = meaning_of(settings.per, kScopes, "--per"),
+      .scope = meaning_of(settings.per, kScopes, "`per`"),
       .windows = given_windows(settings),
-      .size = meaning_of(settings.dominance, kSizes, "--dominance"),
-      .reach = meaning_of(settings.crowding, kReaches, "--crowding"),
+      .size = meaning_of(settings.dominance, kSizes, "`dominance`"),
+      .reach = meaning_of(settings.crowding, kReaches, "`crowding`"),
       .further = further_indices(settings),
       .competition_radius_m = settings.competition_radius_m,
       .open_grown_crown = settings.open_grown,

@@ -229,7 +229,7 @@ std::string note_without_measurements(std::size_t trees) {
   }
   return fmt::format(
       "The file has {} without measurements, so there is no list of trees; give the table from "
-      "which {} grown with --trees FILE.csv to add {} measurements.",
+      "which {} grown with `trees=FILE.csv` to add {} measurements.",
       counted(trees, "tree", "trees"),
       trees == 1 ? "it was" : "they were",
       trees == 1 ? "its" : "their");

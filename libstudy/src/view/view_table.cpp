@@ -163,7 +163,7 @@ class StandReader {
       if (columns_.has(name)) continue;
       throw InputError(
           "a page needs the positions of the trees: the columns x (east) and y (north) in meters, "
-          "or --columns x=...,y=... if they have other names",
+          "or `columns=x=...,y=...` if they have other names",
           {.file = table_.file(), .line = 1, .column = name});
     }
   }

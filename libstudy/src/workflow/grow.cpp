@@ -64,7 +64,7 @@ std::string note_on_coinciding_plots(const GrowJob& job, const std::vector<tree:
     if (!plots) continue;
     return fmt::format(
         "plots {0} and {1} cover each other, probably because each has its own "
-        "coordinate system; grow one plot at a time (--plot {0}), or give x and y "
+        "coordinate system; grow one plot at a time, such as {0}, or give x and y "
         "of all plots in one system",
         plots->first,
         plots->second);
@@ -99,7 +99,7 @@ void note_unknown_species(const GrowJob& job, const tree::BuilderCatalogue& cata
   const std::set<std::string>& unknown = job.state->unknown_species;
   if (unknown.empty() || !job.callbacks.note) return;
   job.callbacks.note(
-      fmt::format("No preset lists the species {}; preset {} is used (see --preset).",
+      fmt::format("No preset lists the species {}; preset {} is used (see `preset`).",
                   quoted(unknown),
                   catalogue.fallback(job.builder).name()));
 }

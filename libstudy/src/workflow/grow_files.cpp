@@ -131,7 +131,7 @@ GrowJob of_moment(const GrowJob& job, const tree::Moment& moment) {
   const std::string plain = file_name(moment.name);
   if (plain.size() > kLongestName) {
     throw InputError(fmt::format(
-        "--by {}: a value of {} characters is too long for a file name; shorten it: {}...",
+        "`by={}`: a value of {} characters is too long for a file name; shorten it: {}...",
         job.by,
         moment.name.size(),
         moment.name.substr(0, 40)));

@@ -16,61 +16,61 @@ namespace {
 
 void check_moments(const GrowJob& job) {
   if (!job.by.empty() && job.share) {
-    throw UsageError("--by gives each tree its own models; omit --share");
+    throw UsageError("`by` gives each tree its own models; omit `share`");
   }
   if (!job.animate) return;
   if (job.by.empty() || job.scene.empty()) {
-    throw UsageError("--animate needs --by, the column with the times, and --scene");
+    throw UsageError("`animate` needs `by`, the column with the times, and `scene`");
   }
   const bool is_gltf =
       job.scene_format == tree::SceneFormat::kGlb || job.scene_format == tree::SceneFormat::kGltf;
-  if (!is_gltf) throw UsageError("--animate needs the format glb or gltf");
+  if (!is_gltf) throw UsageError("`animate` needs the format glb or gltf");
   if (job.resolve_overlaps || job.levels.size() > 1) {
     throw UsageError(
-        "--animate allows only one level of detail and cannot be combined with --resolve-overlaps");
+        "`animate` allows only one level of detail and cannot be combined with `resolve_overlaps`");
   }
 }
 
 /// The files of `out`, and what parts of a table do not have.
 void check_parts(const GrowJob& job) {
   if (job.per != "tree" && job.per != "plot") {
-    throw UsageError("--per must be tree or plot, not " + job.per);
+    throw UsageError("`per` must be tree or plot, not " + job.per);
   }
   const bool is_by_plot = job.per == "plot";
   if (is_by_plot && (job.out.empty() || !job.by.empty())) {
     throw UsageError(
-        "--per plot needs --out, the folder of the plots' files, and one time; omit "
-        "--scene and --by");
+        "`per=plot` needs `out`, the folder of the plots' files, and one time; omit "
+        "`scene` and `by`");
   }
   if (!job.manifest.empty() && (job.share || !job.by.empty())) {
-    throw UsageError("--manifest cannot be combined with --share and --by; use --json");
+    throw UsageError("`manifest` cannot be combined with `share` and `by`; use `json`");
   }
   if (!job.stream) return;
   if (!job.scene.empty()) {
     throw UsageError(
-        "a scene needs all trees; with --stream, use --out DIR for one file per tree, and add "
-        "--per plot for one file per plot, or cut the inventory with silvafit tiles",
-        {.column = "--stream"});
+        "a scene needs all trees; with `stream`, use `out=DIR` for one file per tree, and add "
+        "`per=plot` for one file per plot, or cut the inventory with `silvafit tiles`",
+        {.column = "`stream`"});
   }
   if (!job.by.empty()) {
-    throw UsageError("--by needs all rows; omit --stream or --by", {.column = "--stream"});
+    throw UsageError("`by` needs all rows; omit `stream` or `by`", {.column = "`stream`"});
   }
   if (job.resolve_overlaps && !is_by_plot) {
     throw UsageError(
-        "neighbors may be in another part of the file; with --stream, overlaps are resolved within "
-        "plots only: add --per plot",
-        {.column = "--stream"});
+        "neighbors may be in another part of the file; with `stream`, overlaps are resolved within "
+        "plots only: add `per=plot`",
+        {.column = "`stream`"});
   }
 }
 
 void check_sharing(const GrowJob& job) {
   if (job.share && (job.scene.empty() || job.resolve_overlaps)) {
     throw UsageError(
-        "--share needs --scene and cannot be combined with --resolve-overlaps, which gives each "
+        "`share` needs `scene` and cannot be combined with `resolve_overlaps`, which gives each "
         "tree its own shape");
   }
   if (job.instancing && !job.share) {
-    throw UsageError("--instancing needs shared models; add --share");
+    throw UsageError("`instancing` needs shared models; add `share=true`");
   }
 }
 
@@ -78,11 +78,11 @@ void check_unfitted(const GrowJob& job) {
   if (!job.is_unfitted) return;
   const bool is_free =
       job.builder == tree::BuilderKind::kLsystem || job.builder == tree::BuilderKind::kIfs;
-  if (!is_free) throw UsageError("--unfitted needs --builder lsystem or ifs");
+  if (!is_free) throw UsageError("`unfitted` needs the `builder` lsystem or ifs");
   if (job.share || job.resolve_overlaps || job.animate) {
     throw UsageError(
-        "--unfitted draws trees without their crowns; omit --share, --resolve-overlaps and "
-        "--animate");
+        "`unfitted` draws trees without their crowns; omit `share`, `resolve_overlaps` and "
+        "`animate`");
   }
 }
 
@@ -91,23 +91,23 @@ void check_levels(const GrowJob& job) {
   for (const int level : job.levels) {
     if (level < 0 || level > tree::kImpostorLevel) {
       throw UsageError(
-          fmt::format("--lod must be from 0 (finest) to {} (pictures of crowns), not {}",
+          fmt::format("`lod` must be from 0 (finest) to {} (pictures of crowns), not {}",
                       tree::kImpostorLevel,
                       level));
     }
   }
   if (job.levels.back() < tree::kImpostorLevel) return;
   if (!job.textures) {
-    throw UsageError(
-        fmt::format("--lod {} shows crowns as pictures; omit --plain, use the format glb, gltf or "
-                    "obj, or use --lod {}",
-                    tree::kImpostorLevel,
-                    tree::kImpostorLevel - 1));
+    throw UsageError(fmt::format(
+        "`lod={}` shows crowns as pictures; omit `textures`, use the format glb, gltf or "
+        "obj, or use `lod={}`",
+        tree::kImpostorLevel,
+        tree::kImpostorLevel - 1));
   }
   if (job.resolve_overlaps || job.is_unfitted) {
     throw UsageError(
-        fmt::format("--lod {} shows whole crowns, fitted to the measurements; omit "
-                    "--resolve-overlaps and --unfitted, or use --lod {}",
+        fmt::format("`lod={}` shows whole crowns, fitted to the measurements; omit "
+                    "`resolve_overlaps` and `unfitted`, or use `lod={}`",
                     tree::kImpostorLevel,
                     tree::kImpostorLevel - 1));
   }
@@ -123,8 +123,8 @@ bool has_model_ending(const std::filesystem::path& path) {
 void check_folder(const GrowJob& job) {
   if (has_model_ending(job.out) && !std::filesystem::is_directory(job.out)) {
     throw UsageError(
-        fmt::format("--out is a folder for one file per tree; for one file with all trees, use "
-                    "--scene {}",
+        fmt::format("`out` is a folder for one file per tree; for one file with all trees, use "
+                    "`scene={}`",
                     job.out));
   }
 }
@@ -137,7 +137,7 @@ tree::SceneFormat scene_format_of(const GrowJob& job) {
   if (format.empty()) format = of_ending.empty() ? "glb" : of_ending;
   if (format != of_ending && has_model_ending(job.scene)) {
     throw UsageError(fmt::format(
-        "--scene ends in .{} but --format is {}; remove one of the two", of_ending, format));
+        "`scene` ends in .{} but `format` is {}; remove one of the two", of_ending, format));
   }
   return tree::scene_format_from_text(format);
 }
@@ -149,15 +149,15 @@ GrowJob grow_job(const GrowSettings& settings,
                  const Callbacks& callbacks) {
   GrowJob job{settings, tree::SceneFormat::kGlb, file, callbacks};
   if (!job.grammar.empty() && job.builder != tree::BuilderKind::kLsystem) {
-    throw UsageError("--grammar needs --builder lsystem");
+    throw UsageError("`grammar` needs `builder=lsystem`");
   }
   if (job.scene.empty() && job.out.empty()) {
     throw UsageError(
-        "no output is given; use --scene FILE for one file, or --out DIR for one file per tree");
+        "no output is given; use `scene=FILE` for one file, or `out=DIR` for one file per tree");
   }
   if (!job.scene.empty() && !job.out.empty()) {
     throw UsageError(
-        "--scene writes all trees to one file, --out writes one file per tree; use one of the two");
+        "`scene` writes all trees to one file, `out` writes one file per tree; use one of the two");
   }
   check_folder(job);
   check_sharing(job);
@@ -168,9 +168,10 @@ GrowJob grow_job(const GrowSettings& settings,
   if (job.scene_format == tree::SceneFormat::kPly) job.textures = false;
   check_levels(job);
   if (job.ascii && job.scene_format != tree::SceneFormat::kPly) {
-    throw UsageError("--ascii needs the format ply");
+    throw UsageError("`ascii` needs the format ply");
   }
-  if (job.models_per_preset == 0) throw UsageError("--models must be at least 1");
+  if (job.models_per_preset == 0)
+    throw UsageError("the number of models per preset must be at least 1");
   check_moments(job);
   check_parts(job);
   return job;

@@ -69,8 +69,8 @@ class GrowthOfParts {
 
 std::string GrowthOfParts::plot_column(const std::vector<std::string>& header) const {
   if (field_of("plot", header, job_.reading, job_.file)) return "plot";
-  throw UsageError("a table without a column plot has no parts; omit --stream",
-                   {.file = job_.file, .column = "--stream"});
+  throw UsageError("a table without a column plot has no parts; omit `stream`",
+                   {.file = job_.file, .column = "`stream`"});
 }
 
 /// The wanted plots that are in a part; false if there are none.

@@ -252,8 +252,8 @@ ImputationSummary impute_in_parts(const data::TableSource& trees,
                                   const Callbacks& callbacks) {
   if (options.add_residual) {
     throw UsageError(
-        "cannot be used with --stream: random numbers are drawn for all plots together",
-        {.column = "--add-residual"});
+        "cannot be used with `stream`: random numbers are drawn for all plots together",
+        {.column = "`add_residual`"});
   }
   const ImputeModels models = models_of_parts(trees, catalogue, options, reading);
   ImputationSummary summary{.options = options, .models = models.models, .notes = models.notes};

@@ -104,15 +104,15 @@ class IndicesRun {
   void read_batches() {
     const auto* const file = std::get_if<std::filesystem::path>(&source_);
     if (file == nullptr) {
-      throw UsageError("only CSV files can be read plot by plot", {.column = "--stream"});
+      throw UsageError("only CSV files can be read plot by plot", {.column = "`stream`"});
     }
     if (design_.is_given()) {
-      throw UsageError("--stream cannot be combined with a sampling design; omit one of them",
-                       {.column = "--stream"});
+      throw UsageError("`stream` cannot be combined with a sampling design; omit one of them",
+                       {.column = "`stream`"});
     }
     if (options_.scope == stand::SearchScope::kStand) {
-      throw UsageError("--stream cannot search neighbors across plots; use --per plot",
-                       {.column = "--stream"});
+      throw UsageError("`stream` cannot search neighbors across plots; use `per=plot`",
+                       {.column = "`stream`"});
     }
     constexpr std::size_t kTreesOfBatch = 200000;
     stand::InventoryBatches batches(
@@ -198,7 +198,7 @@ TreeIndices tree_indices(const data::TableSource& inventory,
                          const Callbacks& callbacks) {
   if (options.stream) {
     throw UsageError("this function needs all trees in memory; use compute_indices",
-                     {.column = "--stream"});
+                     {.column = "`stream`"});
   }
   TreeIndices result;
   const UnitSink sink = [&result](stand::CheckedInventory& trees, stand::StructuralUnits& units) {

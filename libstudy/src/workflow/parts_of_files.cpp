@@ -17,7 +17,7 @@ data::TableParts table_parts(
     std::size_t rows) {
   const auto* const path = std::get_if<std::filesystem::path>(&source);
   if (path == nullptr)
-    throw UsageError("only CSV files can be read in parts", {.column = "--stream"});
+    throw UsageError("only CSV files can be read in parts", {.column = "`stream`"});
   std::error_code ignored;
   if (std::filesystem::exists(*path, ignored) &&
       !std::filesystem::is_regular_file(*path, ignored)) {

@@ -50,15 +50,15 @@ std::optional<double> coverage_of(const PredictionSettings& settings) {
   if (settings.interval == 0.0) return std::nullopt;
   if (settings.interval > 0.0 && settings.interval < 1.0) return settings.interval;
   throw UsageError(fmt::format("{} is not between 0 and 1, such as 0.95", settings.interval),
-                   {.column = "--interval"});
+                   {.column = "`coverage`"});
 }
 
 PredictResponsesOptions options_of(const PredictionSettings& settings, const Catalogue& catalogue) {
-  return {.level = meaning_of(settings.level, kLevels, "--level"),
-          .new_groups = meaning_of(settings.new_groups, kNewGroups, "--new-groups"),
-          .seen_groups = meaning_of(settings.seen_groups, kSeenGroups, "--seen-groups"),
+  return {.level = level_of(settings.level),
+          .new_groups = new_groups_of(settings.new_groups),
+          .seen_groups = seen_groups_of(settings.seen_groups),
           .interval = coverage_of(settings),
-          .interval_kind = meaning_of(settings.interval_kind, kIntervalKinds, "--interval-kind"),
+          .interval_kind = interval_kind_of(settings.interval_kind),
           .standard_errors = settings.standard_errors,
           .threads = settings.threads,
           .role = settings.role.empty() ? "nlme" : settings.role,
@@ -228,9 +228,9 @@ std::string column_of_groups(const ModelLibrary& library,
   }
   const bool needs_plots = !structure_names_in(settings.reading.columns, columns).empty();
   if (needs_plots && run.units().per != "plot") {
-    throw UsageError("structural indices of the library are computed among all trees (--per " +
-                         run.units().per + "), so the file cannot be read in parts",
-                     {.column = "--stream"});
+    throw UsageError("structural indices of the library are computed among all trees (`per=" +
+                         run.units().per + "`), so the file cannot be read in parts",
+                     {.column = "`stream`"});
   }
   if (needs_plots && coarsest.empty()) coarsest.insert("plot");
   if (coarsest.size() > 1) {
@@ -238,7 +238,7 @@ std::string column_of_groups(const ModelLibrary& library,
         fmt::format("the models have random effects of several columns ({}), so the file cannot be "
                     "read in parts of whole groups",
                     fmt::join(coarsest, ", ")),
-        {.column = "--stream"});
+        {.column = "`stream`"});
   }
   return coarsest.empty() ? "" : *coarsest.begin();
 }
@@ -286,6 +286,17 @@ ordered_json unused_json(const std::vector<UnusedModel>& models) {
 }
 
 }  // namespace
+
+fit::Level level_of(const std::string& word) { return meaning_of(word, kLevels, "`level`"); }
+fit::NewGroups new_groups_of(const std::string& word) {
+  return meaning_of(word, kNewGroups, "`new_groups`");
+}
+fit::SeenGroups seen_groups_of(const std::string& word) {
+  return meaning_of(word, kSeenGroups, "`seen_groups`");
+}
+fit::IntervalKind interval_kind_of(const std::string& word) {
+  return meaning_of(word, kIntervalKinds, "`interval`");
+}
 
 TablePrediction predict_table(const data::TableSource& trees,
                               const ModelLibrary& library,

@@ -162,7 +162,7 @@ TEST_CASE("what cannot be a period is refused") {
   CHECK_THROWS_WITH(run(settings_of("date")), Contains("unknown column 'date'"));
   StudyConfiguration stand = settings_of("campaign");
   stand.units.per = "stand";
-  CHECK_THROWS_WITH(run(stand), Contains("--per plot"));
+  CHECK_THROWS_WITH(run(stand), Contains("`per=plot`"));
   StudyConfiguration number = settings_of("campaign");
   number.study.candidates["h"] = {"h ~ a + b*dbh + c*campaign"};
   CHECK_THROWS_WITH(run(number), Contains("use 'campaign' as a number"));

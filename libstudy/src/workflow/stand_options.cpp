@@ -18,7 +18,7 @@ void add_stratum_areas(const std::vector<std::string>& areas, stand::StandReport
                          data::parse_number(std::string_view(part).substr(sign + 1), hectares);
     if (!is_pair) {
       throw UsageError(fmt::format("'{}' is not STRATUM=HECTARES, such as A=120", part),
-                       {.column = "--stratum-area"});
+                       {.column = "`stratum_areas`"});
     }
     options.stratum_areas_ha[part.substr(0, sign)] = hectares;
   }
@@ -26,9 +26,9 @@ void add_stratum_areas(const std::vector<std::string>& areas, stand::StandReport
       !options.stratum.empty() || (options.design.plots && options.design.plots->has_stratum);
   if (!options.stratum_areas_ha.empty() && !has_strata) {
     throw UsageError(
-        "--stratum-area needs the strata: --stratum COLUMN, or the column stratum in "
-        "the table of --plots",
-        {.column = "--stratum-area"});
+        "`stratum_areas` needs the strata: `stratum=COLUMN`, or the column stratum in "
+        "the table of `plots`",
+        {.column = "`stratum_areas`"});
   }
 }
 

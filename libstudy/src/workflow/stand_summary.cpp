@@ -63,8 +63,8 @@ void BatchesOfStand::take(stand::CheckedInventory& batch,
   if (!trees.expansion.empty() && !has_areas) {
     throw UsageError(
         "the trees of this table of FIA have factors (TPA_UNADJ), a sampling design, with which "
-        "--stream cannot be combined; omit --stream, or give --plot-area or --window",
-        {.file = trees.file, .column = "--stream"});
+        "`stream` cannot be combined; omit `stream`, or give `plot_area` or `window`",
+        {.file = trees.file, .column = "`stream`"});
   }
   summary.inventory.inventory.file = trees.file;
   summary.inventory.excluded_tree_count += batch.excluded_tree_count;
@@ -115,7 +115,7 @@ std::vector<std::string> read_in_parts(const data::TableSource& inventory,
                                        StandSummary& summary) {
   const auto* const file = std::get_if<std::filesystem::path>(&inventory);
   if (file == nullptr) {
-    throw UsageError("only CSV files can be read plot by plot", {.column = "--stream"});
+    throw UsageError("only CSV files can be read plot by plot", {.column = "`stream`"});
   }
   BatchesOfStand batches(*file, options, report, callbacks, sink);
   batches.run(summary);

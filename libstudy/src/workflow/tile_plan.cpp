@@ -165,11 +165,11 @@ class Planner {
  private:
   static void check(const TileSettings& settings) {
     if (!(settings.size_m > 0.0) || !std::isfinite(settings.size_m)) {
-      throw UsageError("the size of a tile must be positive", {.column = "--size"});
+      throw UsageError("the size of a tile must be positive", {.column = "`size`"});
     }
     if (!(settings.halo_m >= 0.0) || !(settings.halo_m <= 100.0 * settings.size_m)) {
       throw UsageError("the halo must be from 0 to 100 times the size of a tile",
-                       {.column = "--halo"});
+                       {.column = "`halo`"});
     }
   }
 
@@ -178,7 +178,7 @@ class Planner {
     constexpr double kMost = 2e9;
     if (std::abs(number) > kMost) {
       throw UsageError("there are too many tiles between the trees; make larger ones",
-                       {.column = "--size"});
+                       {.column = "`size`"});
     }
     return static_cast<std::int64_t>(number);
   }
@@ -248,7 +248,7 @@ void Planner::read() {
       table_parts(inventory_, reading, [](const auto&) { return std::string(); });
   Positions positions(inventory_, inventory_options(reading, {.needs_coordinates = true}));
   if (!positions.trees().has_numbers()) {
-    throw InputError("tiles need a column with numbers of trees, such as --columns tree=ID",
+    throw InputError("tiles need a column with numbers of trees, such as `columns=tree=ID`",
                      {.file = plan_.inventory});
   }
   plan_.rows = parts.rows();
@@ -457,7 +457,7 @@ ordered_json json_of(const TilePlan& plan) {
 TilePlan read_tile_plan(const std::filesystem::path& folder) {
   const std::filesystem::path file = plan_file(folder);
   if (!std::filesystem::exists(file)) {
-    throw InputError("no plan of tiles; make one with silvafit tiles plan",
+    throw InputError("no plan of tiles; make one with `silvafit tiles plan`",
                      {.file = file.string()});
   }
   TilePlan plan;

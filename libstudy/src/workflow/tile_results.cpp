@@ -35,7 +35,7 @@ std::string key_of(const TilePlan& plan, const std::string& settings) {
 
 void require_tile(const TilePlan& plan, std::size_t tile) {
   if (tile < plan.tiles.size()) return;
-  throw UsageError(fmt::format("there are {} tiles", plan.tiles.size()), {.column = "--tile"});
+  throw UsageError(fmt::format("there are {} tiles", plan.tiles.size()), {.column = "`tile`"});
 }
 
 std::optional<TileResult> earlier_result(const fs::path& file, const std::string& key) {
@@ -80,18 +80,18 @@ stand::StructuralUnitOptions options_of(const TilePlan& plan,
   stand::StructuralUnitOptions options = unit_options(settings, threads);
   if (options.scope == stand::SearchScope::kPlot && plan.has_plots) {
     throw UsageError(
-        "the inventory has several plots, which tiles would cut: use --per stand, or "
-        "silvafit indices --stream without tiles",
-        {.column = "--per"});
+        "the inventory has several plots, which tiles would cut: use `per=stand`, or "
+        "`silvafit indices` with `stream` and no tiles",
+        {.column = "`per`"});
   }
   if (options.edge == stand::EdgeCorrection::kTorus) {
     throw UsageError("a torus joins opposite sides of the stand; it cannot be cut into tiles",
-                     {.column = "--edge"});
+                     {.column = "`edge`"});
   }
   if (options.edge == stand::EdgeCorrection::kHanisch) {
     throw UsageError(
-        "the weights of Hanisch are interpolated among all trees of the stand; use --edge buffer",
-        {.column = "--edge"});
+        "the weights of Hanisch are interpolated among all trees of the stand; use `edge=buffer`",
+        {.column = "`edge`"});
   }
   for (const stand::FurtherIndex index : options.further) {
     if (index != stand::FurtherIndex::kBasalAreaLarger &&
@@ -102,15 +102,15 @@ stand::StructuralUnitOptions options_of(const TilePlan& plan,
         fmt::format("{} is a sum over all trees of the stand; it cannot be computed in "
                     "tiles",
                     stand::name_of(index)),
-        {.column = "--further"});
+        {.column = "`further`"});
   }
   // The inventory is a part; the default window is that of all trees.
   options.is_part = true;
   if (options.windows.empty() && options.edge != stand::EdgeCorrection::kNone) {
     const auto hull = stand::Window::convex_hull(plan.hull);
     if (!hull) {
-      throw UsageError("all trees are on one line and have no window; use --edge none",
-                       {.column = "--edge"});
+      throw UsageError("all trees are on one line and have no window; use `edge=none`",
+                       {.column = "`edge`"});
     }
     options.windows.push_back({std::nullopt, *hull});
   }
@@ -172,9 +172,9 @@ std::string words_of(const UnitSettings& settings) {
 void require_rows_alone(const PredictionSettings& settings, const TilePlan& plan) {
   if (settings.level == "calibrated") {
     throw UsageError(
-        "calibration needs all trees of a plot, which tiles would cut; use silvafit predict "
-        "--stream",
-        {.column = "--level"});
+        "calibration needs all trees of a plot, which tiles would cut; use "
+        "`silvafit predict` with `stream`",
+        {.column = "`level`"});
   }
   data::Table columns(0);
   for (const std::string& name : plan.head.header) {
@@ -188,7 +188,7 @@ void require_rows_alone(const PredictionSettings& settings, const TilePlan& plan
       fmt::format("{} would be computed in each tile alone; compute the indices first, "
                   "merge them, and predict from the result",
                   fmt::join(computed, ", ")),
-      {.column = "--columns"});
+      {.column = "`columns`"});
 }
 
 }  // namespace

@@ -229,18 +229,18 @@ void TableReader::read_status() {
   if (mapping != nullptr && !result_.table.has(*column)) {
     throw UsageError(
         fmt::format("status must be a column, not the expression '{}'; name the column "
-                    "and explain its values, such as --columns status=COLUMN "
-                    "--dead-codes DS; available: {}",
+                    "and explain its values, such as `columns=status=COLUMN` "
+                    "and `dead_codes=DS`; available: {}",
                     *column,
                     data::list_of(reader_.header())),
-        {.file = reader_.file(), .column = "--columns"});
+        {.file = reader_.file(), .column = "`columns`"});
   }
   if (!column && !codes.empty()) {
     throw UsageError(
-        "no column of the status was found; name it with --columns status=COLUMN; "
+        "no column of the status was found; name it with `columns=status=COLUMN`; "
         "available: " +
             data::list_of(reader_.header()),
-        {.file = reader_.file(), .column = "--dead-codes"});
+        {.file = reader_.file(), .column = "`dead_codes`"});
   }
   if (!column || !result_.table.has(*column)) return;
   if (!state_.status) state_.status.emplace(*column, codes);
@@ -263,8 +263,8 @@ void TableReader::read_status() {
       *column,
       status.dead(),
       status.gone(),
-      are_left_out ? "which are skipped; --dead include uses them"
-      : are_found  ? "which models do not use and whose values are not filled in; --dead include "
+      are_left_out ? "which are skipped; `dead=include` uses them"
+      : are_found  ? "which models do not use and whose values are not filled in; `dead=include` "
                      "treats them as living"
                    : "which are used as living trees",
       status.remarks()));
@@ -417,7 +417,7 @@ std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
   std::vector<std::size_t> fields;
   for (const std::string& name : settings.fill_down) {
     const auto field = field_of(name, header, settings, file);
-    if (!field) throw UsageError(data::no_such_column(name, header), {.column = "--fill-down"});
+    if (!field) throw UsageError(data::no_such_column(name, header), {.column = "`fill_down`"});
     fields.push_back(*field);
   }
   return fields;

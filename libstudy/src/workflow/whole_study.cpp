@@ -33,7 +33,7 @@ std::vector<std::string> other_columns(const StudyConfiguration& settings) {
     throw UsageError(fmt::format("{} covariates have too many subsets; the maximum is {}",
                                  options.covariates.size(),
                                  kMostCovariates),
-                     {.column = "--covariates"});
+                     {.column = "`covariates`"});
   }
   std::vector<std::string> names = columns_of(settings.sampling);
   for (const std::string& name : options.covariates) {
@@ -142,12 +142,12 @@ void check_period(const StudyConfiguration& settings) {
   if (settings.study.period.empty()) return;
   if (settings.study.period == settings.study.group) {
     throw UsageError("the periods need another column than the groups of the random effects",
-                     {.column = "--period"});
+                     {.column = "`period`"});
   }
   if (settings.units.per == "stand") {
     throw UsageError(
-        "with periods, neighbors are searched within each plot and time; use --per plot",
-        {.column = "--per"});
+        "with periods, neighbors are searched within each plot and time; use `per=plot`",
+        {.column = "`per`"});
   }
 }
 

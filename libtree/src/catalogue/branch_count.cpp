@@ -13,7 +13,7 @@ data::Expression equation_of_age(const JsonEntry& entry, const std::string& fiel
   try {
     data::Expression equation = data::Expression::parse(entry.get<std::string>(field));
     for (const std::string& name : equation.variables()) {
-      if (name != "age") throw UsageError("may use only `age`, not `" + name + "`");
+      if (name != "age") throw UsageError("may use only 'age', not '" + name + "'");
     }
     return equation;
   } catch (const UsageError& error) {

@@ -48,7 +48,7 @@ Skeleton Builder::grow_skeleton_for(const MeshOptions& /*mesh*/,
 Skeleton Builder::grow_freely(double /*h_m*/, Random& /*random*/) const {
   throw UsageError(
       "the builder " + std::string(builder_name(kind_)) +
-      " places branches by the measurements; trees without them need --builder lsystem or ifs");
+      " places branches by the measurements; trees without them need the `builder` lsystem or ifs");
 }
 
 TreeShape Builder::shape_of(const Morphology& morphology) const {

@@ -21,7 +21,7 @@ std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
     const bool ascends = layers.empty() ? from == 0.0 : from > layers.back().from && from < 1.0;
     if (!ascends || !(low > 0.0 && low < high && high <= 90.0)) {
       throw InputError(
-          "must be [from, low, high] with increasing `from`, starting at 0, and angles in (0, 90]",
+          "must be [from, low, high] with increasing 'from', starting at 0, and angles in (0, 90]",
           entry.place_of("angle_layers"));
     }
     layers.push_back({from, low, high});

@@ -70,7 +70,7 @@ void require_gltf(const std::string& bytes) {
   // A byte order mark may precede the text.
   const std::size_t start = bytes.find_first_not_of("\xEF\xBB\xBF \t\r\n");
   if (start != std::string::npos && bytes[start] == '{') return;
-  throw InputError("not a GLB or glTF scene; `silvafit grow --scene FILE.glb` writes one");
+  throw InputError("not a GLB or glTF scene; `silvafit grow` writes one with `scene`");
 }
 
 std::string unescaped(const std::string& uri) {

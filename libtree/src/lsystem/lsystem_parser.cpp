@@ -245,7 +245,7 @@ class GrammarParser {
         cursor_.position(),
         fmt::format("expected ':' or '->', not {}{}",
                     shown(c),
-                    is_letter(c) ? "; declare a name of several letters with `modules:`" : ""));
+                    is_letter(c) ? "; declare a name of several letters with 'modules:'" : ""));
   }
 
   std::vector<std::string> formal_parameters() {

@@ -118,7 +118,7 @@ void check_times(const std::vector<Keyframe>& keyframes, const std::string& mome
     // Converting a number beyond the range of floats is undefined.
     if (!(keyframe.time_s <= double{std::numeric_limits<float>::max()})) {
       throw UsageError(fmt::format(
-          "the animation would last {:.3g} s, which is too long for a file; use fewer --seconds",
+          "the animation would last {:.3g} s, which is too long for a file; use fewer `seconds`",
           keyframe.time_s));
     }
     const double stored = static_cast<float>(keyframe.time_s);
@@ -126,7 +126,7 @@ void check_times(const std::vector<Keyframe>& keyframes, const std::string& mome
       throw UsageError(
           fmt::format("at time {} the animation has times that single precision cannot distinguish "
                       "({:.9g} s from its start); give times in larger units, such as years, "
-                      "remove times that are far away, or use more --seconds",
+                      "remove times that are far away, or use more `seconds`",
                       moment,
                       keyframe.time_s));
     }

@@ -103,7 +103,7 @@ class Columns {
 
   std::string required(const std::string& column) const {
     if (table_.has(column)) return column;
-    throw InputError("no such column; name the column with --columns",
+    throw InputError("no such column; name the column with `columns`",
                      {.file = table_.file(), .line = 1, .column = column});
   }
 
@@ -207,7 +207,7 @@ Use use_from_text(const std::string& text) {
   if (text == "ols") return Use::kOls;
   if (text == "population") return Use::kPopulation;
   if (text == "conditional") return Use::kConditional;
-  throw UsageError("--use must be observed, ols, population or conditional, not " + text);
+  throw UsageError("`use` must be observed, ols, population or conditional, not " + text);
 }
 
 MorphologyTable read_morphologies(const data::Table& table, const MorphologyTableOptions& options) {

@@ -85,7 +85,7 @@ constexpr std::size_t kMostNearOfFew = 10000;
     throw GeometryError(
         fmt::format("overlaps cannot be resolved: the crowns of {} other trees reach the crown of "
                     "this one, and at most {} in one place and {} on average are possible; check "
-                    "positions and crown widths, or omit --resolve-overlaps",
+                    "positions and crown widths, or omit `resolve_overlaps`",
                     count,
                     kMostNear,
                     kMostNearOnAverage),

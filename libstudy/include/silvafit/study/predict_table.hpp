@@ -35,6 +35,13 @@ struct PredictionSettings {
   unsigned threads = 0;  ///< 0: as many as there are cores
 };
 
+/// The values of words of PredictionSettings.
+/// \throws UsageError that lists the words if there is no such word
+fit::Level level_of(const std::string& word);
+fit::NewGroups new_groups_of(const std::string& word);
+fit::SeenGroups seen_groups_of(const std::string& word);
+fit::IntervalKind interval_kind_of(const std::string& word);
+
 struct TablePrediction {
   PredictionSettings settings{};
   data::Table table{};                            ///< as it was read, with computed indices
