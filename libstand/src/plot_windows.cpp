@@ -32,7 +32,7 @@ std::optional<Window> window_around(const std::vector<Point>& points, AssumedWin
     low = {std::min(low.x, point.x), std::min(low.y, point.y)};
     high = {std::max(high.x, point.x), std::max(high.y, point.y)};
   }
-  if (!(high.x - low.x > kNarrowestPlotMeters && high.y - low.y > kThinnestMeters))
+  if (!(high.x - low.x > kNarrowestPlotMeters && high.y - low.y > kNarrowestPlotMeters))
     return std::nullopt;
   return Window::rectangle(low, high);
 }
