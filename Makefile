@@ -1,5 +1,5 @@
 # Short names for daily work; each does nothing when there is nothing to do.
-.PHONY: help deps test-deps r-deps r-package r-source test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package mpi static test-static windows test-windows python-package test-python check-python format check-format clean
+.PHONY: help deps test-deps r-deps r-package r-source test-r check-r configure configure-tests build demo test fuzz attack sanitize sanitize-threads tidy coverage bench-deps bench scorecard docs package check-package release mpi static test-static windows test-windows python-package test-python check-python format check-format clean
 
 help:
 	@echo "make demo    install what is missing, build the program, and run a whole study on the example"
@@ -16,7 +16,8 @@ help:
 	@echo "make static  the program as one file for any Linux, at build-static/bin/silvafit; make test-static tries it in an empty folder"
 	@echo "make windows the program as one file for Windows, at build-windows/silvafit.exe, and as a ZIP file with the examples; make test-windows compares it in Wine"
 	@echo "make docs    the documentation as a site, at build/site/index.html"
-	@echo "make package .deb and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
+	@echo "make package .deb, their source package and .tar.gz, below build/; make check-package tries them in a clean Debian 12"
+	@echo "make release all files of a release with their sums, in build/release (docs/download.md)"
 	@echo "make python-package   the Python package: wheel and source package in build/dist, installed into build/python; make test-python tests it,"
 	@echo "             make check-python tries the wheel in a clean Debian 12"
 	@echo "make format  rewrite the sources as .clang-format says"
@@ -134,6 +135,11 @@ test-windows: build windows
 package: build
 	@./scripts/install-dependencies packages-debian12-package.txt
 	@cd build && cpack
+	@./scripts/debian-source
+
+# All files of a release, in build/release; docs/download.md.
+release: static windows package python-package r-source
+	@./scripts/release
 
 check-package: build
 	@./scripts/install-dependencies packages-debian12-package.txt

@@ -16,7 +16,6 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL program development)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME silvafit)
@@ -39,37 +38,28 @@ set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "The C++ libraries that silvafit is mad
 structure of stands, geometry of trees. find_package(silvafit) finds them.")
 
 # ---------------------------------------------------------------- copyright and changes
-# Debian's rules ask for these three in each package. Where Python or gzip is missing, packages lack them.
+# Debian's rules ask for both in each package. Where Python or gzip is missing, packages lack them.
 find_package(Python3 COMPONENTS Interpreter)
 find_program(GZIP gzip)
 set(papers ${PROJECT_BINARY_DIR}/papers)
-
-# dpkg wants a form of its own for changes; ours lie beside it.
-string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
-file(CONFIGURE OUTPUT ${papers}/changelog.Debian @ONLY CONTENT
-"silvafit (@PROJECT_VERSION@-1) unstable; urgency=medium
-
-  * Made by cpack; changelog.gz has the changes.
-
- -- @SILVAFIT_PACKAGE_MAINTAINER@  @date@
-")
-set(workshop "")
-if(SILVAFIT_BUILD_VIEWER)
-  set(workshop ${PROJECT_BINARY_DIR}/viewer/workshop)
+set(copyright "${Python3_EXECUTABLE}" ${PROJECT_SOURCE_DIR}/scripts/package-copyright ${PROJECT_SOURCE_DIR}/LICENSE)
+if(EXISTS ${PROJECT_SOURCE_DIR}/viewer/pages/copyright)
+  set(copyright ${CMAKE_COMMAND} -E cat ${PROJECT_SOURCE_DIR}/viewer/pages/copyright)
+elseif(SILVAFIT_BUILD_VIEWER)
+  list(APPEND copyright ${PROJECT_BINARY_DIR}/viewer/workshop)
 endif()
+list(JOIN copyright "\" \"" copyright)
 
 # silvafit_install_papers(package component)
 function(silvafit_install_papers package component)
   set(folder ${CMAKE_INSTALL_DATADIR}/doc/${package})
   install(CODE "
-    execute_process(COMMAND \"${CMAKE_COMMAND}\" -E copy \"${PROJECT_SOURCE_DIR}/CHANGELOG.md\" \"${papers}/changelog\"
-                    COMMAND_ERROR_IS_FATAL ANY)
-    execute_process(COMMAND \"${GZIP}\" -9nkf changelog changelog.Debian WORKING_DIRECTORY \"${papers}\"
-                    COMMAND_ERROR_IS_FATAL ANY)
-    execute_process(COMMAND \"${Python3_EXECUTABLE}\" \"${PROJECT_SOURCE_DIR}/scripts/package-copyright\"
-                            \"${PROJECT_SOURCE_DIR}/LICENSE\" ${workshop}
+    file(MAKE_DIRECTORY \"${papers}\")
+    execute_process(COMMAND \"${GZIP}\" -9nc \"${PROJECT_SOURCE_DIR}/debian/changelog\"
+                    OUTPUT_FILE \"${papers}/changelog.gz\" COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND \"${copyright}\"
                     OUTPUT_FILE \"${papers}/copyright\" COMMAND_ERROR_IS_FATAL ANY)" COMPONENT ${component})
-  install(FILES ${papers}/changelog.gz ${papers}/changelog.Debian.gz ${papers}/copyright
+  install(FILES ${papers}/changelog.gz ${papers}/copyright
           DESTINATION ${folder} COMPONENT ${component})
 endfunction()
 

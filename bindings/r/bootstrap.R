@@ -78,7 +78,7 @@ copy_library_sources <- function() {
   }
   copy_ceres()
   copy(file.path(library_sources, "highway"), "src/third_party", c("hwy/targets.cc"))
-  writeLines('#include "third_party/hwy/targets.cc"', "src/third_party_hwy.cpp")
+  writeLines(c("#include <stdexcept>", '#include "third_party/hwy/targets.cc"'), "src/third_party_hwy.cpp")
   folder <- file.path(library_sources, "meshoptimizer/src")
   sources <- list.files(folder, "codec|filter|vcacheoptimizer|vfetchoptimizer|indexgenerator|allocator")
   copy(folder, "src/third_party/meshoptimizer", c(sources, "meshoptimizer.h"))
@@ -107,6 +107,23 @@ copy_ceres <- function() {
   write_unit("third_party_ceres", file.path("third_party/ceres", sources))
 }
 
+# R's rules: compiled code does not end the process, does not write to its streams, and does not suppress warnings.
+replace <- function(file, ...) {
+  text <- paste(readLines(file), collapse = "\n")
+  for (change in list(...)) text <- gsub(change[1], change[2], text)
+  writeLines(text, file)
+}
+follow_rules_of_r <- function() {
+  replace("src/core/ranks.cpp", c("std::_Exit\\(status\\)", "throw status"))
+  replace("src/third_party/nanoflann.hpp", c("fprintf\\(stderr[^;]*;", ""))
+  if (file.exists("src/third_party/hwy/targets.cc")) {
+    replace("src/third_party/hwy/targets.cc", c("f(printf|flush)\\(stderr[^;]*;", ""), c("abort\\(\\)", "throw std::runtime_error(buf)"))
+  }
+  for (file in list.files("src/third_party/nlohmann", recursive = TRUE, full.names = TRUE)) {
+    replace(file, c("(^|\n)[ \t]*# *pragma (GCC|clang) diagnostic[^\n]*", "\\1"))
+  }
+}
+
 copy_data <- function() {
   copy_folder(file.path(checkout, "models"), "inst/silvafit/models", without = "^CMakeLists")
   pages <- file.path(checkout, "build/share/silvafit/viewer")
@@ -121,6 +138,7 @@ unlink(c("src/core", "src/third_party", "inst/silvafit", "inst/COPYRIGHTS", Sys.
 copy_core()
 copy_headers()
 libraries <- copy_library_sources()
+follow_rules_of_r()
 copy_data()
 # configure looks for this file.
 writeLines(paste(c(libraries, "-lpng", "-lz"), collapse = " "), "src/core/libraries")

@@ -17,12 +17,19 @@ def git(folder, *arguments):
     return subprocess.run(["git", "-C", folder, *arguments], capture_output=True, text=True, check=False)
 
 
+def found(file, pattern):
+    return re.search(pattern, (SOURCE / file).read_text(encoding="utf-8"), re.MULTILINE).group(1)
+
+
 class Version(ProgramTest):
     def test_the_first_line_is_the_version_of_the_project(self):
-        project = (SOURCE / "CMakeLists.txt").read_text(encoding="utf-8")
-        version = re.search(r"project\(silvafit VERSION (\S+)", project).group(1)
+        version = found("CMakeLists.txt", r"project\(silvafit VERSION (\S+)")
         printed = self.run_program("--version").stdout
         self.assertEqual(printed.splitlines()[0], f"silvafit {version}")
+        # Formats that need a copy of it.
+        self.assertEqual(found("bindings/r/DESCRIPTION", r"^Version: (\S+)"), version)
+        self.assertEqual(found("CITATION.cff", r"^version: (\S+)"), version)
+        self.assertEqual(found("debian/changelog", r"^silvafit \((\S+)\)"), version)
 
     def test_json_says_the_same(self):
         printed = self.run_program("--version").stdout
