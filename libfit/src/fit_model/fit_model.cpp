@@ -374,15 +374,24 @@ std::map<std::string, double> start_beyond_infinity(const NonlinearModel& model,
   return start;
 }
 
-}  // namespace
+/// Whether another method may find a result: the data are not the cause.
+bool may_depend_on_method(const Convergence& convergence) {
+  switch (convergence.status) {
+    case ConvergenceStatus::kContainedModelHigher:
+    case ConvergenceStatus::kInvalidApproximation:
+    case ConvergenceStatus::kDiverged:
+    case ConvergenceStatus::kIterationLimit:
+    case ConvergenceStatus::kMaximumNotReached:
+      return true;
+    default:
+      return false;
+  }
+}
 
-FitResult fit_model(const ModelSpecification& specification,
-                    const data::Table& table,
-                    const FitModelOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
-  const Method method = options.method.value_or(default_method(specification));
-  check_method(specification, method, options.reml);
-  check_start(specification, options.start);
+FitResult fit_by(const ModelSpecification& specification,
+                 const data::Table& table,
+                 const FitModelOptions& options,
+                 Method method) {
   FitModelOptions without_bounds = options;
   without_bounds.bounds.clear();
   const FreeFit fit = [&](const ModelSpecification& model, const FittedModel* nearby) {
@@ -415,6 +424,31 @@ FitResult fit_model(const ModelSpecification& specification,
   }
   // The stored uncertainty is that of the coefficients that were free.
   if (!is_free) keep_uncertainty(model, result.fit);
+  return result;
+}
+
+}  // namespace
+
+FitResult fit_model(const ModelSpecification& specification,
+                    const data::Table& table,
+                    const FitModelOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Method method = options.method.value_or(default_method(specification));
+  check_method(specification, method, options.reml);
+  check_start(specification, options.start);
+  FitResult result = fit_by(specification, table, options, method);
+  // focei has a likelihood that is bounded and smooth, and finds a result for nearly all data.
+  if (!options.method && !options.reml && is_mixed(method) &&
+      may_depend_on_method(result.fit.convergence)) {
+    FitResult other = fit_by(specification, table, options, Method::kInteraction);
+    if (other.fit.convergence.converged()) {
+      result = std::move(other);
+      result.fit.convergence.verdict =
+          fmt::format("Fitted by focei, because {} found no result. {}",
+                      method_text(method),
+                      result.fit.convergence.verdict);
+    }
+  }
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
   result.fit.seconds = elapsed.count();
   add_doubts(table, options, result);

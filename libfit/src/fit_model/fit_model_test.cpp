@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
 using namespace silvafit;
@@ -23,6 +24,31 @@ data::Table line_with_errors() {
   data::Table table;
   table.set("x", x);
   table.set("y", y);
+  return table;
+}
+
+/// Twelve animals, each with two of seven doses, whose effects follow an Emax curve of their own:
+/// so few data that Lindstrom and Bates' method often has no fixed point.
+data::Table two_doses_each(std::uint64_t seed) {
+  constexpr double kDoses[] = {0.0, 10.0, 20.0, 50.0, 100.0, 200.0, 300.0};
+  Random random(seed);
+  std::vector<double> dose;
+  std::vector<double> y;
+  data::TextColumn group;
+  for (int animal = 0; animal < 12; ++animal) {
+    const double base = std::exp(1.0 + 0.3 * random.normal());
+    const double most = std::exp(4.5 + 0.4 * random.normal());
+    const double half = std::exp(3.0 + 0.6 * random.normal());
+    for (int k = 0; k < 2; ++k) {
+      dose.push_back(kDoses[static_cast<int>(7.0 * random.uniform())]);
+      y.push_back(base + most * dose.back() / (half + dose.back()) + 3.0 * random.normal());
+      group.append("a" + std::to_string(animal));
+    }
+  }
+  data::Table table;
+  table.set("dose", dose);
+  table.set("y", y);
+  table.set("animal", group);
   return table;
 }
 
@@ -178,4 +204,29 @@ TEST_CASE("a held exponent that suits the data badly is weighted least squares a
       -0.5 * kRows * (std::log(2.0 * std::numbers::pi * least / kRows) + 1.0) - 0.5 * logs;
   CHECK(fit.log_likelihood == Approx(expected).epsilon(1e-12));
   CHECK(fit.log_likelihood < equal.log_likelihood);
+}
+
+TEST_CASE("where lb finds no result and was not asked for, focei is tried") {
+  int replaced = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    CAPTURE(seed);
+    const data::Table table = two_doses_each(seed);
+    const ModelSpecification emax =
+        specify_model({.formula = "y ~ exp(lE) + exp(lM)*dose/(exp(lD) + dose)",
+                       .random = "lE + lM + lD | animal"},
+                      table);
+    const FittedModel usual = fit_model(emax, table).fit;
+    const FittedModel lb = fit_model(emax, table, {.method = Method::kLindstromBates}).fit;
+    if (usual.method == Method::kLindstromBates) {
+      CHECK(usual.convergence.verdict == lb.convergence.verdict);
+      continue;
+    }
+    ++replaced;
+    CHECK_FALSE(lb.convergence.converged());
+    CHECK(usual.convergence.converged());
+    CHECK_THAT(usual.convergence.verdict, Contains("Fitted by focei, because lb found no result"));
+    const FittedModel focei = fit_model(emax, table, {.method = Method::kInteraction}).fit;
+    CHECK(usual.log_likelihood == focei.log_likelihood);
+  }
+  CHECK(replaced > 0);
 }

@@ -102,7 +102,8 @@ struct Bounds {
 };
 
 struct FitModelOptions {
-  std::optional<Method> method{};         ///< default_method unless given
+  /// Unless given: default_method, and focei where that is lb and finds no result.
+  std::optional<Method> method{};
   std::map<std::string, double> start{};  ///< by coefficient, optional
   /// An earlier fit of the same specification, or of that with a constant variance, to the same or
   /// other data, if given. The fit starts from its coefficients, covariance and variance parameters
