@@ -13,7 +13,6 @@
 #include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
-#include "mixed_effects/strata_start.hpp"
 #include "model/simpler_model.hpp"
 #include "variance/variance_kind.hpp"
 
@@ -271,15 +270,12 @@ LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,
                                             const MixedEffectsOptions& options) {
   const Persistence persistence = options.is_brief ? Persistence::kOnce : Persistence::kUntilFound;
   LindstromBatesSearch best = climb_lindstrom_bates(model, start, options, persistence);
-  const bool is_doubtful = !best.outcome.converged || is_doubtful_start(model, start);
+  const bool is_doubtful = !best.outcome.converged;
   std::vector<VectorXd> others = options.starts;
   std::erase_if(others, [&](const VectorXd& other) { return is_same_start(start, other); });
   if (!is_doubtful)
     std::erase_if(others,
                   [&](const VectorXd& other) { return has_same_curve(model, start, other); });
-  if (is_doubtful && !options.is_brief) {
-    if (const auto typical = start_of_strata(model, start)) others.push_back(*typical);
-  }
   for (const VectorXd& other : others) {
     LindstromBatesSearch found = climb_lindstrom_bates(model, other, options, persistence);
     if (is_better(found.outcome, best.outcome)) best = std::move(found);

@@ -19,9 +19,4 @@ inline constexpr std::string_view kExchangedOrigin = "a fit with exchanged terms
 std::vector<MixedEffectsFit> exchanged_fits(const NonlinearModel& model,
                                             const MixedEffectsFit& fit);
 
-/// The fit with the phase of one group half a period or a period away, for each of the groups with
-/// the largest random effects. The group's curve is the same, so that each fit is near another
-/// maximum of the likelihood.
-std::vector<MixedEffectsFit> shifted_fits(const NonlinearModel& model, const MixedEffectsFit& fit);
-
 }  // namespace silvafit::fit

@@ -187,15 +187,11 @@ void FixedPoints::compare() {
   if (is_settled()) return compare_with_smaller();
   start_from_failed();
   follow_to_maxima();
-  start_from_own_minima();
   if (!has_converged(candidates_)) search_longer();
-  start_from_exchanged();
   start_from_maxima();
   explore();
-  start_from_shifted();
   compare_with_smaller();
   follow_to_maxima();
-  finish_given_up();
   find_own_maximum();
 }
 
@@ -229,27 +225,6 @@ void FixedPoints::absorb(FixedPoints&& other) {
   highest_laplace_ = std::max(highest_laplace_, other.highest_laplace_);
   highest_first_order_ = std::max(highest_first_order_, other.highest_first_order_);
   rank();
-}
-
-/// Runs that stopped early above the best fixed point, often at a singular covariance, continue
-/// from there with independent random effects.
-void FixedPoints::finish_given_up() {
-  constexpr std::size_t kMost = 2;
-  const double best = best_of(candidates_).rank;
-  std::vector<Candidate> higher;
-  for (const Candidate& candidate : candidates_) {
-    if (!candidate.fit.convergence.converged() && candidate.rank > best) {
-      higher.push_back(candidate);
-    }
-  }
-  std::ranges::stable_sort(higher, std::ranges::greater(), &Candidate::rank);
-  higher.resize(std::min(kMost, higher.size()));
-  for (const Candidate& start : higher) {
-    if (budget_.is_spent()) return;
-    auto found = fixed_point_from(model_, with_independent_effects(start.fit));
-    if (found) add_candidate(candidates_, {.fit = *std::move(found), .origin = start.origin});
-  }
-  if (!higher.empty()) rank();
 }
 
 /// Runs from the maximum of the marginal likelihood near each of the best fixed points, then near
@@ -318,46 +293,6 @@ void FixedPoints::add_maximum(const MixedEffectsFit& maximum, Integration integr
   }
 }
 
-/// Runs with the groups' own minima around the best fixed point, again after a better one was
-/// found.
-void FixedPoints::start_from_own_minima() {
-  constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
-    const std::size_t known = candidates_.size();
-    const double before = best_of(candidates_).rank;
-    const auto start = start_at_own_minima(model_, best_of(candidates_).fit.estimate);
-    if (!start) return;
-    auto found = fixed_point_from(model_, *start);
-    if (found) {
-      add_candidate(candidates_, {.fit = *std::move(found), .origin = "own minima of groups"});
-    }
-    if (candidates_.size() == known) return;
-    rank();
-    follow_to_maxima();
-    if (!(best_of(candidates_).rank > before + kSlack)) return;
-  }
-}
-
-/// Phases of groups are angles, so that there is a maximum for each way to cut the circle.
-void FixedPoints::start_from_shifted() {
-  constexpr int kRounds = 5;
-  for (int round = 0; round < kRounds; ++round) {
-    const std::size_t known = candidates_.size();
-    const MixedEffectsFit best = best_of(candidates_).fit;
-    const double before = best_of(candidates_).rank;
-    for (const MixedEffectsFit& start : shifted_fits(model_, best)) {
-      if (budget_.is_spent()) break;
-      auto found = fixed_point_from(model_, start);
-      if (found) {
-        add_candidate(candidates_, {.fit = *std::move(found), .origin = "a shifted phase"});
-      }
-    }
-    if (candidates_.size() == known) return;
-    rank();
-    if (!(best_of(candidates_).rank > before + kSlack)) return;
-  }
-}
-
 /// A failed run from a pooled minimum ends anywhere. Searches of the first-order likelihood, which
 /// is bounded and smooth, begin at the minimum itself. They have a budget of their own.
 void FixedPoints::start_from_failed() {
@@ -402,20 +337,6 @@ void FixedPoints::start_from_maxima() {
   }
   rank();
   follow_to_maxima();
-}
-
-void FixedPoints::start_from_exchanged() {
-  const std::size_t known = candidates_.size();
-  const MixedEffectsFit best = best_of(candidates_).fit;
-  for (const MixedEffectsFit& start : exchanged_fits(model_, best)) {
-    if (budget_.is_spent()) break;
-    auto found = fixed_point_from(model_, start);
-    if (found) {
-      add_candidate(candidates_,
-                    {.fit = *std::move(found), .origin = std::string(kExchangedOrigin)});
-    }
-  }
-  if (candidates_.size() > known) rank();
 }
 
 SearchEvidence FixedPoints::evidence(const Candidate& best) const {

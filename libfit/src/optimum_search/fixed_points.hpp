@@ -70,16 +70,12 @@ class FixedPoints {
   /// From the first starting point, with all starts of the variance components.
   void search_longer();
   void explore();
-  void finish_given_up();
   void find_own_maximum();
   void follow_to_maxima();
   void follow_to_maximum(const MixedEffectsFit& start);
   void start_from_failed();
-  void start_from_own_minima();
-  void start_from_shifted();
   /// Notes a maximum of a marginal likelihood; a new one is a start.
   void add_maximum(const MixedEffectsFit& maximum, Integration integration);
-  void start_from_exchanged();
   void start_from_maxima();
   std::optional<MixedEffectsFit> fixed_point_from(const NonlinearModel& model,
                                                   const MixedEffectsFit& start);

@@ -254,56 +254,6 @@ TEST_CASE("phases of groups are angles") {
   const VectorXd phases = fits.front().own.row(2).transpose();
   CHECK(phases.maxCoeff() - phases.minCoeff() == Approx(1.7).margin(0.02));
   CHECK(std::remainder(fits.front().medians[2], 12.0) == Approx(0.0).margin(0.03));
-
-  MixedEffectsFit fit;
-  fit.estimate = Eigen::Vector3d(5.0, 2.0, 3.0);
-  fit.random.resize(1);
-  fit.random.front().effects = Eigen::RowVectorXd{{4.0, 0.5, -5.0, 1.0, 0.0, -1.5}};
-  const std::vector<MixedEffectsFit> shifted = shifted_fits(model, fit);
-  REQUIRE(shifted.size() == 2);  // groups more than a quarter of a period away, the farthest first
-  CHECK(shifted[0].random.front().effects(0, 2) == Approx(7.0));
-  CHECK(shifted[1].random.front().effects(0, 0) == Approx(-8.0));
-  CHECK(shifted[1].random.front().effects(0, 2) == -5.0);
-}
-
-TEST_CASE("groups find their own peaks where a search from the common one does not") {
-  // From the common place the slope is zero in groups whose peak is elsewhere.
-  constexpr double kPlaces[] = {1.5, 2.5, 3.5, 5.0, 6.5, 8.0, 9.0};
-  Table table;
-  TextColumn group;
-  std::vector<double> x;
-  std::vector<double> y;
-  for (const double place : kPlaces) {
-    for (int i = 0; i < 20; ++i) {
-      group.append(std::to_string(place));
-      x.push_back(0.25 + 0.5 * i);
-      y.push_back(1.0 + 10.0 * std::exp(-std::pow((x.back() - place) / 0.7, 2)) +
-                  0.01 * std::sin(7.0 * i));
-    }
-  }
-  table.set("g", group);
-  table.set("x", x);
-  table.set("y", y);
-  const char* const formula = "y ~ b + A*exp(-((x - m)/s)^2)";
-  const NonlinearModel model = bound(table, formula, "m | g");
-  const Eigen::Vector4d at(1.0, 10.0, 5.0, 0.7);  // b, A, m, s
-  const auto start = start_at_own_minima(model, at);
-  REQUIRE(start);
-  for (Index g = 0; g < model.group_count(); ++g) {
-    // The wave of 0.01 moves a peak of 10 by less than a thousandth of its width.
-    CHECK(start->estimate[2] + start->random.front().effects(0, g) ==
-          Approx(kPlaces[g]).margin(1e-3));
-  }
-  // Peaks near the common one are found by any search.
-  TextColumn near;
-  for (int i = 0; i < 20; ++i) near.append(std::to_string(i % 4));
-  Table middle;
-  middle.set("g", near);
-  middle.set("x", std::vector<double>(x.begin() + 60, x.begin() + 80));
-  middle.set("y", std::vector<double>(y.begin() + 60, y.begin() + 80));
-  CHECK_FALSE(start_at_own_minima(bound(middle, formula, "m | g"), at));
-  // The place has no random effects.
-  CHECK_FALSE(start_at_own_minima(bound(middle, formula, "A | g"), at));
 }
 
 TEST_CASE("start values never give a lower result") {
@@ -451,15 +401,6 @@ TEST_CASE("smaller structures omit each effect, and correlations") {
   CHECK(whole.random.back().effects.row(1).isZero());
   const MixedEffectsFit independent = reduced(fit, smaller[3]);
   CHECK(independent.random.back().covariance.isDiagonal());
-}
-
-TEST_CASE("a fit with independent effects keeps their variances") {
-  MixedEffectsFit fit;
-  fit.random.resize(1);
-  fit.random.back().covariance = Eigen::Matrix2d{{4.0, 1.0}, {1.0, 9.0}};
-  const MixedEffectsFit independent = with_independent_effects(fit);
-  CHECK(independent.random.back().covariance ==
-        Eigen::MatrixXd(Eigen::Matrix2d{{4.0, 0.0}, {0.0, 9.0}}));
 }
 
 TEST_CASE("the findings of a search are in the convergence message") {

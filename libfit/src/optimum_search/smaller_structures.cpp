@@ -78,14 +78,6 @@ std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model) {
   return result;
 }
 
-MixedEffectsFit with_independent_effects(const MixedEffectsFit& fit) {
-  MixedEffectsFit result = fit;
-  for (EstimatedEffects& term : result.random) {
-    term.covariance = MatrixXd(term.covariance.diagonal().asDiagonal());
-  }
-  return result;
-}
-
 MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller) {
   MixedEffectsFit result = fit;
   EstimatedEffects& term = smaller.is_outer ? result.random.front() : result.random.back();

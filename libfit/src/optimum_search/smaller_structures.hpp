@@ -24,9 +24,6 @@ struct SmallerStructure {
 /// diagonal covariance.
 std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model);
 
-/// A fit as a start with independent random effects.
-MixedEffectsFit with_independent_effects(const MixedEffectsFit& fit);
-
 /// A fit of the whole model as a start of the smaller one.
 MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller);
 

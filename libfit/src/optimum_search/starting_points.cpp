@@ -8,7 +8,6 @@
 
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
-#include "mixed_effects/strata_start.hpp"
 #include "optimum_search/group_fits.hpp"
 #include "optimum_search/search_verdict.hpp"
 #include "silvafit/base/error.hpp"
@@ -167,12 +166,8 @@ std::vector<StartingPoint> starting_points(const NonlinearModel& model,
   }
   if (!model.specification().random.empty()) {
     const NonlinearModel constants = model.pooled();
-    const std::vector<GroupFits> fits = fit_single_groups(model, constants, pooled.estimate);
-    for (const GroupFits& found : fits) collection.add_groups(constants, found);
-    if (fits.empty()) {
-      if (auto typical = start_of_strata(model, pooled.estimate)) {
-        collection.add(*std::move(typical), "medians of strata of groups");
-      }
+    for (const GroupFits& found : fit_single_groups(model, constants, pooled.estimate)) {
+      collection.add_groups(constants, found);
     }
   }
   add_solved_equation(model, collection);
