@@ -187,6 +187,7 @@ void FixedPoints::compare() {
   if (is_settled()) return compare_with_smaller();
   start_from_failed();
   follow_to_maxima();
+  start_from_own_minima();
   if (!has_converged(candidates_)) search_longer();
   start_from_maxima();
   explore();
@@ -290,6 +291,26 @@ void FixedPoints::add_maximum(const MixedEffectsFit& maximum, Integration integr
   if (!add_candidate(maxima_, {.fit = maximum})) return;
   if (auto found = fixed_point_from(model_, maximum)) {
     add_candidate(candidates_, {.fit = *std::move(found), .origin = std::string(kMaximumOrigin)});
+  }
+}
+
+/// Runs with the groups' own minima around the best fixed point, again after a better one was
+/// found.
+void FixedPoints::start_from_own_minima() {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds && !budget_.is_spent(); ++round) {
+    const std::size_t known = candidates_.size();
+    const double before = best_of(candidates_).rank;
+    const auto start = start_at_own_minima(model_, best_of(candidates_).fit.estimate);
+    if (!start) return;
+    auto found = fixed_point_from(model_, *start);
+    if (found) {
+      add_candidate(candidates_, {.fit = *std::move(found), .origin = "own minima of groups"});
+    }
+    if (candidates_.size() == known) return;
+    rank();
+    follow_to_maxima();
+    if (!(best_of(candidates_).rank > before + kSlack)) return;
   }
 }
 

@@ -77,6 +77,7 @@ class FixedPoints {
   /// Notes a maximum of a marginal likelihood; a new one is a start.
   void add_maximum(const MixedEffectsFit& maximum, Integration integration);
   void start_from_maxima();
+  void start_from_own_minima();
   std::optional<MixedEffectsFit> fixed_point_from(const NonlinearModel& model,
                                                   const MixedEffectsFit& start);
   std::optional<MixedEffectsFit> maximum_from(const MixedEffectsFit& start,

@@ -256,6 +256,46 @@ TEST_CASE("phases of groups are angles") {
   CHECK(std::remainder(fits.front().medians[2], 12.0) == Approx(0.0).margin(0.03));
 }
 
+TEST_CASE("groups find their own peaks where a search from the common one does not") {
+  // From the common place the slope is zero in groups whose peak is elsewhere.
+  constexpr double kPlaces[] = {1.5, 2.5, 3.5, 5.0, 6.5, 8.0, 9.0};
+  Table table;
+  TextColumn group;
+  std::vector<double> x;
+  std::vector<double> y;
+  for (const double place : kPlaces) {
+    for (int i = 0; i < 20; ++i) {
+      group.append(std::to_string(place));
+      x.push_back(0.25 + 0.5 * i);
+      y.push_back(1.0 + 10.0 * std::exp(-std::pow((x.back() - place) / 0.7, 2)) +
+                  0.01 * std::sin(7.0 * i));
+    }
+  }
+  table.set("g", group);
+  table.set("x", x);
+  table.set("y", y);
+  const char* const formula = "y ~ b + A*exp(-((x - m)/s)^2)";
+  const NonlinearModel model = bound(table, formula, "m | g");
+  const Eigen::Vector4d at(1.0, 10.0, 5.0, 0.7);  // b, A, m, s
+  const auto start = start_at_own_minima(model, at);
+  REQUIRE(start);
+  for (Index g = 0; g < model.group_count(); ++g) {
+    // The wave of 0.01 moves a peak of 10 by less than a thousandth of its width.
+    CHECK(start->estimate[2] + start->random.front().effects(0, g) ==
+          Approx(kPlaces[g]).margin(1e-3));
+  }
+  // Peaks near the common one are found by any search.
+  TextColumn near;
+  for (int i = 0; i < 20; ++i) near.append(std::to_string(i % 4));
+  Table middle;
+  middle.set("g", near);
+  middle.set("x", std::vector<double>(x.begin() + 60, x.begin() + 80));
+  middle.set("y", std::vector<double>(y.begin() + 60, y.begin() + 80));
+  CHECK_FALSE(start_at_own_minima(bound(middle, formula, "m | g"), at));
+  // The place has no random effects.
+  CHECK_FALSE(start_at_own_minima(bound(middle, formula, "A | g"), at));
+}
+
 TEST_CASE("start values never give a lower result") {
   // In the region of a lower maximum, and far from the data.
   const std::map<std::string, double> far{{"A1", 0.5}, {"l1", -1.4}, {"A2", 2.8}, {"l2", 0.8}};
