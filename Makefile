@@ -148,6 +148,7 @@ check-package: build
 # docs/python.md
 python-package: configure
 	@./scripts/install-dependencies packages-debian12-python.txt
+	@./scripts/install-dependencies packages-debian12-static.txt
 	@./scripts/python-package
 
 test-python: python-package

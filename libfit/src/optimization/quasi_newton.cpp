@@ -3,9 +3,6 @@
 
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
-#ifdef SILVAFIT_GLOG
-#include <glog/logging.h>
-#endif
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -15,6 +12,16 @@
 #include <optional>
 #include <utility>
 #include <vector>
+
+#ifdef __ELF__
+// Of glog, which is not linked everywhere.
+namespace fLI {
+[[gnu::weak]] extern int FLAGS_minloglevel;
+}
+namespace google {
+[[gnu::weak]] bool IsGoogleLoggingInitialized();
+}
+#endif
 
 namespace silvafit::fit {
 namespace {
@@ -26,10 +33,12 @@ using Eigen::VectorXd;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Ceres tells glog of steps that fail even where its own options ask for silence. A program that
-/// uses glog itself keeps its level.
+/// uses glog itself keeps its level; Ceres may also be built with a logging of its own.
 void silence_warnings() {
-#ifdef SILVAFIT_GLOG
-  if (!google::IsGoogleLoggingInitialized()) FLAGS_minloglevel = google::GLOG_FATAL;
+#ifdef __ELF__
+  constexpr int kFatal = 3;
+  if (&fLI::FLAGS_minloglevel == nullptr || google::IsGoogleLoggingInitialized()) return;
+  fLI::FLAGS_minloglevel = kFatal;
 #endif
 }
 
