@@ -36,9 +36,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// uses glog itself keeps its level; Ceres may also be built with a logging of its own.
 void silence_warnings() {
 #ifdef __ELF__
-  constexpr int kFatal = 3;
-  if (&fLI::FLAGS_minloglevel == nullptr || google::IsGoogleLoggingInitialized()) return;
-  fLI::FLAGS_minloglevel = kFatal;
+  [[maybe_unused]] static const bool is_done = [] {  // once, although there may be many threads
+    constexpr int kFatal = 3;
+    const bool is_ours =
+        &fLI::FLAGS_minloglevel != nullptr && !google::IsGoogleLoggingInitialized();
+    if (is_ours) fLI::FLAGS_minloglevel = kFatal;
+    return true;
+  }();
 #endif
 }
 

@@ -33,9 +33,11 @@ struct QuasiNewtonOptions {
   bool one_sided = false;
 };
 
-/// Newton steps whose Hessian starts as differences of the exact gradient (or as given) and is then
-/// kept by BFGS updates; |eigenvalues| are floored, so that each direction descends; Armijo
-/// halving.
+/// BFGS steps by ceres::GradientProblemSolver in the coordinates of the Cholesky factor of the
+/// first Hessian, which is given or consists of differences of the exact gradient; |eigenvalues|
+/// are floored, so that each direction descends. Newton steps follow where the value no longer
+/// resolves a decrease. A search that ends elsewhere starts again with a new Hessian.
+///
 /// \param hessian  start for the Hessian; empty: it is computed
 QuasiNewtonResult minimize(const SmoothFunction& function,
                            const Eigen::VectorXd& start,
