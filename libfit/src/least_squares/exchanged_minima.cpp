@@ -142,6 +142,20 @@ void shift_phases(const NonlinearModel& model, const VectorXd& minimum, SameMean
   }
 }
 
+/// Shifts of a phase by half periods that leave the mean unchanged, with a change of sign of
+/// another coefficient if necessary.
+std::vector<Exchange> phase_shifts(const NonlinearModel& model,
+                                   const VectorXd& coefficients,
+                                   const PhaseCoefficient& phase,
+                                   double half_periods) {
+  SameMean same(model, coefficients, {});
+  Exchange exchange = identity(coefficients.size());
+  exchange.offset[phase.coefficient] = 0.5 * half_periods * phase.period;
+  same.consider(exchange);
+  negate_each(std::move(exchange), same);
+  return std::move(same).found();
+}
+
 }  // namespace
 
 VectorXd Exchange::of(const VectorXd& coefficients) const {
@@ -203,18 +217,6 @@ VectorXd nearest_minimum(const NonlinearModel& model,
     result = point;
   }
   return result;
-}
-
-std::vector<Exchange> phase_shifts(const NonlinearModel& model,
-                                   const VectorXd& coefficients,
-                                   const PhaseCoefficient& phase,
-                                   double half_periods) {
-  SameMean same(model, coefficients, {});
-  Exchange exchange = identity(coefficients.size());
-  exchange.offset[phase.coefficient] = 0.5 * half_periods * phase.period;
-  same.consider(exchange);
-  negate_each(std::move(exchange), same);
-  return std::move(same).found();
 }
 
 VectorXd with_nearest_phases(const NonlinearModel& model,

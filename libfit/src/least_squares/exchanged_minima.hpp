@@ -53,13 +53,6 @@ Eigen::VectorXd with_nearest_phases(const NonlinearModel& model,
                                     const Eigen::VectorXd& coefficients,
                                     const Eigen::VectorXd& to);
 
-/// Shifts of a phase by half periods that leave the mean unchanged, with a change of sign of
-/// another coefficient if necessary.
-std::vector<Exchange> phase_shifts(const NonlinearModel& model,
-                                   const Eigen::VectorXd& coefficients,
-                                   const PhaseCoefficient& phase,
-                                   double half_periods);
-
 /// The same mean with the signs of other coefficients, as far as half periods of phases change
 /// them: -A*cos(x - t) is A*cos(x - t + pi). \param to  (p) coefficients with the signs
 Eigen::VectorXd with_signs_of(const NonlinearModel& model,

@@ -98,6 +98,12 @@ std::vector<Index> blocks_of(const NonlinearModel& model, const std::vector<std:
   return begin;
 }
 
+/// Without a method of its own a sample might be fitted by another one than the whole data.
+FitModelOptions by(Method method, FitModelOptions options) {
+  options.method = method;
+  return options;
+}
+
 class SharedFit {
  public:
   SharedFit(const ModelSpecification& specification,
@@ -106,7 +112,7 @@ class SharedFit {
       : options_(options),
         method_(options.method.value_or(default_method(specification))),
         integration_(shared_integration(method_)),
-        sample_fit_(fit_model(specification, data.sample, options).fit),
+        sample_fit_(fit_model(specification, data.sample, by(method_, options)).fit),
         sample_(specification, data.sample, options.threads, options.stop) {
     if (data.own && has_observations(specification, *data.own)) {
       own_.emplace(specification, *data.own, options.threads, options.stop);
