@@ -71,7 +71,7 @@ template <class DesignOf>
 bool ArrowFactor::compute_with(const DesignOf& design_of,
                                const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
                                double ridge) {
-  resize(design_of(0).outer.cols(), design_of(0).inner.cols(), curvatures.cols());
+  resize(design_of(0).shared, design_of(0).own(), curvatures.cols());
   product_ = 1.0;
   log_determinant_ = 0.0;
   smallest_pivot_ = std::numeric_limits<double>::infinity();
@@ -80,20 +80,22 @@ bool ArrowFactor::compute_with(const DesignOf& design_of,
   complement.diagonal().setConstant(1.0 + ridge);
   for (Index k = 0; k < m_; ++k) {
     const RandomDesign& design = design_of(k);
-    const SmallMatrix curvature = unpacked(curvatures.col(k).data(), design.inner.rows());
-    const SmallMatrix curved = curvature.lazyProduct(design.inner);
+    const SmallMatrix curvature = unpacked(curvatures.col(k).data(), design.joint.rows());
+    const auto own = design.joint.rightCols(q_);
+    const SmallMatrix curved = curvature.lazyProduct(own);
     Map block(group(k), q_, q_);
-    block = design.inner.transpose().lazyProduct(curved);
+    block = own.transpose().lazyProduct(curved);
     block.diagonal().array() += 1.0 + ridge;
     if (!factorize(group(k), q_, product_, log_determinant_, smallest_pivot_)) return false;
     if (s_ == 0) continue;
     Map coupling(group(k) + q_ * q_, s_, q_);
     Map solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
-    coupling = design.outer.transpose().lazyProduct(curved);
+    const auto shared = design.joint.leftCols(s_);
+    coupling = shared.transpose().lazyProduct(curved);
     solved = coupling.transpose();
     for (Index j = 0; j < s_; ++j) solve_factorized(group(k), q_, solved.col(j).data());
-    const SmallMatrix curved_outer = curvature.lazyProduct(design.outer);
-    complement += design.outer.transpose().lazyProduct(curved_outer);
+    const SmallMatrix curved_shared = curvature.lazyProduct(shared);
+    complement += shared.transpose().lazyProduct(curved_shared);
     complement -= coupling.lazyProduct(solved);
   }
   return factorize(group(m_), s_, product_, log_determinant_, smallest_pivot_);
@@ -115,7 +117,9 @@ bool ArrowFactor::compute(std::span<const RandomDesign* const> designs,
   return compute_with(own, curvatures, ridge);
 }
 
-void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const {
+void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> z) const {
+  auto u = z.head(s_);
+  Map v(z.data() + s_, q_, m_);
   for (Index k = 0; k < m_ && s_ > 0; ++k) {
     const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
     u -= solved.transpose().lazyProduct(v.col(k));
@@ -136,10 +140,10 @@ SmallMatrix ArrowFactor::inverse_block(Index k) const {
   inverse.bottomRightCorner(q_, q_) = own;
   if (s_ == 0) return inverse;
   const ConstMap solved(group(k) + q_ * q_ + s_ * q_, q_, s_);
-  SmallMatrix outer = SmallMatrix::Identity(s_, s_);
-  for (Index j = 0; j < s_; ++j) solve_factorized(group(m_), s_, outer.col(j).data());
-  const SmallMatrix cross = solved.lazyProduct(outer);
-  inverse.topLeftCorner(s_, s_) = outer;
+  SmallMatrix shared = SmallMatrix::Identity(s_, s_);
+  for (Index j = 0; j < s_; ++j) solve_factorized(group(m_), s_, shared.col(j).data());
+  const SmallMatrix cross = solved.lazyProduct(shared);
+  inverse.topLeftCorner(s_, s_) = shared;
   inverse.bottomLeftCorner(q_, s_) = -cross;
   inverse.topRightCorner(s_, q_) = -cross.transpose();
   inverse.bottomRightCorner(q_, q_) += cross.lazyProduct(solved.transpose());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The factorized Hessian of the random effects of one cluster.
+// The factorized Hessian of the random effects of one cluster of nested groups.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,15 +10,19 @@
 
 namespace silvafit::fit {
 
-/// How the spherical random effects of a cluster change the coefficients: those of group k of the
-/// cluster change by outer * u + inner * v_k. r coefficients are random in some grouping.
+/// How spherical random effects change the r coefficients that are random in some term: those of a
+/// group change by joint * (u, v), with v its q effects of the last term and u the s effects of the
+/// terms before it, which all groups of its cluster share.
 struct RandomDesign {
-  SmallMatrix outer{};  ///< (r x s) without a coarser grouping s = 0
-  SmallMatrix inner{};  ///< (r x q)
+  SmallMatrix joint{};       ///< (r x s + q)
+  Eigen::Index shared = 0;  ///< s
+
+  Eigen::Index own() const { return joint.cols() - shared; }  ///< q
 };
 
-/// The Cholesky factor of H = I + Lambda' A Lambda for (u, v_1 .. v_m). H is an arrow matrix, since
-/// groups of a cluster are connected only through u. With s = 0 it is block diagonal.
+/// The Cholesky factor of H = I + Lambda' A Lambda for (u, v_1 .. v_m) of a cluster, the order of
+/// EffectLayout. H is an arrow matrix, since groups of a cluster are connected only through u. With
+/// s = 0 it is block diagonal.
 ///
 /// The inner loop of marginal likelihoods: memory is reused, and matrices are multiplied element by
 /// element, because they are too small for other methods to be faster.
@@ -40,10 +44,9 @@ class ArrowFactor {
   /// The smallest pivot: the ratio of the information on an effect, given the data and the effects
   /// before it, to that of its own distribution (1 if the data have none).
   double smallest_pivot() const { return smallest_pivot_; }
-  /// Solves H (u, v) = right side, in place.
-  /// \param u  (s)
-  /// \param v  (q x m)
-  void solve(Eigen::Ref<Eigen::VectorXd> u, Eigen::Ref<Eigen::MatrixXd> v) const;
+  /// Solves H z = right side, in place.
+  /// \param z  (s + q m)
+  void solve(Eigen::Ref<Eigen::VectorXd> z) const;
   /// The block of H^-1 that belongs to (u, v_k), (s + q x s + q).
   SmallMatrix inverse_block(Eigen::Index k) const;
 

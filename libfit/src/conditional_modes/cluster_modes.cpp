@@ -33,10 +33,12 @@ constexpr Index kGapRows = 128;
 }  // namespace
 
 ClusterModes::ClusterModes(const NonlinearModel& model,
+                           const EffectLayout& layout,
                            const ObservationSums& sums,
                            Index first,
                            Index last)
     : model_(model),
+      layout_(layout),
       sums_(sums),
       first_(first),
       last_(last),
@@ -53,11 +55,9 @@ ClusterModes::ClusterModes(const NonlinearModel& model,
   weights_.held = weights_.own;
 }
 
-void ClusterModes::begin(const Modes& modes) {
-  outer_ = modes.outer.middleCols(first_, last_ - first_);
-  inner_ = modes.inner.middleCols(begin_, end_ - begin_);
-  outer_step_.resize(outer_.rows(), outer_.cols());
-  inner_step_.resize(inner_.rows(), inner_.cols());
+void ClusterModes::begin(const VectorXd& modes) {
+  z_ = modes.segment(layout_.begin(first_), layout_.begin(last_) - layout_.begin(first_));
+  step_.resize(z_.size());
   density_.resize(sums_.density_count(), end_ - begin_);
   for (Cluster& cluster : clusters_) {
     cluster.objective = std::numeric_limits<double>::infinity();
@@ -71,20 +71,19 @@ void ClusterModes::begin(const Modes& modes) {
   if (has_kinks_) accepted_ = density_;
 }
 
-void ClusterModes::end(Modes& modes) {
+void ClusterModes::end(VectorXd& modes) {
   // Sums of finished clusters may have been evaluated again, on one side of the kink.
   for (Index c = 0; c < cluster_count(); ++c) {
-    if (is_at_kink(c)) of_cluster(density_, c) = of_cluster(accepted_, c);
+    if (is_at_kink(c)) sums_of(density_, c) = sums_of(accepted_, c);
   }
-  modes.outer.middleCols(first_, last_ - first_) = outer_;
-  modes.inner.middleCols(begin_, end_ - begin_) = inner_;
+  modes.segment(layout_.begin(first_), z_.size()) = z_;
 }
 
 bool ClusterModes::search(const GroupPriors& priors,
-                          Modes& modes,
+                          VectorXd& modes,
                           MatrixXd& effects,
                           ObservationSums::Workspace& workspace,
-                          const Modes* known) {
+                          const VectorXd* known) {
   begin(modes);
   for (int step = 0; evaluate_open(priors, effects, workspace); ++step) {
     if (step == step_limit()) return false;
@@ -99,7 +98,7 @@ bool ClusterModes::search(const GroupPriors& priors,
 }
 
 void ClusterModes::search_each(const GroupPriors& priors,
-                               Modes& modes,
+                               VectorXd& modes,
                                MatrixXd& effects,
                                ObservationSums::Workspace& workspace) {
   begin(modes);
@@ -123,16 +122,10 @@ void ClusterModes::take(const MatrixXd& effects, ObservationSums::Workspace& wor
 }
 
 void ClusterModes::place_effects(const GroupPriors& priors, Index cluster, MatrixXd& effects) {
-  SmallVector shared;
-  const RandomDesign* shared_of = nullptr;
+  const auto z = of_cluster(z_, cluster);
   for (Index g = group_begin(cluster); g < group_begin(cluster + 1); ++g) {
-    const RandomDesign& design = priors.design(begin_ + g);
-    if (&design != shared_of && design.outer.cols() > 0) {
-      shared = design.outer.lazyProduct(outer_.col(cluster));
-      shared_of = &design;
-    }
-    effects.col(begin_ + g) = design.inner.lazyProduct(inner_.col(g));
-    if (design.outer.cols() > 0) effects.col(begin_ + g) += shared;
+    const SmallVector own = layout_.of_group(z, g - group_begin(cluster));
+    effects.col(begin_ + g) = priors.design(begin_ + g).joint.lazyProduct(own);
     if (priors.offsets() != nullptr) effects.col(begin_ + g) += priors.offsets()->col(begin_ + g);
   }
 }
@@ -162,11 +155,8 @@ bool ClusterModes::evaluate_open(const GroupPriors& priors,
 }
 
 double ClusterModes::objective_of(Index cluster) const {
-  double sum = 0.5 * outer_.col(cluster).squaredNorm();
-  for (Index g = group_begin(cluster); g < group_begin(cluster + 1); ++g) {
-    sum += density_(0, g) + 0.5 * inner_.col(g).squaredNorm();
-  }
-  return sum;
+  const double sum = density_.row(0).segment(group_begin(cluster), group_count(cluster)).sum();
+  return sum + 0.5 * of_cluster(z_, cluster).squaredNorm();
 }
 
 double ClusterModes::objective() const {
@@ -178,7 +168,7 @@ double ClusterModes::objective() const {
 int ClusterModes::step_limit() const { return has_kinks_ ? kKinkModeSteps : kModeSteps; }
 
 /// Accepts the trial modes if they are better, and proposes the next; else shortens the step.
-bool ClusterModes::advance(const GroupPriors& priors, Index c, const Modes* known) {
+bool ClusterModes::advance(const GroupPriors& priors, Index c, const VectorXd* known) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   const double reached = objective_of(c);
   const double rounding = 1e-13 * (1.0 + std::abs(cluster.objective));
@@ -210,7 +200,7 @@ bool ClusterModes::advance(const GroupPriors& priors, Index c, const Modes* know
     if (sums_.holds_weights()) accept_weights(c);
   }
   if (!propose(priors, c)) return false;
-  if (has_kinks_) of_cluster(accepted_, c) = of_cluster(density_, c);
+  if (has_kinks_) sums_of(accepted_, c) = sums_of(density_, c);
   const bool is_rounding =
       cluster.decrement < kRoundedDecrement && cluster.decrement >= 0.25 * last;
   cluster.is_known = known != nullptr && leads_to(*known, c);
@@ -233,23 +223,14 @@ bool ClusterModes::advance(const GroupPriors& priors, Index c, const Modes* know
 /// subgradient of bundle methods; Kiwiel 1983, Math. Program. 27: 320-341).
 bool ClusterModes::mix_sides(const GroupPriors& priors, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
-  auto here = of_cluster(density_, c);
-  const auto kept = of_cluster(accepted_, c);
+  auto here = sums_of(density_, c);
+  const auto kept = sums_of(accepted_, c);
   const MatrixXd change = here - kept;
-  VectorXd outer = VectorXd::Zero(outer_.rows());
-  MatrixXd inner(inner_.rows(), change.cols());
-  for (Index k = 0; k < change.cols(); ++k) {
-    const RandomDesign& design = priors.design(begin_ + group_begin(c) + k);
-    const auto slope = change.col(k).segment(1, r_);
-    inner.col(k) = design.inner.transpose().lazyProduct(slope);
-    if (outer.size() > 0) outer += design.outer.transpose().lazyProduct(slope);
-  }
-  const VectorXd outer_change = outer;
-  const MatrixXd inner_change = inner;
-  cluster.hessian.solve(outer, inner);
-  const double across = outer_change.dot(outer_step_.col(c)) +
-                        inner_change.cwiseProduct(of_cluster(inner_step_, c)).sum();
-  const double square = outer_change.dot(outer) + inner_change.cwiseProduct(inner).sum();
+  const VectorXd slope = by_effects(priors, c, change.middleRows(1, r_));
+  VectorXd solution = slope;
+  cluster.hessian.solve(solution);
+  const double across = slope.dot(of_cluster(step_, c));
+  const double square = slope.dot(solution);
   const double share = std::min(across / square, 1.0);
   here = kept;
   if (!(share > 0.0)) return false;
@@ -263,55 +244,52 @@ void ClusterModes::accept_weights(Index c) {
   const Index from = model_.group_begin(begin_ + group_begin(c)) - weights_.first_row;
   const Index to = model_.group_begin(begin_ + group_begin(c + 1)) - weights_.first_row;
   weights_.held.segment(from, to - from) = weights_.own.segment(from, to - from);
-  auto of_cluster = density_.middleCols(group_begin(c), group_count(c));
-  of_cluster.row(0) = of_cluster.row(density_.rows() - 1);
+  auto sums = sums_of(density_, c);
+  sums.row(0) = sums.row(density_.rows() - 1);
   clusters_[static_cast<std::size_t>(c)].objective = objective_of(c);
 }
 
 /// Whether the next step leads almost straight to a known mode nearby.
-bool ClusterModes::leads_to(const Modes& known, Index c) const {
+bool ClusterModes::leads_to(const VectorXd& known, Index c) const {
   constexpr double kNear = 1.0;  // squared standard deviation
   constexpr double kShare = 0.05;
   if (!(clusters_[static_cast<std::size_t>(c)].decrement < kNear)) return false;
-  const Index groups = group_count(c);
-  const auto inner = inner_.middleCols(group_begin(c), groups);
-  const auto inner_step = inner_step_.middleCols(group_begin(c), groups);
-  const auto known_inner = known.inner.middleCols(begin_ + group_begin(c), groups);
-  double before = (inner - known_inner).squaredNorm();
-  double after = (inner + inner_step - known_inner).squaredNorm();
-  if (outer_.rows() > 0) {
-    const auto known_outer = known.outer.col(first_ + c);
-    before += (outer_.col(c) - known_outer).squaredNorm();
-    after += (outer_.col(c) + outer_step_.col(c) - known_outer).squaredNorm();
-  }
+  const VectorXd away = of_cluster(z_, c) -
+                        known.segment(layout_.begin(first_ + c), of_cluster(z_, c).size());
+  const double before = away.squaredNorm();
+  const double after = (away + of_cluster(step_, c)).squaredNorm();
   return after <= kShare * kShare * before;
 }
 
 void ClusterModes::move(Index c, double length) {
-  outer_.col(c) += length * outer_step_.col(c);
-  const Index groups = group_count(c);
-  inner_.middleCols(group_begin(c), groups) +=
-      length * inner_step_.middleCols(group_begin(c), groups);
+  of_cluster(z_, c) += length * of_cluster(step_, c);
+}
+
+/// Slopes by a cluster's effects from those by the coefficients of its groups.
+/// \param slopes  (r x groups)
+VectorXd ClusterModes::by_effects(const GroupPriors& priors,
+                                  Index c,
+                                  const Eigen::Ref<const MatrixXd>& slopes) const {
+  VectorXd result = VectorXd::Zero(of_cluster(z_, c).size());
+  for (Index k = 0; k < slopes.cols(); ++k) {
+    const SmallMatrix& joint = priors.design(begin_ + group_begin(c) + k).joint;
+    const SmallVector own = joint.transpose().lazyProduct(slopes.col(k));
+    layout_.add_to_group(result, k, own);
+  }
+  return result;
 }
 
 /// The Newton step from the current modes.
 bool ClusterModes::propose(const GroupPriors& priors, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   if (!factorize(priors, c)) return false;
-  auto outer = outer_step_.col(c);
-  auto inner = inner_step_.middleCols(group_begin(c), group_count(c));
-  outer = -outer_.col(c);
-  for (Index k = 0; k < inner.cols(); ++k) {
-    const Index g = group_begin(c) + k;
-    const RandomDesign& design = priors.design(begin_ + g);
-    inner.col(k) = -inner_.col(g) - design.inner.transpose().lazyProduct(slope(g));
-    if (outer.size() > 0) outer -= design.outer.transpose().lazyProduct(slope(g));
-  }
-  // The decrement is the product of the step with the right side, which the solution overwrites.
-  const SmallVector outer_right = outer;
-  right_ = inner;
-  cluster.hessian.solve(outer, inner);
-  cluster.decrement = outer_right.dot(outer) + right_.cwiseProduct(inner).sum();
+  const VectorXd right =
+      -of_cluster(z_, c) -
+      by_effects(priors, c, density_.block(1, group_begin(c), r_, group_count(c)));
+  auto step = of_cluster(step_, c);
+  step = right;
+  cluster.hessian.solve(step);
+  cluster.decrement = right.dot(step);
   return std::isfinite(cluster.decrement);
 }
 

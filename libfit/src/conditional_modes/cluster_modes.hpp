@@ -5,42 +5,38 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "conditional_modes/effect_layout.hpp"
 #include "conditional_modes/group_priors.hpp"
 #include "conditional_modes/observation_sums.hpp"
 
 namespace silvafit::fit {
 
-/// Modes of the independent standard normal effects of which the random effects are composed.
-struct Modes {
-  Eigen::MatrixXd outer{};  ///< (s x C)
-  Eigen::MatrixXd inner{};  ///< (q x G)
-};
-
-/// Spherical random effects of consecutive clusters, and Newton's search for their modes: the
-/// minimum of sum rho + |u|^2/2 + sum |v_k|^2/2 of each cluster; with held weights, the point where
-/// its slope is zero at the weights of the point itself. Memory is kept between searches.
+/// Spherical random effects z of consecutive clusters, independent standard normal, and Newton's
+/// search for their modes: the minimum of sum rho + |z|^2/2 of each cluster; with held weights, the
+/// point where its slope is zero at the weights of the point itself. Memory is kept between searches.
 class ClusterModes {
  public:
   /// Clusters [first, last) of the model.
   ClusterModes(const NonlinearModel& model,
+               const EffectLayout& layout,
                const ObservationSums& sums,
                Eigen::Index first,
                Eigen::Index last);
 
   /// Searches from given modes.
-  /// \param modes    of the model, in: starts; out: modes
+  /// \param modes    (layout) of the model, in: starts; out: modes
   /// \param effects  (r x G), out: changes of the coefficients of each group
-  /// \param known    modes of the model, or null: a search that comes near them ends there; others
-  /// only have to be distinguished from them
+  /// \param known    (layout) modes of the model, or null: a search that comes near them ends there;
+  /// others only have to be distinguished from them
   /// \returns false if the search of a cluster failed, which ends the others
   bool search(const GroupPriors& priors,
-              Modes& modes,
+              Eigen::VectorXd& modes,
               Eigen::MatrixXd& effects,
               ObservationSums::Workspace& workspace,
-              const Modes* known = nullptr);
+              const Eigen::VectorXd* known = nullptr);
   /// The same for each cluster separately; is_found() tells whether its search succeeded.
   void search_each(const GroupPriors& priors,
-                   Modes& modes,
+                   Eigen::VectorXd& modes,
                    Eigen::MatrixXd& effects,
                    ObservationSums::Workspace& workspace);
   /// Uses given effects as the modes; without the standard normal effects that they consist of.
@@ -82,10 +78,19 @@ class ClusterModes {
   bool is_at_kink(Eigen::Index cluster) const {
     return clusters_[static_cast<std::size_t>(cluster)].is_at_kink;
   }
-  auto outer(Eigen::Index cluster) const { return outer_.col(cluster); }  ///< (s) u
-  auto inner(Eigen::Index group) const { return inner_.col(group); }      ///< (q) v_k
-  const Eigen::MatrixXd& outer() const { return outer_; }
-  const Eigen::MatrixXd& inner() const { return inner_; }
+  /// The modes of all clusters, from layout().begin(first_cluster()) on.
+  const Eigen::VectorXd& modes() const { return z_; }
+  const EffectLayout& layout() const { return layout_; }
+  /// Number of effects of a cluster.
+  Eigen::Index size_of(Eigen::Index cluster) const {
+    return layout_.begin(first_ + cluster + 1) - layout_.begin(first_ + cluster);
+  }
+  /// The part of a vector of these clusters' effects that belongs to a cluster.
+  template <typename Vector>
+  auto of_cluster(Vector&& effects, Eigen::Index cluster) const {
+    const Eigen::Index begin = layout_.begin(first_ + cluster) - layout_.begin(first_);
+    return effects.segment(begin, size_of(cluster));
+  }
   /// The sums of density terms at the modes, one column a group.
   const Eigen::MatrixXd& density() const { return density_; }
   /// (r) d rho / d b, summed over a group
@@ -115,27 +120,31 @@ class ClusterModes {
     bool is_at_kink = false;
     ArrowFactor hessian{};
   };
-  void begin(const Modes& modes);
-  void end(Modes& modes);
+  void begin(const Eigen::VectorXd& modes);
+  void end(Eigen::VectorXd& modes);
   bool evaluate_open(const GroupPriors& priors,
                      Eigen::MatrixXd& effects,
                      ObservationSums::Workspace& workspace);
   void place_effects(const GroupPriors& priors, Eigen::Index cluster, Eigen::MatrixXd& effects);
-  bool advance(const GroupPriors& priors, Eigen::Index cluster, const Modes* known);
+  bool advance(const GroupPriors& priors, Eigen::Index cluster, const Eigen::VectorXd* known);
   int step_limit() const;
   bool mix_sides(const GroupPriors& priors, Eigen::Index cluster);
   void accept_weights(Eigen::Index cluster);
   HeldWeights* weights() { return sums_.holds_weights() ? &weights_ : nullptr; }
-  bool leads_to(const Modes& known, Eigen::Index cluster) const;
+  bool leads_to(const Eigen::VectorXd& known, Eigen::Index cluster) const;
   bool propose(const GroupPriors& priors, Eigen::Index cluster);
   bool factorize(const GroupPriors& priors, Eigen::Index cluster);
-  auto of_cluster(Eigen::MatrixXd& sums, Eigen::Index cluster) const {
+  auto sums_of(Eigen::MatrixXd& sums, Eigen::Index cluster) const {
     return sums.middleCols(group_begin(cluster), group_count(cluster));
   }
+  Eigen::VectorXd by_effects(const GroupPriors& priors,
+                             Eigen::Index cluster,
+                             const Eigen::Ref<const Eigen::MatrixXd>& slopes) const;
   void move(Eigen::Index cluster, double length);
   double objective_of(Eigen::Index cluster) const;
 
   const NonlinearModel& model_;
+  const EffectLayout& layout_;
   const ObservationSums& sums_;
   Eigen::Index first_;
   Eigen::Index last_;
@@ -144,15 +153,12 @@ class ClusterModes {
   Eigen::Index r_;
   Eigen::Index triangle_;
   std::vector<Cluster> clusters_;
-  Eigen::MatrixXd outer_;
-  Eigen::MatrixXd inner_;
-  Eigen::MatrixXd outer_step_;
-  Eigen::MatrixXd inner_step_;
+  Eigen::VectorXd z_;
+  Eigen::VectorXd step_;
   Eigen::MatrixXd density_;  ///< sums of density terms, one column a group
   Eigen::MatrixXd trial_;
   bool has_kinks_ = false;
   Eigen::MatrixXd accepted_;  ///< density_ at the points reached, if the formula has kinks
-  Eigen::MatrixXd right_;     ///< of a Newton system
   HeldWeights weights_;
 };
 

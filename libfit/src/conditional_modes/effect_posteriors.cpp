@@ -8,8 +8,8 @@
 #include "model/covariance_factor.hpp"
 #include "model/variance_weights.hpp"
 #include "result/earlier_fit.hpp"
+#include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
-#include "result/nested_effects.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/parallel.hpp"
 
@@ -30,29 +30,33 @@ Curvature curvature_of(Method method) {
   return method == Method::kFirstOrder ? Curvature::kFirstOrder : Curvature::kExpected;
 }
 
-RandomDesign design_of(const EffectRoots& roots, const RandomPlaces& places) {
-  RandomDesign design{.outer = SmallMatrix::Zero(places.r(), places.s()),
-                      .inner = SmallMatrix::Zero(places.r(), places.q())};
-  add_placed(roots.outer, places.outer_rows, design.outer);
-  add_placed(roots.coupling, places.inner_rows, design.outer);
-  add_placed(roots.inner, places.inner_rows, design.inner);
+RandomDesign design_of(const MatrixXd& root, const RandomPlaces& places) {
+  RandomDesign design{.joint = SmallMatrix::Zero(places.r(), root.cols()),
+                      .shared = root.cols() - places.q(places.terms.size() - 1)};
+  Index row = 0;
+  for (const std::vector<Index>& rows : places.rows) {
+    const auto count = static_cast<Index>(rows.size());
+    add_placed(root.middleRows(row, count), rows, 0, design.joint);
+    row += count;
+  }
   return design;
 }
 
-EffectPosteriors empty_posteriors(const NonlinearModel& model, const RandomPlaces& places) {
-  const Index s = places.s();
-  const Index q = places.q();
+std::vector<EffectPosterior> empty_posteriors(const NonlinearModel& model,
+                                              const RandomPlaces& places) {
   const Index p = model.coefficient_count();
-  const Index groups = model.group_count();
-  const Index clusters = s > 0 ? model.cluster_count() : 0;
-  EffectPosteriors result;
-  result.inner.setConstant(q, groups, kNaN);
-  result.inner_uncertainty = {.covariances = MatrixXd::Constant(q * q, groups, kNaN),
-                              .sensitivities = MatrixXd::Constant(q * p, groups, kNaN),
-                              .cross_covariances = MatrixXd::Constant(q * s, groups, kNaN)};
-  result.outer.setConstant(s, clusters, kNaN);
-  result.outer_uncertainty = {.covariances = MatrixXd::Constant(s * s, clusters, kNaN),
-                              .sensitivities = MatrixXd::Constant(s * p, clusters, kNaN)};
+  std::vector<EffectPosterior> result;
+  Index before = 0;
+  for (std::size_t t = 0; t < places.terms.size(); ++t) {
+    const Index q = places.q(t);
+    const Index groups = model.group_count(t);
+    result.push_back(
+        {.effects = MatrixXd::Constant(q, groups, kNaN),
+         .uncertainty = {.covariances = MatrixXd::Constant(q * q, groups, kNaN),
+                         .sensitivities = MatrixXd::Constant(q * p, groups, kNaN),
+                         .cross_covariances = MatrixXd::Constant(q * before, groups, kNaN)}});
+    before += q;
+  }
   return result;
 }
 
@@ -61,9 +65,17 @@ struct Setting {
   const NonlinearModel& model;
   const EffectPriors& priors;
   const RandomPlaces& places;
+  const EffectLayout& layout;
   const ObservationSums& sums;
   const GroupPriors& designs;
   bool is_linearized = false;  ///< conditional covariances are those of the linearized model
+};
+
+/// A group of the model.
+struct GroupPlace {
+  Index cluster = 0;
+  Index group = 0;      ///< among all groups
+  Index in_cluster = 0;  ///< its number in the cluster
 };
 
 /// The uncertainty of the effects of consecutive clusters given the data, once the modes are known.
@@ -72,11 +84,12 @@ class BlockPosteriors {
   BlockPosteriors(const Setting& shared, const ClusterModes& modes)
       : shared_(shared), modes_(modes) {}
 
-  /// \param effects  (r x G) the modes
+  /// \param effects    (r x G) the modes
+  /// \param spherical  (layout) the same
   void describe(const MatrixXd& effects,
-                const Modes& spherical,
+                const VectorXd& spherical,
                 ObservationSums::Workspace& workspace,
-                EffectPosteriors& result) {
+                std::vector<EffectPosterior>& result) {
     shared_.sums.mixed(modes_.first_group(), modes_.end_group(), effects, mixed_, workspace);
     for (Index c = 0; c < modes_.cluster_count(); ++c) {
       if (modes_.is_found(c)) describe_cluster(c, spherical, result);
@@ -104,107 +117,107 @@ class BlockPosteriors {
     return result;
   }
 
+  /// The column of a group in matrices of a term.
+  Index column(std::size_t term, const GroupPlace& at) const {
+    return term + 1 == shared_.layout.terms() ? at.group : at.cluster;
+  }
+
+  /// (s + q x columns) numbers of all terms that belong to a group.
+  /// \param of_terms  (q columns x groups) of each term
+  MatrixXd joint(const std::vector<MatrixXd>& of_terms, const GroupPlace& at, Index columns) const {
+    MatrixXd result(shared_.layout.joint_count(), columns);
+    Index row = 0;
+    for (std::size_t t = 0; t < of_terms.size(); ++t) {
+      const Index q = shared_.layout.count(t);
+      result.middleRows(row, q) = of_terms[t].col(column(t, at)).reshaped(q, columns);
+      row += q;
+    }
+    return result;
+  }
+
   /// (r x p) the derivatives of the means of a group's prior by the coefficients.
-  MatrixXd shift_of(Index cluster, Index group) const {
-    const RandomPlaces& places = shared_.places;
+  MatrixXd shift_of(const GroupPlace& at) const {
     const Index p = shared_.model.coefficient_count();
-    MatrixXd shift = MatrixXd::Zero(places.r(), p);
-    const MatrixXd own = shared_.priors.inner_slope.col(group).reshaped(places.q(), p);
-    for (Index i = 0; i < places.q(); ++i) shift.row(places.inner_rows[i]) += own.row(i);
-    if (places.s() == 0) return shift;
-    const MatrixXd of = shared_.priors.outer_slope.col(cluster).reshaped(places.s(), p);
-    for (Index i = 0; i < places.s(); ++i) shift.row(places.outer_rows[i]) += of.row(i);
+    MatrixXd shift = MatrixXd::Zero(shared_.places.r(), p);
+    for (std::size_t t = 0; t < shared_.priors.slopes.size(); ++t) {
+      const auto own = shared_.priors.slopes[t].col(column(t, at));
+      shift(shared_.places.rows[t], Eigen::all) += own.reshaped(shared_.layout.count(t), p);
+    }
     return shift;
   }
 
-  /// d z / d beta' of a cluster, a column a coefficient: (s x p) and (q m x p).
-  void follow(Index c, MatrixXd& outer, MatrixXd& inner) {
-    const Index r = shared_.places.r();
-    const Index q = shared_.places.q();
-    const Index s = shared_.places.s();
+  /// (size x p) d z / d beta' of a cluster; NaN where it is not known.
+  MatrixXd follow(Index c) {
+    const EffectLayout& layout = shared_.layout;
     const Index p = shared_.model.coefficient_count();
-    const Index groups = modes_.group_count(c);
-    outer.setZero(s, p);
-    inner.setZero(q * groups, p);
-    for (Index k = 0; k < groups; ++k) {
-      const Index g = modes_.group_begin(c) + k;
-      const RandomDesign& design = shared_.designs.design(modes_.first_group() + g);
+    MatrixXd result = MatrixXd::Zero(modes_.size_of(c), p);
+    for (Index k = 0; k < modes_.group_count(c); ++k) {
+      const GroupPlace at = place(c, k);
       const VectorXd triangle = modes_.curvatures(c).col(k);
-      const SmallMatrix curvature = unpacked(triangle.data(), r);
-      MatrixXd change = by_coefficients(g, curvature);
-      if (shared_.priors.inner_slope.size() > 0) {
-        change += curvature * shift_of(modes_.first_cluster() + c, modes_.first_group() + g);
-      }
-      inner.middleRows(q * k, q) = -design.inner.transpose() * change;
-      if (s > 0) outer -= design.outer.transpose() * change;
+      const SmallMatrix curvature = unpacked(triangle.data(), shared_.places.r());
+      MatrixXd change = by_coefficients(modes_.group_begin(c) + k, curvature);
+      if (!shared_.priors.slopes.empty()) change += curvature * shift_of(at);
+      const MatrixXd by_effects = -shared_.designs.design(at.group).joint.transpose() * change;
+      for (Index j = 0; j < p; ++j) layout.add_to_group(result.col(j), k, by_effects.col(j));
     }
     if (!factorize(c, true) && !factorize(c, false)) {
-      inner.setConstant(kNaN);
-      return;
+      result.setConstant(kNaN);
+      return result;
     }
-    VectorXd u;
-    MatrixXd v;
-    for (Index j = 0; j < p; ++j) {
-      u = outer.col(j);
-      v = inner.col(j).reshaped(q, groups);
-      factor_.solve(u, v);
-      outer.col(j) = u;
-      inner.col(j) = v.reshaped();
-    }
+    for (Index j = 0; j < p; ++j) factor_.solve(result.col(j));
+    return result;
   }
 
-  void describe_cluster(Index c, const Modes& spherical, EffectPosteriors& result) {
-    MatrixXd by_outer;
-    MatrixXd by_inner;
-    follow(c, by_outer, by_inner);
+  GroupPlace place(Index c, Index k) const {
+    return {.cluster = modes_.first_cluster() + c,
+            .group = modes_.first_group() + modes_.group_begin(c) + k,
+            .in_cluster = k};
+  }
+
+  void describe_cluster(Index c, const VectorXd& spherical, std::vector<EffectPosterior>& result) {
+    const MatrixXd by_beta = follow(c);
     const bool is_exact = !shared_.is_linearized && factorize(c, true);
     if (!is_exact && !factorize(c, false)) return;
-    const Index q = shared_.places.q();
+    const VectorXd z =
+        spherical.segment(shared_.layout.begin(modes_.first_cluster() + c), modes_.size_of(c));
     for (Index k = 0; k < modes_.group_count(c); ++k) {
-      const MatrixXd own = by_inner.middleRows(q * k, q);
-      describe_group(c, k, by_outer, own, spherical, result);
+      describe_group(place(c, k), by_beta, z, result);
     }
   }
 
-  void describe_group(Index c,
-                      Index k,
-                      const MatrixXd& by_outer,
-                      const MatrixXd& by_inner,
-                      const Modes& spherical,
-                      EffectPosteriors& result) const {
-    const Index s = shared_.places.s();
-    const Index q = shared_.places.q();
-    const Index g = modes_.first_group() + modes_.group_begin(c) + k;
+  /// \param by_beta  (size x p) derivatives of the effects of the group's cluster
+  /// \param z        (size) these effects
+  void describe_group(const GroupPlace& at,
+                      const MatrixXd& by_beta,
+                      const VectorXd& z,
+                      std::vector<EffectPosterior>& result) const {
+    const EffectLayout& layout = shared_.layout;
     const EffectPriors& priors = shared_.priors;
-    const EffectRoots& roots =
-        priors.roots[static_cast<std::size_t>(priors.roots_of[static_cast<std::size_t>(g)])];
-    MatrixXd transform = MatrixXd::Zero(s + q, s + q);
-    transform.topLeftCorner(s, s) = roots.outer;
-    if (s > 0) transform.bottomLeftCorner(q, s) = roots.coupling;
-    transform.bottomRightCorner(q, q) = roots.inner;
-    const MatrixXd inverse = factor_.inverse_block(k);
-    const MatrixXd covariance = transform * inverse * transform.transpose();
-    result.inner_uncertainty.covariances.col(g) = covariance.bottomRightCorner(q, q).reshaped();
-    MatrixXd slope = roots.inner * by_inner;
-    if (s > 0) slope += roots.coupling * by_outer;
-    if (priors.inner_slope.size() > 0) {
-      slope += priors.inner_slope.col(g).reshaped(slope.rows(), slope.cols());
+    const MatrixXd& root = priors.roots[static_cast<std::size_t>(
+        priors.roots_of[static_cast<std::size_t>(at.group)])];
+    const MatrixXd covariance = root * factor_.inverse_block(at.in_cluster) * root.transpose();
+    MatrixXd own(layout.joint_count(), by_beta.cols());
+    for (Index j = 0; j < own.cols(); ++j) {
+      own.col(j) = layout.of_group(by_beta.col(j), at.in_cluster);
     }
-    result.inner_uncertainty.sensitivities.col(g) = slope.reshaped();
-    result.inner.col(g) = priors.inner_mean.col(g) + roots.inner * spherical.inner.col(g);
-    if (s == 0) return;
-    const Index of = modes_.first_cluster() + c;
-    result.inner.col(g) += roots.coupling * spherical.outer.col(of);
-    result.inner_uncertainty.cross_covariances.col(g) =
-        covariance.bottomLeftCorner(q, s).reshaped();
-    if (k > 0) return;
-    result.outer.col(of) = priors.outer_mean.col(of) + roots.outer * spherical.outer.col(of);
-    result.outer_uncertainty.covariances.col(of) = covariance.topLeftCorner(s, s).reshaped();
-    MatrixXd outer_slope = roots.outer * by_outer;
-    if (priors.outer_slope.size() > 0) {
-      outer_slope += priors.outer_slope.col(of).reshaped(s, by_outer.cols());
+    MatrixXd slope = root * own;
+    if (!priors.slopes.empty()) slope += joint(priors.slopes, at, slope.cols());
+    const VectorXd effects =
+        joint(priors.means, at, 1) + root * layout.of_group(z, at.in_cluster);
+    Index row = 0;
+    for (std::size_t t = 0; t < result.size(); ++t) {
+      const Index q = layout.count(t);
+      const Index k = column(t, at);
+      EffectUncertainty& of = result[t].uncertainty;
+      const bool is_last = t + 1 == result.size();
+      if (is_last || at.in_cluster == 0) {
+        result[t].effects.col(k) = effects.segment(row, q);
+        of.covariances.col(k) = covariance.block(row, row, q, q).reshaped();
+        of.sensitivities.col(k) = slope.middleRows(row, q).reshaped();
+        of.cross_covariances.col(k) = covariance.block(row, 0, q, row).reshaped();
+      }
+      row += q;
     }
-    result.outer_uncertainty.sensitivities.col(of) = outer_slope.reshaped();
   }
 
   const Setting& shared_;
@@ -235,43 +248,41 @@ std::vector<Index> blocks_of(const NonlinearModel& model) {
 }
 
 /// \param known  (r x G) effects that are used as the solution, or null to search
-EffectPosteriors run(const NonlinearModel& model,
-                     const FittedModel& fit,
-                     const EffectPriors& priors,
-                     unsigned threads,
-                     const MatrixXd* known,
-                     const std::vector<Index>& blocks,
-                     std::vector<double> typical = {}) {
+std::vector<EffectPosterior> run(const NonlinearModel& model,
+                                 const FittedModel& fit,
+                                 const EffectPriors& priors,
+                                 unsigned threads,
+                                 const MatrixXd* known,
+                                 const std::vector<Index>& blocks,
+                                 std::vector<double> typical = {}) {
   const RandomPlaces places(model);
+  const EffectLayout layout(model);
   VarianceData data = VarianceData::of(model);
   data.typical = std::move(typical);
   const VarianceModel variance(model.specification().variance, std::move(data));
   ObservationSums sums(model, variance, curvature_of(fit.method), places.all, false);
   sums.set_point(point_of(model, variance, fit));
   std::vector<RandomDesign> designs;
-  for (const EffectRoots& roots : priors.roots) designs.push_back(design_of(roots, places));
+  for (const MatrixXd& root : priors.roots) designs.push_back(design_of(root, places));
   std::vector<const RandomDesign*> of_groups;
   for (const Index of : priors.roots_of)
     of_groups.push_back(&designs[static_cast<std::size_t>(of)]);
   MatrixXd offsets = MatrixXd::Zero(places.r(), model.group_count());
-  add_group_effects(model,
-                    {.rows = places.inner_rows, .effects = priors.inner_mean},
-                    {.rows = places.outer_rows, .effects = priors.outer_mean},
-                    offsets);
+  add_group_effects(model, places.rows, priors.means, offsets);
   const GroupPriors group_priors(std::move(of_groups), offsets);
   const Setting shared{.model = model,
                        .priors = priors,
                        .places = places,
+                       .layout = layout,
                        .sums = sums,
                        .designs = group_priors,
                        .is_linearized = fit.method == Method::kLindstromBates};
-  EffectPosteriors result = empty_posteriors(model, places);
-  Modes spherical{.outer = MatrixXd::Zero(places.s(), model.cluster_count()),
-                  .inner = MatrixXd::Zero(places.q(), model.group_count())};
+  std::vector<EffectPosterior> result = empty_posteriors(model, places);
+  VectorXd spherical = VectorXd::Zero(layout.size());
   MatrixXd effects = known != nullptr ? *known : MatrixXd(places.r(), model.group_count());
   parallel_for(blocks.size() - 1, threads, [&](std::size_t b) {
     ObservationSums::Workspace workspace;
-    ClusterModes modes(model, sums, blocks[b], blocks[b + 1]);
+    ClusterModes modes(model, layout, sums, blocks[b], blocks[b + 1]);
     if (known != nullptr) {
       modes.take(effects, workspace);
     } else {
@@ -285,39 +296,38 @@ EffectPosteriors run(const NonlinearModel& model,
 }  // namespace
 
 EffectPriors priors_of_new_groups(const NonlinearModel& model, const FittedModel& fit) {
-  const auto q = static_cast<Index>(finer(fit).names.size());
-  const auto s = static_cast<Index>(coarser(fit).names.size());
-  EffectPriors priors;
-  priors.roots.push_back({.outer = covariance_factor(coarser(fit).covariance),
-                          .coupling = MatrixXd::Zero(q, s),
-                          .inner = covariance_factor(finer(fit).covariance)});
+  const Index size = EffectLayout(model).joint_count();
+  EffectPriors priors{.roots = {MatrixXd::Zero(size, size)},
+                      .means = RandomPlaces(model).no_effects(model)};
+  Index row = 0;
+  for (const EstimatedEffects& term : fit.random) {
+    const Index q = term.covariance.rows();
+    priors.roots.front().block(row, row, q, q) = covariance_factor(term.covariance);
+    row += q;
+  }
   priors.roots_of.assign(static_cast<std::size_t>(model.group_count()), 0);
-  priors.inner_mean.setZero(q, model.group_count());
-  priors.outer_mean.setZero(s, s > 0 ? model.cluster_count() : 0);
   return priors;
 }
 
-EffectPosteriors find_effects(const NonlinearModel& model,
-                              const FittedModel& fit,
-                              const EffectPriors& priors,
-                              unsigned threads) {
+std::vector<EffectPosterior> find_effects(const NonlinearModel& model,
+                                          const FittedModel& fit,
+                                          const EffectPriors& priors,
+                                          unsigned threads) {
   return run(model, fit, priors, threads, nullptr, blocks_of(model));
 }
 
-EffectPosteriors describe_effects(const NonlinearModel& model, const FittedModel& fit) {
+std::vector<EffectPosterior> describe_effects(const NonlinearModel& model,
+                                              const FittedModel& fit) {
   return describe_effects(model, fit, blocks_of(model), {});
 }
 
-EffectPosteriors describe_effects(const NonlinearModel& model,
-                                  const FittedModel& fit,
-                                  const std::vector<Index>& blocks,
-                                  std::vector<double> typical) {
+std::vector<EffectPosterior> describe_effects(const NonlinearModel& model,
+                                              const FittedModel& fit,
+                                              const std::vector<Index>& blocks,
+                                              std::vector<double> typical) {
   const RandomPlaces places(model);
   MatrixXd effects = MatrixXd::Zero(places.r(), model.group_count());
-  add_group_effects(model,
-                    {.rows = places.inner_rows, .effects = finer(fit).effects},
-                    {.rows = places.outer_rows, .effects = coarser(fit).effects},
-                    effects);
+  add_group_effects(model, places.rows, effects_of(fit), effects);
   return run(model,
              fit,
              priors_of_new_groups(model, fit),

@@ -3,40 +3,44 @@
 
 #include <algorithm>
 
-#include "model/nested_terms.hpp"
-
 namespace silvafit::fit {
 namespace {
 
 using Eigen::Index;
 
-std::vector<Index> united(std::vector<Index> a, const std::vector<Index>& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  std::ranges::sort(a);
-  a.erase(std::unique(a.begin(), a.end()), a.end());
-  return a;
-}
-
-std::vector<Index> positions(const std::vector<Index>& of, const std::vector<Index>& in) {
-  std::vector<Index> result;
-  result.reserve(of.size());
-  for (const Index value : of) result.push_back(std::ranges::find(in, value) - in.begin());
-  return result;
+std::vector<Index> united(const std::vector<std::vector<Index>>& lists) {
+  std::vector<Index> all;
+  for (const std::vector<Index>& list : lists) all.insert(all.end(), list.begin(), list.end());
+  std::ranges::sort(all);
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
 }
 
 }  // namespace
 
 RandomPlaces::RandomPlaces(const NonlinearModel& model)
-    : outer(model.coefficients_of(coarser_term(model.specification()))),
-      inner(model.coefficients_of(finer_term(model.specification()))),
-      all(united(outer, inner)),
-      outer_rows(positions(outer, all)),
-      inner_rows(positions(inner, all)) {}
+    : terms(model.random_coefficients()), all(united(terms)) {
+  for (const std::vector<Index>& term : terms) {
+    std::vector<Index>& places = rows.emplace_back();
+    for (const Index value : term) places.push_back(std::ranges::find(all, value) - all.begin());
+  }
+}
 
-void add_placed(const Eigen::MatrixXd& factor, const std::vector<Index>& rows, SmallMatrix& sum) {
+std::vector<Eigen::MatrixXd> RandomPlaces::no_effects(const NonlinearModel& model) const {
+  std::vector<Eigen::MatrixXd> result;
+  for (std::size_t t = 0; t < terms.size(); ++t) {
+    result.emplace_back(Eigen::MatrixXd::Zero(q(t), model.group_count(t)));
+  }
+  return result;
+}
+
+void add_placed(const Eigen::MatrixXd& factor,
+                const std::vector<Index>& rows,
+                Index column,
+                SmallMatrix& sum) {
   if (factor.cols() == 0) return;  // an empty factor has no data pointer
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    sum.row(rows[k]) += factor.row(static_cast<Index>(k));
+    sum.row(rows[k]).segment(column, factor.cols()) += factor.row(static_cast<Index>(k));
   }
 }
 

@@ -10,25 +10,27 @@
 
 namespace silvafit::fit {
 
-/// The coefficients with random effects, and their places among all of these: s effects of the
-/// coarser grouping, q of the only or the finer one, r coefficients in either.
+/// The coefficients with random effects in each term, and their places among the r coefficients
+/// that have them in any term.
 struct RandomPlaces {
-  std::vector<Eigen::Index> outer{};       ///< (s) coefficients
-  std::vector<Eigen::Index> inner{};       ///< (q)
-  std::vector<Eigen::Index> all{};         ///< (r) of both, ascending
-  std::vector<Eigen::Index> outer_rows{};  ///< (s) rows among the random coefficients
-  std::vector<Eigen::Index> inner_rows{};  ///< (q)
+  std::vector<std::vector<Eigen::Index>> terms{};  ///< (q) coefficients of each term
+  std::vector<Eigen::Index> all{};                 ///< (r) of all terms, ascending
+  std::vector<std::vector<Eigen::Index>> rows{};   ///< (q) places of each term in `all`
 
   explicit RandomPlaces(const NonlinearModel& model);
   Eigen::Index r() const { return static_cast<Eigen::Index>(all.size()); }
-  Eigen::Index s() const { return static_cast<Eigen::Index>(outer.size()); }
-  Eigen::Index q() const { return static_cast<Eigen::Index>(inner.size()); }
+  /// Number of effects of a term.
+  Eigen::Index q(std::size_t term) const { return static_cast<Eigen::Index>(terms[term].size()); }
+  /// A matrix of random effects for each term, zero.
+  std::vector<Eigen::MatrixXd> no_effects(const NonlinearModel& model) const;
 };
 
 /// Adds the rows of a factor where its effects are among the random coefficients.
-/// \param rows  of `sum`, one for each row of the factor
+/// \param rows    of `sum`, one for each row of the factor
+/// \param column  of `sum` to which the first column of the factor is added
 void add_placed(const Eigen::MatrixXd& factor,
                 const std::vector<Eigen::Index>& rows,
+                Eigen::Index column,
                 SmallMatrix& sum);
 
 }  // namespace silvafit::fit

@@ -22,7 +22,7 @@
 #include "model/response_fingerprint.hpp"
 #include "optimum_search/optimum_search.hpp"
 #include "result/earlier_fit.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 #include "result/variance_shares.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
@@ -139,11 +139,11 @@ void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
 
 /// Stores the uncertainty of the random effects, for predictions without the data.
 void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
-  if (!fit.has_random_effects() || !finer(fit).effects.allFinite() || !(fit.sigma > 0.0)) return;
-  EffectPosteriors described = describe_effects(model, fit);
-  fit.random.back().uncertainty = std::move(described.inner_uncertainty);
-  if (fit.random.size() > 1) {
-    fit.random.front().uncertainty = std::move(described.outer_uncertainty);
+  if (!fit.has_random_effects() || !(fit.sigma > 0.0)) return;
+  if (!fit.random.back().effects.allFinite()) return;
+  std::vector<EffectPosterior> described = describe_effects(model, fit);
+  for (std::size_t t = 0; t < described.size(); ++t) {
+    fit.random[t].uncertainty = std::move(described[t].uncertainty);
   }
 }
 

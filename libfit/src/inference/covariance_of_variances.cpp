@@ -10,9 +10,7 @@
 #include <utility>
 
 #include "likelihood/linearization.hpp"
-#include "model/nested_terms.hpp"
 #include "model/variance_weights.hpp"
-#include "result/nested_effects.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -44,6 +42,11 @@ ModelSpecification joined(const FittedModel& larger, const FittedModel& smaller)
 
 using Element = std::pair<Index, Index>;
 
+/// The random effects of a fit with at most one term.
+EstimatedEffects only_term(const FittedModel& fit) {
+  return fit.random.empty() ? EstimatedEffects{} : fit.random.front();
+}
+
 /// Elements of the covariance of the larger model's random effects, which are the parameters of the
 /// covariance of observations: new variances first, then those that the smaller model estimates.
 struct Elements {
@@ -52,19 +55,18 @@ struct Elements {
 };
 
 Elements elements(const FittedModel& larger, const FittedModel& smaller) {
-  const Effects& names = finer(larger).names;
+  const Effects& names = larger.random.front().names;
+  const Effects known = only_term(smaller).names;
   Elements result;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!contains(finer(smaller).names, names[i])) result.all.emplace_back(i, i);
+    if (!contains(known, names[i])) result.all.emplace_back(i, i);
   }
   result.new_variances = static_cast<Index>(result.all.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
-      if (!contains(finer(smaller).names, names[i]) || !contains(finer(smaller).names, names[j])) {
-        continue;
-      }
+      if (!contains(known, names[i]) || !contains(known, names[j])) continue;
       const bool is_free =
-          i == j || finer_term(smaller.specification)->covariance == Covariance::kGeneral;
+          i == j || smaller.specification.random.front().covariance == Covariance::kGeneral;
       if (is_free) result.all.emplace_back(i, j);
     }
   }
@@ -89,8 +91,9 @@ Linearization linearized(const NonlinearModel& model,
       .effects = MatrixXd::Zero(model.coefficient_count(), model.group_count()),
       .variance = variance.parameters(smaller.variance),
       .units = VectorXd::Ones(model.coefficient_count())};
-  const std::vector<Index> random = model.coefficients_of(finer_term(smaller.specification));
-  if (!random.empty()) point.effects(random, Eigen::all) = finer(smaller).effects;
+  for (const RandomEffects& term : smaller.specification.random) {
+    point.effects(model.coefficients_of(term), Eigen::all) = only_term(smaller).effects;
+  }
   Linearization at;
   if (!Linearizer(model, variance).linearize(point, false, nullptr, at)) {
     throw UsageError(
@@ -201,21 +204,22 @@ MatrixXd covariance_of_variances(const FittedModel& larger,
   }
   const VarianceModel variance(smaller.specification.variance, VarianceData::of(model));
   const double sigma = smaller.sigma / variance.sigma_factor(variance.parameters(smaller.variance));
-  const auto q = static_cast<Index>(finer(larger).names.size());
-  MatrixXd psi = MatrixXd::Zero(q, q);
-  const std::vector<Index> known = places_among(finer(larger).names, finer(smaller).names);
-  if (!known.empty()) psi(known, known) = finer(smaller).covariance;
+  const Effects& names = larger.random.front().names;
+  MatrixXd psi = MatrixXd::Zero(std::ssize(names), std::ssize(names));
+  const EstimatedEffects effects = only_term(smaller);
+  const std::vector<Index> known = places_among(names, effects.names);
+  if (!known.empty()) psi(known, known) = effects.covariance;
   const Linearization at = linearized(model, variance, smaller);
 
   VarianceInformation information(parameters.all, psi * (1.0 / (sigma * sigma)), sigma);
-  const std::vector<Index> places = model.coefficients_of(finer_term(model.specification()));
+  const std::vector<Index> places = model.random_coefficients().front();
   const Index width = at.model.moments.width();
   for (Index g = 0; g < model.group_count(); ++g) {
     const Eigen::Map<const MatrixXd> products(at.model.moments.term(g, 0), width, width);
     information.add_group(products(places, places),
                           model.group_begin(g + 1) - model.group_begin(g));
   }
-  return inverse_of(information.sum(), parameters, finer(larger).names)
+  return inverse_of(information.sum(), parameters, names)
       .topLeftCorner(parameters.new_variances, parameters.new_variances);
 }
 

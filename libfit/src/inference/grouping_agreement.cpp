@@ -8,32 +8,31 @@
 #include <utility>
 #include <vector>
 
-#include "model/nested_terms.hpp"
-#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
 
 using Labels = std::vector<std::string>;
 
-/// The groups of one column in a fit.
+/// The groups of one term of a fit.
 struct Grouping {
   const Labels* labels = nullptr;
-  const FittedModel* within =
-      nullptr;  ///< the fit, if labels are unique only within coarser groups
+  /// The fit, if labels are unique only within the groups of the term before.
+  const FittedModel* within = nullptr;
 
   /// "plot (5 groups)", "plot within stand (30 groups)".
   std::string text(const std::string& group) const {
     const std::string where =
-        within == nullptr ? "" : " within " + coarser_term(within->specification)->group;
+        within == nullptr ? "" : " within " + within->specification.random.front().group;
     return fmt::format("{}{} ({} groups)", group, where, labels->size());
   }
 };
 
 Grouping grouping_of(const FittedModel& fit, const std::string& group) {
-  const RandomEffects* const outer = coarser_term(fit.specification);
-  if (outer != nullptr && outer->group == group) return {.labels = &coarser(fit).labels};
-  return {.labels = &finer(fit).labels, .within = outer != nullptr ? &fit : nullptr};
+  for (std::size_t t = 0; t + 1 < fit.random.size(); ++t) {
+    if (fit.specification.random[t].group == group) return {.labels = &fit.random[t].labels};
+  }
+  return {.labels = &fit.random.back().labels, .within = fit.random.size() > 1 ? &fit : nullptr};
 }
 
 bool have_same_labels(Labels a, Labels b) {
@@ -45,13 +44,13 @@ bool have_same_labels(Labels a, Labels b) {
 /// Whether labels that are nested in coarser groups are unique without these: each nested group is
 /// in a coarser one that the fit has, and each inner label belongs to one nested group.
 bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
-  if (inner.size() != finer(nested).labels.size()) return false;
-  std::unordered_set<std::string> outer;
-  for (const std::string& label : coarser(nested).labels) outer.insert(outer_part(label));
+  if (inner.size() != nested.random.back().labels.size()) return false;
+  std::unordered_set<std::string> coarser;
+  for (const std::string& label : nested.random.front().labels) coarser.insert(outer_part(label));
   Labels own;
-  for (const std::string& label : finer(nested).labels) {
+  for (const std::string& label : nested.random.back().labels) {
     const NestedParts parts = nested_parts(label);
-    if (!outer.contains(std::string(parts.outer))) return false;
+    if (!coarser.contains(std::string(parts.outer))) return false;
     own.emplace_back(parts.inner);
   }
   const bool is_repeated = std::unordered_set(own.begin(), own.end()).size() < own.size();
@@ -61,8 +60,8 @@ bool are_unique_labels(const FittedModel& nested, const Labels& inner) {
 bool are_same(const Grouping& a, const Grouping& b) {
   if ((a.within == nullptr) == (b.within == nullptr)) {
     const bool is_nested_alike =
-        a.within == nullptr || coarser_term(a.within->specification)->group ==
-                                   coarser_term(b.within->specification)->group;
+        a.within == nullptr || a.within->specification.random.front().group ==
+                                   b.within->specification.random.front().group;
     return is_nested_alike && have_same_labels(*a.labels, *b.labels);
   }
   return a.within != nullptr ? are_unique_labels(*a.within, *b.labels)

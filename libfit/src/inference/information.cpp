@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "least_squares/least_squares_curvature.hpp"
-#include "likelihood/group_effects.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/curvature_certificate.hpp"
 #include "optimization/quasi_newton.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
@@ -20,10 +20,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Whether a scaled factor has a row of length near 0, or rows that are linearly dependent.
-bool is_at_boundary(const SurfaceLayout& layout, const VectorXd& x, bool is_outer) {
-  const RelativeFactor& of = layout.factor(is_outer);
-  if (of.size() == 0) return false;
-  MatrixXd factor = of.factor(layout.factor_part(x, is_outer));
+bool is_at_boundary(const SurfaceLayout& layout, const VectorXd& x, std::size_t term) {
+  MatrixXd factor = layout.factor(term).factor(layout.factor_part(x, term));
   constexpr double kNoEffect = 1e-4;
   constexpr double kDependent = 1e-6;
   const VectorXd lengths = factor.rowwise().norm();
@@ -80,17 +78,21 @@ ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface)
   return start;
 }
 
-EdgeGroupings edge_groupings(const SurfaceLayout& layout, const VectorXd& x) {
-  return {.outer = is_at_boundary(layout, x, true), .inner = is_at_boundary(layout, x, false)};
+BoundaryTerms boundary_terms(const SurfaceLayout& layout, const VectorXd& x) {
+  BoundaryTerms result;
+  for (std::size_t term = 0; term < layout.terms(); ++term) {
+    result.is_at_boundary.push_back(is_at_boundary(layout, x, term));
+  }
+  return result;
 }
 
 ConfoundedVariances confounded_variances(const SurfaceSetting& setting) {
   if (setting.fit.method == Method::kOrdinary) return {};
-  VariancePoint point{.outer = coarser(setting.fit).covariance,
-                      .inner = finer(setting.fit).covariance,
+  VariancePoint point{.effects = covariances_of(setting.fit),
                       .variance = setting.internal,
                       .is_restricted = setting.fit.reml};
-  point.coefficients = group_effects(setting).colwise() + setting.estimate;
+  point.coefficients = 
+      coefficient_effects(setting.fit, setting.model).colwise() + setting.estimate;
   NonlinearModel::Workspace workspace;
   setting.model.evaluate(point.coefficients, point.fitted, nullptr, workspace);
   const ResidualScale scale = setting.variance.scale(point.fitted, setting.internal, false);
@@ -102,14 +104,14 @@ MatrixXd symmetric_covariance(const SurfaceSetting& setting,
                               const LikelihoodSurface& surface,
                               const std::vector<NaturalParameter>& parameters,
                               const ProfileStart& start) {
-  const EdgeGroupings edge = edge_groupings(surface.layout(), surface.optimum());
+  const BoundaryTerms boundary = boundary_terms(surface.layout(), surface.optimum());
   const std::vector<std::string> confounded = confounded_variances(setting).names;
   MatrixXd jacobian(static_cast<Index>(parameters.size()), surface.optimum().size());
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     VectorXd slopes = symmetric_slopes(setting, surface, parameters[k]);
     const bool is_confounded =
         std::ranges::find(confounded, parameters[k].name) != confounded.end();
-    if (edge.of(parameters[k]) || is_confounded || !slopes.allFinite()) slopes.setConstant(kNaN);
+    if (boundary.contain(parameters[k]) || is_confounded || !slopes.allFinite()) slopes.setConstant(kNaN);
     jacobian.row(static_cast<Index>(k)) = slopes;
   }
   return jacobian * start.inverse * jacobian.transpose();

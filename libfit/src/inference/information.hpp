@@ -16,18 +16,17 @@ namespace silvafit::fit {
 /// exact gradient, and for ols exact.
 ProfileStart start_of(const SurfaceSetting& setting, LikelihoodSurface& surface);
 
-/// Groupings whose covariance is singular (boundary fits): none of its standard deviations and
-/// correlations has a standard error.
-struct EdgeGroupings {
-  bool outer = false;
-  bool inner = false;
-  bool of(const NaturalParameter& parameter) const {
+/// Whether the covariance of each term is singular (boundary fits): then none of its standard
+/// deviations and correlations has a standard error.
+struct BoundaryTerms {
+  std::vector<bool> is_at_boundary{};
+  bool contain(const NaturalParameter& parameter) const {
     const bool is_random = parameter.kind == ParameterKind::kDeviation ||
                            parameter.kind == ParameterKind::kCorrelation;
-    return is_random && (parameter.is_outer ? outer : inner);
+    return is_random && is_at_boundary[parameter.term];
   }
 };
-EdgeGroupings edge_groupings(const SurfaceLayout& layout, const Eigen::VectorXd& x);
+BoundaryTerms boundary_terms(const SurfaceLayout& layout, const Eigen::VectorXd& x);
 
 /// Variance components that are not identifiable although the fit counts as converged, which is
 /// possible in files of earlier versions.

@@ -8,7 +8,6 @@
 #include <numbers>
 #include <utility>
 
-#include "model/nested_terms.hpp"
 #include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
@@ -75,11 +74,11 @@ struct CorrelatedRows {
 
 /// Replaces the part of a gradient by x that belongs to a factor.
 void set_factor_gradient(const SurfaceLayout& layout,
-                         bool is_outer,
+                         std::size_t term,
                          const MatrixXd& by_own,
                          VectorXd& gradient) {
-  const VectorXd slopes = layout.factor_gradient(is_outer, by_own);
-  gradient.segment(layout.factor_at(is_outer), slopes.size()) = slopes;
+  const VectorXd slopes = layout.factor_gradient(term, by_own);
+  gradient.segment(layout.factor_at(term), slopes.size()) = slopes;
 }
 
 /// log of the factor from the internal sigma to the reported one.
@@ -120,30 +119,28 @@ std::string effect_name(const std::string& names, const std::string& group) {
 
 void add_random(const SurfaceSetting& setting,
                 const SurfaceLayout& layout,
-                bool is_outer,
+                std::size_t term,
                 std::vector<NaturalParameter>& result) {
   const ModelSpecification& specification = setting.model.specification();
-  const RandomEffects* const random =
-      is_outer ? coarser_term(specification) : finer_term(specification);
-  if (random == nullptr) return;
-  const std::string group = specification.random.size() > 1 ? random->group : "";
-  const std::vector<std::string>& names = random->coefficients;
+  const RandomEffects& random = specification.random[term];
+  const std::string group = specification.random.size() > 1 ? random.group : "";
+  const std::vector<std::string>& names = random.coefficients;
   // The joint effect of one unit of each coordinate of the factor.
-  const VectorXd unit = layout.frame().effects(is_outer).rowwise().norm();
-  const bool is_identity = random->covariance == Covariance::kIdentity;
-  const MatrixXd one = is_identity ? layout.factor(is_outer).factor(VectorXd::Ones(1)) : MatrixXd();
+  const VectorXd unit = layout.frame().effects[term].rowwise().norm();
+  const bool is_identity = random.covariance == Covariance::kIdentity;
+  const MatrixXd one = is_identity ? layout.factor(term).factor(VectorXd::Ones(1)) : MatrixXd();
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto row = static_cast<Index>(k);
     result.push_back({.kind = ParameterKind::kDeviation,
                       .name = fmt::format("sd({})", effect_name(names[k], group)),
                       .form = is_identity ? Form::kIdentity : Form::kDeviation,
-                      .is_outer = is_outer,
+                      .term = term,
                       .row = row,
-                      .coordinate = layout.factor_at(is_outer),
+                      .coordinate = layout.factor_at(term),
                       .scale = unit[row] * (is_identity ? one(row, row) : 1.0)});
   }
   Index begin = 0;
-  for (const int size : random->block_sizes()) {
+  for (const int size : random.block_sizes()) {
     for (Index i = begin; i < begin + size; ++i) {
       for (Index j = i + 1; j < begin + size && !is_identity; ++j) {
         const std::string pair =
@@ -151,7 +148,7 @@ void add_random(const SurfaceSetting& setting,
         result.push_back({.kind = ParameterKind::kCorrelation,
                           .name = fmt::format("cor({})", effect_name(pair, group)),
                           .form = Form::kCorrelation,
-                          .is_outer = is_outer,
+                          .term = term,
                           .row = i,
                           .other_row = j});
       }
@@ -223,9 +220,9 @@ double NaturalParameter::value(const SurfaceLayout& layout,
     case Form::kOdds:
       return std::pow(std::tan(x[coordinate]), 2) * std::pow(scale, x[delta]);
     case Form::kDeviation:
-      return layout.own_factor(x, is_outer).row(row).norm();
+      return layout.own_factor(x, term).row(row).norm();
     case Form::kCorrelation: {
-      const MatrixXd factor = layout.own_factor(x, is_outer);
+      const MatrixXd factor = layout.own_factor(x, term);
       return factor.row(row).dot(factor.row(other_row)) /
              (factor.row(row).norm() * factor.row(other_row).norm());
     }
@@ -258,21 +255,21 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
       x[coordinate] = angle_of(value, scale, x[delta]);
       break;
     case Form::kDeviation: {
-      MatrixXd factor = layout.own_factor(x, is_outer);
+      MatrixXd factor = layout.own_factor(x, term);
       const double length = factor.row(row).norm();
       if (length > 0.0) {
         factor.row(row) *= value / length;
       } else {
         factor(row, row) = value;
       }
-      layout.set_own_factor(is_outer, factor, x);
+      layout.set_own_factor(term, factor, x);
       break;
     }
     case Form::kCorrelation: {
-      MatrixXd factor = layout.own_factor(x, is_outer);
+      MatrixXd factor = layout.own_factor(x, term);
       const CorrelatedRows rows(factor, row, other_row, value);
       factor.row(other_row).head(other_row + 1) = rows.second();
-      layout.set_own_factor(is_outer, factor, x);
+      layout.set_own_factor(term, factor, x);
       break;
     }
     case Form::kSigma:
@@ -307,8 +304,8 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       break;
     }
     case Form::kDeviation: {
-      const MatrixXd factor = layout.own_factor(free, is_outer);
-      MatrixXd by_factor = layout.own_factor_gradient(is_outer, gradient);
+      const MatrixXd factor = layout.own_factor(free, term);
+      MatrixXd by_factor = layout.own_factor_gradient(term, gradient);
       const double length = factor.row(row).norm();
       if (length > 0.0) {
         const VectorXd along = factor.row(row) / length;
@@ -317,18 +314,18 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       } else {
         by_factor.row(row).setZero();
       }
-      set_factor_gradient(layout, is_outer, by_factor, result);
+      set_factor_gradient(layout, term, by_factor, result);
       break;
     }
     case Form::kCorrelation: {
-      const CorrelatedRows rows(layout.own_factor(free, is_outer), row, other_row, value);
-      MatrixXd by_factor = layout.own_factor_gradient(is_outer, gradient);
+      const CorrelatedRows rows(layout.own_factor(free, term), row, other_row, value);
+      MatrixXd by_factor = layout.own_factor_gradient(term, gradient);
       VectorXd by_first = by_factor.row(row).head(other_row + 1);
       VectorXd by_second = by_factor.row(other_row).head(other_row + 1);
       rows.pull_back(by_first, by_second);
       by_factor.row(row).head(other_row + 1) = by_first;
       by_factor.row(other_row).head(other_row + 1) = by_second;
-      set_factor_gradient(layout, is_outer, by_factor, result);
+      set_factor_gradient(layout, term, by_factor, result);
       break;
     }
     case Form::kSigma:
@@ -352,8 +349,9 @@ std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
     coefficient.weights.cwiseAbs().maxCoeff(&coefficient.coordinate);
     result.push_back(std::move(coefficient));
   }
-  add_random(setting, layout, true, result);
-  add_random(setting, layout, false, result);
+  for (std::size_t term = 0; term < layout.terms(); ++term) {
+    add_random(setting, layout, term, result);
+  }
   add_variance(setting, layout, result);
   result.push_back({.kind = ParameterKind::kSigma, .name = "sigma", .form = Form::kSigma});
   return result;

@@ -32,7 +32,7 @@ class NaturalParameter {
   ParameterKind kind = ParameterKind::kFixed;
   std::string name{};
   Form form = Form::kCoordinate;
-  bool is_outer = false;       ///< grouping of kDeviation and kCorrelation
+  std::size_t term = 0;        ///< of kDeviation, kIdentity and kCorrelation
   Eigen::Index row = 0;        ///< of the factor
   Eigen::Index other_row = 0;  ///< of kCorrelation; row < other_row
   Eigen::Index coordinate = 0;

@@ -5,13 +5,11 @@
 namespace silvafit::fit {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 void MarginalBlock::keep(const RandomDesign& design) {
   kept_design_ = design;
-  kept_outer_ = modes_.outer();
-  kept_inner_ = modes_.inner();
+  kept_modes_ = modes_.modes();
   kept_density_ = modes_.density();
   kept_totals_ = totals_;
 }
@@ -23,8 +21,9 @@ SmallVector MarginalBlock::slope_change(const PointChange& change,
   const VectorXd& beta = change.observation.beta;
   const auto others = static_cast<Index>(sums_.others().size());
   const Index m = change.observation.variance.size() + 1;
-  SmallVector shift = change.design.inner.lazyProduct(kept_inner_.col(group));
-  if (kept_outer_.rows() > 0) shift += change.design.outer.lazyProduct(kept_outer_.col(cluster));
+  const SmallVector mode = modes_.layout().of_group(modes_.of_cluster(kept_modes_, cluster),
+                                                    group - modes_.group_begin(cluster));
+  SmallVector shift = change.design.joint.lazyProduct(mode);
   if (others < beta.size()) {
     for (Index c = 0; c < r_; ++c) shift[c] += beta[sums_.random()[static_cast<std::size_t>(c)]];
   }
@@ -41,37 +40,29 @@ SmallVector MarginalBlock::slope_change(const PointChange& change,
   return result;
 }
 
-void MarginalBlock::follow(const PointChange& change, Modes& modes) {
+void MarginalBlock::follow(const PointChange& change, VectorXd& modes) {
   // At a mode the gradient of the objective is zero: the mode moves by -H^-1 times the change of
   // the gradient by the parameters.
   constexpr double kFar = 1.0;  // squared standard deviation
-  VectorXd outer(kept_outer_.rows());
-  MatrixXd inner;
-  MatrixXd inner_right;
+  VectorXd step;
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
     const Index begin = modes_.group_begin(c);
     const Index groups = modes_.group_count(c);
     const auto curvatures = kept_density_.block(1 + r_, begin, r_ * (r_ + 1) / 2, groups);
     if (!kept_hessian_.compute(kept_design_, curvatures)) continue;
-    outer.setZero();
-    inner.resize(kept_inner_.rows(), groups);
+    step.setZero(modes_.size_of(c));
     for (Index k = 0; k < groups; ++k) {
       const SmallMatrix curvature = unpacked(curvatures.col(k).data(), r_);
       const SmallVector turn = slope_change(change, curvature, c, begin + k);
       const auto slope = kept_density_.col(begin + k).segment(1, r_);
-      inner.col(k) = -kept_design_.inner.transpose().lazyProduct(turn);
-      inner.col(k) -= change.design.inner.transpose().lazyProduct(slope);
-      if (outer.size() == 0) continue;
-      outer -= kept_design_.outer.transpose().lazyProduct(turn);
-      outer -= change.design.outer.transpose().lazyProduct(slope);
+      SmallVector own = -kept_design_.joint.transpose().lazyProduct(turn);
+      own -= change.design.joint.transpose().lazyProduct(slope);
+      modes_.layout().add_to_group(step, k, own);
     }
-    const VectorXd outer_right = outer;
-    inner_right = inner;
-    kept_hessian_.solve(outer, inner);
-    const double distance = outer_right.dot(outer) + inner_right.cwiseProduct(inner).sum();
-    if (!(distance < kFar)) continue;
-    if (outer.size() > 0) modes.outer.col(modes_.first_cluster() + c) += outer;
-    modes.inner.middleCols(modes_.first_group() + begin, groups) += inner;
+    const VectorXd right = step;
+    kept_hessian_.solve(step);
+    if (!(right.dot(step) < kFar)) continue;
+    modes.segment(modes_.layout().begin(modes_.first_cluster() + c), step.size()) += step;
   }
 }
 

@@ -10,7 +10,7 @@
 
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -96,8 +96,7 @@ SurfaceSetting::SurfaceSetting(const FittedModel& of,
 }
 
 VectorXd SurfaceSetting::coordinates(const SurfaceLayout& layout, double at_log_sigma) const {
-  return layout.coordinates(
-      estimate, coarser(fit).covariance, finer(fit).covariance, internal, at_log_sigma);
+  return layout.coordinates(estimate, covariances_of(fit), internal, at_log_sigma);
 }
 
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {

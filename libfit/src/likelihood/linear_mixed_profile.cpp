@@ -22,9 +22,28 @@ using Eigen::VectorXd;
 // Groups per task of a thread, so many that the overhead of a task is small.
 constexpr Index kPartGroups = 512;
 
+const std::vector<Index> kNoColumns;
+
+/// A zero matrix of the size of each factor.
+RelativeFactors zeros_like(const RelativeFactors& factors) {
+  RelativeFactors result;
+  for (const MatrixXd& factor : factors) {
+    result.emplace_back(MatrixXd::Zero(factor.rows(), factor.rows()));
+  }
+  return result;
+}
+
+void add(const RelativeFactors& part, RelativeFactors& sum) {
+  for (std::size_t t = 0; t < sum.size(); ++t) sum[t] += part[t];
+}
+
+/// The numbers of the last term; null without terms.
+double* numbers_of_last(RelativeFactors& of) { return of.empty() ? nullptr : of.back().data(); }
+
 /// One evaluation: sums over groups and clusters in the first pass, derivatives in the second.
-/// Parts of the clusters are processed in parallel and their sums added in order.
-template <int kInner, int kWidth>
+/// Parts of the clusters are processed in parallel and their sums added in order. Effects of groups
+/// are those of the last term; those of clusters, if there are two terms, of the first.
+template <int kGroup, int kWidth>
 class Evaluation {
  public:
   Evaluation(const LinearMixedModel& model,
@@ -38,10 +57,15 @@ class Evaluation {
         term_weights_(moments_.term_weights(displacement)),
         is_displaced_(displacement.size() > 0 && !displacement.isZero(0.0)),
         width_(moments_.width()),
-        inner_(model.random.inner, factors.inner, width_),
-        outer_(model.random.outer, factors.outer, width_),
-        inner_algebra_(inner_),
-        outer_algebra_(outer_) {
+        factors_(factors),
+        group_level_(factors.empty() ? kNoColumns : model.random.terms.back(),
+                     factors.empty() ? MatrixXd(0, 0) : factors.back(),
+                     width_),
+        cluster_level_(factors.size() < 2 ? kNoColumns : model.random.terms.front(),
+                       factors.size() < 2 ? MatrixXd(0, 0) : factors.front(),
+                       width_),
+        group_algebra_(group_level_),
+        cluster_algebra_(cluster_level_) {
     cut_into_parts();
   }
 
@@ -66,10 +90,10 @@ class Evaluation {
     VectorXd by_term{};
   };
 
-  bool has_clusters() const { return outer_.size > 0; }
+  bool has_clusters() const { return cluster_level_.size > 0; }
   Index clusters() const { return static_cast<Index>(model_.random.cluster_begin.size()) - 1; }
-  double* kept(Index group) { return inner_kept_.data() + group * inner_.kept(); }
-  double* cluster_kept(Index cluster) { return outer_kept_.data() + cluster * outer_.kept(); }
+  double* kept(Index group) { return group_kept_.data() + group * group_level_.kept(); }
+  double* cluster_kept(Index cluster) { return cluster_kept_.data() + cluster * cluster_level_.kept(); }
   double* cluster_products(Index cluster) {
     return cluster_products_.data() + cluster * width_ * width_;
   }
@@ -111,9 +135,9 @@ class Evaluation {
   }
 
   void sum_up() {
-    inner_kept_.resize(static_cast<std::size_t>(moments_.groups() * inner_.kept()));
+    group_kept_.resize(static_cast<std::size_t>(moments_.groups() * group_level_.kept()));
     if (has_clusters()) {
-      outer_kept_.resize(static_cast<std::size_t>(clusters() * outer_.kept()));
+      cluster_kept_.resize(static_cast<std::size_t>(clusters() * cluster_level_.kept()));
       cluster_products_.assign(static_cast<std::size_t>(clusters() * width_ * width_), 0.0);
     }
     for_each_part([this](Part& part) { sum_up(part); });
@@ -132,15 +156,15 @@ class Evaluation {
         add_group(group, part, sum);
       }
       if (!has_clusters()) continue;
-      outer_algebra_.eliminate(sum, cluster_kept(cluster), part.determinant);
-      outer_algebra_.add_remainder(sum, cluster_kept(cluster), part.total.data());
+      cluster_algebra_.eliminate(sum, cluster_kept(cluster), part.determinant);
+      cluster_algebra_.add_remainder(sum, cluster_kept(cluster), part.total.data());
     }
   }
 
   void add_group(Index group, Part& part, double* sum) {
     const double* const of = products(group, part);
-    inner_algebra_.eliminate(of, kept(group), part.determinant);
-    inner_algebra_.add_remainder(of, kept(group), sum);
+    group_algebra_.eliminate(of, kept(group), part.determinant);
+    group_algebra_.add_remainder(of, kept(group), sum);
   }
 
   LinearMixedProfile solve() {
@@ -197,67 +221,65 @@ class Evaluation {
   }
 
   void differentiate(LinearMixedProfile& result) {
-    const Index q = inner_.size;
-    const Index r = outer_.size;
-    result.spherical.resize(q, moments_.groups());
-    if (has_clusters()) result.outer_spherical.resize(r, clusters());
+    for (std::size_t t = 0; t < factors_.size(); ++t) {
+      const bool is_last = t + 1 == factors_.size();
+      result.spherical.emplace_back(factors_[t].rows(), is_last ? moments_.groups() : clusters());
+    }
     // Stored by rows here, and transposed at the end.
-    result.by_factor = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
-    result.by_covariance = result.by_factor;
+    result.by_factor = result.by_covariance = zeros_like(factors_);
     const Adjoint of_total = adjoint_of_total(result);
     for_each_part([&](Part& part) { differentiate(part, of_total, result); });
     VectorXd by_term = VectorXd::Zero(moments_.terms());
     for (const Part& part : parts_) {
-      result.by_factor.inner += part.by_factor.inner;
-      result.by_factor.outer += part.by_factor.outer;
-      result.by_covariance.inner += part.by_covariance.inner;
-      result.by_covariance.outer += part.by_covariance.outer;
+      add(part.by_factor, result.by_factor);
+      add(part.by_covariance, result.by_covariance);
       by_term += part.by_term;
     }
     // The residuals were divided by sqrt(2) sigma.
     const double scale = std::sqrt(2.0 * result.sigma2);
-    result.spherical *= scale;
-    result.outer_spherical *= scale;
-    result.by_factor.inner.transposeInPlace();
-    result.by_factor.outer.transposeInPlace();
+    for (MatrixXd& spherical : result.spherical) spherical *= scale;
+    for (MatrixXd& by_factor : result.by_factor) by_factor.transposeInPlace();
     result.by_variance =
         moments_.by_displacement(by_term, displacement_) + moments_.sum_log_gradient(displacement_);
   }
 
   void differentiate(Part& part, const Adjoint& of_total, LinearMixedProfile& result) {
-    part.by_factor = {.inner = MatrixXd::Zero(inner_.size, inner_.size),
-                      .outer = MatrixXd::Zero(outer_.size, outer_.size)};
-    part.by_covariance = part.by_factor;
+    part.by_factor = part.by_covariance = zeros_like(factors_);
     part.by_term = VectorXd::Zero(moments_.terms());
     for (Index cluster = part.begin; cluster < part.end; ++cluster) {
       Adjoint inside;
       if (has_clusters()) {
-        outer_algebra_.differentiate(cluster_products(cluster),
-                                     cluster_kept(cluster),
-                                     of_total,
-                                     {.spherical = result.outer_spherical.col(cluster).data(),
-                                      .by_factor = part.by_factor.outer.data(),
-                                      .by_covariance = part.by_covariance.outer.data(),
-                                      .inside = &inside});
+        cluster_algebra_.differentiate(cluster_products(cluster),
+                                       cluster_kept(cluster),
+                                       of_total,
+                                       {.spherical = result.spherical.front().col(cluster).data(),
+                                        .by_factor = part.by_factor.front().data(),
+                                        .by_covariance = part.by_covariance.front().data(),
+                                        .inside = &inside});
       }
       const Adjoint& from = has_clusters() ? inside : of_total;
       for (Index group = first_group(cluster); group < first_group(cluster + 1); ++group) {
-        differentiate_group(group, from, part, result.spherical.col(group).data());
+        differentiate_group(group, from, part, result);
       }
     }
   }
 
-  void differentiate_group(Index group, const Adjoint& from, Part& part, double* spherical) {
+  void differentiate_group(Index group,
+                           const Adjoint& from,
+                           Part& part,
+                           LinearMixedProfile& result) {
     const bool varies = moments_.parameters() > 0;
     const Index size = width_ * width_;
     const double* const of = products(group, part);
     part.by_products.assign(static_cast<std::size_t>(size), 0.0);
-    inner_algebra_.differentiate(of,
+    group_algebra_.differentiate(of,
                                  kept(group),
                                  from,
-                                 {.spherical = spherical,
-                                  .by_factor = part.by_factor.inner.data(),
-                                  .by_covariance = part.by_covariance.inner.data(),
+                                 {.spherical = factors_.empty()
+                                                   ? nullptr
+                                                   : result.spherical.back().col(group).data(),
+                                  .by_factor = numbers_of_last(part.by_factor),
+                                  .by_covariance = numbers_of_last(part.by_covariance),
                                   .by_products = varies ? part.by_products.data() : nullptr});
     if (!varies) return;
     for (Index term = 0; term < moments_.terms(); ++term) {
@@ -275,23 +297,23 @@ class Evaluation {
   VectorXd term_weights_;
   bool is_displaced_;
   Index width_;
-  Level inner_;
-  Level outer_;
-  LevelAlgebra<kInner, kWidth> inner_algebra_;
-  LevelAlgebra<0, 0> outer_algebra_;
+  const RelativeFactors& factors_;
+  Level group_level_;
+  Level cluster_level_;
+  LevelAlgebra<kGroup, kWidth> group_algebra_;
+  LevelAlgebra<0, 0> cluster_algebra_;
   std::vector<Part> parts_;
-  std::vector<double> inner_kept_;
-  std::vector<double> outer_kept_;
+  std::vector<double> group_kept_;
+  std::vector<double> cluster_kept_;
   std::vector<double> cluster_products_;
   double log_determinant_ = 0.0;
   MatrixXd total_;
   Eigen::LLT<MatrixXd> information_;
 };
 
-/// (G) the cluster of each group; empty without clusters.
+/// (G) the cluster of each group.
 std::vector<Index> clusters_of_groups(const RandomColumns& random) {
   std::vector<Index> result;
-  if (random.outer.empty()) return result;
   for (std::size_t cluster = 0; cluster + 1 < random.cluster_begin.size(); ++cluster) {
     result.resize(static_cast<std::size_t>(random.cluster_begin[cluster + 1]),
                   static_cast<Index>(cluster));
@@ -299,14 +321,14 @@ std::vector<Index> clusters_of_groups(const RandomColumns& random) {
   return result;
 }
 
-template <int kInner>
+template <int kGroup>
 LinearMixedProfile profile_of_width(const LinearMixedModel& model,
                                     const RelativeFactors& factors,
                                     const VectorXd& displacement,
                                     bool with_derivatives,
                                     const HeldParameters& held) {
   const auto run = [&]<int kWidth>() {
-    return Evaluation<kInner, kWidth>(model, factors, displacement, held).run(with_derivatives);
+    return Evaluation<kGroup, kWidth>(model, factors, displacement, held).run(with_derivatives);
   };
   switch (model.moments.width()) {
     case 3:
@@ -329,7 +351,7 @@ LinearMixedProfile profile(const LinearMixedModel& model,
                            const VectorXd& displacement,
                            bool with_derivatives,
                            const HeldParameters& held) {
-  switch (model.random.inner.size()) {
+  switch (model.random.terms.empty() ? 0 : model.random.terms.back().size()) {
     case 1:
       return profile_of_width<1>(model, factors, displacement, with_derivatives, held);
     case 2:
@@ -346,8 +368,10 @@ VectorXd expected_squares(const LinearMixedModel& model,
                           const LinearMixedProfile& at) {
   const GroupMoments& moments = model.moments;
   const Index p = moments.width() - 1;
-  const MatrixXd effects = factors.inner * at.spherical;
-  const MatrixXd outer_effects = factors.outer * at.outer_spherical;
+  std::vector<MatrixXd> effects;
+  for (std::size_t t = 0; t < factors.size(); ++t) {
+    effects.emplace_back(factors[t] * at.spherical[t]);
+  }
   const std::vector<Index> cluster_of = clusters_of_groups(model.random);
   VectorXd result(moments.groups());
   const auto fill = [&](Index begin, Index end) {
@@ -356,12 +380,10 @@ VectorXd expected_squares(const LinearMixedModel& model,
     for (Index group = begin; group < end; ++group) {
       combination.head(p) = -at.coefficients;
       combination[p] = 1.0;
-      for (std::size_t k = 0; k < model.random.inner.size(); ++k) {
-        combination[model.random.inner[k]] -= effects(static_cast<Index>(k), group);
-      }
-      for (std::size_t k = 0; k < model.random.outer.size(); ++k) {
-        combination[model.random.outer[k]] -=
-            outer_effects(static_cast<Index>(k), cluster_of[static_cast<std::size_t>(group)]);
+      for (std::size_t t = effects.size(); t-- > 0;) {
+        const bool is_last = t + 1 == effects.size();
+        const Index of = is_last ? group : cluster_of[static_cast<std::size_t>(group)];
+        combination(model.random.terms[t]) -= effects[t].col(of);
       }
       const Eigen::Map<const MatrixXd> products(moments.term(group, 0), p + 1, p + 1);
       product.noalias() = products * combination;

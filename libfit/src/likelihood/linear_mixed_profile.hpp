@@ -8,18 +8,14 @@
 
 namespace silvafit::fit {
 
-/// The columns of X that form Z, for groups and for clusters of groups.
+/// The columns of X that form Z, for each term of random effects.
 struct RandomColumns {
-  std::vector<Eigen::Index> inner{};          ///< (q) of the groups
-  std::vector<Eigen::Index> outer{};          ///< (r) of the clusters, empty with one grouping
-  std::vector<Eigen::Index> cluster_begin{};  ///< (C + 1) first group of each cluster
+  std::vector<std::vector<Eigen::Index>> terms{};  ///< (q) of each, at most two nested ones
+  std::vector<Eigen::Index> cluster_begin{};       ///< (C + 1) first group of each cluster
 };
 
-/// L with Psi / sigma^2 = L L', lower triangular, of each grouping.
-struct RelativeFactors {
-  Eigen::MatrixXd inner{};  ///< (q x q)
-  Eigen::MatrixXd outer{};  ///< (r x r)
-};
+/// L with Psi / sigma^2 = L L', (q x q), lower triangular, of each term.
+using RelativeFactors = std::vector<Eigen::MatrixXd>;
 
 /// The sufficient data of a linear mixed model: per group the cross products
 /// [X w]' G^-2 [X w], width p + 1, and their derivatives by m variance parameters.
@@ -84,7 +80,7 @@ struct HeldParameters {
   double sigma2 = 0.0;  ///< 0 where it is S / N
 };
 
-/// A linear mixed model w = X beta + Z_1 u_cluster + Z_2 b_group + e on N observations.
+/// A linear mixed model w = X beta + sum over the terms of Z b + e on N observations.
 struct LinearMixedModel {
   GroupMoments moments{};
   RandomColumns random{};
@@ -104,8 +100,7 @@ struct LinearMixedProfile {
   double sigma2 = 0.0;                ///< S / N, restricted S / (N - p), or as held
   Eigen::VectorXd coefficients{};     ///< (p) generalized least-squares beta, or as held
   Eigen::MatrixXd information{};      ///< (p x p) X' V^-1 X, with V relative to sigma^2
-  Eigen::MatrixXd spherical{};        ///< (q x G) v with b = L v
-  Eigen::MatrixXd outer_spherical{};  ///< (r x C) the same of the clusters
+  std::vector<Eigen::MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v
   bool is_valid = false;              ///< false if X' V^-1 X is not positive definite
   RelativeFactors by_factor{};        ///< dF/dL, lower triangles
   RelativeFactors by_covariance{};    ///< dF/dD, symmetric, of D = L L'
@@ -127,8 +122,7 @@ LinearMixedProfile profile(const LinearMixedModel& model,
                            bool with_derivatives,
                            const HeldParameters& held = {});
 
-/// (G) the weighted squares of the linear model at given effects: those of w - X beta - Z_1 u -
-/// Z_2 b.
+/// (G) the weighted squares of the linear model at given effects: those of w - X beta - Z b.
 Eigen::VectorXd expected_squares(const LinearMixedModel& model,
                                  const RelativeFactors& factors,
                                  const LinearMixedProfile& at);

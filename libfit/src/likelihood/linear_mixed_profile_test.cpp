@@ -21,15 +21,16 @@ namespace {
 /// coefficients.
 struct Example {
   std::vector<Index> group_begin{0, 9, 10, 18, 23};
-  RandomColumns random{.inner = {0, 2}, .outer = {}, .cluster_begin = {0, 3, 4}};
+  RandomColumns random{.terms = {{0, 2}}, .cluster_begin = {0, 3, 4}};
   MatrixXd design = MatrixXd(23, 3);
   VectorXd working = VectorXd(23);
   ArrayXd log_slope = ArrayXd::LinSpaced(23, -0.8, 1.1);  ///< d log g / d variance parameter
   bool restricted = false;
   double center = 0.0;
 
-  explicit Example(std::vector<Index> outer = {}) {
-    random.outer = std::move(outer);
+  /// \param of_clusters  columns of the effects of clusters; none: one term
+  explicit Example(const std::vector<Index>& of_clusters = {}) {
+    if (!of_clusters.empty()) random.terms = {of_clusters, {0, 2}};
     silvafit::Random numbers(11);
     for (Index i = 0; i < 23; ++i) {
       design(i, 0) = 1.0;
@@ -73,11 +74,14 @@ struct Example {
       v.block(begin, begin, rows, rows) += z * l * l.transpose() * z.transpose();
     };
     for (std::size_t j = 0; j < 4; ++j) {
-      add(group_begin[j], group_begin[j + 1] - group_begin[j], random.inner, factors.inner);
+      add(group_begin[j],
+          group_begin[j + 1] - group_begin[j],
+          random.terms.back(),
+          factors.back());
     }
-    if (!random.outer.empty()) {
-      add(0, 18, random.outer, factors.outer);
-      add(18, 5, random.outer, factors.outer);
+    if (random.terms.size() > 1) {
+      add(0, 18, random.terms.front(), factors.front());
+      add(18, 5, random.terms.front(), factors.front());
     }
     return v;
   }
@@ -97,25 +101,23 @@ struct Example {
 };
 
 RelativeFactors example_factors(const Example& example, double size) {
-  RelativeFactors factors{.inner = MatrixXd(2, 2), .outer = MatrixXd(0, 0)};
-  factors.inner << 0.8, 0.0, -0.3, 0.5;
-  if (example.random.outer.size() == 1) factors.outer = MatrixXd::Constant(1, 1, 0.7);
-  if (example.random.outer.size() == 2) {
-    factors.outer.resize(2, 2);
-    factors.outer << 0.6, 0.0, 0.4, 0.9;
+  const MatrixXd of_groups{{0.8, 0.0}, {-0.3, 0.5}};
+  RelativeFactors factors{size * of_groups};
+  if (example.random.terms.size() > 1) {
+    const MatrixXd of_clusters{{0.6, 0.0}, {0.4, 0.9}};
+    const auto count = static_cast<Index>(example.random.terms.front().size());
+    factors.insert(factors.begin(), size * of_clusters.topLeftCorner(count, count));
   }
-  factors.inner *= size;
-  factors.outer *= size;
   return factors;
 }
 
-/// One grouping; two groupings with different or common effects; both likelihoods.
+/// One term; two terms with different or common effects; both likelihoods.
 std::vector<Example> examples() {
   std::vector<Example> result;
-  for (const std::vector<Index>& outer :
+  for (const std::vector<Index>& of_clusters :
        {std::vector<Index>{}, std::vector<Index>{1}, std::vector<Index>{0, 1}}) {
     for (const bool restricted : {false, true}) {
-      result.emplace_back(outer);
+      result.emplace_back(of_clusters);
       result.back().restricted = restricted;
       result.back().center = restricted ? 0.15 : 0.0;
     }
@@ -147,16 +149,14 @@ TEST_CASE("random effects are those of the dense covariance matrix") {
     const LinearMixedProfile at = profile(example.model(0.4), factors, VectorXd::Zero(1), true);
     const MatrixXd v = example.covariance(0.4, factors);
     const VectorXd scaled = v.ldlt().solve(example.working - example.design * at.coefficients);
-    // b = D Z'V^-1 (w - X beta).
-    const MatrixXd z = example.design.topRows(9)(Eigen::all, example.random.inner);
-    const VectorXd inner =
-        factors.inner * factors.inner.transpose() * z.transpose() * scaled.head(9);
-    CHECK((factors.inner * at.spherical.col(0) - inner).norm() < 1e-12);
-    if (example.random.outer.empty()) continue;
-    const MatrixXd z1 = example.design.topRows(18)(Eigen::all, example.random.outer);
-    const VectorXd outer =
-        factors.outer * factors.outer.transpose() * z1.transpose() * scaled.head(18);
-    CHECK((factors.outer * at.outer_spherical.col(0) - outer).norm() < 1e-12);
+    // b = D Z'V^-1 (w - X beta), for the first group of each term.
+    for (std::size_t t = 0; t < factors.size(); ++t) {
+      const Index rows = t + 1 == factors.size() ? 9 : 18;
+      const MatrixXd z = example.design.topRows(rows)(Eigen::all, example.random.terms[t]);
+      const VectorXd effects =
+          factors[t] * factors[t].transpose() * z.transpose() * scaled.head(rows);
+      CHECK((factors[t] * at.spherical[t].col(0) - effects).norm() < 1e-12);
+    }
   }
 }
 
@@ -168,33 +168,29 @@ TEST_CASE("gradients by all variance components equal differences of the values"
     const double displacement = 0.05;
     const LinearMixedProfile at =
         profile(example.model(0.4), factors, VectorXd::Constant(1, displacement), true);
-    const auto check = [&](MatrixXd RelativeFactors::*level) {
-      for (Index column = 0; column < (factors.*level).cols(); ++column) {
-        for (Index row = column; row < (factors.*level).rows(); ++row) {
+    for (std::size_t t = 0; t < factors.size(); ++t) {
+      for (Index column = 0; column < factors[t].cols(); ++column) {
+        for (Index row = column; row < factors[t].rows(); ++row) {
           RelativeFactors above = factors;
           RelativeFactors below = factors;
-          (above.*level)(row, column) += kStep;
-          (below.*level)(row, column) -= kStep;
+          above[t](row, column) += kStep;
+          below[t](row, column) -= kStep;
           const double difference =
               (value_at(example, displacement, above) - value_at(example, displacement, below)) /
               (2.0 * kStep);
-          CHECK((at.by_factor.*level)(row, column) ==
-                Approx(difference).epsilon(1e-7).margin(1e-8));
+          CHECK(at.by_factor[t](row, column) == Approx(difference).epsilon(1e-7).margin(1e-8));
         }
       }
-    };
-    check(&RelativeFactors::inner);
-    check(&RelativeFactors::outer);
+    }
     const double difference = (value_at(example, displacement + kStep, factors) -
                                value_at(example, displacement - kStep, factors)) /
                               (2.0 * kStep);
     CHECK(at.by_variance[0] == Approx(difference).epsilon(1e-7).margin(1e-8));
     // dF/dL = 2 dF/dD L, lower triangle.
-    const MatrixXd by_inner = 2.0 * at.by_covariance.inner * factors.inner;
-    CHECK(by_inner(1, 0) == Approx(at.by_factor.inner(1, 0)).epsilon(1e-12));
-    const MatrixXd by_outer = 2.0 * at.by_covariance.outer * factors.outer;
-    if (by_outer.rows() > 0) {
-      CHECK(by_outer(0, 0) == Approx(at.by_factor.outer(0, 0)).epsilon(1e-12));
+    for (std::size_t t = 0; t < factors.size(); ++t) {
+      const MatrixXd by_factor = 2.0 * at.by_covariance[t] * factors[t];
+      const Index last = by_factor.rows() - 1;
+      CHECK(by_factor(last, 0) == Approx(at.by_factor[t](last, 0)).epsilon(1e-12));
     }
   }
 }
@@ -218,7 +214,7 @@ TEST_CASE("restricted likelihood with the unit of a column does not depend on th
   model.moments.divide_columns(Eigen::Vector3d(1.0, 100.0, 1.0));
   model.log_units = 2.0 * std::log(100.0);
   RelativeFactors moved = factors;
-  moved.outer *= 100.0;
+  moved.front() *= 100.0;
   CHECK(profile(model, moved, VectorXd::Zero(1), false).minus_log_likelihood ==
         Approx(before).epsilon(1e-12));
 }
@@ -229,16 +225,16 @@ TEST_CASE("expected squares are those of the residuals") {
   const LinearMixedModel model = example.model(0.4);
   const LinearMixedProfile at = profile(model, factors, VectorXd::Zero(1), true);
   const VectorXd squares = expected_squares(model, factors, at);
-  const VectorXd b = factors.inner * at.spherical.col(3);
-  const VectorXd u = factors.outer * at.outer_spherical.col(1);
+  const VectorXd b = factors.back() * at.spherical.back().col(3);
+  const VectorXd u = factors.front() * at.spherical.front().col(1);
   const MatrixXd x = example.design.bottomRows(5);
   const VectorXd residual = example.working.tail(5) - x * at.coefficients -
-                            x(Eigen::all, example.random.inner) * b -
-                            x(Eigen::all, example.random.outer) * u;
+                            x(Eigen::all, example.random.terms.back()) * b -
+                            x(Eigen::all, example.random.terms.front()) * u;
   CHECK(squares[3] ==
         Approx((example.weight(0.4).tail(5) * residual.array().square()).sum()).epsilon(1e-12));
   // Their sum with the penalty is S.
   const double penalized =
-      squares.sum() + at.spherical.squaredNorm() + at.outer_spherical.squaredNorm();
+      squares.sum() + at.spherical.back().squaredNorm() + at.spherical.front().squaredNorm();
   CHECK(penalized == Approx(at.sum_of_squares).epsilon(1e-12));
 }

@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
-#include "model/nested_terms.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/row_sums.hpp"
 
@@ -44,15 +44,15 @@ VectorXd mixed_effects(const LinearizationPoint& point,
 Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& variance)
     : model_(model),
       variance_(variance),
-      random_({.inner = model.coefficients_of(finer_term(model.specification())),
-               .outer = model.coefficients_of(coarser_term(model.specification()))}) {
+      random_({.terms = model.random_coefficients()}) {
   for (Index c = 0; c <= model.cluster_count(); ++c) {
     random_.cluster_begin.push_back(model.cluster_begin(c));
   }
-  effect_columns_ = random_.inner;
-  for (const Index column : random_.outer) {
-    if (std::ranges::find(effect_columns_, column) == effect_columns_.end()) {
-      effect_columns_.push_back(column);
+  for (const std::vector<Index>& columns : random_.terms | std::views::reverse) {
+    for (const Index column : columns) {
+      if (std::ranges::find(effect_columns_, column) == effect_columns_.end()) {
+        effect_columns_.push_back(column);
+      }
     }
   }
   make_segments();

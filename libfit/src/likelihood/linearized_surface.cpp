@@ -3,10 +3,10 @@
 #include <cmath>
 #include <limits>
 
-#include "likelihood/group_effects.hpp"
 #include "likelihood/likelihood_surface.hpp"
 #include "likelihood/linear_mixed_profile.hpp"
 #include "likelihood/linearization.hpp"
+#include "result/group_coefficients.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -32,7 +32,7 @@ class LinearizedSurface : public LikelihoodSurface {
                 is_restricted_ ? 0 : setting.estimate.size()),
         linearizer_(setting.model, setting.variance),
         point_{.coefficients = setting.estimate,
-               .effects = group_effects(setting),
+               .effects = coefficient_effects(setting.fit, setting.model),
                .variance = setting.internal,
                .units = setting.frame.beta.diagonal(),
                .mixing = mixing_of(setting.frame)} {
@@ -48,14 +48,16 @@ class LinearizedSurface : public LikelihoodSurface {
     if (variance != point_.variance || !is_valid_) is_valid_ = linearize(variance);
     if (!is_valid_) return kOutside;
     const double sigma = std::exp(x[layout_.sigma_at()]);
-    const MatrixXd outer = layout_.factor(true).factor(layout_.factor_part(x, true)) / sigma;
-    const MatrixXd inner = layout_.factor(false).factor(layout_.factor_part(x, false)) / sigma;
+    RelativeFactors factors;
+    for (std::size_t t = 0; t < layout_.terms(); ++t) {
+      factors.emplace_back(layout_.factor(t).factor(layout_.factor_part(x, t)) / sigma);
+    }
     HeldParameters held{.sigma2 = sigma * sigma};
     if (!is_restricted_) {
       held.coefficients = x.head(layout_.beta_count()) - optimum_.head(layout_.beta_count());
     }
     const LinearMixedProfile at = profile(at_.model,
-                                          {.inner = inner, .outer = outer},
+                                          factors,
                                           VectorXd::Zero(variance.size()),
                                           gradient != nullptr,
                                           held);
@@ -65,13 +67,10 @@ class LinearizedSurface : public LikelihoodSurface {
     if (!is_restricted_) gradient->head(layout_.beta_count()) = at.by_coefficients;
     // L is the factor relative to sigma, so that sigma moves it too.
     double by_log_sigma = at.by_log_sigma;
-    for (const bool is_outer : {true, false}) {
-      const RelativeFactor& factor = layout_.factor(is_outer);
-      if (factor.size() == 0) continue;
-      const MatrixXd& by = is_outer ? at.by_factor.outer : at.by_factor.inner;
-      const VectorXd slopes = factor.gradient(by) / sigma;
-      gradient->segment(layout_.factor_at(is_outer), slopes.size()) = slopes;
-      by_log_sigma -= slopes.dot(layout_.factor_part(x, is_outer));
+    for (std::size_t t = 0; t < layout_.terms(); ++t) {
+      const VectorXd slopes = layout_.factor(t).gradient(at.by_factor[t]) / sigma;
+      gradient->segment(layout_.factor_at(t), slopes.size()) = slopes;
+      by_log_sigma -= slopes.dot(layout_.factor_part(x, t));
     }
     if (variance.size() > 0) {
       gradient->segment(layout_.variance_at(), variance.size()) = at.by_variance;

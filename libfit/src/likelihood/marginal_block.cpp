@@ -14,15 +14,18 @@ using Eigen::VectorXd;
 }  // namespace
 
 MarginalValue MarginalValue::zero(const MarginalPoint& point) {
-  return {.by_beta = VectorXd::Zero(point.observation.beta.size()),
-          .by_variance = VectorXd::Zero(point.observation.variance.size()),
-          .by_outer_factor = MatrixXd::Zero(point.outer_factor.rows(), point.outer_factor.cols()),
-          .by_inner_factor = MatrixXd::Zero(point.inner_factor.rows(), point.inner_factor.cols())};
+  MarginalValue value{.by_beta = VectorXd::Zero(point.observation.beta.size()),
+                      .by_variance = VectorXd::Zero(point.observation.variance.size())};
+  for (const MatrixXd& factor : point.factors) {
+    value.by_factors.emplace_back(MatrixXd::Zero(factor.rows(), factor.cols()));
+  }
+  return value;
 }
 
 VectorXd MarginalValue::numbers() const {
-  VectorXd result(2 + by_beta.size() + by_variance.size() + by_outer_factor.size() +
-                  by_inner_factor.size());
+  Index count = 2 + by_beta.size() + by_variance.size();
+  for (const MatrixXd& by_factor : by_factors) count += by_factor.size();
+  VectorXd result(count);
   result.head(2) << minus_log_likelihood, by_log_sigma;
   Index at = 2;
   const auto put = [&](const auto& source) {
@@ -31,8 +34,7 @@ VectorXd MarginalValue::numbers() const {
   };
   put(by_beta);
   put(by_variance);
-  put(by_outer_factor.reshaped());
-  put(by_inner_factor.reshaped());
+  for (const MatrixXd& by_factor : by_factors) put(by_factor.reshaped());
   return result;
 }
 
@@ -46,8 +48,7 @@ void MarginalValue::set_numbers(const VectorXd& numbers) {
   };
   take(by_beta);
   take(by_variance);
-  take(by_outer_factor.reshaped());
-  take(by_inner_factor.reshaped());
+  for (MatrixXd& by_factor : by_factors) take(by_factor.reshaped());
 }
 
 void MarginalValue::add(const MarginalValue& other) {
@@ -55,11 +56,11 @@ void MarginalValue::add(const MarginalValue& other) {
   by_beta += other.by_beta;
   by_variance += other.by_variance;
   by_log_sigma += other.by_log_sigma;
-  by_outer_factor += other.by_outer_factor;
-  by_inner_factor += other.by_inner_factor;
+  for (std::size_t t = 0; t < by_factors.size(); ++t) by_factors[t] += other.by_factors[t];
 }
 
 MarginalBlock::MarginalBlock(const NonlinearModel& model,
+                             const EffectLayout& layout,
                              const ObservationSums& sums,
                              const RandomPlaces& places,
                              const QuadratureRule* rule,
@@ -70,12 +71,12 @@ MarginalBlock::MarginalBlock(const NonlinearModel& model,
       places_(places),
       rule_(rule),
       r_(sums.random_count()),
-      modes_(model, sums, first, last),
+      modes_(model, layout, sums, first, last),
       determinants_(sums.has_approximation() ? static_cast<std::size_t>(last - first) : 0) {}
 
 MarginalValue MarginalBlock::value(const MarginalPoint& point,
                                    const RandomDesign& design,
-                                   Modes& modes,
+                                   VectorXd& modes,
                                    MatrixXd& effects,
                                    ObservationSums::Workspace& workspace,
                                    bool with_gradient) {
@@ -100,10 +101,10 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
 }
 
 bool MarginalBlock::find_modes(const RandomDesign& design,
-                               Modes& modes,
+                               VectorXd& modes,
                                MatrixXd& effects,
                                ObservationSums::Workspace& workspace,
-                               const Modes* known,
+                               const VectorXd* known,
                                VectorXd& objectives) {
   if (!modes_.search(GroupPriors(design), modes, effects, workspace, known)) return false;
   if (!factorize_determinants(design) || !has_clear_modes()) return false;
@@ -145,19 +146,19 @@ const ArrowFactor& MarginalBlock::determinant(Index cluster) const {
 
 /// Where the nodes of all groups are: mode + C^-T x.
 void MarginalBlock::place_nodes(const RandomDesign& design) {
-  const Index q = design.inner.cols();
+  const Index q = design.joint.cols();
   scales_.clear();
   nodes_.resize(static_cast<std::size_t>(modes_.cluster_count()));
   for (std::size_t g = 0; g < nodes_.size(); ++g) {
     const auto group = static_cast<Index>(g);
     const SmallMatrix curvature = unpacked(modes_.curvatures(group).col(0).data(), r_);
-    const SmallMatrix bent = curvature.lazyProduct(design.inner);
-    SmallMatrix hessian = design.inner.transpose().lazyProduct(bent);
+    const SmallMatrix bent = curvature.lazyProduct(design.joint);
+    SmallMatrix hessian = design.joint.transpose().lazyProduct(bent);
     hessian += SmallMatrix::Identity(q, q);
     const NodeScale& scale = scales_.emplace_back(hessian);
     nodes_[g] = rule_->nodes;
     scale.lower().transpose().triangularView<Eigen::Upper>().solveInPlace(nodes_[g]);
-    nodes_[g].colwise() += modes_.inner(group);
+    nodes_[g].colwise() += modes_.of_cluster(modes_.modes(), group);
   }
 }
 
@@ -177,7 +178,7 @@ void MarginalBlock::evaluate_nodes(const RandomDesign& design,
   for (Index k = 0; k < nodes; ++k) {
     MatrixXd& here = node_sums[static_cast<std::size_t>(k)];
     for (Index g = 0; g < groups; ++g)
-      effects.col(begin + g) = design.inner.lazyProduct(node(g, k));
+      effects.col(begin + g) = design.joint.lazyProduct(node(g, k));
     if (with_gradient) {
       sums_.slopes(begin, begin + groups, effects, here, workspace);
     } else {
@@ -213,9 +214,9 @@ void MarginalBlock::integrate(const MarginalPoint& point,
     shares /= shares.sum();
   }
   if (!with_gradient) return;
-  const Index q = design.inner.cols();
+  const Index q = design.joint.cols();
   spread_.resize(q * q, groups);
-  inner_follow_.resize(q, groups);
+  follow_.resize(q * groups);
   for (Index g = 0; g < groups; ++g) add_node_slopes(point, node_sums, g, result);
   const Index begin = modes_.first_group();
   sums_.slopes(begin, begin + groups, effects, mode_slopes_, workspace);
@@ -229,12 +230,14 @@ void MarginalBlock::add_node_slopes(const MarginalPoint& point,
                                     MarginalValue& result) {
   const Index p = result.by_beta.size();
   const Index m = result.by_variance.size();
-  const Index q = point.inner_factor.rows();
+  const MatrixXd& factor = point.factors.front();
+  const Index q = factor.rows();
   const NodeScale& scale = scales_[static_cast<std::size_t>(g)];
   const SmallMatrix& lower = scale.lower();
   const MatrixXd& nodes = nodes_[static_cast<std::size_t>(g)];
   SmallMatrix by_lower = SmallMatrix::Zero(q, q);
-  inner_follow_.col(g).setZero();
+  auto follow = modes_.of_cluster(follow_, g);
+  follow.setZero();
   for (Index k = 0; k < shares_.rows(); ++k) {
     const double share = shares_(k, g);
     // Where the formula is not finite, the density is zero and its slopes mean nothing. The
@@ -247,13 +250,12 @@ void MarginalBlock::add_node_slopes(const MarginalPoint& point,
     result.by_log_sigma += share * here[1 + p + m];
     SmallVector by_effects(q);
     for (Index i = 0; i < q; ++i) {
-      by_effects[i] = share * here[1 + places_.inner[static_cast<std::size_t>(i)]];
+      by_effects[i] = share * here[1 + places_.terms.front()[static_cast<std::size_t>(i)]];
     }
-    result.by_inner_factor += by_effects.lazyProduct(nodes.col(k).transpose());
-    const SmallVector slope =
-        point.inner_factor.transpose().lazyProduct(by_effects) + share * nodes.col(k);
-    inner_follow_.col(g) += slope;
-    by_lower -= (nodes.col(k) - modes_.inner(g)).lazyProduct(slope.transpose());
+    result.by_factors.front() += by_effects.lazyProduct(nodes.col(k).transpose());
+    const SmallVector slope = factor.transpose().lazyProduct(by_effects) + share * nodes.col(k);
+    follow += slope;
+    by_lower -= (nodes.col(k) - modes_.of_cluster(modes_.modes(), g)).lazyProduct(slope.transpose());
   }
   lower.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(by_lower);
   by_lower.diagonal() += lower.diagonal().cwiseInverse();
@@ -266,18 +268,14 @@ void MarginalBlock::differentiate(const RandomDesign& design,
                                   MatrixXd& effects,
                                   ObservationSums::Workspace& workspace,
                                   MarginalValue& result) {
-  const Index s = design.outer.cols();
-  const Index q = design.inner.cols();
   const Index begin = modes_.first_group();
   const Index end = modes_.end_group();
-  SmallMatrix joint(r_, s + q);
-  joint << design.outer, design.inner;
-  weigh(joint, weights_);
+  weigh(design.joint, weights_);
   sums_.total(begin, end, effects, weights_, totals_, workspace);
   follow_modes(design);
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
     for (Index g = modes_.group_begin(c); g < modes_.group_begin(c + 1); ++g) {
-      add_group(design, joint, c, g, result);
+      add_group(design, c, g, result);
     }
   }
 }
@@ -302,44 +300,38 @@ void MarginalBlock::weigh(const SmallMatrix& joint, MatrixXd& weights) {
   }
 }
 
-/// Solves for the derivatives by the modes: (u, v) = H^-1 of the value's derivatives by them.
+/// Solves for the derivatives by the modes: H^-1 times the value's derivatives by them.
 void MarginalBlock::follow_modes(const RandomDesign& design) {
-  outer_follow_.setZero(design.outer.cols(), modes_.cluster_count());
-  if (rule_ == nullptr) inner_follow_.setZero(design.inner.cols(), totals_.cols());
+  if (rule_ == nullptr) follow_.setZero(modes_.modes().size());
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
-    for (Index g = modes_.group_begin(c); g < modes_.group_begin(c + 1); ++g) {
-      const auto turn = totals_.col(g).head(r_);
-      if (design.outer.cols() > 0) {
-        outer_follow_.col(c) += design.outer.transpose().lazyProduct(turn);
-      }
-      inner_follow_.col(g) += design.inner.transpose().lazyProduct(turn);
+    auto follow = modes_.of_cluster(follow_, c);
+    for (Index k = 0; k < modes_.group_count(c); ++k) {
+      const auto turn = totals_.col(modes_.group_begin(c) + k).head(r_);
+      const SmallVector own = design.joint.transpose().lazyProduct(turn);
+      modes_.layout().add_to_group(follow, k, own);
     }
-    modes_.hessian(c).solve(outer_follow_.col(c),
-                            inner_follow_.middleCols(modes_.group_begin(c), modes_.group_count(c)));
+    modes_.hessian(c).solve(follow);
   }
 }
 
 void MarginalBlock::add_group(const RandomDesign& design,
-                              const SmallMatrix& joint,
                               Index cluster,
                               Index group,
                               MarginalValue& result) const {
-  const Index s = design.outer.cols();
-  const Index q = design.inner.cols();
+  const EffectLayout& layout = modes_.layout();
+  const SmallMatrix& joint = design.joint;
   const Index k = group - modes_.group_begin(cluster);
   const auto turn = totals_.col(group).head(r_);
   const auto slope = modes_.slope(group);
-  SmallVector mode(s + q);
-  mode << modes_.outer(cluster), modes_.inner(group);
-  SmallVector follow(s + q);
-  follow << outer_follow_.col(cluster), inner_follow_.col(group);
+  const SmallVector mode = layout.of_group(modes_.of_cluster(modes_.modes(), cluster), k);
+  const SmallVector follow = layout.of_group(modes_.of_cluster(follow_, cluster), k);
   const SmallVector shift = joint.lazyProduct(follow);
   const SmallMatrix curvature = unpacked(modes_.curvatures(cluster).col(k).data(), r_);
   const SmallVector bend = curvature.lazyProduct(shift);
 
   add_coefficients(group, shift, bend, result);
   const SmallMatrix approximation = unpacked(modes_.approximations(cluster).col(k).data(), r_);
-  const Eigen::Map<const MatrixXd> spread(spread_.col(group).data(), s + q, s + q);
+  const Eigen::Map<const MatrixXd> spread(spread_.col(group).data(), joint.cols(), joint.cols());
   const SmallMatrix bent = approximation.lazyProduct(joint);
   SmallMatrix by_design = bent.lazyProduct(spread);
   SmallVector along_mode = turn - bend;
@@ -347,13 +339,13 @@ void MarginalBlock::add_group(const RandomDesign& design,
   if (rule_ == nullptr) along_mode += slope;
   by_design += along_mode.lazyProduct(mode.transpose());
   by_design -= slope.lazyProduct(follow.transpose());
-  for (Index i = 0; i < s; ++i) {
-    const Index row = places_.outer_rows[static_cast<std::size_t>(i)];
-    result.by_outer_factor.row(i) += by_design.row(row).head(s);
-  }
-  for (Index i = 0; i < q; ++i) {
-    const Index row = places_.inner_rows[static_cast<std::size_t>(i)];
-    result.by_inner_factor.row(i) += by_design.row(row).tail(q);
+  Index column = 0;
+  for (std::size_t t = 0; t < places_.rows.size(); ++t) {
+    for (std::size_t i = 0; i < places_.rows[t].size(); ++i) {
+      result.by_factors[t].row(static_cast<Index>(i)) +=
+          by_design.row(places_.rows[t][i]).segment(column, places_.q(t));
+    }
+    column += places_.q(t);
   }
 }
 

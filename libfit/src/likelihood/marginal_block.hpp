@@ -15,8 +15,7 @@ namespace silvafit::fit {
 /// Parameters of the marginal likelihood.
 struct MarginalPoint {
   ObservationPoint observation{};
-  Eigen::MatrixXd outer_factor{};  ///< (s x s) L of the coarser grouping, Psi = L L'; may be empty
-  Eigen::MatrixXd inner_factor{};  ///< (q x q) L of the only or the finer grouping
+  std::vector<Eigen::MatrixXd> factors{};  ///< (q x q) L of each term, Psi = L L'
 };
 
 /// The value and its derivatives by the parameters.
@@ -25,8 +24,7 @@ struct MarginalValue {
   Eigen::VectorXd by_beta{};          ///< (p)
   Eigen::VectorXd by_variance{};      ///< (m)
   double by_log_sigma = 0.0;
-  Eigen::MatrixXd by_outer_factor{};  ///< (s x s); only its lower triangle is used
-  Eigen::MatrixXd by_inner_factor{};  ///< (q x q); only its lower triangle is used
+  std::vector<Eigen::MatrixXd> by_factors{};  ///< (q x q); only the lower triangles are used
 
   static MarginalValue zero(const MarginalPoint& point);
   void add(const MarginalValue& other);
@@ -46,17 +44,18 @@ class MarginalBlock {
  public:
   /// \param rule  of quadrature, null for Laplace's method
   MarginalBlock(const NonlinearModel& model,
+                const EffectLayout& layout,
                 const ObservationSums& sums,
                 const RandomPlaces& places,
                 const QuadratureRule* rule,
                 Eigen::Index first,
                 Eigen::Index last);
 
-  /// \param modes    in: starts of the search for modes; out: modes
+  /// \param modes    (layout) in: starts of the search for modes; out: modes
   /// \param effects  (r x G) memory for the random effects of all groups
   MarginalValue value(const MarginalPoint& point,
                       const RandomDesign& design,
-                      Modes& modes,
+                      Eigen::VectorXd& modes,
                       Eigen::MatrixXd& effects,
                       ObservationSums::Workspace& workspace,
                       bool with_gradient);
@@ -66,10 +65,10 @@ class MarginalBlock {
   /// \param objectives  (C) out: the minimized objective; infinite if the mode is a known one
   /// \returns false if a conditional mode is flat
   bool find_modes(const RandomDesign& design,
-                  Modes& modes,
+                  Eigen::VectorXd& modes,
                   Eigen::MatrixXd& effects,
                   ObservationSums::Workspace& workspace,
-                  const Modes* known,
+                  const Eigen::VectorXd* known,
                   Eigen::VectorXd& objectives);
 
   /// Stores the derivatives of the modes of the last evaluation, which must have had a gradient, by
@@ -78,7 +77,7 @@ class MarginalBlock {
   /// Moves the stored modes to first order for a change of the parameters; modes with a large
   /// change are not moved.
   /// \param modes  in: the stored ones
-  void follow(const PointChange& change, Modes& modes);
+  void follow(const PointChange& change, Eigen::VectorXd& modes);
 
  private:
   bool factorize_determinants(const RandomDesign& design);
@@ -113,7 +112,6 @@ class MarginalBlock {
   void weigh(const SmallMatrix& joint, Eigen::MatrixXd& weights);
   void follow_modes(const RandomDesign& design);
   void add_group(const RandomDesign& design,
-                 const SmallMatrix& joint,
                  Eigen::Index cluster,
                  Eigen::Index group,
                  MarginalValue& result) const;
@@ -131,16 +129,13 @@ class MarginalBlock {
   std::vector<ArrowFactor> determinants_;  ///< with K for the curvature; empty if it is the same
   Eigen::MatrixXd weights_;                ///< (triangle x groups) the matrices M
   Eigen::MatrixXd totals_;                 ///< sums of total terms, one column per group
-  /// (s + q squared x groups) replaces H^-1 in derivatives of the log-determinant
+  /// (joint effects squared x groups) replaces H^-1 in derivatives of the log-determinant
   Eigen::MatrixXd spread_;
-  /// Derivatives of the value by the modes, then of the modes by the parameters: (s x clusters),
-  /// (q x groups).
-  Eigen::MatrixXd outer_follow_;
-  Eigen::MatrixXd inner_follow_;
+  /// Derivatives of the value by the modes, then of the modes by the parameters.
+  Eigen::VectorXd follow_;
   // At the stored modes:
   RandomDesign kept_design_;
-  Eigen::MatrixXd kept_outer_;
-  Eigen::MatrixXd kept_inner_;
+  Eigen::VectorXd kept_modes_;
   Eigen::MatrixXd kept_density_;
   Eigen::MatrixXd kept_totals_;
   ArrowFactor kept_hessian_;  ///< of the current cluster

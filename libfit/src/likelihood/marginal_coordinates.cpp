@@ -7,51 +7,58 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 MarginalPoint MarginalCoordinates::point(const VectorXd& x) const {
-  return {.observation = {.beta = layout_.beta(x),
-                          .variance = layout_.variance_part(x),
-                          .log_sigma = x[layout_.sigma_at()]},
-          .outer_factor = layout_.own_factor(x, true),
-          .inner_factor = layout_.own_factor(x, false)};
+  MarginalPoint point{.observation = {.beta = layout_.beta(x),
+                                      .variance = layout_.variance_part(x),
+                                      .log_sigma = x[layout_.sigma_at()]}};
+  for (std::size_t term = 0; term < layout_.terms(); ++term) {
+    point.factors.push_back(layout_.own_factor(x, term));
+  }
+  return point;
 }
 
 VectorXd MarginalCoordinates::gradient(const MarginalValue& value) const {
   VectorXd result(layout_.size());
-  result << layout_.beta_gradient(value.by_beta),
-      layout_.factor_gradient(true, value.by_outer_factor),
-      layout_.factor_gradient(false, value.by_inner_factor), value.by_variance, value.by_log_sigma;
+  result.head(layout_.beta_count()) = layout_.beta_gradient(value.by_beta);
+  for (std::size_t term = 0; term < layout_.terms(); ++term) {
+    const VectorXd slopes = layout_.factor_gradient(term, value.by_factors[term]);
+    result.segment(layout_.factor_at(term), slopes.size()) = slopes;
+  }
+  result.segment(layout_.variance_at(), layout_.variance_count()) = value.by_variance;
+  result[layout_.sigma_at()] = value.by_log_sigma;
   return result;
 }
 
 VectorXd MarginalCoordinates::coordinates(const ObservationPoint& observation,
-                                          const MatrixXd& outer,
-                                          const MatrixXd& inner) const {
+                                          const std::vector<MatrixXd>& covariances) const {
   return layout_.coordinates(
-      observation.beta, outer, inner, observation.variance, observation.log_sigma);
+      observation.beta, covariances, observation.variance, observation.log_sigma);
 }
 
-MatrixXd MarginalCoordinates::spherical(const VectorXd& x,
-                                        bool is_outer,
-                                        const MatrixXd& effects) const {
-  const auto frame = layout_.frame().effects(is_outer).triangularView<Eigen::Lower>();
-  if (frame.rows() == 0) return effects;
-  const MatrixXd factor = layout_.factor(is_outer).factor(layout_.factor_part(x, is_outer));
-  return spherical_effects(factor, frame.solve(effects));
+std::vector<MatrixXd> MarginalCoordinates::spherical(const VectorXd& x,
+                                                     const std::vector<MatrixXd>& effects) const {
+  std::vector<MatrixXd> result;
+  for (std::size_t term = 0; term < layout_.terms(); ++term) {
+    const auto frame = layout_.frame().effects[term].triangularView<Eigen::Lower>();
+    const MatrixXd factor = layout_.factor(term).factor(layout_.factor_part(x, term));
+    result.push_back(spherical_effects(factor, frame.solve(effects[term])));
+  }
+  return result;
 }
 
-MatrixXd MarginalCoordinates::scaled_covariance(const VectorXd& x, bool is_outer) const {
-  const MatrixXd root = layout_.factor(is_outer).factor(layout_.factor_part(x, is_outer));
+MatrixXd MarginalCoordinates::scaled_covariance(const VectorXd& x, std::size_t term) const {
+  const MatrixXd root = layout_.factor(term).factor(layout_.factor_part(x, term));
   return root * root.transpose();
 }
 
 VectorXd MarginalCoordinates::widened(const VectorXd& x,
-                                      bool is_outer,
+                                      std::size_t term,
                                       const VectorXd& direction,
                                       double size) const {
   const MatrixXd covariance =
-      scaled_covariance(x, is_outer) + size * direction * direction.transpose();
-  const RelativeFactor& form = layout_.factor(is_outer);
+      scaled_covariance(x, term) + size * direction * direction.transpose();
+  const RelativeFactor& form = layout_.factor(term);
   VectorXd result = x;
-  result.segment(layout_.factor_at(is_outer), form.parameter_count()) =
+  result.segment(layout_.factor_at(term), form.parameter_count()) =
       form.from_covariance(covariance);
   return result;
 }

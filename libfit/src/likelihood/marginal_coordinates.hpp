@@ -22,22 +22,21 @@ class MarginalCoordinates {
   const SurfaceLayout& layout() const { return layout_; }
   MarginalPoint point(const Eigen::VectorXd& x) const;
   Eigen::VectorXd gradient(const MarginalValue& value) const;
-  /// \param outer, inner  covariances Psi in the coefficients' own units
+  /// \param covariances  Psi of each term, in the coefficients' own units
   Eigen::VectorXd coordinates(const ObservationPoint& observation,
-                              const Eigen::MatrixXd& outer,
-                              const Eigen::MatrixXd& inner) const;
-  /// (q x G) the modes v of random effects b = L v, as far as L can represent them.
+                              const std::vector<Eigen::MatrixXd>& covariances) const;
+  /// (q x groups) of each term: the modes v of random effects b = L v, as far as L can represent
+  /// them.
   /// \param effects  in the coefficients' own units
-  Eigen::MatrixXd spherical(const Eigen::VectorXd& x,
-                            bool is_outer,
-                            const Eigen::MatrixXd& effects) const;
-  /// x with a larger covariance of a grouping in one direction of the frame.
+  std::vector<Eigen::MatrixXd> spherical(const Eigen::VectorXd& x,
+                                         const std::vector<Eigen::MatrixXd>& effects) const;
+  /// x with a larger covariance of a term in one direction of the frame.
   Eigen::VectorXd widened(const Eigen::VectorXd& x,
-                          bool is_outer,
+                          std::size_t term,
                           const Eigen::VectorXd& direction,
                           double size) const;
-  /// The covariance of a grouping in the frame.
-  Eigen::MatrixXd scaled_covariance(const Eigen::VectorXd& x, bool is_outer) const;
+  /// The covariance of a term in the frame.
+  Eigen::MatrixXd scaled_covariance(const Eigen::VectorXd& x, std::size_t term) const;
 
  private:
   SurfaceLayout layout_;

@@ -32,11 +32,11 @@ MarginalLikelihood::MarginalLikelihood(const NonlinearModel& model,
     : model_(model),
       shared_(shared),
       places_(model),
+      layout_(model),
       sums_(model, variance, curvature, places_.all),
       workspaces_(worker_count(model.threads())) {
-  if (points > 1) rule_ = gauss_hermite(points, static_cast<Index>(places_.inner.size()));
-  modes_.outer.setZero(static_cast<Index>(places_.outer.size()), model.cluster_count());
-  modes_.inner.setZero(static_cast<Index>(places_.inner.size()), model.group_count());
+  if (points > 1) rule_ = gauss_hermite(points, places_.q(0));
+  modes_.setZero(layout_.size());
   effects_.setZero(sums_.random_count(), model.group_count());
   cut_into_blocks();
 }
@@ -61,18 +61,22 @@ void MarginalLikelihood::cut_into_blocks() {
 }
 
 void MarginalLikelihood::add_block(const QuadratureRule* rule, Index first, Index last) {
-  blocks_.push_back(std::make_unique<MarginalBlock>(model_, sums_, places_, rule, first, last));
+  blocks_.push_back(
+      std::make_unique<MarginalBlock>(model_, layout_, sums_, places_, rule, first, last));
 }
 
 RandomDesign MarginalLikelihood::design_of(const MarginalPoint& point) const {
-  RandomDesign design{.outer = SmallMatrix::Zero(places_.r(), places_.s()),
-                      .inner = SmallMatrix::Zero(places_.r(), places_.q())};
-  add_placed(point.outer_factor, places_.outer_rows, design.outer);
-  add_placed(point.inner_factor, places_.inner_rows, design.inner);
+  RandomDesign design{.joint = SmallMatrix::Zero(places_.r(), layout_.joint_count()),
+                      .shared = layout_.joint_count() - layout_.count(layout_.terms() - 1)};
+  Index column = 0;
+  for (std::size_t t = 0; t < layout_.terms(); ++t) {
+    add_placed(point.factors[t], places_.rows[t], column, design.joint);
+    column += layout_.count(t);
+  }
   return design;
 }
 
-void MarginalLikelihood::set_modes(Modes modes) {
+void MarginalLikelihood::set_modes(VectorXd modes) {
   modes_ = std::move(modes);
   starts_from_kept_ = false;
 }
@@ -99,7 +103,7 @@ MarginalValue MarginalLikelihood::evaluate(const MarginalPoint& point, bool with
       .observation = {.beta = at.beta - from.beta,
                       .variance = at.variance - from.variance,
                       .log_sigma = at.log_sigma - from.log_sigma},
-      .design = {.outer = now.outer - then.outer, .inner = now.inner - then.inner}};
+      .design = {.joint = now.joint - then.joint, .shared = now.shared}};
   MarginalValue result = value(point, with_gradient, &change);
   if (std::isfinite(result.minus_log_likelihood)) return result;
   return value(point, with_gradient, nullptr);
@@ -128,7 +132,7 @@ MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
   model_.check_stop();
   sums_.set_point(point.observation);
   const RandomDesign design = design_of(point);
-  Modes modes = modes_;
+  VectorXd modes = modes_;
   std::vector<MarginalValue> parts(blocks_.size());
   parallel_for(parts.size(), model_.threads(), [&](std::size_t b, std::size_t worker) {
     if (change != nullptr) blocks_[b]->follow(*change, modes);
@@ -148,8 +152,8 @@ MarginalValue MarginalLikelihood::value(const MarginalPoint& point,
 }
 
 std::optional<VectorXd> MarginalLikelihood::find_modes(const MarginalPoint& point,
-                                                       Modes& modes,
-                                                       const Modes* known) {
+                                                       VectorXd& modes,
+                                                       const VectorXd* known) {
   model_.check_stop();
   sums_.set_point(point.observation);
   const RandomDesign design = design_of(point);

@@ -42,21 +42,23 @@ class MarginalLikelihood {
   /// \returns (C) the minimized objective, except for a constant; infinite if the mode is a known
   ///   one. No value if a search ends at a flat conditional mode.
   std::optional<Eigen::VectorXd> find_modes(const MarginalPoint& point,
-                                            Modes& modes,
-                                            const Modes* known);
+                                            Eigen::VectorXd& modes,
+                                            const Eigen::VectorXd* known);
 
   /// Modes of the random effects at the last value.
-  const Modes& modes() const { return modes_; }
+  const Eigen::VectorXd& modes() const { return modes_; }
   /// Sets the starts of the search for modes.
-  void set_modes(Modes modes);
+  void set_modes(Eigen::VectorXd modes);
   /// Stores the modes of the last evaluation, which must have been finite and with a gradient, ...
   void keep_modes(const MarginalPoint& point);
   /// ... and starts the next search from these, moved to first order by the change of the
   /// parameters.
   void set_kept_modes();
 
-  /// Indices of the random effects of both groupings among the model's coefficients.
+  /// Indices of the random effects of all terms among the model's coefficients.
   const RandomPlaces& places() const { return places_; }
+  /// The order of the modes.
+  const EffectLayout& layout() const { return layout_; }
 
  private:
   void cut_into_blocks();
@@ -68,12 +70,13 @@ class MarginalLikelihood {
   const NonlinearModel& model_;
   const SharedClusters* shared_;
   RandomPlaces places_;
+  EffectLayout layout_;
   ObservationSums sums_;
   QuadratureRule rule_;
   std::vector<std::unique_ptr<MarginalBlock>> blocks_;
   std::vector<ObservationSums::Workspace> workspaces_;  ///< by worker
-  Modes modes_;
-  Modes kept_;
+  Eigen::VectorXd modes_;
+  Eigen::VectorXd kept_;
   MarginalPoint kept_at_;
   bool starts_from_kept_ = false;
   Eigen::MatrixXd effects_;  ///< (r x G) memory for the random effects b

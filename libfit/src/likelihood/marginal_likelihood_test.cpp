@@ -65,8 +65,10 @@ struct Setting {
     at.observation = {.beta = Eigen::Vector3d(20.0, 0.07, -0.02),
                       .variance = variance.start(),
                       .log_sigma = std::log(1.3)};
-    at.inner_factor = lower(likelihood.places().inner, 0.09);
-    at.outer_factor = lower(likelihood.places().outer, 0.06);
+    const std::vector<std::vector<Index>>& terms = likelihood.places().terms;
+    for (std::size_t t = 0; t < terms.size(); ++t) {
+      at.factors.push_back(lower(terms[t], t + 1 == terms.size() ? 0.09 : 0.06));
+    }
   }
 
   /// A factor with standard deviations relative to the coefficients, and some correlation.
@@ -116,13 +118,12 @@ void check_gradient(Setting& setting) {
     check(exact.by_variance[e], setting.at.observation.variance[e]);
   }
   check(exact.by_log_sigma, setting.at.observation.log_sigma);
-  for (Index i = 0; i < exact.by_inner_factor.rows(); ++i) {
-    for (Index j = 0; j <= i; ++j)
-      check(exact.by_inner_factor(i, j), setting.at.inner_factor(i, j));
-  }
-  for (Index i = 0; i < exact.by_outer_factor.rows(); ++i) {
-    for (Index j = 0; j <= i; ++j)
-      check(exact.by_outer_factor(i, j), setting.at.outer_factor(i, j));
+  for (std::size_t t = 0; t < exact.by_factors.size(); ++t) {
+    for (Index i = 0; i < exact.by_factors[t].rows(); ++i) {
+      for (Index j = 0; j <= i; ++j) {
+        check(exact.by_factors[t](i, j), setting.at.factors[t](i, j));
+      }
+    }
   }
 }
 
@@ -176,17 +177,17 @@ TEST_CASE("a model linear in its random effects has the likelihood of its dense 
     bound.evaluate(setting.at.observation.beta, mean, &jacobian, workspace);
     const double sigma2 = std::exp(2.0 * setting.at.observation.log_sigma);
     MatrixXd covariance = sigma2 * MatrixXd::Identity(mean.size(), mean.size());
-    const MatrixXd inner = setting.at.inner_factor * setting.at.inner_factor.transpose();
-    const double outer = std::pow(setting.at.outer_factor(0, 0), 2);
+    const MatrixXd of_plots = setting.at.factors.back() * setting.at.factors.back().transpose();
+    const double of_stands = std::pow(setting.at.factors.front()(0, 0), 2);
     for (Index c = 0; c < bound.cluster_count(); ++c) {
       const Index first = bound.group_begin(bound.cluster_begin(c));
       const Index rows = bound.group_begin(bound.cluster_begin(c + 1)) - first;
-      covariance.block(first, first, rows, rows).array() += outer;
+      covariance.block(first, first, rows, rows).array() += of_stands;
       for (Index g = bound.cluster_begin(c); g < bound.cluster_begin(c + 1); ++g) {
         const Index begin = bound.group_begin(g);
         const Index size = bound.group_begin(g + 1) - begin;
         const MatrixXd z = jacobian.block(begin, 0, size, 2);
-        covariance.block(begin, begin, size, size) += z * inner * z.transpose();
+        covariance.block(begin, begin, size, size) += z * of_plots * z.transpose();
       }
     }
     const double expected = normal_minus_log_density(bound.response() - mean, covariance);
@@ -210,7 +211,7 @@ TEST_CASE("many points of quadrature give the integral") {
     for (int k = 0; k <= kIntervals; ++k) {
       const double v = -kReach + 2.0 * kReach * k / kIntervals;
       VectorXd beta = exact.at.observation.beta;
-      beta[0] += exact.at.inner_factor(0, 0) * v;
+      beta[0] += exact.at.factors.front()(0, 0) * v;
       VectorXd mean;
       model.evaluate(beta, mean, nullptr, workspace);
       const ResidualScale scale = exact.variance.scale(mean, exact.at.observation.variance, false);
@@ -258,19 +259,8 @@ TEST_CASE("the value does not depend on the number of threads") {
   const MarginalValue b = several.evaluate(one.at, true);
   CHECK(a.minus_log_likelihood == b.minus_log_likelihood);
   CHECK(a.by_beta == b.by_beta);
-  CHECK(a.by_inner_factor == b.by_inner_factor);
+  CHECK(a.by_factors == b.by_factors);
 }
-
-namespace {
-
-/// The effects of one grouping, those of "a + b | plot" or, with the coarser one, also "a | stand".
-SmallMatrix design_of(const MatrixXd& factor) {
-  SmallMatrix design = SmallMatrix::Zero(2, factor.cols());
-  design.topRows(factor.rows()) = factor;
-  return design;
-}
-
-}  // namespace
 
 TEST_CASE("modes follow the parameters to first order") {
   const Table table = nested_stands(6, 8);
@@ -282,19 +272,24 @@ TEST_CASE("modes follow the parameters to first order") {
   Setting setting(curve(table, random, variance), table, curvature);
   const NonlinearModel& model = setting.model;
   ObservationSums sums(model, setting.variance, curvature, {0, 1});
-  MarginalBlock block(model, sums, setting.likelihood.places(), nullptr, 0, model.cluster_count());
+  const EffectLayout& layout = setting.likelihood.layout();
+  const RandomPlaces& places = setting.likelihood.places();
+  MarginalBlock block(model, layout, sums, places, nullptr, 0, model.cluster_count());
   ObservationSums::Workspace workspace;
   MatrixXd effects = MatrixXd::Zero(2, model.group_count());
-  const auto search = [&](const MarginalPoint& at, bool with_gradient, Modes& modes) {
+  const auto search = [&](const MarginalPoint& at, bool with_gradient, VectorXd& modes) {
     sums.set_point(at.observation);
-    const RandomDesign design{.outer = design_of(at.outer_factor),
-                              .inner = design_of(at.inner_factor)};
+    RandomDesign design{.joint = SmallMatrix::Zero(2, layout.joint_count()),
+                        .shared = layout.joint_count() - layout.count(layout.terms() - 1)};
+    Index column = 0;
+    for (std::size_t t = 0; t < layout.terms(); ++t) {
+      add_placed(at.factors[t], places.rows[t], column, design.joint);
+      column += layout.count(t);
+    }
     block.value(at, design, modes, effects, workspace, with_gradient);
     return design;
   };
-  const MatrixXd none = MatrixXd::Zero(2, model.group_count());
-  Modes modes{.outer = MatrixXd::Zero(setting.at.outer_factor.rows(), model.cluster_count()),
-              .inner = none};
+  VectorXd modes = VectorXd::Zero(layout.size());
   const RandomDesign design = search(setting.at, true, modes);
   block.keep(design);
 
@@ -304,20 +299,19 @@ TEST_CASE("modes follow the parameters to first order") {
   moved.observation.beta *= 1.0 + kShare;
   moved.observation.variance *= 1.0 - 2.0 * kShare;
   moved.observation.log_sigma += 3.0 * kShare;
-  moved.inner_factor *= 1.0 + 4.0 * kShare;
-  moved.outer_factor *= 1.0 - 3.0 * kShare;
-  Modes exact = modes;
+  moved.factors.front() *= 1.0 - 3.0 * kShare;
+  moved.factors.back() *= 1.0 + 4.0 * kShare;
+  VectorXd exact = modes;
   const RandomDesign there = search(moved, false, exact);
-  Modes followed = modes;
+  VectorXd followed = modes;
   block.follow(
       {.observation = {.beta = moved.observation.beta - setting.at.observation.beta,
                        .variance = moved.observation.variance - setting.at.observation.variance,
                        .log_sigma = 3.0 * kShare},
-       .design = {.outer = there.outer - design.outer, .inner = there.inner - design.inner}},
+       .design = {.joint = there.joint - design.joint, .shared = there.shared}},
       followed);
   // The remainder is of second order, and modes are found to 1e-9.
-  const double change = (exact.inner - modes.inner).norm();
+  const double change = (exact - modes).norm();
   REQUIRE(change > 1e-6);
-  CHECK((followed.inner - exact.inner).norm() < 1e-3 * change + 2e-8);
-  CHECK((followed.outer - exact.outer).norm() < 1e-3 * change + 2e-8);
+  CHECK((followed - exact).norm() < 1e-3 * change + 2e-8);
 }

@@ -5,13 +5,11 @@
 #include "likelihood/likelihood_surface.hpp"
 #include "likelihood/marginal_coordinates.hpp"
 #include "likelihood/marginal_likelihood.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 
 namespace silvafit::fit {
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 Curvature curvature_of(Method method) {
@@ -29,11 +27,8 @@ class MarginalSurface : public LikelihoodSurface {
         coordinates_(setting.model, setting.variance, setting.frame),
         optimum_(setting.coordinates(coordinates_.layout(), setting.log_sigma)) {
     const MarginalPoint point = coordinates_.point(optimum_);
-    const bool is_nested = setting.model.specification().random.size() > 1;
-    likelihood_.set_modes(
-        {.outer = is_nested ? coordinates_.spherical(optimum_, true, coarser(setting.fit).effects)
-                            : MatrixXd(0, setting.model.cluster_count()),
-         .inner = coordinates_.spherical(optimum_, false, finer(setting.fit).effects)});
+    likelihood_.set_modes(likelihood_.layout().from_terms(
+        coordinates_.spherical(optimum_, effects_of(setting.fit))));
     likelihood_.evaluate(point, false);
     modes_ = likelihood_.modes();
   }
@@ -56,7 +51,7 @@ class MarginalSurface : public LikelihoodSurface {
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
   VectorXd optimum_;
-  Modes modes_;
+  VectorXd modes_;
 };
 
 }  // namespace

@@ -16,7 +16,7 @@
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-// Groupings are listed from the outer to the inner one.
+// Terms are listed from the coarsest to the finest one.
 using json = nlohmann::ordered_json;
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -83,8 +83,7 @@ MarginalPoint point_of(const json& reference,
   const VectorXd parameters = variance.parameters(estimate_of(reference));
   const double sigma = reference["sigma"].get<double>() / variance.sigma_factor(parameters);
   return {.observation = {.beta = beta, .variance = parameters, .log_sigma = std::log(sigma)},
-          .outer_factor = factors.size() > 1 ? factors.front() : MatrixXd(0, 0),
-          .inner_factor = factors.back()};
+          .factors = factors};
 }
 
 double log_likelihood(const json& reference, Curvature curvature, int points) {
@@ -181,9 +180,9 @@ TEST_CASE("nested groups have TMB's maximum of Laplace's likelihood") {
             Approx(reference["estimates"][name].get<double>()).margin(1e-5 * error));
       CHECK(fit.standard_errors()[j] == Approx(error).epsilon(1e-4));
     }
-    const MatrixXd outer = matrix_of(reference["random"]["stand"]["covariance"]);
-    const MatrixXd inner = matrix_of(reference["random"]["plot"]["covariance"]);
-    CHECK(fit.random.front().covariance(0, 0) == Approx(outer(0, 0)).epsilon(1e-4));
-    CHECK(fit.random.back().covariance(1, 1) == Approx(inner(1, 1)).epsilon(1e-4));
+    const MatrixXd of_stands = matrix_of(reference["random"]["stand"]["covariance"]);
+    const MatrixXd of_plots = matrix_of(reference["random"]["plot"]["covariance"]);
+    CHECK(fit.random.front().covariance(0, 0) == Approx(of_stands(0, 0)).epsilon(1e-4));
+    CHECK(fit.random.back().covariance(1, 1) == Approx(of_plots(1, 1)).epsilon(1e-4));
   }
 }

@@ -12,13 +12,13 @@ namespace silvafit::fit {
 /// Replaces the modes of clusters by other ones whose objective is lower by more than rounding.
 /// \param objectives  the minimized objectives: of the modes, and of the others
 /// \return            whether a mode was replaced
-bool take_lower(const NonlinearModel& model,
-                const Modes& others,
+bool take_lower(const EffectLayout& layout,
+                const Eigen::VectorXd& others,
                 const Eigen::VectorXd& of_others,
-                Modes& modes,
+                Eigen::VectorXd& modes,
                 Eigen::VectorXd& objectives);
 
-/// Further starts for modes: no effects, and each effect far to either side.
-std::vector<Modes> other_starts(const Modes& modes);
+/// Further starts of the search for modes: no effects, and each effect far to either side.
+std::vector<Eigen::VectorXd> other_starts(const EffectLayout& layout);
 
 }  // namespace silvafit::fit

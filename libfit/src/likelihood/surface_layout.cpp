@@ -4,10 +4,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <utility>
 #include <vector>
-
-#include "model/nested_terms.hpp"
 
 namespace silvafit::fit {
 
@@ -22,28 +21,32 @@ SurfaceLayout::SurfaceLayout(const NonlinearModel& model,
     : frame_(std::move(frame)),
       beta_(beta_count),
       variance_(variance.parameter_count()),
-      outer_(or_none(coarser_term(model.specification())), frame_.outer.diagonal()),
-      inner_(or_none(finer_term(model.specification())), frame_.inner.diagonal()) {}
-
-MatrixXd SurfaceLayout::own_factor(const VectorXd& x, bool is_outer) const {
-  return frame_.effects(is_outer) * factor(is_outer).factor(factor_part(x, is_outer));
+      begins_{beta_count} {
+  for (std::size_t t = 0; t < model.term_count(); ++t) {
+    factors_.emplace_back(model.specification().random[t], frame_.effects[t].diagonal());
+    begins_.push_back(begins_.back() + factors_.back().parameter_count());
+  }
 }
 
-void SurfaceLayout::set_own_factor(bool is_outer, const MatrixXd& own, VectorXd& x) const {
-  const RelativeFactor& of = factor(is_outer);
-  const MatrixXd scaled = frame_.effects(is_outer).triangularView<Eigen::Lower>().solve(own);
-  x.segment(factor_at(is_outer), of.parameter_count()) = of.from_factor(scaled);
+MatrixXd SurfaceLayout::own_factor(const VectorXd& x, std::size_t term) const {
+  return frame_.effects[term] * factor(term).factor(factor_part(x, term));
 }
 
-VectorXd SurfaceLayout::factor_gradient(bool is_outer, const MatrixXd& by_own) const {
+void SurfaceLayout::set_own_factor(std::size_t term, const MatrixXd& own, VectorXd& x) const {
+  const RelativeFactor& of = factor(term);
+  const MatrixXd scaled = frame_.effects[term].triangularView<Eigen::Lower>().solve(own);
+  x.segment(factor_at(term), of.parameter_count()) = of.from_factor(scaled);
+}
+
+VectorXd SurfaceLayout::factor_gradient(std::size_t term, const MatrixXd& by_own) const {
   const MatrixXd lower = by_own.triangularView<Eigen::Lower>();
-  return factor(is_outer).gradient(frame_.effects(is_outer).transpose() * lower);
+  return factor(term).gradient(frame_.effects[term].transpose() * lower);
 }
 
-MatrixXd SurfaceLayout::own_factor_gradient(bool is_outer, const VectorXd& gradient) const {
-  const MatrixXd scaled = factor(is_outer).factor(factor_part(gradient, is_outer));
+MatrixXd SurfaceLayout::own_factor_gradient(std::size_t term, const VectorXd& gradient) const {
+  const MatrixXd scaled = factor(term).factor(factor_part(gradient, term));
   const MatrixXd own =
-      frame_.effects(is_outer).triangularView<Eigen::Lower>().transpose().solve(scaled);
+      frame_.effects[term].triangularView<Eigen::Lower>().transpose().solve(scaled);
   return own.triangularView<Eigen::Lower>();
 }
 
@@ -51,34 +54,31 @@ std::string SurfaceLayout::name(const NonlinearModel& model, Index at) const {
   if (at < beta_) return model.coefficient_names()[static_cast<std::size_t>(at)];
   if (at == sigma_at()) return "sigma";
   if (at >= variance_at()) return "the variance function";
-  const bool is_outer = at < inner_at();
-  const RelativeFactor& form = factor(is_outer);
+  const auto next = std::ranges::upper_bound(begins_, at);
+  const auto term = static_cast<std::size_t>(next - begins_.begin()) - 1;
+  const RelativeFactor& form = factor(term);
   // The row and column of an element in the factor determine its effects.
-  const VectorXd only = VectorXd::Unit(form.parameter_count(), at - factor_at(is_outer));
+  const VectorXd only = VectorXd::Unit(form.parameter_count(), at - factor_at(term));
   Index row = 0;
   Index column = 0;
   form.factor(only).cwiseAbs().maxCoeff(&row, &column);
-  const ModelSpecification& specification = model.specification();
-  const std::vector<std::string>& effects =
-      (is_outer ? coarser_term(specification) : finer_term(specification))->coefficients;
+  const std::vector<std::string>& effects = model.specification().random[term].coefficients;
   const std::string& of_row = effects[static_cast<std::size_t>(row)];
   if (row == column) return fmt::format("sd({})", of_row);
   return fmt::format("cor({}, {})", effects[static_cast<std::size_t>(column)], of_row);
 }
 
 VectorXd SurfaceLayout::coordinates(const VectorXd& beta,
-                                    const MatrixXd& outer,
-                                    const MatrixXd& inner,
+                                    const std::vector<MatrixXd>& covariances,
                                     const VectorXd& variance,
                                     double log_sigma) const {
   VectorXd x(size());
   if (beta_ > 0) x.head(beta_) = frame_.beta.partialPivLu().solve(beta);
-  for (const bool is_outer : {true, false}) {
-    const auto frame = frame_.effects(is_outer).triangularView<Eigen::Lower>();
-    if (frame.rows() == 0) continue;
-    const MatrixXd half = frame.solve(is_outer ? outer : inner);
-    const RelativeFactor& form = factor(is_outer);
-    x.segment(factor_at(is_outer), form.parameter_count()) =
+  for (std::size_t term = 0; term < terms(); ++term) {
+    const auto frame = frame_.effects[term].triangularView<Eigen::Lower>();
+    const MatrixXd half = frame.solve(covariances[term]);
+    const RelativeFactor& form = factor(term);
+    x.segment(factor_at(term), form.parameter_count()) =
         form.from_covariance(frame.solve(half.transpose()));
   }
   x.segment(variance_at(), variance_) = variance;

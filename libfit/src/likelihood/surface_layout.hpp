@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "model/coefficient_frame.hpp"
 #include "model/relative_factor.hpp"
@@ -13,9 +14,8 @@
 namespace silvafit::fit {
 
 /// The layout of the parameters in a vector x of numbers of order one:
-/// x = (T^-1 beta, factor of the coarser grouping, factor of the finer one, internal variance
-/// parameters, log of the internal sigma). A factor is U^-1 L of Psi = L L', lower triangular. T
-/// and U are the coefficients' frame.
+/// x = (T^-1 beta, factor of each term, internal variance parameters, log of the internal sigma). A
+/// factor is U^-1 L of Psi = L L', lower triangular. T and U are the coefficients' frame.
 class SurfaceLayout {
  public:
   /// \param beta_count  p, or 0 if the likelihood is that of contrasts free of beta
@@ -26,33 +26,32 @@ class SurfaceLayout {
 
   Eigen::Index size() const { return sigma_at() + 1; }
   Eigen::Index beta_count() const { return beta_; }
-  Eigen::Index outer_at() const { return beta_; }
-  Eigen::Index inner_at() const { return beta_ + outer_.parameter_count(); }
-  Eigen::Index variance_at() const { return inner_at() + inner_.parameter_count(); }
+  Eigen::Index variance_at() const { return begins_.back(); }
   Eigen::Index variance_count() const { return variance_; }
   Eigen::Index sigma_at() const { return variance_at() + variance_; }
 
   const CoefficientFrame& frame() const { return frame_; }
-  const RelativeFactor& factor(bool is_outer) const { return is_outer ? outer_ : inner_; }
-  Eigen::Index factor_at(bool is_outer) const { return is_outer ? outer_at() : inner_at(); }
+  std::size_t terms() const { return factors_.size(); }
+  const RelativeFactor& factor(std::size_t term) const { return factors_[term]; }
+  Eigen::Index factor_at(std::size_t term) const { return begins_[term]; }
   /// The coefficients.
   Eigen::VectorXd beta(const Eigen::VectorXd& x) const { return frame_.beta * x.head(beta_); }
   /// The gradient by the first p elements of x from that by the coefficients.
   Eigen::VectorXd beta_gradient(const Eigen::VectorXd& by_beta) const {
     return frame_.beta.transpose() * by_beta;
   }
-  /// (q x q) L of a grouping, in the coefficients' own units.
-  Eigen::MatrixXd own_factor(const Eigen::VectorXd& x, bool is_outer) const;
+  /// (q x q) L of a term, in the coefficients' own units.
+  Eigen::MatrixXd own_factor(const Eigen::VectorXd& x, std::size_t term) const;
   /// x with other elements of a factor.
-  void set_own_factor(bool is_outer, const Eigen::MatrixXd& own, Eigen::VectorXd& x) const;
+  void set_own_factor(std::size_t term, const Eigen::MatrixXd& own, Eigen::VectorXd& x) const;
   /// The gradient by the elements of a factor in x from that by L, of which the lower triangle is
   /// used.
-  Eigen::VectorXd factor_gradient(bool is_outer, const Eigen::MatrixXd& by_own) const;
+  Eigen::VectorXd factor_gradient(std::size_t term, const Eigen::MatrixXd& by_own) const;
   /// The gradient by L, lower triangular, from one by x.
-  Eigen::MatrixXd own_factor_gradient(bool is_outer, const Eigen::VectorXd& gradient) const;
-  /// The parameters of a grouping's factor.
-  Eigen::VectorXd factor_part(const Eigen::VectorXd& x, bool is_outer) const {
-    return x.segment(factor_at(is_outer), factor(is_outer).parameter_count());
+  Eigen::MatrixXd own_factor_gradient(std::size_t term, const Eigen::VectorXd& gradient) const;
+  /// The parameters of a term's factor.
+  Eigen::VectorXd factor_part(const Eigen::VectorXd& x, std::size_t term) const {
+    return x.segment(factor_at(term), factor(term).parameter_count());
   }
   Eigen::VectorXd variance_part(const Eigen::VectorXd& x) const {
     return x.segment(variance_at(), variance_);
@@ -60,11 +59,10 @@ class SurfaceLayout {
   /// The name of an element of x: "b", "sd(b)", "cor(a, b)", "the variance function", "sigma".
   std::string name(const NonlinearModel& model, Eigen::Index at) const;
   /// Parameters as a vector.
-  /// \param outer, inner  covariances Psi in the coefficients' own units
-  /// \param log_sigma     of the internal sigma
+  /// \param covariances  Psi of each term, in the coefficients' own units
+  /// \param log_sigma    of the internal sigma
   Eigen::VectorXd coordinates(const Eigen::VectorXd& beta,
-                              const Eigen::MatrixXd& outer,
-                              const Eigen::MatrixXd& inner,
+                              const std::vector<Eigen::MatrixXd>& covariances,
                               const Eigen::VectorXd& variance,
                               double log_sigma) const;
 
@@ -72,8 +70,8 @@ class SurfaceLayout {
   CoefficientFrame frame_;
   Eigen::Index beta_ = 0;
   Eigen::Index variance_ = 0;
-  RelativeFactor outer_;
-  RelativeFactor inner_;
+  std::vector<RelativeFactor> factors_;
+  std::vector<Eigen::Index> begins_;  ///< of each term's parameters, and of those of the variance
 };
 
 }  // namespace silvafit::fit

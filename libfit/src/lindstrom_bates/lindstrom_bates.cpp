@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "model/coefficient_frame.hpp"
-#include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "result/group_coefficients.hpp"
@@ -22,10 +21,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-RelativeFactor factor_of(const RandomEffects* term, const VectorXd& scales) {
-  return {or_none(term), scales};
-}
 
 /// (p x p) cross products of the columns of X.
 MatrixXd column_products(const Linearization& at) {
@@ -84,14 +79,13 @@ constexpr double kStartDivisor = 0.375;
 // Coordinates are recomputed if a column of the Jacobian has changed by more than this factor.
 constexpr double kUnsuitable = 4.0;
 
-/// The spherical effects that give the same effects with another factor, as far as that can
-/// represent them.
-MatrixXd moved_effects(const MatrixXd& from, const MatrixXd& to, const MatrixXd& spherical) {
-  if (spherical.rows() == 0) return spherical;
-  return spherical_effects(to, from * spherical);
-}
-
 }  // namespace
+
+double LindstromBatesState::penalty() const {
+  double sum = 0.0;
+  for (const MatrixXd& of_term : spherical) sum += of_term.squaredNorm();
+  return sum;
+}
 
 PooledFit pooled_fit(const NonlinearModel& model,
                      const VectorXd& start,
@@ -115,9 +109,10 @@ PooledFit pooled_fit(const NonlinearModel& model,
       .log_likelihood = least_squares_log_likelihood(at.squares.sum(), model.observations())};
   if (options.reml) {
     at.model.restricted = true;
-    const auto q = static_cast<Index>(at.model.random.inner.size());
-    const auto r = static_cast<Index>(at.model.random.outer.size());
-    const RelativeFactors none = {.inner = MatrixXd::Zero(q, q), .outer = MatrixXd::Zero(r, r)};
+    RelativeFactors none;
+    for (const std::vector<Index>& term : at.model.random.terms) {
+      none.emplace_back(MatrixXd::Zero(std::ssize(term), std::ssize(term)));
+    }
     result.log_likelihood = -profile(at.model, none, VectorXd(0), false).minus_log_likelihood;
   }
   return result;
@@ -130,47 +125,63 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
     : model_(model),
       options_(options),
       variance_text_(variance.text()),
-      random_(model.coefficients_of(finer_term(model.specification()))),
-      outer_random_(model.coefficients_of(coarser_term(model.specification()))),
+      random_(model.random_coefficients()),
       pooled_(pooled),
       all_(static_cast<std::size_t>(pooled.scale.size())),
       scale_(pooled.scale),
       mixing_(pooled.mixing),
-      inner_factor_(factor_of(finer_term(model.specification()), VectorXd(scale_(random_)))),
-      outer_factor_(
-          factor_of(coarser_term(model.specification()), VectorXd(scale_(outer_random_)))),
       variance_(variance, VarianceData::of(model)),
       is_normalized_(normalized(variance)),
       linearizer_(model, variance_) {
   std::iota(all_.begin(), all_.end(), Index{0});
+  make_factors();
+}
+
+void LindstromBates::make_factors() {
+  factors_.clear();
+  for (std::size_t t = 0; t < random_.size(); ++t) {
+    factors_.emplace_back(model_.specification().random[t], VectorXd(scale_(random_[t])));
+  }
+}
+
+Index LindstromBates::random_parameter_count() const {
+  Index count = 0;
+  for (const RelativeFactor& factor : factors_) count += factor.parameter_count();
+  return count;
 }
 
 RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
-  const Index inner = inner_factor_.parameter_count();
-  return {.inner = inner_factor_.factor(theta.head(inner)),
-          .outer = outer_factor_.factor(theta.segment(inner, outer_factor_.parameter_count()))};
+  RelativeFactors result;
+  for_each_term([&](std::size_t, const RelativeFactor& factor, Index begin) {
+    result.push_back(factor.factor(theta.segment(begin, factor.parameter_count())));
+  });
+  return result;
+}
+
+void LindstromBates::set_factors(const RelativeFactors& factors, VectorXd& theta) const {
+  for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
+    theta.segment(begin, factor.parameter_count()) = factor.from_factor(factors[t]);
+  });
 }
 
 LindstromBatesState LindstromBates::start(double spread) {
   adopt_units(pooled_.scale, pooled_.mixing);
-  const auto q = static_cast<Index>(random_.size());
-  const auto r = static_cast<Index>(outer_random_.size());
   LindstromBatesState state{
       .scale = pooled_.scale,
       .mixing = pooled_.mixing,
       .beta = scaled_values(all_, pooled_.coefficients),
-      .spherical = MatrixXd::Zero(q, model_.group_count()),
-      .outer_spherical = MatrixXd::Zero(r, r > 0 ? model_.cluster_count() : 0),
       .theta = VectorXd(random_parameter_count() + variance_.parameter_count())};
-  // In scaled coordinates the mean square of each column of Z is one at the start.
-  const auto deviation = [&](Index groups) {
-    return spread / (kStartDivisor * std::sqrt(static_cast<double>(model_.observations()) /
-                                               static_cast<double>(groups)));
-  };
-  const VectorXd inner = VectorXd::Constant(q, deviation(model_.group_count()));
-  const VectorXd outer = VectorXd::Constant(r, deviation(model_.cluster_count()));
-  state.theta << inner_factor_.from_diagonal(inner), outer_factor_.from_diagonal(outer),
-      variance_.start();
+  for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
+    const Index groups = model_.group_count(t);
+    state.spherical.emplace_back(MatrixXd::Zero(factor.size(), groups));
+    // In scaled coordinates the mean square of each column of Z is one at the start.
+    const double deviation =
+        spread / (kStartDivisor * std::sqrt(static_cast<double>(model_.observations()) /
+                                            static_cast<double>(groups)));
+    state.theta.segment(begin, factor.parameter_count()) =
+        factor.from_diagonal(VectorXd::Constant(factor.size(), deviation));
+  });
+  state.theta.tail(variance_.parameter_count()) = variance_.start();
   return state;
 }
 
@@ -180,8 +191,10 @@ LindstromBatesState LindstromBates::with_theta(const LindstromBatesState& state,
   moved.theta = theta;
   const RelativeFactors from = factors(state.theta);
   const RelativeFactors to = factors(theta);
-  moved.spherical = moved_effects(from.inner, to.inner, state.spherical);
-  moved.outer_spherical = moved_effects(from.outer, to.outer, state.outer_spherical);
+  // The same effects, as far as the other factor can represent them.
+  for (std::size_t t = 0; t < to.size(); ++t) {
+    moved.spherical[t] = spherical_effects(to[t], from[t] * state.spherical[t]);
+  }
   return moved;
 }
 
@@ -231,8 +244,7 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
   const double mean_log =
       at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
   state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
-  state.spherical *= std::exp(smaller.mean_log - mean_log);
-  state.outer_spherical *= std::exp(smaller.mean_log - mean_log);
+  for (MatrixXd& of_term : state.spherical) of_term *= std::exp(smaller.mean_log - mean_log);
   return state;
 }
 
@@ -278,9 +290,7 @@ MatrixXd LindstromBates::scaled_values(const std::vector<Index>& columns,
 void LindstromBates::adopt_units(const VectorXd& scale, const MatrixXd& mixing) {
   scale_ = scale;
   mixing_ = mixing;
-  const ModelSpecification& specification = model_.specification();
-  inner_factor_ = factor_of(finer_term(specification), VectorXd(scale_(random_)));
-  outer_factor_ = factor_of(coarser_term(specification), VectorXd(scale_(outer_random_)));
+  make_factors();
 }
 
 bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
@@ -288,17 +298,16 @@ bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
   if (size.size() == 0) return false;
   if (remix(state, at)) return true;
   if (size.maxCoeff() < kUnsuitable && size.minCoeff() > 1.0 / kUnsuitable) return false;
-  const RelativeFactors from = factors(state.theta);
-  const MatrixXd inner = VectorXd(size(random_)).asDiagonal() * from.inner;
-  const MatrixXd outer = VectorXd(size(outer_random_)).asDiagonal() * from.outer;
+  RelativeFactors scaled = factors(state.theta);
+  for (std::size_t t = 0; t < scaled.size(); ++t) {
+    scaled[t] = VectorXd(size(random_[t])).asDiagonal() * scaled[t];
+  }
   state.scale = state.scale.cwiseQuotient(size);
   state.beta = state.beta.cwiseProduct(size);
   at.model.moments.divide_columns(size);
   adopt_units(state.scale, state.mixing);
   at.model.log_units = -2.0 * scale_.array().log().sum();
-  const Index count = inner_factor_.parameter_count();
-  state.theta.head(count) = inner_factor_.from_factor(inner);
-  state.theta.segment(count, outer_factor_.parameter_count()) = outer_factor_.from_factor(outer);
+  set_factors(scaled, state.theta);
   return true;
 }
 
@@ -308,17 +317,14 @@ bool LindstromBates::remix(LindstromBatesState& state, Linearization& at) {
   LindstromBatesState mixed = state;
   const MatrixXd effects = own_effects(state);
   mixed.mixing = mixing_at(model_, effects.colwise() + own_values(all_, state.beta).col(0));
-  const RelativeFactors from = factors(state.theta);
-  const MatrixXd inner = own_values(random_, from.inner);
-  const MatrixXd outer = own_values(outer_random_, from.outer);
+  RelativeFactors moved = factors(state.theta);
+  for (std::size_t t = 0; t < moved.size(); ++t) moved[t] = own_values(random_[t], moved[t]);
   const auto adopt = [&](const LindstromBatesState& of) { adopt_units(of.scale, of.mixing); };
   const VectorXd beta = own_values(all_, state.beta);
   adopt(mixed);
   mixed.beta = scaled_values(all_, beta);
-  const Index count = inner_factor_.parameter_count();
-  mixed.theta.head(count) = inner_factor_.from_factor(scaled_values(random_, inner));
-  mixed.theta.segment(count, outer_factor_.parameter_count()) =
-      outer_factor_.from_factor(scaled_values(outer_random_, outer));
+  for (std::size_t t = 0; t < moved.size(); ++t) moved[t] = scaled_values(random_[t], moved[t]);
+  set_factors(moved, mixed.theta);
   Linearization there;
   constexpr double kBetter = 10.0;
   if (!linearize(mixed, nullptr, there) ||
@@ -334,11 +340,11 @@ bool LindstromBates::remix(LindstromBatesState& state, Linearization& at) {
 MatrixXd LindstromBates::own_effects(const LindstromBatesState& state) const {
   const RelativeFactors now = factors(state.theta);
   MatrixXd result = MatrixXd::Zero(scale_.size(), model_.group_count());
-  add_group_effects(model_,
-                    {.rows = random_, .effects = own_values(random_, now.inner * state.spherical)},
-                    {.rows = outer_random_,
-                     .effects = own_values(outer_random_, now.outer * state.outer_spherical)},
-                    result);
+  std::vector<MatrixXd> effects;
+  for (std::size_t t = 0; t < now.size(); ++t) {
+    effects.push_back(own_values(random_[t], now[t] * state.spherical[t]));
+  }
+  add_group_effects(model_, random_, effects, result);
   return result;
 }
 
@@ -388,8 +394,9 @@ LinearMixedProfile LindstromBates::profile_near(const LindstromBatesState& state
 
 VectorXd LindstromBates::gradient(const LinearMixedProfile& at) const {
   VectorXd result = VectorXd::Zero(random_parameter_count() + variance_.parameter_count());
-  result.head(random_parameter_count()) << inner_factor_.gradient(at.by_factor.inner),
-      outer_factor_.gradient(at.by_factor.outer);
+  for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
+    result.segment(begin, factor.parameter_count()) = factor.gradient(at.by_factor[t]);
+  });
   if (at.by_variance.size() > 0) result.tail(variance_.parameter_count()) = at.by_variance;
   return result;
 }
@@ -397,46 +404,50 @@ VectorXd LindstromBates::gradient(const LinearMixedProfile& at) const {
 double LindstromBates::take_step(LindstromBatesState& state,
                                  Linearization& at,
                                  const LinearMixedProfile& target) {
-  const auto penalized = [](const VectorXd& squares, const LindstromBatesState& of) {
-    return VectorXd(squares + of.spherical.colwise().squaredNorm().transpose());
+  // The squares of each group with those of its effects of the last term.
+  const auto penalized = [](VectorXd squares, const LindstromBatesState& of) {
+    if (!of.spherical.empty()) squares += of.spherical.back().colwise().squaredNorm().transpose();
+    return squares;
   };
   const VectorXd current = penalized(at.squares, state);
-  const double total = current.sum() + state.outer_spherical.squaredNorm();
-  const MatrixXd change = target.spherical - state.spherical;
-  const MatrixXd outer_change = target.outer_spherical - state.outer_spherical;
+  const double total = at.squares.sum() + state.penalty();
   // A few diverging groups must not slow the others: first only their effects take shorter steps.
   // If that is not sufficient, all steps are shortened together, until the objective decreases.
   constexpr int kGroupTrials = 6;
   constexpr int kTrials = 36;
-  VectorXd group_length = VectorXd::Ones(model_.group_count());
-  VectorXd cluster_length = VectorXd::Ones(state.outer_spherical.cols());
+  std::vector<VectorXd> lengths;  // of the groups of each term, relative to that of all
+  const auto lengthen = [&] {
+    lengths.clear();
+    for (const MatrixXd& of : state.spherical) lengths.emplace_back(VectorXd::Ones(of.cols()));
+  };
+  lengthen();
   double length = 1.0;
   for (int attempt = 0; attempt < kTrials; ++attempt) {
     LindstromBatesState trial = state;
     trial.beta += length * target.coefficients;
-    trial.spherical += length * change * group_length.asDiagonal();
-    trial.outer_spherical += length * outer_change * cluster_length.asDiagonal();
+    for (std::size_t t = 0; t < lengths.size(); ++t) {
+      const MatrixXd change = target.spherical[t] - state.spherical[t];
+      trial.spherical[t] += length * change * lengths[t].asDiagonal();
+    }
     Linearization point;
     if (passes_left_ <= 0) return 0.0;
     const bool is_finite = linearize(trial, &at, point);
-    const VectorXd reached = penalized(point.squares_before, trial);
-    const double total_reached = reached.sum() + trial.outer_spherical.squaredNorm();
-    if (is_finite && total_reached <= total * (1.0 + 1e-13)) {
+    if (is_finite && point.squares_before.sum() + trial.penalty() <= total * (1.0 + 1e-13)) {
       state = std::move(trial);
       at = std::move(point);
       return length;
     }
+    const VectorXd reached = penalized(point.squares_before, trial);
     Index shortened = 0;
     for (Index cluster = 0, j = 0; j < reached.size(); ++j) {
       while (j >= model_.cluster_begin(cluster + 1)) ++cluster;
-      if (reached[j] <= current[j] + 0.1 * total) continue;
-      group_length[j] *= 0.25;
-      if (cluster_length.size() > 0) cluster_length[cluster] *= 0.5;
+      if (reached[j] <= current[j] + 0.1 * total || lengths.empty()) continue;
+      if (lengths.size() > 1) lengths.front()[cluster] *= 0.5;
+      lengths.back()[j] *= 0.25;
       ++shortened;
     }
     if (attempt < kGroupTrials && shortened > 0) continue;
-    group_length.setOnes();
-    cluster_length.setOnes();
+    lengthen();
     length *= 0.5;
   }
   return 0.0;
@@ -454,8 +465,7 @@ SquaresEnd LindstromBates::penalized_least_squares(LindstromBatesState& state,
   for (int step = 0; step < kSteps; ++step) {
     const LinearMixedProfile target = profile_at(at, state.theta, true);
     if (!target.is_valid) return SquaresEnd::kFailed;
-    const double current =
-        at.squares.sum() + state.spherical.squaredNorm() + state.outer_spherical.squaredNorm();
+    const double current = at.squares.sum() + state.penalty();
     const double decrement = (current - target.sum_of_squares) / target.sigma2;
     constexpr double kEnough = 1e-12;
     constexpr double kRounded = 1e-6;

@@ -23,10 +23,12 @@ struct LindstromBatesState {
   Eigen::VectorXd scale{};  ///< (p) one unit of each scaled coefficient
   /// (p x p) M with coefficients = M scale beta; empty where it is the identity.
   Eigen::MatrixXd mixing{};
-  Eigen::VectorXd beta{};             ///< (p) scaled coefficients
-  Eigen::MatrixXd spherical{};        ///< (q x G) v with b = L v, scaled
-  Eigen::MatrixXd outer_spherical{};  ///< (r x C) the same for the coarser of two groupings
-  Eigen::VectorXd theta{};            ///< parameters of L, of the outer L, of the variance function
+  Eigen::VectorXd beta{};                    ///< (p) scaled coefficients
+  std::vector<Eigen::MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v, scaled
+  Eigen::VectorXd theta{};                   ///< parameters of L of each term, of the variance function
+
+  /// The squares of the spherical effects.
+  double penalty() const;
 };
 
 /// The end of an alternation.
@@ -137,10 +139,20 @@ class LindstromBates {
   /// The largest tolerance of penalized least squares.
   static constexpr double kLoosestSquares = 1e-7;
 
-  Eigen::Index random_parameter_count() const {
-    return inner_factor_.parameter_count() + outer_factor_.parameter_count();
+  Eigen::Index random_parameter_count() const;
+  /// Calls visit(term, factor, begin) for each term, whose parameters in theta begin there.
+  template <typename Visit>
+  void for_each_term(const Visit& visit) const {
+    Eigen::Index begin = 0;
+    for (std::size_t t = 0; t < factors_.size(); ++t) {
+      visit(t, factors_[t], begin);
+      begin += factors_[t].parameter_count();
+    }
   }
   RelativeFactors factors(const Eigen::VectorXd& theta) const;
+  /// Sets the parameters of all factors in theta.
+  void set_factors(const RelativeFactors& factors, Eigen::VectorXd& theta) const;
+  void make_factors();
   Eigen::VectorXd variance_parameters(const Eigen::VectorXd& theta) const {
     return theta.tail(variance_.parameter_count());
   }
@@ -183,14 +195,12 @@ class LindstromBates {
   const NonlinearModel& model_;
   MixedEffectsOptions options_;
   std::string variance_text_;  ///< for the trace
-  std::vector<Eigen::Index> random_;
-  std::vector<Eigen::Index> outer_random_;
+  std::vector<std::vector<Eigen::Index>> random_;  ///< coefficients with effects of each term
   PooledFit pooled_;
   std::vector<Eigen::Index> all_;  ///< 0, ..., p - 1
   Eigen::VectorXd scale_;          ///< (p) units in use, those of the current state
   Eigen::MatrixXd mixing_;         ///< (p x p) in use, or empty
-  RelativeFactor inner_factor_;
-  RelativeFactor outer_factor_;
+  std::vector<RelativeFactor> factors_;  ///< of each term, in the units in use
   VarianceModel variance_;
   bool is_normalized_;
   Linearizer linearizer_;

@@ -6,7 +6,7 @@
 #include "lindstrom_bates/lindstrom_bates.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/mixed_effects.hpp"

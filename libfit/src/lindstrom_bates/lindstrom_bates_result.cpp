@@ -46,30 +46,24 @@ bool LindstromBates::leave_boundary(const LindstromBatesOutcome& outcome,
   const LinearMixedProfile here = profile_at(*outcome.at, inside.theta, true);
   if (!here.is_valid) return false;
   const RelativeFactors now = factors(inside.theta);
-  // The start of each factor's parameters; the likelihood may increase along each of them.
-  Index begin = 0;
-  for (const bool is_outer : {false, true}) {
-    const RelativeFactor& factor = is_outer ? outer_factor_ : inner_factor_;
-    const MatrixXd& triangle = is_outer ? now.outer : now.inner;
+  // The likelihood may increase along the parameters of each factor.
+  bool is_higher = false;
+  for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
     VectorXd direction;
-    const MatrixXd& by = is_outer ? here.by_covariance.outer : here.by_covariance.inner;
-    const Index count = factor.parameter_count();
-    for (double size = 1.0; rising_direction(by, direction) && size > 1e-7; size *= 0.1) {
-      const MatrixXd moved =
-          triangle * triangle.transpose() + size * direction * direction.transpose();
+    for (double size = 1.0;
+         !is_higher && rising_direction(here.by_covariance[t], direction) && size > 1e-7;
+         size *= 0.1) {
+      const MatrixXd moved = now[t] * now[t].transpose() + size * direction * direction.transpose();
       VectorXd theta = inside.theta;
-      theta.segment(begin, count) = factor.from_covariance(moved);
+      theta.segment(begin, factor.parameter_count()) = factor.from_covariance(moved);
       const LinearMixedProfile there = profile_at(*outcome.at, theta, false);
-      if (there.is_valid && there.minus_log_likelihood < here.minus_log_likelihood - 1e-6) {
-        inside.theta = theta;
-        inside.spherical.setZero();
-        inside.outer_spherical.setZero();
-        return true;
-      }
+      is_higher = there.is_valid && there.minus_log_likelihood < here.minus_log_likelihood - 1e-6;
+      if (is_higher) inside.theta = theta;
     }
-    begin += count;
-  }
-  return false;
+  });
+  if (!is_higher) return false;
+  for (MatrixXd& of_term : inside.spherical) of_term.setZero();
+  return true;
 }
 
 MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
@@ -87,16 +81,10 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   const double adjusted =
       value.sum_of_squares / (static_cast<double>(model_.observations()) - static_cast<double>(p));
   fit.covariance = adjusted * own_values(all_, own_values(all_, inverse).transpose());
-  const MatrixXd factor = own_values(random_, now.inner);
-  fit.random.resize(model_.specification().random.size());
-  if (!random_.empty()) {
-    fit.random.back().covariance = value.sigma2 * factor * factor.transpose();
-    fit.random.back().effects = factor * state.spherical;
-  }
-  if (!outer_random_.empty()) {
-    const MatrixXd outer = own_values(outer_random_, now.outer);
-    fit.random.front().covariance = value.sigma2 * outer * outer.transpose();
-    fit.random.front().effects = outer * state.outer_spherical;
+  for (std::size_t t = 0; t < now.size(); ++t) {
+    const MatrixXd factor = own_values(random_[t], now[t]);
+    fit.random.push_back({.covariance = value.sigma2 * factor * factor.transpose(),
+                          .effects = factor * state.spherical[t]});
   }
   const double sigma = std::sqrt(value.sigma2);
   fit.sigma = sigma * variance_.sigma_factor(variance_parameters(state.theta));

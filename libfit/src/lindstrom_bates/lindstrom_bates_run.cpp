@@ -122,8 +122,7 @@ class LindstromBates::Run {
     const LinearMixedProfile& here = profile(state_.theta);
     if (!here.is_valid) return false;
     here_ = -here.minus_log_likelihood;
-    const double squares =
-        at_->squares.sum() + state_.spherical.squaredNorm() + state_.outer_spherical.squaredNorm();
+    const double squares = at_->squares.sum() + state_.penalty();
     curve_decrement_ = (squares - here.sum_of_squares) / here.sigma2;
     const SmoothFunction objective = [&](const VectorXd& theta, VectorXd* by_theta) {
       const LinearMixedProfile& value = profile(theta);
@@ -201,14 +200,12 @@ class LindstromBates::Run {
     trial.theta = theta;
     trial.beta += target.coefficients;
     trial.spherical = target.spherical;
-    trial.outer_spherical = target.outer_spherical;
     auto point = std::make_shared<Linearization>();
     if (!engine_.linearize(trial, at_.get(), *point)) return refuse();
     const VectorXd expected = expected_squares(at_->model, engine_.factors(theta), target);
     const VectorXd excess = point->squares_before - expected;
     const double total = at_->squares.sum();
-    const double penalty = target.spherical.squaredNorm() + target.outer_spherical.squaredNorm() -
-                           state_.spherical.squaredNorm() - state_.outer_spherical.squaredNorm();
+    const double penalty = trial.penalty() - state_.penalty();
     const double gain = std::max(0.0, total - expected.sum() - penalty);
     // At least half of the predicted gain is required; while theta changes, the squares may
     // increase by a hundredth.

@@ -11,7 +11,7 @@
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "result/group_coefficients.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -125,12 +125,11 @@ MixedEffectsFit MarginalSearch::result() {
   MixedEffectsFit fit;
   fit.estimate = point.observation.beta;
   fit.covariance = fixed_covariance();
-  fit.random.resize(model_.specification().random.size());
-  fit.random.back().covariance = point.inner_factor * point.inner_factor.transpose();
-  fit.random.back().effects = point.inner_factor * best_.modes.inner;
-  if (outer_count() > 0) {
-    fit.random.front().covariance = point.outer_factor * point.outer_factor.transpose();
-    fit.random.front().effects = point.outer_factor * best_.modes.outer;
+  const std::vector<MatrixXd> spherical = likelihood_.layout().by_term(best_.modes);
+  for (std::size_t t = 0; t < spherical.size(); ++t) {
+    const MatrixXd& factor = point.factors[t];
+    fit.random.push_back(
+        {.covariance = factor * factor.transpose(), .effects = factor * spherical[t]});
   }
   const VectorXd& parameters = point.observation.variance;
   const double scale = std::exp(point.observation.log_sigma);
@@ -150,14 +149,12 @@ void MarginalSearch::try_spread(const VectorXd& beta, double residual_sd, double
   const VectorXd parameters = variance_.constant();
   const ObservationPoint observation{
       .beta = beta, .variance = parameters, .log_sigma = std::log(residual_sd)};
-  const auto covariance = [&](bool is_outer) -> MatrixXd {
-    const MatrixXd& unit = coordinates_.layout().frame().effects(is_outer);
-    return spread * spread * unit * unit.transpose();
-  };
-  const VectorXd x = coordinates_.coordinates(observation, covariance(true), covariance(false));
-  run(x,
-      {.outer = MatrixXd::Zero(outer_count(), model_.cluster_count()),
-       .inner = MatrixXd::Zero(inner_count(), model_.group_count())});
+  std::vector<MatrixXd> covariances;
+  for (const MatrixXd& unit : coordinates_.layout().frame().effects) {
+    covariances.emplace_back(spread * spread * unit * unit.transpose());
+  }
+  run(coordinates_.coordinates(observation, covariances),
+      VectorXd::Zero(likelihood_.layout().size()));
 }
 
 VectorXd MarginalSearch::coordinates_of(const MixedEffectsFit& fit) const {
@@ -166,18 +163,11 @@ VectorXd MarginalSearch::coordinates_of(const MixedEffectsFit& fit) const {
       .beta = fit.estimate,
       .variance = parameters,
       .log_sigma = std::log(fit.sigma / variance_.sigma_factor(parameters))};
-  return coordinates_.coordinates(observation, outer_of(fit), finer(fit).covariance);
+  return coordinates_.coordinates(observation, covariances_of(fit));
 }
 
-MatrixXd MarginalSearch::outer_of(const MixedEffectsFit& fit) const {
-  return outer_count() > 0 ? coarser(fit).covariance : MatrixXd(0, 0);
-}
-
-Modes MarginalSearch::modes_of(const MixedEffectsFit& fit, const VectorXd& x) const {
-  const MatrixXd outer =
-      outer_count() > 0 ? coarser(fit).effects : MatrixXd(0, model_.cluster_count());
-  return {.outer = coordinates_.spherical(x, true, outer),
-          .inner = coordinates_.spherical(x, false, finer(fit).effects)};
+VectorXd MarginalSearch::modes_of(const MixedEffectsFit& fit, const VectorXd& x) const {
+  return likelihood_.layout().from_terms(coordinates_.spherical(x, effects_of(fit)));
 }
 
 Obstacle MarginalSearch::ended_by() const {
@@ -226,7 +216,7 @@ double MarginalSearch::value_at(const VectorXd& x, VectorXd* gradient) {
   return value.minus_log_likelihood;
 }
 
-void MarginalSearch::run(const VectorXd& start, Modes modes) {
+void MarginalSearch::run(const VectorXd& start, VectorXd modes) {
   if (!start.allFinite()) return;
   likelihood_.set_modes(std::move(modes));
   Optimum optimum = searched(start);
@@ -253,14 +243,14 @@ bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
   // The modes of the first-order method are those of another density.
   if (integration_ == Integration::kFirstOrder) return false;
   const MarginalPoint point = coordinates_.point(optimum.x);
-  Modes highest = optimum.modes;
+  VectorXd highest = optimum.modes;
   std::optional<VectorXd> lowest = likelihood_.find_modes(point, highest, nullptr);
   if (!lowest) return false;
   bool is_better = false;
-  for (Modes& start : other_starts(highest)) {
+  for (VectorXd& start : other_starts(likelihood_.layout())) {
     ++evaluations_;
     const auto objectives = likelihood_.find_modes(point, start, &highest);
-    if (objectives && take_lower(model_, start, *objectives, highest, *lowest)) is_better = true;
+    if (objectives && take_lower(likelihood_.layout(), start, *objectives, highest, *lowest)) is_better = true;
   }
   likelihood_.set_modes(std::move(highest));
   return shared_ != nullptr ? is_on_any_rank(is_better) : is_better;
@@ -269,7 +259,7 @@ bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
 MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
   // Modes are searched from those of the lowest point: those of a refused step may belong to
   // another maximum of the density of the random effects.
-  const Modes first = likelihood_.modes();
+  const VectorXd first = likelihood_.modes();
   double lowest = std::numeric_limits<double>::infinity();
   const SmoothFunction function = [&](const VectorXd& x, VectorXd* gradient) {
     if (std::isfinite(lowest)) {
@@ -357,14 +347,13 @@ VectorXd MarginalSearch::lower_point(const Optimum& optimum,
 }
 
 VectorXd MarginalSearch::inside_of(const Optimum& optimum) {
-  for (const bool is_outer : {false, true}) {
-    const MatrixXd covariance = coordinates_.scaled_covariance(optimum.x, is_outer);
-    if (covariance.size() == 0) continue;
+  for (std::size_t term = model_.term_count(); term-- > 0;) {
+    const MatrixXd covariance = coordinates_.scaled_covariance(optimum.x, term);
     const SymmetricEigen of = symmetric_eigen(covariance);
     constexpr double kEdge = 1e-4;
     for (Index k = 0; k < covariance.rows() && of.values[k] < kEdge; ++k) {
       for (const double size : {0.1, 1e-3}) {
-        VectorXd inside = coordinates_.widened(optimum.x, is_outer, of.vectors.col(k), size);
+        VectorXd inside = coordinates_.widened(optimum.x, term, of.vectors.col(k), size);
         likelihood_.set_modes(optimum.modes);
         if (value_at(inside, nullptr) < optimum.value - kSameLikelihood) return inside;
       }

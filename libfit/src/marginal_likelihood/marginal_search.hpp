@@ -83,7 +83,7 @@ class MarginalSearch {
     Eigen::VectorXd gradient{};
     Eigen::MatrixXd hessian{};
     bool is_blocked = false;  ///< whether only very short steps were possible
-    Modes modes{};
+    Eigen::VectorXd modes{};
   };
   /// Newton decrement at which a fit has converged if rounding of gradients prevents a smaller one,
   /// as with random slopes on a covariate far from its origin.
@@ -94,16 +94,8 @@ class MarginalSearch {
 
   Eigen::VectorXd coordinates_of(const MixedEffectsFit& fit) const;
 
-  Eigen::Index outer_count() const {
-    return static_cast<Eigen::Index>(likelihood_.places().outer.size());
-  }
-  Eigen::Index inner_count() const {
-    return static_cast<Eigen::Index>(likelihood_.places().inner.size());
-  }
-
-  Eigen::MatrixXd outer_of(const MixedEffectsFit& fit) const;
   /// The modes that a fit by another method has at x.
-  Modes modes_of(const MixedEffectsFit& fit, const Eigen::VectorXd& x) const;
+  Eigen::VectorXd modes_of(const MixedEffectsFit& fit, const Eigen::VectorXd& x) const;
 
   /// The reason why the search did not reach a maximum.
   Obstacle ended_by() const;
@@ -120,7 +112,7 @@ class MarginalSearch {
 
   double value_at(const Eigen::VectorXd& x, Eigen::VectorXd* gradient);
 
-  void run(const Eigen::VectorXd& start, Modes modes);
+  void run(const Eigen::VectorXd& start, Eigen::VectorXd modes);
 
   /// Searches modes from further starts, because a search that follows them from point to point may
   /// have lost the highest ones; the next evaluations start from the highest ones.

@@ -92,7 +92,7 @@ std::vector<Evidence> boundary_of(const NonlinearModel& model,
   for (std::size_t k = terms; k-- > 0;) {
     levels.push_back({fit.random[k].names,
                       fit.random[k].covariance,
-                      k + 1 == terms ? slopes.frame.inner : slopes.frame.outer,
+                      slopes.frame.effects[k],
                       terms > 1 ? " | " + specification.random[k].group : ""});
   }
   std::vector<Evidence> result;

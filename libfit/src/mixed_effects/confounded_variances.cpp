@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "mixed_effects/effect_columns.hpp"
-#include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "variance/variance_kind.hpp"
 
@@ -29,23 +28,20 @@ constexpr double kUnmoved = 1e-6;
 
 /// A direction of the covariance of the observations.
 struct Component {
-  enum class Of { kOuter, kInner, kResidual };
-  Of of = Of::kResidual;
-  MatrixXd form{};   ///< (q x q) change of T Psi T'
+  std::optional<std::size_t> term{};  ///< none: of the residuals
+  MatrixXd form{};                    ///< (q x q) change of T Psi T' of the term
   Index column = 0;  ///< of the derivatives of the log residual standard deviation
 };
 
 /// A change of all variance components.
 struct Direction {
-  MatrixXd outer{};     ///< of T Psi T'
-  MatrixXd inner{};     ///< of T Psi T'
-  VectorXd residual{};  ///< (m + 1) of the internal variance parameters and the log of sigma
+  std::vector<MatrixXd> effects{};  ///< of T Psi T' of each term
+  VectorXd residual{};              ///< (m + 1) of the internal variance parameters and the log of sigma
 
   double largest() const {
-    const auto of = [](const auto& values) {
-      return values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0.0;
-    };
-    return std::max({of(outer), of(inner), of(residual)});
+    double result = residual.cwiseAbs().maxCoeff();
+    for (const MatrixXd& of : effects) result = std::max(result, of.cwiseAbs().maxCoeff());
+    return result;
   }
 };
 
@@ -53,19 +49,21 @@ class Components {
  public:
   Components(const NonlinearModel& model, const VarianceModel& variance, const VariancePoint& point)
       : model_(model), variance_(variance), point_(point) {
-    const ModelSpecification& specification = model.specification();
     const MatrixXd weighted = weighted_jacobian();
     const Index m = variance.parameter_count();
     by_residual_ = MatrixXd::Ones(weighted.rows(), m + 1);
     if (m > 0) {
       by_residual_.leftCols(m) = variance.scale(point.fitted, point.variance, true).log_derivative;
     }
-    is_finite_ = weighted.allFinite() && by_residual_.allFinite() && point.outer.allFinite() &&
-                 point.inner.allFinite();
+    const auto is_known = [](const MatrixXd& psi) { return psi.allFinite(); };
+    is_finite_ = weighted.allFinite() && by_residual_.allFinite() &&
+                 std::ranges::all_of(point.effects, is_known);
     if (!is_finite_) return;
-    outer_ = effect_columns(model, coarser_term(specification), point.outer, weighted);
-    inner_ = effect_columns(model, finer_term(specification), point.inner, weighted);
-    is_finite_ = outer_.columns.allFinite() && inner_.columns.allFinite();
+    for (std::size_t t = 0; t < model.term_count(); ++t) {
+      terms_.push_back(
+          effect_columns(model, model.specification().random[t], point.effects[t], weighted));
+      is_finite_ = is_finite_ && terms_.back().columns.allFinite();
+    }
     if (point.is_restricted && weighted.cols() > 0) {
       const Eigen::HouseholderQR<MatrixXd> qr(weighted);
       mean_ = qr.householderQ() * MatrixXd::Identity(weighted.rows(), weighted.cols());
@@ -114,8 +112,7 @@ class Components {
   /// Names of the standard deviations and correlations that move in one of the directions.
   std::vector<std::string> effect_names(const std::vector<Direction>& directions) const {
     std::vector<std::string> result;
-    add_effect_names(outer_, point_.outer, &Direction::outer, directions, result);
-    add_effect_names(inner_, point_.inner, &Direction::inner, directions, result);
+    for (std::size_t t = 0; t < terms_.size(); ++t) add_effect_names(t, directions, result);
     return result;
   }
 
@@ -142,16 +139,10 @@ class Components {
   }
 
   void add_components() {
-    using Of = Component::Of;
-    if (outer_.effects != nullptr) {
-      for (MatrixXd& form : forms_of(outer_)) all_.push_back({Of::kOuter, std::move(form)});
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      for (MatrixXd& form : forms_of(terms_[t])) all_.push_back({t, std::move(form)});
     }
-    if (inner_.effects != nullptr) {
-      for (MatrixXd& form : forms_of(inner_)) all_.push_back({Of::kInner, std::move(form)});
-    }
-    for (Index k = 0; k < by_residual_.cols(); ++k) {
-      all_.push_back({.of = Of::kResidual, .column = k});
-    }
+    for (Index k = 0; k < by_residual_.cols(); ++k) all_.push_back({.column = k});
   }
 
   /// Adds the contribution of some rows to the Gram matrix.
@@ -160,32 +151,30 @@ class Components {
     Sum(const Components& components, MatrixXd& total)
         : of_(components), total_(total), parts_(components.all_.size()) {}
 
-    /// Products of components of one level over the rows of one of its groups.
-    void add_level(Component::Of level, const EffectColumns& columns, Index begin, Index rows) {
-      const auto z = columns.columns.middleRows(begin, rows);
+    /// Products of components of a term over the rows of one of its groups.
+    void add_within(std::size_t term, Index begin, Index rows) {
+      const auto z = of_.terms_[term].columns.middleRows(begin, rows);
       const MatrixXd products = z.transpose() * z;
       for (std::size_t k = 0; k < parts_.size(); ++k) {
-        if (of_.all_[k].of != level) continue;
+        if (of_.all_[k].term != term) continue;
         parts_[k] = of_.all_[k].form * products;
         for (std::size_t l = 0; l <= k; ++l) {
-          if (of_.all_[l].of == level)
+          if (of_.all_[l].term == term)
             add(k, l, parts_[k].cwiseProduct(parts_[l].transpose()).sum());
         }
       }
     }
 
-    /// Products of components of the two levels over the rows of a group of the finer one.
-    void add_between(Index begin, Index rows) {
-      using Of = Component::Of;
-      const MatrixXd products = of_.inner_.columns.middleRows(begin, rows).transpose() *
-                                of_.outer_.columns.middleRows(begin, rows);
+    /// Products of components of two terms over the rows of a group of the finer one.
+    void add_between(std::size_t coarse, std::size_t fine, Index begin, Index rows) {
+      const MatrixXd products = of_.terms_[fine].columns.middleRows(begin, rows).transpose() *
+                                of_.terms_[coarse].columns.middleRows(begin, rows);
       for (std::size_t k = 0; k < parts_.size(); ++k) {
-        const Of level = of_.all_[k].of;
-        if (level == Of::kOuter) parts_[k] = of_.all_[k].form * products.transpose();
-        if (level != Of::kInner) continue;
+        if (of_.all_[k].term == coarse) parts_[k] = of_.all_[k].form * products.transpose();
+        if (of_.all_[k].term != fine) continue;
         const MatrixXd part = of_.all_[k].form * products;
         for (std::size_t l = 0; l < k; ++l) {
-          if (of_.all_[l].of == Of::kOuter) {
+          if (of_.all_[l].term == coarse) {
             add(k, l, part.cwiseProduct(parts_[l].transpose()).sum());
           }
         }
@@ -198,8 +187,8 @@ class Components {
       for (std::size_t k = 0; k < parts_.size(); ++k) {
         const VectorXd diagonal = of_.diagonal(of_.all_[k]);
         for (std::size_t l = 0; l < parts_.size(); ++l) {
-          const bool is_later = of_.all_[k].of == Component::Of::kResidual && l > k;
-          if (of_.all_[l].of != Component::Of::kResidual || is_later) continue;
+          const bool is_later = !of_.all_[k].term && l > k;
+          if (of_.all_[l].term || is_later) continue;
           add(std::max(k, l),
               std::min(k, l),
               2.0 * diagonal.dot(by_residual.col(of_.all_[l].column)));
@@ -217,10 +206,14 @@ class Components {
     std::vector<MatrixXd> parts_;
   };
 
+  Index first_row(std::size_t term, Index group) const {
+    return model_.group_begin(model_.first_group(term, group));
+  }
+
   /// (N) the diagonal of a component's matrix.
   VectorXd diagonal(const Component& component) const {
-    if (component.of == Component::Of::kResidual) return 2.0 * by_residual_.col(component.column);
-    const MatrixXd& z = component.of == Component::Of::kOuter ? outer_.columns : inner_.columns;
+    if (!component.term) return 2.0 * by_residual_.col(component.column);
+    const MatrixXd& z = terms_[*component.term].columns;
     return (z * component.form).cwiseProduct(z).rowwise().sum();
   }
 
@@ -230,16 +223,15 @@ class Components {
     MatrixXd total = MatrixXd::Zero(count, count);
     Sum sum(*this, total);
     sum.add_residual();
-    for (Index c = 0; outer_.effects != nullptr && c < model_.cluster_count(); ++c) {
-      const Index begin = model_.group_begin(model_.cluster_begin(c));
-      const Index rows = model_.group_begin(model_.cluster_begin(c + 1)) - begin;
-      sum.add_level(Component::Of::kOuter, outer_, begin, rows);
-    }
-    for (Index g = 0; inner_.effects != nullptr && g < model_.group_count(); ++g) {
-      const Index begin = model_.group_begin(g);
-      const Index rows = model_.group_begin(g + 1) - begin;
-      sum.add_level(Component::Of::kInner, inner_, begin, rows);
-      if (outer_.effects != nullptr) sum.add_between(begin, rows);
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      for (Index k = 0; k < model_.group_count(t); ++k) {
+        const Index begin = first_row(t, k);
+        const Index rows = first_row(t, k + 1) - begin;
+        sum.add_within(t, begin, rows);
+        for (std::size_t coarse = 0; coarse < t; ++coarse) {
+          sum.add_between(coarse, t, begin, rows);
+        }
+      }
     }
     sizes_ = total.diagonal().cwiseSqrt();
     const double rounding = 1e-10 * std::sqrt(static_cast<double>(by_residual_.rows()));
@@ -268,19 +260,15 @@ class Components {
 
   /// (N x p) the product of a component's matrix and Q.
   MatrixXd image(const Component& component) const {
-    if (component.of == Component::Of::kResidual) {
+    if (!component.term) {
       return 2.0 * by_residual_.col(component.column).asDiagonal() * mean_;
     }
-    const bool is_outer = component.of == Component::Of::kOuter;
-    const MatrixXd& z = is_outer ? outer_.columns : inner_.columns;
+    const std::size_t term = *component.term;
+    const MatrixXd& z = terms_[term].columns;
     MatrixXd result(mean_.rows(), mean_.cols());
-    const Index groups = is_outer ? model_.cluster_count() : model_.group_count();
-    const auto begin_of = [&](Index k) {
-      return model_.group_begin(is_outer ? model_.cluster_begin(k) : k);
-    };
-    for (Index k = 0; k < groups; ++k) {
-      const Index begin = begin_of(k);
-      const Index rows = begin_of(k + 1) - begin;
+    for (Index k = 0; k < model_.group_count(term); ++k) {
+      const Index begin = first_row(term, k);
+      const Index rows = first_row(term, k + 1) - begin;
       const auto part = z.middleRows(begin, rows);
       result.middleRows(begin, rows) =
           part * (component.form * (part.transpose() * mean_.middleRows(begin, rows)));
@@ -305,40 +293,41 @@ class Components {
   }
 
   Direction direction(const VectorXd& change) const {
-    Direction result{.outer = MatrixXd::Zero(outer_.triangle.rows(), outer_.triangle.rows()),
-                     .inner = MatrixXd::Zero(inner_.triangle.rows(), inner_.triangle.rows()),
-                     .residual = VectorXd::Zero(by_residual_.cols())};
+    Direction result{.residual = VectorXd::Zero(by_residual_.cols())};
+    for (const EffectColumns& term : terms_) {
+      const Index q = term.triangle.rows();
+      result.effects.emplace_back(MatrixXd::Zero(q, q));
+    }
     for (std::size_t k = 0; k < all_.size(); ++k) {
       const double share = change[static_cast<Index>(k)];
-      if (all_[k].of == Component::Of::kOuter) result.outer += share * all_[k].form;
-      if (all_[k].of == Component::Of::kInner) result.inner += share * all_[k].form;
-      if (all_[k].of == Component::Of::kResidual) result.residual[all_[k].column] += share;
+      if (all_[k].term) {
+        result.effects[*all_[k].term] += share * all_[k].form;
+      } else {
+        result.residual[all_[k].column] += share;
+      }
     }
     const double largest = result.largest();
     if (largest > 0.0) {
-      result.outer /= largest;
-      result.inner /= largest;
+      for (MatrixXd& of : result.effects) of /= largest;
       result.residual /= largest;
     }
     return result;
   }
 
-  /// (K) each: the whole covariance of one of the groupings, or of the residuals.
+  /// (K) each: the whole covariance of one of the terms, or of the residuals.
   std::vector<VectorXd> whole_covariances() const {
-    std::vector<VectorXd> result(3, VectorXd::Zero(std::ssize(all_)));
+    std::vector<VectorXd> result(terms_.size() + 1, VectorXd::Zero(std::ssize(all_)));
     for (std::size_t k = 0; k < all_.size(); ++k) {
       const auto at = static_cast<Index>(k);
       const Component& component = all_[k];
-      if (component.of == Component::Of::kResidual) {
+      if (!component.term) {
         const bool is_sigma = component.column + 1 == by_residual_.cols();
-        if (is_sigma) result[2][at] = 0.5;
+        if (is_sigma) result.back()[at] = 0.5;
         continue;
       }
-      const bool is_outer = component.of == Component::Of::kOuter;
-      const MatrixXd& covariance = is_outer ? outer_.covariance : inner_.covariance;
       // The nonzero entries of the forms are disjoint, so that this is the part of each.
-      result[is_outer ? 0 : 1][at] =
-          covariance.cwiseProduct(component.form).sum() / component.form.squaredNorm();
+      result[*component.term][at] =
+          terms_[*component.term].covariance.cwiseProduct(component.form).sum() / component.form.squaredNorm();
     }
     return result;
   }
@@ -346,39 +335,37 @@ class Components {
   /// Whether Psi remains a covariance for a step in the direction or against it.
   bool keeps_covariance(const Direction& of) const {
     if (of.largest() == 0.0) return false;
-    const auto trace = [](const MatrixXd& covariance, const MatrixXd& change) {
-      return change.size() > 0 && change.cwiseAbs().maxCoeff() > kUnmoved ? covariance.trace()
-                                                                          : 0.0;
-    };
     const bool moves_residual = of.residual.cwiseAbs().maxCoeff() > kUnmoved;
-    const double size = std::max({trace(outer_.covariance, of.outer),
-                                  trace(inner_.covariance, of.inner),
-                                  moves_residual ? 1.0 : 0.0});
-    const auto is_covariance = [size](const MatrixXd& matrix) {
+    double size = moves_residual ? 1.0 : 0.0;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      const bool moves = of.effects[t].cwiseAbs().maxCoeff() > kUnmoved;
+      if (moves) size = std::max(size, terms_[t].covariance.trace());
+    }
+    const auto are_covariances = [&](double step) {
       constexpr double kRounding = 1e-10;
-      return matrix.size() == 0 || symmetric_eigen(matrix).values[0] >= -kRounding * size;
+      for (std::size_t t = 0; t < terms_.size(); ++t) {
+        const MatrixXd moved = terms_[t].covariance + step * of.effects[t];
+        if (symmetric_eigen(moved).values[0] < -kRounding * size) return false;
+      }
+      return true;
     };
     for (const double share : {0.3, 0.1, 0.03, 0.01, 1e-3}) {
       for (const double step : {share * size, -share * size}) {
-        if (size > 0.0 && is_covariance(outer_.covariance + step * of.outer) &&
-            is_covariance(inner_.covariance + step * of.inner)) {
-          return true;
-        }
+        if (size > 0.0 && are_covariances(step)) return true;
       }
     }
     return false;
   }
 
-  void add_effect_names(const EffectColumns& level,
-                        const MatrixXd& psi,
-                        MatrixXd Direction::*of,
+  void add_effect_names(std::size_t term,
                         const std::vector<Direction>& directions,
                         std::vector<std::string>& result) const {
-    if (level.effects == nullptr) return;
+    const EffectColumns& level = terms_[term];
+    const MatrixXd& psi = point_.effects[term];
     const auto triangle = level.triangle.triangularView<Eigen::Upper>();
     std::vector<MatrixXd> changes;  // of Psi, relative to R
     for (const Direction& direction : directions) {
-      const MatrixXd half = triangle.solve(direction.*of);
+      const MatrixXd half = triangle.solve(direction.effects[term]);
       changes.emplace_back(level.size.asDiagonal() * triangle.solve(half.transpose()) *
                            level.size.asDiagonal());
     }
@@ -394,7 +381,7 @@ class Components {
       });
     };
     const std::string group =
-        outer_.effects == nullptr ? std::string() : " | " + level.effects->group;
+        terms_.size() < 2 ? std::string() : " | " + level.effects->group;
     const std::vector<std::string>& names = level.effects->coefficients;
     for (std::size_t k = 0; k < names.size(); ++k) {
       const auto at = static_cast<Index>(k);
@@ -451,8 +438,7 @@ class Components {
   const VarianceModel& variance_;
   const VariancePoint& point_;
   bool is_finite_ = false;
-  EffectColumns outer_;
-  EffectColumns inner_;
+  std::vector<EffectColumns> terms_;
   MatrixXd by_residual_;  ///< (N x (m + 1)) derivatives of the log residual standard deviation
   MatrixXd mean_;         ///< (N x p) Q, for the restricted likelihood
   std::vector<Component> all_;

@@ -14,8 +14,7 @@ namespace silvafit::fit {
 /// The point at which the covariance of the observations is tested.
 struct VariancePoint {
   Eigen::MatrixXd coefficients{};  ///< (p x G) of each group, random effects included
-  Eigen::MatrixXd outer{};         ///< (r x r) Psi of the coarser of two groupings
-  Eigen::MatrixXd inner{};         ///< (q x q) Psi
+  std::vector<Eigen::MatrixXd> effects{};  ///< (q x q) Psi of each term
   Eigen::VectorXd variance{};      ///< (m) internal parameters of the variance function
   Eigen::VectorXd fitted{};        ///< (N) fitted values of these coefficients
   Eigen::VectorXd residual_sd{};   ///< (N)
@@ -33,7 +32,7 @@ struct ConfoundedVariances {
 /// Variance components that are not identifiable: along some direction of them the covariance of
 /// the observations does not change, and so their likelihood does not either.
 ///
-/// With V = sum of Z Psi Z' of the groupings + R, the derivatives of V by the elements of Psi, the
+/// With V = sum of Z Psi Z' of the terms + R, the derivatives of V by the elements of Psi, the
 /// parameters of the variance function and sigma are matrices; the components are identifiable if
 /// and only if these matrices are linearly independent, which their Gram matrix tr(R^-1 V_k R^-1
 /// V_l) shows. This also holds for boundary (singular) fits, where the Hessian of the likelihood

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "model/nested_terms.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/fitted_model.hpp"
@@ -75,19 +74,20 @@ ModelSpecification specified(const data::Table& table,
 /// At b = 0, sigma = 1 and covariances that are multiples of the identity.
 ConfoundedVariances at(const data::Table& table,
                        const ModelSpecification& specification,
-                       double inner,
-                       double outer = 0.0,
+                       double of_last,
+                       double of_first = 0.0,
                        bool is_restricted = false) {
   const NonlinearModel model(specification, table);
   const VarianceModel variance(specification.variance, VarianceData::of(model));
   VectorXd beta = VectorXd::Constant(model.coefficient_count(), 0.5);
-  const auto q = static_cast<Index>(model.coefficients_of(finer_term(specification)).size());
-  const auto r = static_cast<Index>(model.coefficients_of(coarser_term(specification)).size());
   VariancePoint point{.coefficients = beta.replicate(1, model.group_count()),
-                      .outer = outer * MatrixXd::Identity(r, r),
-                      .inner = inner * MatrixXd::Identity(q, q),
                       .variance = variance.start(),
                       .is_restricted = is_restricted};
+  for (std::size_t t = 0; t < model.term_count(); ++t) {
+    const auto q = static_cast<Index>(specification.random[t].coefficients.size());
+    const double variance_of_term = t + 1 == model.term_count() ? of_last : of_first;
+    point.effects.emplace_back(variance_of_term * MatrixXd::Identity(q, q));
+  }
   NonlinearModel::Workspace workspace;
   model.evaluate(point.coefficients, point.fitted, nullptr, workspace);
   point.residual_sd = variance.scale(point.fitted, point.variance, false).weight.rsqrt();

@@ -8,9 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
-#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -50,7 +48,7 @@ std::string exactness(const NonlinearModel& model, const MixedEffectsFit& fit, d
         "each group of {} has one observation, so its random effects fit it perfectly and the "
         "residual standard deviation goes to 0. Remove the random effects, or use groups with "
         "several observations.",
-        finer_term(specification)->group);
+        specification.random.back().group);
   }
   if (!(residual < kRoundedResidual * spread)) return {};
   return fmt::format(
@@ -124,7 +122,7 @@ class Curves {
   VectorXd population_;
 };
 
-/// The random effects of one grouping.
+/// The random effects of one term.
 struct EffectLevel {
   const std::vector<std::string>& names;
   const MatrixXd& covariance;
@@ -228,20 +226,16 @@ Degeneracy degeneracy(const NonlinearModel& model,
   if (exact.is_exact || specification.random.empty()) return exact;
   Curves curves(model, fit.estimate);
   const Index p = fit.estimate.size();
-  const EffectLevel inner{.names = finer(fit).names,
-                          .covariance = finer(fit).covariance,
-                          .frame = frame.inner,
-                          .places = model.coefficients_of(finer_term(specification))};
-  Degeneracy of_inner = unbounded_effect(inner, curves, p, spread);
-  if (of_inner.text.empty()) of_inner = impossible_error(model, fit, inner, model.group_count());
-  if (!of_inner.text.empty() || specification.random.size() < 2) return of_inner;
-  const EffectLevel outer{.names = coarser(fit).names,
-                          .covariance = coarser(fit).covariance,
-                          .frame = frame.outer,
-                          .places = model.coefficients_of(coarser_term(specification))};
-  Degeneracy of_outer = unbounded_effect(outer, curves, p, spread);
-  if (!of_outer.text.empty()) return of_outer;
-  return impossible_error(model, fit, outer, model.cluster_count());
+  for (std::size_t t = fit.random.size(); t-- > 0;) {
+    const EffectLevel level{.names = fit.random[t].names,
+                            .covariance = fit.random[t].covariance,
+                            .frame = frame.effects[t],
+                            .places = model.coefficients_of(specification.random[t])};
+    Degeneracy result = unbounded_effect(level, curves, p, spread);
+    if (result.text.empty()) result = impossible_error(model, fit, level, model.group_count(t));
+    if (!result.text.empty()) return result;
+  }
+  return {};
 }
 
 bool fits_exactly(const NonlinearModel& model, const MixedEffectsFit& fit) {

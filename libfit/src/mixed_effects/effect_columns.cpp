@@ -10,19 +10,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 EffectColumns effect_columns(const NonlinearModel& model,
-                             const RandomEffects* random,
+                             const RandomEffects& random,
                              const MatrixXd& psi,
                              const MatrixXd& jacobian) {
-  EffectColumns result;
-  if (random == nullptr) return result;
-  result.effects = random;
+  EffectColumns result{.effects = &random};
   result.columns = jacobian(Eigen::all, model.coefficients_of(random));
   const Index q = result.columns.cols();
   const double root = std::sqrt(static_cast<double>(jacobian.rows()));
   result.size = result.columns.colwise().norm() / root;
   result.triangle = MatrixXd::Zero(q, q);
   Index begin = 0;
-  for (const int size : random->block_sizes()) {
+  for (const int size : random.block_sizes()) {
     auto block = result.columns.middleCols(begin, size);
     const Eigen::HouseholderQR<MatrixXd> qr(block);
     const MatrixXd triangle = MatrixXd(qr.matrixQR().topRows(size).triangularView<Eigen::Upper>());

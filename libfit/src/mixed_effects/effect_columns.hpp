@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The random effects of a grouping as columns, and the free directions of their covariance.
+// The random effects of a term as columns, and the free directions of their covariance.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +10,7 @@
 
 namespace silvafit::fit {
 
-/// The random effects of a grouping, on columns of unit mean square that are orthogonal within each
+/// The random effects of a term, on columns of unit mean square that are orthogonal within each
 /// block of effects with free covariances, so that near-dependences of the columns do not appear as
 /// dependences of their products.
 struct EffectColumns {
@@ -25,7 +25,7 @@ struct EffectColumns {
 /// \param jacobian  (N x p) of the mean by the coefficients, divided by the residual standard
 ///                  deviations
 EffectColumns effect_columns(const NonlinearModel& model,
-                             const RandomEffects* random,
+                             const RandomEffects& random,
                              const Eigen::MatrixXd& psi,
                              const Eigen::MatrixXd& jacobian);
 

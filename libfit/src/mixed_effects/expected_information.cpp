@@ -4,9 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 
-#include "model/nested_terms.hpp"
 #include "model/symmetric_eigen.hpp"
-#include "result/nested_effects.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
@@ -49,8 +47,8 @@ MatrixXd root_of(const MatrixXd& covariance) {
   return of.vectors * of.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-/// (N x (q + s + p)) columns of the effects of the finer and the coarser grouping, and of the
-/// coefficients in a frame, in residual standard deviations.
+/// (N x (q + s + p)) columns of the q effects of the last term, of the s ones of the term before,
+/// and of the coefficients in a frame, in residual standard deviations.
 MatrixXd standardized_columns(const NonlinearModel& model,
                               const Estimates& fit,
                               const Eigen::Ref<const MatrixXd>& coefficients,
@@ -61,15 +59,15 @@ MatrixXd standardized_columns(const NonlinearModel& model,
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
   jacobian = residual_sd.cwiseInverse().asDiagonal() * jacobian;
-  const ModelSpecification& specification = model.specification();
-  const auto inner = model.coefficients_of(finer_term(specification));
-  const auto outer = model.coefficients_of(coarser_term(specification));
-  const auto q = static_cast<Index>(inner.size());
-  const auto s = static_cast<Index>(outer.size());
-  MatrixXd result(jacobian.rows(), q + s + jacobian.cols());
-  if (q > 0) result.leftCols(q) = jacobian(Eigen::all, inner) * root_of(finer(fit).covariance);
-  if (s > 0) {
-    result.middleCols(q, s) = jacobian(Eigen::all, outer) * root_of(coarser(fit).covariance);
+  Index effects = 0;
+  for (const EstimatedEffects& term : fit.random) effects += term.covariance.rows();
+  MatrixXd result(jacobian.rows(), effects + jacobian.cols());
+  Index begin = 0;
+  for (std::size_t t = fit.random.size(); t-- > 0;) {
+    const std::vector<Index> places = model.coefficients_of(model.specification().random[t]);
+    const auto q = static_cast<Index>(places.size());
+    result.middleCols(begin, q) = jacobian(Eigen::all, places) * root_of(fit.random[t].covariance);
+    begin += q;
   }
   result.rightCols(jacobian.cols()) = jacobian * frame;
   return result;
@@ -85,8 +83,7 @@ MatrixXd expected_covariance(const NonlinearModel& model,
   const Index p = model.coefficient_count();
   const MatrixXd columns = standardized_columns(model, fit, coefficients, residual_sd, frame);
   if (!columns.allFinite()) return MatrixXd::Constant(p, p, kNaN);
-  const ModelSpecification& specification = model.specification();
-  const auto q = static_cast<Index>(model.coefficients_of(finer_term(specification)).size());
+  const Index q = fit.random.empty() ? 0 : fit.random.back().covariance.rows();
   const Index s = columns.cols() - q - p;
   MatrixXd information(0, p);
   for (Index c = 0; c < model.cluster_count(); ++c) {

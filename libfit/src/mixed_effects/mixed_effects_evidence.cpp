@@ -18,12 +18,11 @@
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "mixed_effects/expected_information.hpp"
 #include "model/coefficient_frame.hpp"
-#include "model/nested_terms.hpp"
 #include "model/simpler_model.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "result/group_coefficients.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/text.hpp"
 #include "variance/variance_kind.hpp"
@@ -74,8 +73,7 @@ Confounded confounded_parameters(const NonlinearModel& model,
   result.variances = confounded_variances(model,
                                           variance,
                                           {.coefficients = coefficients,
-                                           .outer = coarser(fit).covariance,
-                                           .inner = finer(fit).covariance,
+                                           .effects = covariances_of(fit),
                                            .variance = variance.parameters(fit.variance),
                                            .fitted = fit.fitted_conditional,
                                            .residual_sd = fit.residual_sd,
@@ -116,7 +114,7 @@ std::string advice(const NonlinearModel& model, const std::string& usual) {
            "curve itself fits the data.";
   }
   if (!has_single_observations(model)) return "Try " + usual + ".";
-  const std::string& group = finer_term(model.specification())->group;
+  const std::string& group = model.specification().random.back().group;
   return fmt::format(
       "Each group of {} has one observation, so random effects and residuals are hardly "
       "identifiable. Remove the random effects, or use groups with several observations.",
@@ -218,14 +216,14 @@ std::string remedy(const NonlinearModel& model, bool is_of_effects) {
     return fmt::format(
         ": each group of {} has one observation. Remove the random effects by {}, or use groups "
         "with several observations.",
-        finer_term(specification)->group,
-        finer_term(specification)->group);
+        specification.random.back().group,
+        specification.random.back().group);
   }
   if (is_of_effects && specification.random.size() > 1 &&
       model.group_count() == model.cluster_count()) {
     return fmt::format(": each group of {} has one of {}. Remove one of the two groupings.",
-                       coarser_term(specification)->group,
-                       finer_term(specification)->group);
+                       specification.random.front().group,
+                       specification.random.back().group);
   }
   return is_of_effects ? ". Remove one of them, or one of their random effects."
                        : ". Remove one of them.";

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <ranges>
 #include <utility>
 #include <vector>
 
-#include "model/nested_terms.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -94,9 +94,9 @@ void for_each_free_block(const RandomEffects& random, const Visit& visit) {
   }
 }
 
-/// (q x q) U of a grouping.
+/// (q x q) U of a term.
 MatrixXd effect_frame(const NonlinearModel& model,
-                      const RandomEffects* random,
+                      const RandomEffects& random,
                       const MatrixXd& columns,
                       double length) {
   const std::vector<Index> places = model.coefficients_of(random);
@@ -105,8 +105,7 @@ MatrixXd effect_frame(const NonlinearModel& model,
   for (Index k = 0; k < q; ++k) {
     result(k, k) = unit_of(columns.col(places[static_cast<std::size_t>(k)]), length);
   }
-  if (random == nullptr) return result;
-  for_each_free_block(*random, [&](Index begin, Index end) {
+  for_each_free_block(random, [&](Index begin, Index end) {
     Orthogonalizer block(columns);
     MatrixXd mixed = result;
     for (Index k = end - 1; k >= begin; --k) {
@@ -118,26 +117,24 @@ MatrixXd effect_frame(const NonlinearModel& model,
   return result;
 }
 
-/// Coefficients with random effects that may be mixed with others, block by block; effects of both
-/// groupings only if their blocks are the same.
+/// Coefficients with random effects that may be mixed with others, block by block: those that are a
+/// block of each term.
 std::vector<std::vector<Index>> blocks_of_columns(const NonlinearModel& model) {
-  const ModelSpecification& specification = model.specification();
-  const auto blocks_of = [&](const RandomEffects* random) {
-    std::vector<std::vector<Index>> blocks;
+  std::vector<std::vector<std::vector<Index>>> blocks;  // of each term
+  for (const RandomEffects& random : model.specification().random) {
     const std::vector<Index> places = model.coefficients_of(random);
-    if (random == nullptr) return blocks;
-    for_each_free_block(*random, [&](Index begin, Index end) {
-      blocks.emplace_back(places.begin() + begin, places.begin() + end);
+    auto& of_term = blocks.emplace_back();
+    for_each_free_block(random, [&](Index begin, Index end) {
+      of_term.emplace_back(places.begin() + begin, places.begin() + end);
     });
-    return blocks;
-  };
-  std::vector<std::vector<Index>> inner = blocks_of(finer_term(specification));
-  if (specification.random.size() < 2) return inner;
-  const std::vector<std::vector<Index>> outer = blocks_of(coarser_term(specification));
-  std::erase_if(inner, [&](const std::vector<Index>& block) {
-    return std::ranges::find(outer, block) == outer.end();
+  }
+  if (blocks.empty()) return {};
+  std::vector<std::vector<Index>> result = blocks.back();
+  std::erase_if(result, [&](const std::vector<Index>& block) {
+    return std::ranges::any_of(
+        blocks, [&](const auto& of) { return std::ranges::find(of, block) == of.end(); });
   });
-  return inner;
+  return result;
 }
 
 /// (p x p) T such that the columns of J T are orthogonal, as far as this is possible if each column
@@ -156,9 +153,10 @@ MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, do
     }
   }
   // Columns without random effects are last, because they may be mixed with all others.
-  std::vector<Index> random = model.coefficients_of(finer_term(model.specification()));
-  const std::vector<Index> outer = model.coefficients_of(coarser_term(model.specification()));
-  random.insert(random.end(), outer.begin(), outer.end());
+  std::vector<Index> random;
+  for (const std::vector<Index>& places : model.random_coefficients() | std::views::reverse) {
+    random.insert(random.end(), places.begin(), places.end());
+  }
   Orthogonalizer all(columns);
   for (const Index j : random) all.add(j);
   for (Index j = 0; j < p; ++j) {
@@ -174,10 +172,10 @@ MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, do
 CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian, double length) {
   const MatrixXd columns = same_angles(jacobian);
   const Index p = columns.cols();
-  CoefficientFrame frame{
-      .beta = MatrixXd(p, p),
-      .outer = effect_frame(model, coarser_term(model.specification()), columns, length),
-      .inner = effect_frame(model, finer_term(model.specification()), columns, length)};
+  CoefficientFrame frame{.beta = MatrixXd(p, p)};
+  for (const RandomEffects& random : model.specification().random) {
+    frame.effects.push_back(effect_frame(model, random, columns, length));
+  }
   Orthogonalizer all(columns);
   for (Index j = 0; j < p; ++j) {
     const OrthogonalColumn column = all.add(j);
@@ -189,10 +187,11 @@ CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian
 
 CoefficientFrame shared_frame(const NonlinearModel& model, MatrixXd jacobian, double length) {
   const MatrixXd columns = same_angles(jacobian);
-  const std::vector<Index> outer = model.coefficients_of(coarser_term(model.specification()));
-  const std::vector<Index> inner = model.coefficients_of(finer_term(model.specification()));
-  const MatrixXd frame = shared_columns(model, columns, length);
-  return {.beta = frame, .outer = frame(outer, outer), .inner = frame(inner, inner)};
+  CoefficientFrame frame{.beta = shared_columns(model, columns, length)};
+  for (const std::vector<Index>& places : model.random_coefficients()) {
+    frame.effects.emplace_back(frame.beta(places, places));
+  }
+  return frame;
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -14,12 +15,9 @@ namespace silvafit::fit {
 /// Results in these coordinates do not depend on the units of the data or on the origin of a
 /// covariate.
 struct CoefficientFrame {
-  Eigen::MatrixXd beta{};     ///< (p x p) T, with a positive diagonal
-  Eigen::MatrixXd outer{};    ///< (s x s) U of the coarser grouping, lower triangular
-  Eigen::MatrixXd inner{};    ///< (q x q) U of the only or the finer grouping, lower triangular
+  Eigen::MatrixXd beta{};                  ///< (p x p) T, with a positive diagonal
+  std::vector<Eigen::MatrixXd> effects{};  ///< (q x q) U of each term, lower triangular
   bool has_full_rank = true;  ///< whether no column of the Jacobian depends on those before it
-
-  const Eigen::MatrixXd& effects(bool is_outer) const { return is_outer ? outer : inner; }
 };
 
 /// The frame in which the columns of the Jacobian are orthogonal and have the given length.

@@ -18,7 +18,7 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
   part.lines_.clear();
   part.group_labels_.clear();
   part.group_begin_.clear();
-  part.outer_labels_.clear();
+  part.cluster_labels_.clear();
   part.cluster_begin_.clear();
   for (Strata& strata : part.strata_) strata.of_rows.clear();
   Index group = 0;
@@ -29,8 +29,8 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
     while (i >= group_begin_[static_cast<std::size_t>(group) + 1]) ++group;
     while (group >= cluster_begin_[static_cast<std::size_t>(cluster) + 1]) ++cluster;
     if (cluster != last_cluster) {
-      if (!outer_labels_.empty()) {
-        part.outer_labels_.push_back(outer_labels_[static_cast<std::size_t>(cluster)]);
+      if (!cluster_labels_.empty()) {
+        part.cluster_labels_.push_back(cluster_labels_[static_cast<std::size_t>(cluster)]);
       }
       part.cluster_begin_.push_back(static_cast<Index>(part.group_labels_.size()));
       last_cluster = cluster;
@@ -91,7 +91,7 @@ NonlinearModel NonlinearModel::with_random_effects(std::vector<RandomEffects> te
   if (!model.specification_.random.empty()) return model;
   model.group_labels_.assign(1, {});
   model.group_begin_ = {0, observations()};
-  model.outer_labels_.clear();
+  model.cluster_labels_.clear();
   model.cluster_begin_ = {0, 1};
   model.compile();
   return model;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -25,7 +24,7 @@ inline LabelNumbers numbered(const std::vector<std::string>& labels) {
   return numbers;
 }
 
-/// The labels of coarser groups in nested labels.
+/// The labels of the first term's groups in nested labels.
 inline std::vector<std::string> outer_parts(const std::vector<std::string>& labels) {
   std::vector<std::string> parts;
   parts.reserve(labels.size());
@@ -33,26 +32,26 @@ inline std::vector<std::string> outer_parts(const std::vector<std::string>& labe
   return parts;
 }
 
-/// The label of a row's group; for nested groups by nested_label(). Empty if it is missing.
+/// The labels of a row's groups; nested ones by nested_label(). Empty if they are missing.
 class GroupLabels {
  public:
   /// \throws UsageError if a column of groups is missing
-  GroupLabels(const ModelSpecification& specification, const data::Table& table)
-      : inner_(table.labels(specification.random.back().group)) {
-    if (specification.random.size() > 1) outer_ = table.labels(specification.random.front().group);
+  GroupLabels(const ModelSpecification& specification, const data::Table& table) {
+    for (const RandomEffects& term : specification.random) {
+      terms_.push_back(table.labels(term.group));
+    }
   }
 
-  std::string outer(std::size_t row) const {
-    return !outer_ || outer_->is_missing(row) ? std::string() : std::string((*outer_)[row]);
-  }
-  std::string inner(std::size_t row) const {
-    if (inner_.is_missing(row) || (outer_ && outer_->is_missing(row))) return {};
-    return outer_ ? nested_label((*outer_)[row], inner_[row]) : std::string(inner_[row]);
+  /// The label in a term.
+  std::string of(std::size_t term, std::size_t row) const {
+    for (std::size_t t = 0; t <= term; ++t) {
+      if (terms_[t].is_missing(row)) return {};
+    }
+    return term == 0 ? std::string(terms_[0][row]) : nested_label(terms_[0][row], terms_[1][row]);
   }
 
  private:
-  data::TextColumn inner_;
-  std::optional<data::TextColumn> outer_;
+  std::vector<data::TextColumn> terms_;
 };
 
 }  // namespace silvafit::fit

@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "model/nested_terms.hpp"
 #include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -157,8 +156,7 @@ class Grouping {
 
   bool is_missing(std::size_t row) const { return labels_.is_missing(row); }
   std::size_t code(std::size_t row) const { return labels_.code(row); }
-  std::size_t levels() const { return labels_.levels().size(); }
-  const std::string& label(std::size_t code) const { return labels_.levels()[code]; }
+  const std::string& label_of(std::size_t row) const { return labels_.levels()[code(row)]; }
 
  private:
   data::TextColumn labels_;
@@ -178,13 +176,9 @@ void require_few_strata(const NonlinearModel::Strata& strata, const Place& place
       place);
 }
 
-std::size_t size_of(const RandomEffects* random) {
-  return random ? random->coefficients.size() : 0;
-}
-
 void check_effect_count(const ModelSpecification& specification) {
-  const std::size_t effects =
-      size_of(coarser_term(specification)) + size_of(finer_term(specification));
+  std::size_t effects = 0;
+  for (const RandomEffects& term : specification.random) effects += term.coefficients.size();
   if (effects <= kMostRandomEffects) return;
   throw UsageError(fmt::format("there are {} random effects per group; at most {} can be fitted",
                                effects,
@@ -244,30 +238,32 @@ void NonlinearModel::choose_rows(const data::Table& table) {
 }
 
 void NonlinearModel::sort_by_group(const data::Table& table, const std::vector<bool>& complete) {
-  std::optional<Grouping> inner;
-  std::optional<Grouping> outer;
-  if (finer_term(specification_)) inner.emplace(table, finer_term(specification_)->group);
-  if (coarser_term(specification_)) outer.emplace(table, coarser_term(specification_)->group);
-  std::vector<std::map<std::size_t, std::vector<std::size_t>>> members(outer ? outer->levels() : 1);
+  std::vector<Grouping> terms;
+  for (const RandomEffects& term : specification_.random) terms.emplace_back(table, term.group);
   for (std::size_t row = 0; row < complete.size(); ++row) {
-    if (!complete[row] || (inner && inner->is_missing(row)) || (outer && outer->is_missing(row))) {
-      continue;
-    }
-    members[outer ? outer->code(row) : 0][inner ? inner->code(row) : 0].push_back(row);
+    const auto is_missing = [row](const Grouping& term) { return term.is_missing(row); };
+    if (complete[row] && std::ranges::none_of(terms, is_missing)) rows_.push_back(row);
   }
-  for (std::size_t cluster = 0; cluster < members.size(); ++cluster) {
-    if (members[cluster].empty()) continue;
-    if (outer) {
-      outer_labels_.push_back(outer->label(cluster));
+  // The first term in which two rows are in different groups; past the end if there is none.
+  const auto first_difference = [&terms](std::size_t a, std::size_t b) {
+    return std::ranges::find_if(
+        terms, [a, b](const Grouping& term) { return term.code(a) != term.code(b); });
+  };
+  std::ranges::stable_sort(rows_, [&](std::size_t a, std::size_t b) {
+    const auto term = first_difference(a, b);
+    return term != terms.end() && term->code(a) < term->code(b);
+  });
+  const bool is_nested = terms.size() > 1;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const auto term = i == 0 ? terms.begin() : first_difference(rows_[i - 1], rows_[i]);
+    if (i > 0 && term == terms.end()) continue;
+    if (!is_nested || term == terms.begin()) {
       cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
+      if (is_nested) cluster_labels_.push_back(terms.front().label_of(rows_[i]));
     }
-    for (const auto& [code, rows] : members[cluster]) {
-      if (!outer) cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
-      const std::string label = inner ? inner->label(code) : std::string();
-      group_labels_.push_back(outer ? nested_label(outer->label(cluster), label) : label);
-      group_begin_.push_back(static_cast<Index>(rows_.size()));
-      rows_.insert(rows_.end(), rows.begin(), rows.end());
-    }
+    const std::string label = terms.empty() ? std::string() : terms.back().label_of(rows_[i]);
+    group_labels_.push_back(is_nested ? nested_label(cluster_labels_.back(), label) : label);
+    group_begin_.push_back(static_cast<Index>(i));
   }
   group_begin_.push_back(static_cast<Index>(rows_.size()));
   cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
@@ -372,12 +368,17 @@ bool NonlinearModel::has_kink_in(Index coefficient) const {
 std::vector<std::string> NonlinearModel::random_kinks() const {
   std::vector<std::string> result;
   for (const RandomEffects& term : specification_.random) {
-    for (const Index j : coefficients_of(&term)) {
+    for (const Index j : coefficients_of(term)) {
       const std::string& name = names_[static_cast<std::size_t>(j)];
       if (has_kink_in(j) && std::ranges::count(result, name) == 0) result.push_back(name);
     }
   }
   return result;
+}
+
+Index NonlinearModel::group_of(std::size_t term, Index group) const {
+  if (is_last(term)) return group;
+  return std::ranges::upper_bound(cluster_begin_, group) - cluster_begin_.begin() - 1;
 }
 
 Index NonlinearModel::coefficient_index(std::string_view name) const {
@@ -389,13 +390,16 @@ Index NonlinearModel::coefficient_index(std::string_view name) const {
   return found - names_.begin();
 }
 
-std::vector<Index> NonlinearModel::coefficients_of(const RandomEffects* term) const {
+std::vector<Index> NonlinearModel::coefficients_of(const RandomEffects& term) const {
   std::vector<Index> positions;
-  if (term == nullptr) return positions;
-  for (const std::string& name : term->coefficients) {
-    positions.push_back(coefficient_index(name));
-  }
+  for (const std::string& name : term.coefficients) positions.push_back(coefficient_index(name));
   return positions;
+}
+
+std::vector<std::vector<Index>> NonlinearModel::random_coefficients() const {
+  std::vector<std::vector<Index>> result;
+  for (const RandomEffects& term : specification_.random) result.push_back(coefficients_of(term));
+  return result;
 }
 
 Eigen::VectorXd NonlinearModel::column(std::string_view name) const {

@@ -39,11 +39,11 @@ VectorXd mean_of(const NonlinearModel& model, const VectorXd& coefficients) {
 TEST_CASE("too many random effects are refused") {
   const Table table = five_trees();
   ModelSpecification specification = specify_model("h ~ a + b*dbh", {"b ~ 1 + C"}, table);
-  const auto with = [&](std::size_t inner, std::size_t outer) {
+  const auto with = [&](std::size_t of_last, std::size_t of_first) {
     specification.random = parse_random_effects("a | plot; a | dbh");
-    specification.random.back().coefficients.assign(inner, "a");
-    specification.random.front().coefficients.assign(outer, "a");
-    if (outer == 0) specification.random.erase(specification.random.begin());
+    specification.random.back().coefficients.assign(of_last, "a");
+    specification.random.front().coefficients.assign(of_first, "a");
+    if (of_first == 0) specification.random.erase(specification.random.begin());
     return specification;
   };
   CHECK_NOTHROW(NonlinearModel(with(6, 6), table));

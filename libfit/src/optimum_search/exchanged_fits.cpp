@@ -19,7 +19,7 @@ void renew_effects(const NonlinearModel& model, const VectorXd& before, MixedEff
   const VectorXd slopes = population_slopes(model, fit).sizes;
   const std::vector<RandomEffects>& terms = model.specification().random;
   for (std::size_t term = 0; term < terms.size(); ++term) {
-    const std::vector<Index> places = model.coefficients_of(&terms[term]);
+    const std::vector<Index> places = model.coefficients_of(terms[term]);
     EstimatedEffects& random = fit.random[term];
     for (Index k = 0; k < random.covariance.rows(); ++k) {
       const Index place = places[static_cast<std::size_t>(k)];

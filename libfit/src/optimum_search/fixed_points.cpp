@@ -39,7 +39,7 @@ VectorXd drawn_group(const NonlinearModel& model,
   VectorXd result = fit.estimate;
   const std::vector<RandomEffects>& terms = model.specification().random;
   for (std::size_t term = 0; term < terms.size(); ++term) {
-    const std::vector<Index> places = model.coefficients_of(&terms[term]);
+    const std::vector<Index> places = model.coefficients_of(terms[term]);
     const SymmetricEigen of = symmetric_eigen(fit.random[term].covariance);
     VectorXd draw(of.values.size());
     for (double& value : draw) value = random.normal();

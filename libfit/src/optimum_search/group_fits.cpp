@@ -275,7 +275,7 @@ MatrixXd exchanged(const Exchange& exchange, const GroupFits& groups) {
 std::vector<Index> varying(const NonlinearModel& model) {
   std::vector<Index> result;
   for (const RandomEffects& term : model.specification().random) {
-    for (const Index place : model.coefficients_of(&term)) {
+    for (const Index place : model.coefficients_of(term)) {
       result.push_back(model.parameter_of(place));
     }
   }
@@ -397,7 +397,7 @@ std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
                                                   const VectorXd& estimate,
                                                   const GroupFits& groups) {
   if (model.specification().random.size() != 1 || !(groups.residual_sd > 0.0)) return std::nullopt;
-  const std::vector<Index> places = model.coefficients_of(&model.specification().random.front());
+  const std::vector<Index> places = model.coefficients_of(model.specification().random.front());
   const auto count = static_cast<Index>(places.size());
   MixedEffectsFit result;
   result.estimate = estimate;

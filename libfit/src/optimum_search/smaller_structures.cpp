@@ -8,8 +8,6 @@
 #include <optional>
 #include <utility>
 
-#include "model/nested_terms.hpp"
-
 namespace silvafit::fit {
 namespace {
 
@@ -40,47 +38,49 @@ std::vector<Index> others(Index count, Index left_out) {
   return result;
 }
 
-NonlinearModel with_level(const NonlinearModel& model, bool is_outer, const RandomEffects& random) {
+NonlinearModel with_term(const NonlinearModel& model,
+                         std::size_t term,
+                         const RandomEffects& random) {
   std::vector<RandomEffects> terms = model.specification().random;
-  (is_outer ? terms.front() : terms.back()) = random;
+  terms[term] = random;
   return model.with_random_effects(std::move(terms));
 }
 
-void add_level(const NonlinearModel& model, bool is_outer, std::vector<SmallerStructure>& result) {
-  const ModelSpecification& specification = model.specification();
-  const RandomEffects* const random =
-      is_outer ? coarser_term(specification) : finer_term(specification);
-  if (random == nullptr || random->coefficients.size() < 2) return;
-  const std::string of = specification.random.size() > 1 ? " by " + random->group : "";
-  for (std::size_t k = 0; k < random->coefficients.size(); ++k) {
+void add_smaller(const NonlinearModel& model,
+                 std::size_t term,
+                 std::vector<SmallerStructure>& result) {
+  const RandomEffects& random = model.specification().random[term];
+  if (random.coefficients.size() < 2) return;
+  const std::string of = model.term_count() > 1 ? " by " + random.group : "";
+  for (std::size_t k = 0; k < random.coefficients.size(); ++k) {
     result.push_back(
-        {.model = with_level(model, is_outer, without(*random, k)),
-         .text = fmt::format("without the random effect of {}{}", random->coefficients[k], of),
-         .is_outer = is_outer,
+        {.model = with_term(model, term, without(random, k)),
+         .text = fmt::format("without the random effect of {}{}", random.coefficients[k], of),
+         .term = term,
          .left_out = static_cast<Index>(k)});
   }
   const bool is_correlated =
-      random->covariance == Covariance::kGeneral || random->covariance == Covariance::kBlock;
+      random.covariance == Covariance::kGeneral || random.covariance == Covariance::kBlock;
   if (!is_correlated) return;
-  RandomEffects independent = *random;
+  RandomEffects independent = random;
   independent.covariance = Covariance::kDiagonal;
   independent.blocks.clear();
-  result.push_back({.model = with_level(model, is_outer, independent),
+  result.push_back({.model = with_term(model, term, independent),
                     .text = "with independent random effects" + of,
-                    .is_outer = is_outer});
+                    .term = term});
 }
 
 }  // namespace
 
 std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model) {
   std::vector<SmallerStructure> result;
-  for (const bool is_outer : {false, true}) add_level(model, is_outer, result);
+  for (std::size_t t = model.term_count(); t-- > 0;) add_smaller(model, t, result);
   return result;
 }
 
 MixedEffectsFit reduced(const MixedEffectsFit& fit, const SmallerStructure& smaller) {
   MixedEffectsFit result = fit;
-  EstimatedEffects& term = smaller.is_outer ? result.random.front() : result.random.back();
+  EstimatedEffects& term = result.random[smaller.term];
   MatrixXd& covariance = term.covariance;
   MatrixXd& effects = term.effects;
   if (smaller.left_out < 0) {
@@ -97,9 +97,8 @@ double small_deviation(const NonlinearModel& model,
                        const SmallerStructure& smaller,
                        const MixedEffectsFit& fit) {
   if (smaller.left_out < 0) return 0.0;
-  const ModelSpecification& specification = model.specification();
-  const std::vector<Index> places = model.coefficients_of(
-      smaller.is_outer ? coarser_term(specification) : finer_term(specification));
+  const std::vector<Index> places =
+      model.coefficients_of(model.specification().random[smaller.term]);
   NonlinearModel::Workspace workspace;
   Eigen::VectorXd mean;
   MatrixXd jacobian;
@@ -116,7 +115,7 @@ MixedEffectsFit enlarged(const MixedEffectsFit& fit,
                          double deviation) {
   MixedEffectsFit result = fit;
   if (smaller.left_out < 0) return result;
-  EstimatedEffects& term = smaller.is_outer ? result.random.front() : result.random.back();
+  EstimatedEffects& term = result.random[smaller.term];
   MatrixXd& covariance = term.covariance;
   MatrixXd& effects = term.effects;
   const Index count = covariance.rows() + 1;

@@ -16,11 +16,11 @@ namespace silvafit::fit {
 struct SmallerStructure {
   NonlinearModel model;
   std::string text{};          ///< "without the random effect of a"
-  bool is_outer = false;       ///< whether the coarser grouping has changed
+  std::size_t term = 0;        ///< that has changed
   Eigen::Index left_out = -1;  ///< the omitted effect; -1 for independent effects
 };
 
-/// The structures one step smaller: without each effect of a grouping that has several, and with a
+/// The structures one step smaller: without each effect of a term that has several, and with a
 /// diagonal covariance.
 std::vector<SmallerStructure> smaller_structures(const NonlinearModel& model);
 

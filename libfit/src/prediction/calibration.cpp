@@ -9,7 +9,6 @@
 #include "conditional_modes/effect_posteriors.hpp"
 #include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
-#include "result/nested_effects.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"
@@ -25,7 +24,7 @@ void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.has_random_effects()) {
     throw UsageError("the fit has no random effects to calibrate");
   }
-  const bool has_variances = finer(fit).covariance.allFinite() && std::isfinite(fit.sigma);
+  const bool has_variances = fit.random.back().covariance.allFinite() && std::isfinite(fit.sigma);
   if (fit.estimate.allFinite() && fit.convergence.converged() && !has_variances) {
     throw UsageError(
         "calibration needs the covariance matrix of the random effects and the residual standard "
@@ -34,7 +33,7 @@ void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.estimate.allFinite() || !has_variances) {
     throw UsageError("the fit has not converged, so it cannot be calibrated");
   }
-  if (seen == SeenGroups::kCombined && !finer(fit).uncertainty.is_known()) {
+  if (seen == SeenGroups::kCombined && !fit.random.back().uncertainty.is_known()) {
     throw UsageError(
         "the fit does not store the covariances of its random effects, which are needed to combine "
         "old and new trees; an older version of silvafit wrote it; fit the model again");
@@ -72,16 +71,18 @@ void number_groups(const FittedModel& fit, const data::Table& table, Calibration
   result.random.resize(fit.random.size());
   for (CalibratedEffects& term : result.random) term.group_of_row.assign(table.rows(), -1);
   result.is_used.assign(table.rows(), false);
-  CalibratedEffects& inner = result.random.back();
-  const bool is_nested = result.random.size() > 1;
-  GroupNumbers inner_numbers(finer(fit).labels, inner);
-  GroupNumbers outer_numbers(coarser(fit).labels, result.random.front());
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    const Index of = is_nested ? outer_numbers.add(labels.outer(row), -1) : -1;
-    if (is_nested) result.random.front().group_of_row[row] = of;
-    inner.group_of_row[row] = inner_numbers.add(labels.inner(row), of);
+  std::vector<GroupNumbers> numbers;
+  for (std::size_t t = 0; t < fit.random.size(); ++t) {
+    numbers.emplace_back(fit.random[t].labels, result.random[t]);
   }
-  result.measured.assign(inner.labels.size(), 0);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    Index group = -1;
+    for (std::size_t t = 0; t < numbers.size(); ++t) {
+      group = numbers[t].add(labels.of(t, row), group);
+      result.random[t].group_of_row[row] = group;
+    }
+  }
+  result.measured.assign(result.random.back().labels.size(), 0);
 }
 
 /// (N) whether the variance function knows a row's stratum.
@@ -126,61 +127,51 @@ void choose_rows(const FittedModel& fit,
 class Calibrator {
  public:
   Calibrator(const FittedModel& fit, SeenGroups seen, Calibration& result)
-      : fit_(fit),
-        seen_(seen),
-        inner_(result.random.back()),
-        outer_(result.random.size() > 1 ? result.random.front() : none_),
-        q_(static_cast<Index>(finer(fit).names.size())),
-        s_(static_cast<Index>(coarser(fit).names.size())),
-        p_(fit.estimate.size()),
-        inner_root_(covariance_factor(finer(fit).covariance)),
-        outer_root_(covariance_factor(coarser(fit).covariance)) {}
+      : fit_(fit), seen_(seen), terms_(result.random), p_(fit.estimate.size()) {
+    for (const EstimatedEffects& term : fit.random) {
+      roots_.push_back(covariance_factor(term.covariance));
+    }
+  }
 
   /// Before any tree of the table.
   void set_priors() {
-    const auto groups = static_cast<Index>(inner_.labels.size());
-    const auto clusters = static_cast<Index>(outer_.labels.size());
-    inner_.effects.setZero(q_, groups);
-    inner_.uncertainty = {.covariances = MatrixXd::Zero(q_ * q_, groups),
-                          .sensitivities = MatrixXd::Zero(q_ * p_, groups),
-                          .cross_covariances = MatrixXd::Zero(q_ * s_, groups)};
-    outer_.effects.setZero(s_, clusters);
-    outer_.uncertainty = {.covariances = MatrixXd::Zero(s_ * s_, clusters),
-                          .sensitivities = MatrixXd::Zero(s_ * p_, clusters)};
-    for (Index c = 0; c < clusters; ++c) set_outer_prior(c);
-    for (Index g = 0; g < groups; ++g) set_inner_prior(g);
+    Index before = 0;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      const Index groups = std::ssize(terms_[t].labels);
+      terms_[t].effects.setZero(q(t), groups);
+      terms_[t].uncertainty = {.covariances = MatrixXd::Zero(q(t) * q(t), groups),
+                               .sensitivities = MatrixXd::Zero(q(t) * p_, groups),
+                               .cross_covariances = MatrixXd::Zero(q(t) * before, groups)};
+      for (Index k = 0; k < groups; ++k) set_prior(t, k);
+      before += q(t);
+    }
   }
 
   /// The posteriors given the trees.
   void update(const NonlinearModel& model, unsigned threads) {
+    number_groups(model);
     EffectPriors priors = priors_of_new_groups(model, fit_);
     if (seen_ != SeenGroups::kNew) fill_priors(model, priors);
-    const EffectPosteriors found = find_effects(model, fit_, priors, threads);
-    take_over(model, found);
+    take_over(find_effects(model, fit_, priors, threads));
   }
 
  private:
-  /// Whether the prior of a group is the fit's posterior.
-  bool counts_fitted(Index fitted) const { return seen_ != SeenGroups::kNew && fitted >= 0; }
+  Index q(std::size_t term) const { return std::ssize(fit_.random[term].names); }
 
-  void set_outer_prior(Index c) {
-    const Index of = outer_.fitted_group[static_cast<std::size_t>(c)];
-    if (!counts_fitted(of)) {
-      outer_.uncertainty.covariances.col(c) = coarser(fit_).covariance.reshaped();
-      return;
-    }
-    outer_.effects.col(c) = coarser(fit_).effects.col(of);
-    copy(coarser(fit_).uncertainty, of, outer_.uncertainty, c);
+  /// Whether the prior of a group is the fit's posterior.
+  bool counts_fitted(const CalibratedEffects& term, Index group) const {
+    return seen_ != SeenGroups::kNew && term.fitted_group[static_cast<std::size_t>(group)] >= 0;
   }
 
-  void set_inner_prior(Index g) {
-    const Index of = inner_.fitted_group[static_cast<std::size_t>(g)];
-    if (!counts_fitted(of)) {
-      inner_.uncertainty.covariances.col(g) = finer(fit_).covariance.reshaped();
+  void set_prior(std::size_t t, Index k) {
+    const EstimatedEffects& fitted = fit_.random[t];
+    if (!counts_fitted(terms_[t], k)) {
+      terms_[t].uncertainty.covariances.col(k) = fitted.covariance.reshaped();
       return;
     }
-    inner_.effects.col(g) = finer(fit_).effects.col(of);
-    copy(finer(fit_).uncertainty, of, inner_.uncertainty, g);
+    const Index of = terms_[t].fitted_group[static_cast<std::size_t>(k)];
+    terms_[t].effects.col(k) = fitted.effects.col(of);
+    copy(fitted.uncertainty, of, terms_[t].uncertainty, k);
   }
 
   static void copy(const EffectUncertainty& from, Index k, EffectUncertainty& to, Index at) {
@@ -197,136 +188,133 @@ class Calibrator {
     }
   }
 
-  /// The roots of the conditional covariances of a group, given those of its coarser group.
-  EffectRoots roots_of(Index g, const MatrixXd& outer_root) const {
-    EffectRoots roots{
-        .outer = outer_root, .coupling = MatrixXd::Zero(q_, s_), .inner = inner_root_};
-    if (!counts_fitted(inner_.fitted_group[static_cast<std::size_t>(g)])) return roots;
-    const MatrixXd covariance = inner_.uncertainty.covariance(g, q_);
-    if (s_ == 0) {
-      roots.inner = covariance_factor(covariance);
-      return roots;
+  /// The numbers of the model's groups among those of the table.
+  void number_groups(const NonlinearModel& model) {
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      const LabelNumbers known = numbered(terms_[t].labels);
+      std::vector<Index>& numbers = numbers_.emplace_back();
+      for (const std::string& label : model.group_labels(t)) numbers.push_back(known.at(label));
     }
-    const Index c = inner_.coarser_group[static_cast<std::size_t>(g)];
-    const MatrixXd cross = inner_.uncertainty.cross_covariance(g, q_, s_);
-    const MatrixXd slopes = regression_on(cross, outer_.uncertainty.covariance(c, s_));
-    roots.coupling = slopes * outer_root;
-    roots.inner = covariance_factor(covariance - slopes * cross.transpose());
-    return roots;
   }
 
-  MatrixXd outer_root_of(Index c) const {
-    if (s_ == 0) return MatrixXd(0, 0);
-    if (!counts_fitted(outer_.fitted_group[static_cast<std::size_t>(c)])) return outer_root_;
-    require_outer_covariances();
-    return covariance_factor(outer_.uncertainty.covariance(c, s_));
+  /// The root of the joint prior covariance of the effects of all terms that act on a group, each
+  /// given those of the terms before it.
+  /// \param groups  of each term
+  MatrixXd root_of(const std::vector<Index>& groups) const {
+    Index size = 0;
+    for (std::size_t t = 0; t < terms_.size(); ++t) size += q(t);
+    MatrixXd root = MatrixXd::Zero(size, size);
+    MatrixXd covariance = root;
+    Index row = 0;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      const Index count = q(t);
+      auto own = root.block(row, row, count, count);
+      own = roots_[t];
+      covariance.block(row, row, count, count) = terms_[t].uncertainty.covariance(groups[t], count);
+      if (counts_fitted(terms_[t], groups[t])) {
+        require_covariances(t);
+        const MatrixXd cross = terms_[t].uncertainty.cross_covariance(groups[t], count, row);
+        const MatrixXd slopes = regression_on(cross, covariance.topLeftCorner(row, row));
+        root.block(row, 0, count, row) = slopes * root.topLeftCorner(row, row);
+        own = covariance_factor(covariance.block(row, row, count, count) -
+                                slopes * cross.transpose());
+        covariance.block(row, 0, count, row) = cross;
+        covariance.block(0, row, row, count) = cross.transpose();
+      }
+      row += count;
+    }
+    return root;
   }
 
-  void require_outer_covariances() const {
-    if (coarser(fit_).uncertainty.is_known()) return;
+  void require_covariances(std::size_t term) const {
+    if (fit_.random[term].uncertainty.is_known()) return;
     throw UsageError(fmt::format(
         "the fit does not store the covariances of the random effects by {}, which new groups "
         "within them need; an older version of silvafit wrote it; fit the model again",
-        fit_.specification.random.front().group));
+        fit_.specification.random[term].group));
   }
 
   void fill_priors(const NonlinearModel& model, EffectPriors& priors) {
-    const LabelNumbers inner = numbered(inner_.labels);
-    const LabelNumbers outer = numbered(outer_.labels);
-    priors.inner_slope.setZero(q_ * p_, model.group_count());
-    if (s_ > 0) priors.outer_slope.setZero(s_ * p_, model.cluster_count());
     bool any = false;
-    for (Index k = 0; k < model.cluster_count(); ++k) {
-      const Index c = s_ > 0 ? outer.at(model.outer_labels()[static_cast<std::size_t>(k)]) : -1;
-      const bool is_outer_fitted =
-          s_ > 0 && counts_fitted(outer_.fitted_group[static_cast<std::size_t>(c)]);
-      const MatrixXd outer_root = outer_root_of(c);
-      if (is_outer_fitted) {
-        priors.outer_mean.col(k) = outer_.effects.col(c);
-        priors.outer_slope.col(k) = outer_.uncertainty.sensitivities.col(c);
-      }
-      for (Index m = model.cluster_begin(k); m < model.cluster_begin(k + 1); ++m) {
-        const Index g = inner.at(model.group_labels()[static_cast<std::size_t>(m)]);
-        const bool is_fitted = counts_fitted(inner_.fitted_group[static_cast<std::size_t>(g)]);
-        if (!is_fitted && !is_outer_fitted) continue;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      MatrixXd& slopes = priors.slopes.emplace_back();
+      slopes.setZero(q(t) * p_, model.group_count(t));
+      for (Index k = 0; k < slopes.cols(); ++k) {
+        const Index number = numbers_[t][static_cast<std::size_t>(k)];
+        if (!counts_fitted(terms_[t], number)) continue;
         any = true;
-        priors.roots_of[static_cast<std::size_t>(m)] = static_cast<Index>(priors.roots.size());
-        priors.roots.push_back(roots_of(g, outer_root));
-        if (!is_fitted) continue;
-        priors.inner_mean.col(m) = inner_.effects.col(g);
-        priors.inner_slope.col(m) = inner_.uncertainty.sensitivities.col(g);
+        priors.means[t].col(k) = terms_[t].effects.col(number);
+        slopes.col(k) = terms_[t].uncertainty.sensitivities.col(number);
       }
     }
-    if (any) return;
-    priors.inner_slope.resize(0, 0);
-    priors.outer_slope.resize(0, 0);
-  }
-
-  void take_over(const NonlinearModel& model, const EffectPosteriors& found) {
-    const LabelNumbers inner = numbered(inner_.labels);
-    const LabelNumbers outer = numbered(outer_.labels);
-    std::vector<Index> found_cluster(outer_.labels.size(), -1);
-    std::vector<bool> is_found(inner_.labels.size(), false);
-    // Groups without trees follow their coarser group, so that its earlier values are needed.
-    const CalibratedEffects inner_before = s_ > 0 ? inner_ : CalibratedEffects{};
-    const CalibratedEffects outer_before = outer_;
-    for (Index k = 0; k < model.cluster_count(); ++k) {
-      if (s_ > 0) {
-        const Index c = outer.at(model.outer_labels()[static_cast<std::size_t>(k)]);
-        found_cluster[static_cast<std::size_t>(c)] = k;
-        outer_.effects.col(c) = found.outer.col(k);
-        copy(found.outer_uncertainty, k, outer_.uncertainty, c);
-      }
-      for (Index m = model.cluster_begin(k); m < model.cluster_begin(k + 1); ++m) {
-        const Index g = inner.at(model.group_labels()[static_cast<std::size_t>(m)]);
-        is_found[static_cast<std::size_t>(g)] = true;
-        inner_.effects.col(g) = found.inner.col(m);
-        copy(found.inner_uncertainty, m, inner_.uncertainty, g);
-      }
+    if (!any) {
+      priors.slopes.clear();
+      return;
     }
-    if (s_ == 0) return;
-    for (Index g = 0; g < static_cast<Index>(is_found.size()); ++g) {
-      const Index c = inner_.coarser_group[static_cast<std::size_t>(g)];
-      const Index k = found_cluster[static_cast<std::size_t>(c)];
-      if (!is_found[static_cast<std::size_t>(g)] && k >= 0)
-        follow(inner_before, outer_before, found, g, c, k);
+    std::vector<Index> groups(terms_.size());
+    for (Index g = 0; g < model.group_count(); ++g) {
+      bool is_fitted = false;
+      for (std::size_t t = 0; t < terms_.size(); ++t) {
+        groups[t] = numbers_[t][static_cast<std::size_t>(model.group_of(t, g))];
+        is_fitted = is_fitted || counts_fitted(terms_[t], groups[t]);
+      }
+      if (!is_fitted) continue;
+      priors.roots_of[static_cast<std::size_t>(g)] = std::ssize(priors.roots);
+      priors.roots.push_back(root_of(groups));
     }
   }
 
-  /// A group without trees in a coarser group that has some.
-  void follow(const CalibratedEffects& inner_before,
-              const CalibratedEffects& outer_before,
-              const EffectPosteriors& found,
-              Index g,
-              Index c,
-              Index k) {
-    const bool is_fitted = counts_fitted(inner_before.fitted_group[static_cast<std::size_t>(g)]);
-    if (!is_fitted) return;
-    const MatrixXd cross = inner_before.uncertainty.cross_covariance(g, q_, s_);
-    const MatrixXd old_outer = outer_before.uncertainty.covariance(c, s_);
-    const MatrixXd slopes = regression_on(cross, old_outer);
-    inner_.effects.col(g) += slopes * (found.outer.col(k) - outer_before.effects.col(c));
-    const MatrixXd outer = found.outer_uncertainty.covariance(k, s_);
-    inner_.uncertainty.covariances.col(g) = (inner_before.uncertainty.covariance(g, q_) +
-                                             slopes * (outer - old_outer) * slopes.transpose())
-                                                .reshaped();
-    inner_.uncertainty.cross_covariances.col(g) = (slopes * outer).reshaped();
-    inner_.uncertainty.sensitivities.col(g) +=
-        (slopes * (found.outer_uncertainty.sensitivity(k, s_, p_) -
-                   outer_before.uncertainty.sensitivity(c, s_, p_)))
-            .reshaped();
+  void take_over(const std::vector<EffectPosterior>& found) {
+    // Groups without trees follow the one that they are in, so that earlier values are needed.
+    const std::vector<CalibratedEffects> before = terms_;
+    std::vector<Index> found_before;  // groups of the term before among those found, or -1
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      std::vector<Index> found_group(terms_[t].labels.size(), -1);
+      for (std::size_t k = 0; k < numbers_[t].size(); ++k) {
+        const Index number = numbers_[t][k];
+        const auto at = static_cast<Index>(k);
+        found_group[static_cast<std::size_t>(number)] = at;
+        terms_[t].effects.col(number) = found[t].effects.col(at);
+        copy(found[t].uncertainty, at, terms_[t].uncertainty, number);
+      }
+      for (std::size_t g = 0; t > 0 && g < found_group.size(); ++g) {
+        const Index coarser = terms_[t].coarser_group[g];
+        if (found_group[g] >= 0 || found_before[static_cast<std::size_t>(coarser)] < 0) continue;
+        follow(before, t, static_cast<Index>(g));
+      }
+      found_before = std::move(found_group);
+    }
+  }
+
+  /// A group without trees in a group of the term before that has some.
+  void follow(const std::vector<CalibratedEffects>& before, std::size_t t, Index g) {
+    if (!counts_fitted(terms_[t], g)) return;
+    const CalibratedEffects& coarser = terms_[t - 1];
+    const Index c = terms_[t].coarser_group[static_cast<std::size_t>(g)];
+    const Index s = q(t - 1);
+    const EffectUncertainty& old = before[t].uncertainty;
+    const MatrixXd cross = old.cross_covariance(g, q(t), s);
+    const MatrixXd old_coarser = before[t - 1].uncertainty.covariance(c, s);
+    const MatrixXd new_coarser = coarser.uncertainty.covariance(c, s);
+    const MatrixXd slopes = regression_on(cross, old_coarser);
+    terms_[t].effects.col(g) +=
+        slopes * (coarser.effects.col(c) - before[t - 1].effects.col(c));
+    EffectUncertainty& own = terms_[t].uncertainty;
+    own.covariances.col(g) = (old.covariance(g, q(t)) +
+                              slopes * (new_coarser - old_coarser) * slopes.transpose())
+                                 .reshaped();
+    own.cross_covariances.col(g) = (slopes * new_coarser).reshaped();
+    own.sensitivities.col(g) += (slopes * (coarser.uncertainty.sensitivity(c, s, p_) -
+                                           before[t - 1].uncertainty.sensitivity(c, s, p_)))
+                                    .reshaped();
   }
 
   const FittedModel& fit_;
   SeenGroups seen_;
-  CalibratedEffects& inner_;
-  CalibratedEffects none_{};  ///< of the coarser grouping, where there is none
-  CalibratedEffects& outer_;
-  Index q_;
-  Index s_;
+  std::vector<CalibratedEffects>& terms_;
   Index p_;
-  MatrixXd inner_root_;
-  MatrixXd outer_root_;
+  std::vector<MatrixXd> roots_;              ///< (q x q) of Psi of each term
+  std::vector<std::vector<Index>> numbers_;  ///< of the model's groups among those of the table
 };
 
 }  // namespace

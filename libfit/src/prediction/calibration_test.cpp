@@ -373,7 +373,7 @@ TEST_CASE("the sensitivity is the derivative of random effects by the coefficien
     moved.estimate[j] -= 2.0 * step;
     const Calibration down = calibrate(moved, table, options);
     const MatrixXd slope = (up.random.back().effects - down.random.back().effects) / (2.0 * step);
-    const MatrixXd outer_slope =
+    const MatrixXd stand_slope =
         (up.random.front().effects - down.random.front().effects) / (2.0 * step);
     // Differences of effects that are exact to 1e-9 standard deviations, over 2e-4 of them.
     for (Index g = 0; g < slope.cols(); ++g) {
@@ -381,9 +381,9 @@ TEST_CASE("the sensitivity is the derivative of random effects by the coefficien
       CHECK((slope.col(g) - expected).cwiseAbs().maxCoeff() <
             1e-4 * (1e-3 + expected.cwiseAbs().maxCoeff()));
     }
-    for (Index c = 0; c < outer_slope.cols(); ++c) {
+    for (Index c = 0; c < stand_slope.cols(); ++c) {
       const double expected = here.random.front().uncertainty.sensitivity(c, 1, 3)(0, j);
-      CHECK(outer_slope(0, c) == Approx(expected).epsilon(1e-4).margin(1e-6));
+      CHECK(stand_slope(0, c) == Approx(expected).epsilon(1e-4).margin(1e-6));
     }
   }
 }

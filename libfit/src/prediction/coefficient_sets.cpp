@@ -8,8 +8,6 @@
 #include <string_view>
 
 #include "model/group_labels.hpp"
-#include "model/nested_terms.hpp"
-#include "result/nested_effects.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -18,7 +16,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Open = CoefficientSets::Open;
 
 [[noreturn]] void refuse_group(const data::Table& table,
                                std::size_t row,
@@ -44,6 +41,14 @@ MatrixXd placement(const FittedModel& fit, const std::vector<std::string>& names
   return result;
 }
 
+/// The estimated effects of a group of a term.
+struct KnownEffects {
+  std::size_t term = 0;
+  const MatrixXd& effects;
+  const EffectUncertainty& uncertainty;
+  Index group = 0;
+};
+
 /// Builds sets from estimated effects.
 class SetBuilder {
  public:
@@ -51,69 +56,71 @@ class SetBuilder {
       : fit_(fit),
         with_covariances_(with_covariances),
         result_(result),
-        inner_(placement(fit, finer(fit).names)),
-        outer_(placement(fit, coarser(fit).names)),
         fixed_(fixed_covariance(fit)) {
+    for (const EstimatedEffects& term : fit.random) places_.push_back(placement(fit, term.names));
     const Index p = fit.estimate.size();
     result.coefficients = fit.estimate.replicate(1, sets);
     if (with_covariances) result.covariances = fixed_.reshaped().replicate(1, sets);
-    result.open.assign(static_cast<std::size_t>(sets), Open::kAll);
+    result.known.assign(static_cast<std::size_t>(sets), 0);
     result.is_marginal.assign(static_cast<std::size_t>(sets), false);
     identity_ = MatrixXd::Identity(p, p);
   }
 
-  /// A set with the effects of a coarser group.
-  void set_outer(Index set, const VectorXd& effects, const EffectUncertainty& of, Index k) {
-    result_.coefficients.col(set) += outer_ * effects;
-    result_.open[static_cast<std::size_t>(set)] = Open::kInner;
-    if (!with_covariances_) return;
-    const Index s = effects.size();
-    add(set, outer_ * of.sensitivity(k, s, p()), outer_ * of.covariance(k, s) * outer_.transpose());
-  }
-
-  /// A set with the effects of a group, and of its coarser group, if any.
-  void set_inner(Index set,
-                 const VectorXd& effects,
-                 const EffectUncertainty& of,
-                 Index g,
-                 const VectorXd& outer_effects,
-                 const EffectUncertainty& outer_of,
-                 Index c) {
-    result_.coefficients.col(set) += inner_ * effects;
-    const Index s = outer_effects.size();
-    if (s > 0) result_.coefficients.col(set) += outer_ * outer_effects;
-    result_.open[static_cast<std::size_t>(set)] = Open::kNothing;
-    if (!with_covariances_) return;
-    const Index q = effects.size();
-    MatrixXd slope = inner_ * of.sensitivity(g, q, p());
-    MatrixXd covariance = inner_ * of.covariance(g, q) * inner_.transpose();
-    if (s > 0) {
-      slope += outer_ * outer_of.sensitivity(c, s, p());
-      const MatrixXd cross = inner_ * of.cross_covariance(g, q, s) * outer_.transpose();
-      covariance +=
-          cross + cross.transpose() + outer_ * outer_of.covariance(c, s) * outer_.transpose();
+  /// A set with the effects of groups.
+  /// \param groups  of the last estimated term and those that it is in, in this order
+  void set(Index set, const std::vector<KnownEffects>& groups) {
+    result_.known[static_cast<std::size_t>(set)] = groups.front().term + 1;
+    const Index p = fit_.estimate.size();
+    MatrixXd follow = identity_;
+    MatrixXd covariance = MatrixXd::Zero(p, p);
+    for (const KnownEffects& of : groups) {
+      const MatrixXd& place = places_[of.term];
+      result_.coefficients.col(set) += place * of.effects.col(of.group);
+      if (!with_covariances_) continue;
+      const Index q = of.effects.rows();
+      follow += place * of.uncertainty.sensitivity(of.group, q, p);
+      covariance += place * of.uncertainty.covariance(of.group, q) * place.transpose();
+      if (of.term == 0 || groups.size() < 2) continue;
+      const MatrixXd& before = places_[of.term - 1];
+      const MatrixXd cross = place *
+                             of.uncertainty.cross_covariance(of.group, q, before.cols()) *
+                             before.transpose();
+      covariance += cross + cross.transpose();
     }
-    add(set, slope, covariance);
-  }
-
- private:
-  Index p() const { return fit_.estimate.size(); }
-  void add(Index set, const MatrixXd& slope, const MatrixXd& covariance) {
-    const MatrixXd follow = identity_ + slope;
+    if (!with_covariances_) return;
     result_.covariances.col(set) = (follow * fixed_ * follow.transpose() + covariance).reshaped();
   }
 
+ private:
   const FittedModel& fit_;
   bool with_covariances_;
   CoefficientSets& result_;
-  MatrixXd inner_;
-  MatrixXd outer_;
+  std::vector<MatrixXd> places_;  ///< (p x q) of each term
   MatrixXd fixed_;
   MatrixXd identity_;
 };
 
+/// First set of each term, the last term's first; then that of the population.
+class SetNumbers {
+ public:
+  /// \param counts  groups of each term
+  explicit SetNumbers(const std::vector<Index>& counts) : begins_(counts.size()) {
+    for (std::size_t t = counts.size(); t-- > 0;) {
+      begins_[t] = population_;
+      population_ += counts[t];
+    }
+  }
+  Index of(std::size_t term, Index group) const { return begins_[term] + group; }
+  Index population() const { return population_; }
+  Index count() const { return population_ + 1; }
+
+ private:
+  std::vector<Index> begins_;
+  Index population_ = 0;
+};
+
 void require_uncertainty(const FittedModel& fit) {
-  if (finer(fit).uncertainty.is_known()) return;
+  if (fit.random.back().uncertainty.is_known()) return;
   throw UsageError(
       "the fit does not store the covariances of its random effects, which conditional intervals "
       "need; an older version of silvafit wrote it; fit the model again");
@@ -131,7 +138,7 @@ class NewGroupRows {
 
   void mark(std::size_t row, std::string_view label, Index set) {
     if (choice_ == NewGroups::kError) {
-      refuse_group(table_, row, finer_term(fit_.specification)->group, label, is_calibrated_);
+      refuse_group(table_, row, fit_.specification.random.back().group, label, is_calibrated_);
     }
     result_.is_new_group[row] = true;
     result_.is_missing[row] = choice_ == NewGroups::kMissing;
@@ -147,58 +154,71 @@ class NewGroupRows {
   CoefficientSets& result_;
 };
 
-/// Number of each group's coarser group in the fit, -1 without.
-std::vector<Index> outer_numbers(const FittedModel& fit) {
-  std::vector<Index> result(finer(fit).labels.size(), -1);
-  const LabelNumbers outer = numbered(outer_parts(coarser(fit).labels));
-  for (std::size_t g = 0; g < result.size() && !outer.empty(); ++g) {
-    const auto found = outer.find(std::string(nested_parts(finer(fit).labels[g]).outer));
-    if (found != outer.end()) result[g] = found->second;
+/// Numbers in the fit of the groups that a group is in, by the labels of nested groups.
+class FittedGroups {
+ public:
+  explicit FittedGroups(const FittedModel& fit) : fit_(fit) {
+    if (fit.random.size() > 1) clusters_ = numbered(outer_parts(fit.random.front().labels));
   }
-  return result;
-}
 
-/// Sets: groups of the fit, its coarser groups, the population.
+  /// The group of a term, and the one of the term before that it is in, if the fit has it.
+  std::vector<KnownEffects> with(std::size_t term, Index group) const {
+    std::vector<KnownEffects> result{known(term, group)};
+    if (term == 0) return result;
+    const std::string& label = fit_.random[term].labels[static_cast<std::size_t>(group)];
+    const auto found = clusters_.find(std::string(nested_parts(label).outer));
+    if (found != clusters_.end()) result.push_back(known(term - 1, found->second));
+    return result;
+  }
+
+  KnownEffects known(std::size_t term, Index group) const {
+    const EstimatedEffects& of = fit_.random[term];
+    return {.term = term, .effects = of.effects, .uncertainty = of.uncertainty, .group = group};
+  }
+
+ private:
+  const FittedModel& fit_;
+  LabelNumbers clusters_;
+};
+
+/// Sets of the groups of the fit.
 void add_conditional(const FittedModel& fit,
                      const data::Table& table,
                      const PredictionOptions& options,
                      bool with_covariances,
                      CoefficientSets& result) {
   if (with_covariances) require_uncertainty(fit);
-  const auto groups = static_cast<Index>(finer(fit).labels.size());
-  const auto clusters = static_cast<Index>(coarser(fit).labels.size());
-  SetBuilder builder(fit, groups + clusters + 1, with_covariances, result);
-  const std::vector<Index> outer_of = outer_numbers(fit);
-  for (Index g = 0; g < groups; ++g) {
-    const Index c = outer_of[static_cast<std::size_t>(g)];
-    builder.set_inner(g,
-                      finer(fit).effects.col(g),
-                      finer(fit).uncertainty,
-                      g,
-                      c < 0 ? VectorXd() : VectorXd(coarser(fit).effects.col(c)),
-                      coarser(fit).uncertainty,
-                      c);
+  std::vector<Index> counts;
+  std::vector<LabelNumbers> numbers;
+  for (const EstimatedEffects& term : fit.random) {
+    counts.push_back(std::ssize(term.labels));
+    numbers.push_back(numbered(term.labels));
   }
-  for (Index c = 0; c < clusters; ++c) {
-    builder.set_outer(groups + c, coarser(fit).effects.col(c), coarser(fit).uncertainty, c);
+  const SetNumbers sets(counts);
+  SetBuilder builder(fit, sets.count(), with_covariances, result);
+  const FittedGroups groups(fit);
+  for (std::size_t t = 0; t < counts.size(); ++t) {
+    for (Index k = 0; k < counts[t]; ++k) builder.set(sets.of(t, k), groups.with(t, k));
   }
-  const LabelNumbers inner = numbered(finer(fit).labels);
-  const LabelNumbers outer = numbered(coarser(fit).labels);
   const GroupLabels labels(fit.specification, table);
   NewGroupRows new_rows(fit, table, options.new_groups, false, result);
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    const std::string label = labels.inner(row);
-    const auto found = inner.find(label);
-    if (!label.empty() && found != inner.end()) {
-      result.set_of_row[row] = found->second;
-      continue;
+  const auto set_row = [&](std::size_t row) {
+    const std::size_t last = counts.size() - 1;
+    for (std::size_t t = counts.size(); t-- > 0;) {
+      const std::string label = labels.of(t, row);
+      const auto found = numbers[t].find(label);
+      if (label.empty() || found == numbers[t].end()) continue;
+      const Index set = sets.of(t, found->second);
+      if (t < last) return new_rows.mark(row, labels.of(last, row), set);
+      result.set_of_row[row] = set;
+      return;
     }
-    const auto coarser = outer.find(labels.outer(row));
-    new_rows.mark(row, label, groups + (coarser == outer.end() ? clusters : coarser->second));
-  }
+    new_rows.mark(row, labels.of(last, row), sets.population());
+  };
+  for (std::size_t row = 0; row < table.rows(); ++row) set_row(row);
 }
 
-/// Sets: groups of the table, its coarser groups, the population.
+/// Sets of the groups of the table.
 class CalibratedSets {
  public:
   CalibratedSets(const FittedModel& fit,
@@ -206,105 +226,101 @@ class CalibratedSets {
                  const PredictionOptions& options,
                  bool with_covariances,
                  CoefficientSets& result)
-      : fit_(fit),
+      : fitted_(fit),
         seen_(options.seen_groups),
         result_(result),
         calibration_(calibrate(
             fit, table, {.seen_groups = options.seen_groups, .threads = options.threads})),
-        inner_(calibration_.random.back()),
-        outer_(calibration_.random.size() > 1 ? calibration_.random.front() : none_),
-        groups_(static_cast<Index>(inner_.labels.size())),
-        clusters_(static_cast<Index>(outer_.labels.size())),
-        builder_(fit, groups_ + clusters_ + 1, with_covariances, result),
+        terms_(calibration_.random),
+        sets_(group_counts(terms_)),
+        builder_(fit, sets_.count(), with_covariances, result),
         new_rows_(fit, table, options.new_groups, true, result) {}
 
   void add() {
     find_known();
-    for (Index g = 0; g < groups_; ++g) {
-      if (is_known_[static_cast<std::size_t>(g)]) set_group(g);
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      for (std::size_t k = 0; k < is_known_[t].size(); ++k) {
+        if (is_known_[t][k]) builder_.set(sets_.of(t, static_cast<Index>(k)), effects_of(t, k));
+      }
     }
-    for (Index c = 0; c < clusters_; ++c) {
-      if (!is_outer_known_[static_cast<std::size_t>(c)]) continue;
-      builder_.set_outer(groups_ + c, outer_.effects.col(c), outer_.uncertainty, c);
-    }
-    result_.calibrated_from.assign(inner_.group_of_row.size(), 0);
-    for (std::size_t row = 0; row < inner_.group_of_row.size(); ++row) set_row(row);
+    const std::size_t rows = terms_.back().group_of_row.size();
+    result_.calibrated_from.assign(rows, 0);
+    for (std::size_t row = 0; row < rows; ++row) set_row(row);
   }
 
  private:
+  static std::vector<Index> group_counts(const std::vector<CalibratedEffects>& terms) {
+    std::vector<Index> counts;
+    for (const CalibratedEffects& term : terms) counts.push_back(std::ssize(term.labels));
+    return counts;
+  }
+
+  bool is_last(std::size_t term) const { return term + 1 == terms_.size(); }
+
   /// The groups with trees in the table or, if these are used, in the fit.
   void find_known() {
-    const bool counts_fitted = seen_ != SeenGroups::kNew;
-    is_outer_known_.assign(outer_.labels.size(), false);
-    for (std::size_t c = 0; c < is_outer_known_.size(); ++c) {
-      is_outer_known_[c] = counts_fitted && outer_.fitted_group[c] >= 0;
-    }
-    is_known_.assign(inner_.labels.size(), false);
-    for (std::size_t g = 0; g < is_known_.size(); ++g) {
-      is_known_[g] = calibration_.measured[g] > 0 || (counts_fitted && inner_.fitted_group[g] >= 0);
-      const Index c = inner_.coarser_group[g];
-      if (c >= 0 && calibration_.measured[g] > 0) {
-        is_outer_known_[static_cast<std::size_t>(c)] = true;
+    for (std::size_t t = 0; t < terms_.size(); ++t) {
+      for (const Index fitted : terms_[t].fitted_group) {
+        is_known_[t].push_back(seen_ != SeenGroups::kNew && fitted >= 0);
       }
+    }
+    const CalibratedEffects& last = terms_.back();
+    for (std::size_t g = 0; g < last.labels.size(); ++g) {
+      if (calibration_.measured[g] == 0) continue;
+      is_known_.back()[g] = true;
+      const Index before = last.coarser_group[g];
+      if (before >= 0) is_known_[terms_.size() - 2][static_cast<std::size_t>(before)] = true;
     }
   }
 
   /// Whether a group keeps the effects of the fit, without those of its further trees.
-  bool keeps_fitted(Index g) const {
-    return seen_ == SeenGroups::kFitted && inner_.fitted_group[static_cast<std::size_t>(g)] >= 0;
+  bool keeps_fitted(std::size_t group) const {
+    return seen_ == SeenGroups::kFitted && terms_.back().fitted_group[group] >= 0;
   }
 
-  void set_group(Index g) {
-    const Index c = inner_.coarser_group[static_cast<std::size_t>(g)];
-    if (!keeps_fitted(g)) {
-      builder_.set_inner(g,
-                         inner_.effects.col(g),
-                         inner_.uncertainty,
-                         g,
-                         c < 0 ? VectorXd() : VectorXd(outer_.effects.col(c)),
-                         outer_.uncertainty,
-                         c);
-      return;
+  /// The effects of a group and of those that it is in.
+  std::vector<KnownEffects> effects_of(std::size_t term, std::size_t group) const {
+    // A known group without further trees keeps the fit's effects of all terms.
+    if (is_last(term) && keeps_fitted(group)) {
+      return fitted_.with(term, terms_[term].fitted_group[group]);
     }
-    // A known group without further trees keeps the fit's effects of its coarser group, too.
-    const Index k = inner_.fitted_group[static_cast<std::size_t>(g)];
-    const Index fitted_c = c < 0 ? -1 : outer_.fitted_group[static_cast<std::size_t>(c)];
-    builder_.set_inner(g,
-                       finer(fit_).effects.col(k),
-                       finer(fit_).uncertainty,
-                       k,
-                       c < 0 ? VectorXd() : VectorXd(coarser(fit_).effects.col(fitted_c)),
-                       coarser(fit_).uncertainty,
-                       fitted_c);
+    std::vector<KnownEffects> result;
+    for (auto k = static_cast<Index>(group); k >= 0; --term) {
+      const CalibratedEffects& of = terms_[term];
+      result.push_back(
+          {.term = term, .effects = of.effects, .uncertainty = of.uncertainty, .group = k});
+      k = of.coarser_group[static_cast<std::size_t>(k)];
+    }
+    return result;
   }
 
   void set_row(std::size_t row) {
-    const Index g = inner_.group_of_row[row];
-    if (g >= 0 && is_known_[static_cast<std::size_t>(g)]) {
-      result_.set_of_row[row] = g;
-      result_.calibrated_from[row] =
-          keeps_fitted(g) ? -1 : calibration_.measured[static_cast<std::size_t>(g)];
+    const Index own = terms_.back().group_of_row[row];
+    for (std::size_t t = terms_.size(); t-- > 0;) {
+      const Index g = terms_[t].group_of_row[row];
+      if (g < 0 || !is_known_[t][static_cast<std::size_t>(g)]) continue;
+      if (!is_last(t)) return new_rows_.mark(row, label_of(own), sets_.of(t, g));
+      result_.set_of_row[row] = sets_.of(t, g);
+      const auto k = static_cast<std::size_t>(g);
+      result_.calibrated_from[row] = keeps_fitted(k) ? -1 : calibration_.measured[k];
       return;
     }
-    const Index c = outer_.group_of_row.empty() ? -1 : outer_.group_of_row[row];
-    const bool has_outer = c >= 0 && is_outer_known_[static_cast<std::size_t>(c)];
-    const std::string label = g < 0 ? std::string() : inner_.labels[static_cast<std::size_t>(g)];
-    new_rows_.mark(row, label, groups_ + (has_outer ? c : clusters_));
+    new_rows_.mark(row, label_of(own), sets_.population());
   }
 
-  const FittedModel& fit_;
+  std::string label_of(Index group) const {
+    return group < 0 ? std::string() : terms_.back().labels[static_cast<std::size_t>(group)];
+  }
+
+  FittedGroups fitted_;
   SeenGroups seen_;
   CoefficientSets& result_;
   Calibration calibration_;
-  CalibratedEffects none_{};  ///< of the coarser grouping, where there is none
-  const CalibratedEffects& inner_;
-  const CalibratedEffects& outer_;
-  Index groups_;
-  Index clusters_;
+  const std::vector<CalibratedEffects>& terms_;
+  SetNumbers sets_;
   SetBuilder builder_;
   NewGroupRows new_rows_;
-  std::vector<bool> is_known_;
-  std::vector<bool> is_outer_known_;  ///< by coarser group
+  std::vector<std::vector<bool>> is_known_{terms_.size()};  ///< by group of each term
 };
 
 void add_calibrated(const FittedModel& fit,
@@ -338,13 +354,11 @@ MatrixXd among_coefficients(const FittedModel& fit,
   return places * covariance * places.transpose();
 }
 
-MatrixXd open_covariance(const FittedModel& fit, CoefficientSets::Open open) {
+MatrixXd open_covariance(const FittedModel& fit, std::size_t known) {
   const Index p = fit.estimate.size();
   MatrixXd result = MatrixXd::Zero(p, p);
-  if (open == Open::kNothing || !fit.has_random_effects()) return result;
-  result += among_coefficients(fit, finer(fit).names, finer(fit).covariance);
-  if (open == Open::kAll && !coarser(fit).names.empty()) {
-    result += among_coefficients(fit, coarser(fit).names, coarser(fit).covariance);
+  for (std::size_t t = fit.random.size(); t-- > known;) {
+    result += among_coefficients(fit, fit.random[t].names, fit.random[t].covariance);
   }
   return result;
 }

@@ -9,20 +9,14 @@
 
 namespace silvafit::fit {
 
-/// M sets of p coefficients: of groups, of coarser groups, of the population. The
-/// uncertainty of a set has two parts: the error of the estimates, and the random effects that were
-/// not estimated.
+/// M sets of p coefficients: of the groups of each term, of the population. The uncertainty of a set
+/// has two parts: the error of the estimates, and the random effects that were not estimated, which
+/// are open.
 struct CoefficientSets {
-  /// The random effects that are not estimated.
-  enum class Open {
-    kNothing,  ///< those of the group are estimated
-    kInner,    ///< the coarser group's are estimated, or there is one grouping
-    kAll,      ///< of both groupings
-  };
-
   Eigen::MatrixXd coefficients{};   ///< (p x M)
   Eigen::MatrixXd covariances{};    ///< (p p x M) of the error of estimates, by columns
-  std::vector<Open> open{};         ///< (M)
+  /// (M) number of terms, from the first on, whose effects are estimated.
+  std::vector<std::size_t> known{};
   std::vector<bool> is_marginal{};  ///< (M) whether the value is the mean over the open effects
 
   std::vector<Eigen::Index> set_of_row{};       ///< (N)
@@ -43,12 +37,12 @@ CoefficientSets coefficient_sets(const FittedModel& fit,
 /// they were held or published; those that are not identifiable remain NaN.
 Eigen::MatrixXd fixed_covariance(const FittedModel& fit);
 
-/// (p x p) the covariance of a grouping's random effects among all coefficients.
-/// \param names, covariance  of the grouping
+/// (p x p) the covariance of a term's random effects among all coefficients.
+/// \param names, covariance  of the term
 Eigen::MatrixXd among_coefficients(const FittedModel& fit,
                                    const std::vector<std::string>& names,
                                    const Eigen::MatrixXd& covariance);
-/// (p x p) covariance of the effects that are not estimated.
-Eigen::MatrixXd open_covariance(const FittedModel& fit, CoefficientSets::Open open);
+/// (p x p) covariance of the effects of the terms after the first `known` ones.
+Eigen::MatrixXd open_covariance(const FittedModel& fit, std::size_t known);
 
 }  // namespace silvafit::fit

@@ -39,21 +39,19 @@ class MarginalRows {
       : fit_(fit), table_(table), sets_(sets), options_(options), with_gradient_(with_gradient) {}
 
   void replace(Prediction& result) {
-    for (const auto open : {CoefficientSets::Open::kInner, CoefficientSets::Open::kAll}) {
-      replace(open, result);
-    }
+    for (std::size_t known = 0; known < fit_.random.size(); ++known) replace(known, result);
   }
   /// (N x p) derivatives by the coefficients; empty if no row is marginal.
   const MatrixXd& gradients() const { return gradients_; }
 
  private:
-  void replace(CoefficientSets::Open open, Prediction& result) {
+  void replace(std::size_t known, Prediction& result) {
     std::vector<std::size_t> rows;
     std::vector<Index> set_of_row;
     for (std::size_t row = 0; row < table_.rows(); ++row) {
       const Index set = sets_.set_of_row[row];
       const auto at = static_cast<std::size_t>(set);
-      if (!sets_.is_marginal[at] || sets_.open[at] != open) continue;
+      if (!sets_.is_marginal[at] || sets_.known[at] != known) continue;
       rows.push_back(row);
       set_of_row.push_back(set);
     }
@@ -61,7 +59,7 @@ class MarginalRows {
     const RowMean mean(fit_.specification, table_.select(rows));
     const MarginalMean found = marginal_mean(mean,
                                              mean.arguments(sets_.coefficients, set_of_row),
-                                             open_covariance(fit_, open),
+                                             open_covariance(fit_, known),
                                              options_.marginal_accuracy,
                                              with_gradient_);
     result.marginal_difference = std::max(result.marginal_difference, found.difference);

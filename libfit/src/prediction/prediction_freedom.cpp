@@ -9,7 +9,6 @@
 #include "model/group_labels.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "prediction/coefficient_sets.hpp"
-#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -28,19 +27,20 @@ double residual_freedom(const FittedModel& fit) {
   for (const double value : fit.degrees_of_freedom) {
     if (std::isfinite(value)) freedom = std::max(freedom, value);
   }
-  const auto within = fit.observations - static_cast<Index>(finer(fit).labels.size());
-  if (fit.has_random_effects() && within > 0) {
-    freedom = std::min(freedom, static_cast<double>(within));
-  }
-  return freedom;
+  if (!fit.has_random_effects()) return freedom;
+  const Index within = fit.observations - std::ssize(fit.random.back().labels);
+  return within > 0 ? std::min(freedom, static_cast<double>(within)) : freedom;
 }
 
-/// Degrees of freedom between the units of a grouping: those of the layout, less one for each
+/// Degrees of freedom between the groups of a term: those of the layout, less one for each
 /// coefficient that is estimated between them.
-/// \param level  0: the coarsest grouping
-double freedom_between(const FittedModel& fit, std::size_t level, double of_layout) {
+double freedom_between(const FittedModel& fit, std::size_t term) {
+  const auto groups = [&](std::size_t t) {
+    return static_cast<double>(fit.random[t].labels.size());
+  };
+  const double of_layout = groups(term) - (term == 0 ? 1.0 : groups(term - 1));
   const std::vector<int>& coefficients = fit.coefficients_between;
-  return std::max(1.0, of_layout - (level < coefficients.size() ? coefficients[level] : 0));
+  return std::max(1.0, of_layout - (term < coefficients.size() ? coefficients[term] : 0));
 }
 
 /// Inverse of a mean of reliabilities, whose eigenvalues lie between 0 and 1.
@@ -50,21 +50,22 @@ MatrixXd inverse_reliability(const MatrixXd& reliability) {
   return of.vectors * inverse.asDiagonal() * of.vectors.transpose();
 }
 
-/// The conditional covariance of the effects of the finer groups if those of the coarser ones are
-/// known, as in the comparison of groups within coarser ones.
-EffectUncertainty within_outer(const FittedModel& fit) {
-  EffectUncertainty result = finer(fit).uncertainty;
-  if (!result.is_known() || !coarser(fit).uncertainty.is_known()) return result;
-  const LabelNumbers outer = numbered(outer_parts(coarser(fit).labels));
-  const auto q = static_cast<Index>(finer(fit).names.size());
-  const auto s = static_cast<Index>(coarser(fit).names.size());
+/// The uncertainty of the effects of a term if those of the term before are known, as in the
+/// comparison of groups within coarser ones.
+EffectUncertainty within_coarser(const FittedModel& fit, std::size_t term) {
+  EffectUncertainty result = fit.random[term].uncertainty;
+  if (term == 0) return result;
+  const EstimatedEffects& before = fit.random[term - 1];
+  if (!result.is_known() || !before.uncertainty.is_known()) return result;
+  const LabelNumbers coarser = numbered(outer_parts(before.labels));
+  const auto q = static_cast<Index>(fit.random[term].names.size());
+  const auto s = static_cast<Index>(before.names.size());
   for (Index g = 0; g < result.covariances.cols(); ++g) {
-    const std::string& label = finer(fit).labels[static_cast<std::size_t>(g)];
-    const auto found = outer.find(std::string(nested_parts(label).outer));
-    if (found == outer.end() || result.cross_covariances.cols() <= g) continue;
-    const Index c = found->second;
+    const std::string& label = fit.random[term].labels[static_cast<std::size_t>(g)];
+    const auto found = coarser.find(std::string(nested_parts(label).outer));
+    if (found == coarser.end() || result.cross_covariances.cols() <= g) continue;
     const MatrixXd cross = result.cross_covariance(g, q, s);
-    const MatrixXd slopes = regression_on(cross, coarser(fit).uncertainty.covariance(c, s));
+    const MatrixXd slopes = regression_on(cross, before.uncertainty.covariance(found->second, s));
     result.covariances.col(g) -= (slopes * cross.transpose()).reshaped();
   }
   return result;
@@ -77,33 +78,22 @@ double share_of(double part, double whole) {
 }  // namespace
 
 Freedom::Freedom(const FittedModel& fit) : residual_(residual_freedom(fit)) {
-  if (!fit.has_random_effects()) return;
-  const auto groups = static_cast<double>(finer(fit).labels.size());
-  const auto clusters = static_cast<double>(coarser(fit).labels.size());
-  const bool is_nested = !coarser(fit).names.empty();
-  inner_ = grouping(fit,
-                    finer(fit).names,
-                    finer(fit).covariance,
-                    is_nested ? within_outer(fit) : finer(fit).uncertainty,
-                    is_nested ? freedom_between(fit, 1, groups - clusters)
-                              : freedom_between(fit, 0, groups - 1.0));
-  if (!is_nested) return;
-  outer_ = grouping(fit,
-                    coarser(fit).names,
-                    coarser(fit).covariance,
-                    coarser(fit).uncertainty,
-                    freedom_between(fit, 0, clusters - 1.0));
+  for (std::size_t t = 0; t < fit.random.size(); ++t) {
+    terms_.push_back(
+        term(fit, fit.random[t], within_coarser(fit, t), freedom_between(fit, t)));
+  }
 }
 
 // With Psi = R R', V = R (I - W) R' is what the trees of a group leave open of its effects, W their
 // reliability and R W^-1 R' the covariance of the group's own estimates. The information on the
 // coefficients is sum X'(Z Psi Z' + sigma^2 G)^-1 X, of which sum S' Psi^-1 S goes with Psi.
-Freedom::Grouping Freedom::grouping(const FittedModel& fit,
-                                    const std::vector<std::string>& names,
-                                    const MatrixXd& covariance,
-                                    const EffectUncertainty& uncertainty,
-                                    double freedom) {
-  Grouping result{.freedom = freedom, .effects = among_coefficients(fit, names, covariance)};
+Freedom::Term Freedom::term(const FittedModel& fit,
+                            const EstimatedEffects& effects,
+                            const EffectUncertainty& uncertainty,
+                            double freedom) {
+  const std::vector<std::string>& names = effects.names;
+  const MatrixXd& covariance = effects.covariance;
+  Term result{.freedom = freedom, .effects = among_coefficients(fit, names, covariance)};
   const MatrixXd fixed = fixed_covariance(fit);
   const Index q = covariance.rows();
   const Index p = fit.estimate.size();
@@ -131,17 +121,19 @@ Freedom::Grouping Freedom::grouping(const FittedModel& fit,
   return result;
 }
 
-double Freedom::reliability(const Grouping& grouping, const Eigen::Ref<const VectorXd>& slope) {
-  const double effects = slope.dot(grouping.effects * slope);
-  const double spread = slope.dot(grouping.spread * slope);
+double Freedom::reliability(const Term& term, const Eigen::Ref<const VectorXd>& slope) {
+  const double effects = slope.dot(term.effects * slope);
+  const double spread = slope.dot(term.spread * slope);
   return effects > 0.0 && spread > effects ? effects / spread : 1.0;
 }
 
 VarianceParts Freedom::of_fixed(const Eigen::Ref<const VectorXd>& slope, double variance) const {
-  VarianceParts parts{.total = variance};
-  if (outer_.freedom > 0.0) parts.outer = share_of(slope.dot(outer_.in_fixed * slope), variance);
-  if (inner_.freedom > 0.0) {
-    parts.inner = share_of(slope.dot(inner_.in_fixed * slope), variance - parts.outer);
+  VarianceParts parts{.total = variance, .of_terms = SmallVector::Zero(std::ssize(terms_))};
+  double left = variance;
+  for (std::size_t t = 0; t < terms_.size(); ++t) {
+    double& part = parts.of_terms[static_cast<Index>(t)];
+    part = share_of(slope.dot(terms_[t].in_fixed * slope), left);
+    left -= part;
   }
   return parts;
 }
@@ -149,17 +141,17 @@ VarianceParts Freedom::of_fixed(const Eigen::Ref<const VectorXd>& slope, double 
 double Freedom::value(const VarianceParts& parts, const Eigen::Ref<const VectorXd>& slope) const {
   double left = parts.total;
   double squares = 0.0;
-  // The errors of the coarser groups' own curves, including the variance of the finer groups.
+  // The errors of the own curves of the groups so far, including the variance of finer groups.
   double errors = 0.0;
-  const auto take = [&](const Grouping& grouping, double part) {
-    if (!(part > 0.0)) return;
-    const double spread = share_of(part / reliability(grouping, slope) - errors, left);
+  for (Index t = 0; t < parts.of_terms.size(); ++t) {
+    const Term& term = terms_[static_cast<std::size_t>(t)];
+    const double part = parts.of_terms[t];
+    if (!(part > 0.0)) continue;
+    const double spread = share_of(part / reliability(term, slope) - errors, left);
     errors += spread - part;
     left -= spread;
-    squares += spread * spread / grouping.freedom;
-  };
-  take(outer_, parts.outer);
-  take(inner_, parts.inner);
+    squares += spread * spread / term.freedom;
+  }
   squares += left * left / residual_;
   return squares > 0.0 ? parts.total * parts.total / squares : residual_;
 }

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 #include <vector>
 
+#include "model/small_matrix.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::fit {
@@ -17,8 +17,7 @@ namespace silvafit::fit {
 /// homogeneous in Psi and sigma^2, so that the parts and sigma^2 dV/dsigma^2 sum to V.
 struct VarianceParts {
   double total = 0.0;
-  double inner = 0.0;  ///< part of the covariance of the effects of groups
-  double outer = 0.0;  ///< of coarser groups
+  SmallVector of_terms{};  ///< part of the covariance of the effects of each term
 };
 
 /// The t distribution of predictions by Satterthwaite's approximation.
@@ -48,25 +47,22 @@ class Freedom {
   double value(const VarianceParts& parts, const Eigen::Ref<const Eigen::VectorXd>& slope) const;
 
  private:
-  /// One grouping, p coefficients.
-  struct Grouping {
-    double freedom = 0.0;       ///< 0 if there is no such grouping
+  /// One term, p coefficients.
+  struct Term {
+    double freedom = 1.0;
     Eigen::MatrixXd effects{};  ///< (p x p) Psi among the coefficients
     Eigen::MatrixXd spread{};   ///< (p x p) of the groups' own curves: Psi and their errors
     /// (p x p) the part of Psi in the coefficients' covariance.
     Eigen::MatrixXd in_fixed{};
   };
-  static Grouping grouping(const FittedModel& fit,
-                           const std::vector<std::string>& names,
-                           const Eigen::MatrixXd& covariance,
-                           const EffectUncertainty& uncertainty,
-                           double freedom);
-  static double reliability(const Grouping& grouping,
-                            const Eigen::Ref<const Eigen::VectorXd>& slope);
+  static Term term(const FittedModel& fit,
+                   const EstimatedEffects& effects,
+                   const EffectUncertainty& uncertainty,
+                   double freedom);
+  static double reliability(const Term& term, const Eigen::Ref<const Eigen::VectorXd>& slope);
 
   double residual_ = 1.0;
-  Grouping inner_;
-  Grouping outer_;
+  std::vector<Term> terms_;
 };
 
 }  // namespace silvafit::fit

@@ -22,7 +22,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Open = CoefficientSets::Open;
 
 // Rows per block, which limits the memory.
 constexpr std::size_t kChunk = 4096;
@@ -64,9 +63,7 @@ class Chunk {
 
   void run() {
     const VectorXd known = known_variance();
-    const VectorXd inner = open_variance(Open::kInner);
-    const VectorXd all = open_variance(Open::kAll);
-    store_errors(known, inner, all);
+    store_errors(known, effect_variances());
     if (!options_.interval) return;
     if (options_.interval_kind == IntervalKind::kConfidence) {
       confidence();
@@ -90,8 +87,9 @@ class Chunk {
     const std::vector<std::string> names = fit_.specification.predictors();
     return std::ranges::find(names, column) != names.end();
   }
-  Open open_of(Index row) const {
-    return sets_.open[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
+  /// Number of terms whose effects are estimated for a row.
+  std::size_t known_terms(Index row) const {
+    return sets_.known[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
   }
   bool is_marginal(Index row) const {
     return sets_.is_marginal[static_cast<std::size_t>(set_of_row_[static_cast<std::size_t>(row)])];
@@ -139,15 +137,17 @@ class Chunk {
     return result;
   }
 
-  /// (N) variance of the mean over random effects that are open.
-  VectorXd open_variance(Open open) const {
-    const MatrixXd covariance = open_covariance(fit_, open);
-    VectorXd result = VectorXd::Zero(rows_);
-    if (covariance.isZero(0.0)) return result;
+  /// (N x terms) variances of the mean over the random effects of each term.
+  MatrixXd effect_variances() const {
+    MatrixXd result = MatrixXd::Zero(rows_, std::ssize(fit_.random));
     VectorXd slope;
-    for (Index row = 0; row < rows_; ++row) {
-      set_coefficient_slope(row, slope);
-      result[row] = variance_along(slope, covariance);
+    for (std::size_t t = 0; t < fit_.random.size(); ++t) {
+      const EstimatedEffects& term = fit_.random[t];
+      const MatrixXd covariance = among_coefficients(fit_, term.names, term.covariance);
+      for (Index row = 0; row < rows_ && !covariance.isZero(0.0); ++row) {
+        set_coefficient_slope(row, slope);
+        result(row, static_cast<Index>(t)) = variance_along(slope, covariance);
+      }
     }
     return result;
   }
@@ -169,27 +169,27 @@ class Chunk {
     return sum;
   }
 
-  void store_errors(const VectorXd& known, const VectorXd& inner, const VectorXd& all) {
+  /// \param known    (N) variances of the error of estimates
+  /// \param effects  (N x terms) of the mean over the random effects
+  void store_errors(const VectorXd& known, const MatrixXd& effects) {
     const bool is_prediction = options_.interval_kind == IntervalKind::kPrediction;
     VectorXd slope;
     for (Index row = 0; row < rows_; ++row) {
       set_coefficient_slope(row, slope);
-      const Open open = open_of(row);
-      const double of_inner = open == Open::kNothing ? 0.0 : inner[row];
-      const double of_outer = open == Open::kAll ? all[row] - inner[row] : 0.0;
+      const Index open = effects.cols() - static_cast<Index>(known_terms(row));
+      const auto of_open = effects.row(row).tail(open);
       const double of_residual = residual_sd_[row] * residual_sd_[row];
       const double more = uncertain_variance(row, true) - uncertain_variance(row, false);
       VarianceParts parts = known_parts(
-          row, slope, known[row] - uncertain_variance(row, false), inner[row], all[row]);
+          row, slope, known[row] - uncertain_variance(row, false), effects.row(row));
       if (is_prediction) {
-        parts.inner += of_inner;
-        parts.outer += of_outer;
-        parts.total += of_inner + of_outer + of_residual;
+        parts.of_terms.tail(open) += of_open.transpose();
+        parts.total += of_open.sum() + of_residual;
       }
       const Index at = begin_ + row;
       result_.mean_error[at] = std::sqrt(known[row]);
       result_.prediction_error[at] =
-          std::sqrt(known[row] + of_inner + of_outer + of_residual + more);
+          std::sqrt(known[row] + of_open.sum() + of_residual + more);
       result_.degrees_of_freedom[at] =
           std::isnan(parts.total) ? kNaN : freedom_.value(parts, slope);
     }
@@ -208,23 +208,23 @@ class Chunk {
   /// In one dimension the conditional variance of the effects of a group or coarser group is
   /// v = psi s / (psi + s), with s the error variance of the effects estimated from its trees only.
   /// The part of psi is psi dv/dpsi = v^2 / psi.
-  /// \param slope       (p) derivatives of the row's mean by the coefficients
-  /// \param inner, all  variances of the mean over the effects of groups, and with coarser ones
-  VarianceParts known_parts(
-      Index row, const VectorXd& slope, double known, double inner, double all) const {
-    VarianceParts parts{.total = known};
+  /// \param slope    (p) derivatives of the row's mean by the coefficients
+  /// \param effects  (terms) variances of the mean over the random effects
+  VarianceParts known_parts(Index row,
+                            const VectorXd& slope,
+                            double known,
+                            const SmallVector& effects) const {
+    VarianceParts parts{.total = known, .of_terms = SmallVector::Zero(effects.size())};
     if (!fit_.has_random_effects()) return parts;
-    const Open open = open_of(row);
-    if (open == Open::kAll) {
+    const auto estimated = static_cast<Index>(known_terms(row));
+    if (estimated == 0) {
       if (!is_marginal(row)) return freedom_.of_fixed(slope, known);
       return freedom_.of_fixed(VectorXd(marginal_gradients_.row(begin_ + row)), known);
     }
-    const double outer = all - inner;
-    const double whole = open == Open::kInner ? outer : all;
+    const double whole = effects.head(estimated).sum();
     if (!(whole > 0.0)) return parts;
     const double part = known * std::min(1.0, known / whole);
-    parts.outer = part * outer / whole;
-    parts.inner = part - parts.outer;
+    parts.of_terms.head(estimated) = part / whole * effects.head(estimated);
     return parts;
   }
 
@@ -289,8 +289,8 @@ class Chunk {
 
   /// Limits by quadrature over the errors of the arguments.
   void prediction() {
-    const MatrixXd open_inner = open_covariance(fit_, Open::kInner);
-    const MatrixXd open_all = open_covariance(fit_, Open::kAll);
+    std::vector<MatrixXd> open;  // by the number of terms whose effects are estimated
+    for (std::size_t k = 0; k <= fit_.random.size(); ++k) open.push_back(open_covariance(fit_, k));
     std::vector<std::size_t> known;
     std::vector<MatrixXd> roots;
     MatrixXd covariance;
@@ -311,9 +311,7 @@ class Chunk {
       // Many consecutive rows are of the same group, or of the population.
       const Index set = set_of_row_[static_cast<std::size_t>(row)];
       if (set != last_set) {
-        covariance = known_covariance(row);
-        if (open_of(row) == Open::kInner) covariance += open_inner;
-        if (open_of(row) == Open::kAll) covariance += open_all;
+        covariance = known_covariance(row) + open[known_terms(row)];
         last_set = set;
       }
       const MatrixXd of = spread(row, covariance, true);

@@ -7,9 +7,8 @@
 #include <utility>
 
 #include "model/covariance_factor.hpp"
-#include "model/nested_terms.hpp"
 #include "result/group_coefficients.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -39,26 +38,24 @@ std::vector<std::size_t> numbers(Index begin, Index end) {
 ParametricDraw::ParametricDraw(const FittedModel& fit, const data::Table& table)
     : fit_(fit),
       model_(fit.specification, table),
-      table_(table.select(model_.rows())),
-      inner_places_(model_.coefficients_of(finer_term(fit.specification))),
-      outer_places_(model_.coefficients_of(coarser_term(fit.specification))),
-      inner_root_(symmetric_root(finer(fit).covariance)),
-      outer_root_(symmetric_root(coarser(fit).covariance)) {}
+      table_(table.select(model_.rows())) {
+  for (const EstimatedEffects& term : fit.random) {
+    roots_.push_back(symmetric_root(term.covariance));
+  }
+}
 
 Resampled ParametricDraw::draw(Random& random) const {
   Resampled result{.table = table_, .specification = fit_.specification, .start = fit_};
   MatrixXd coefficients = fit_.estimate;
   if (fit_.has_random_effects()) {
-    const MatrixXd outer = drawn_effects(outer_root_, model_.cluster_count(), random);
-    const MatrixXd inner = drawn_effects(inner_root_, model_.group_count(), random);
-    coefficients = fit_.estimate.replicate(1, model_.group_count());
-    add_group_effects(model_,
-                      {.rows = inner_places_, .effects = inner},
-                      {.rows = outer_places_, .effects = outer},
-                      coefficients);
     name_terms(model_, result.start);
-    result.start.random.back().effects = inner;
-    if (result.start.random.size() > 1) result.start.random.front().effects = outer;
+    std::vector<MatrixXd> effects;
+    for (std::size_t t = 0; t < roots_.size(); ++t) {
+      effects.push_back(drawn_effects(roots_[t], model_.group_count(t), random));
+      result.start.random[t].effects = effects.back();
+    }
+    coefficients = fit_.estimate.replicate(1, model_.group_count());
+    add_group_effects(model_, model_.random_coefficients(), effects, coefficients);
   }
   NonlinearModel::Workspace workspace;
   VectorXd mean;
@@ -93,14 +90,14 @@ CaseDraw::CaseDraw(const FittedModel& fit, const data::Table& table, const std::
 }
 
 void CaseDraw::add_groups(const NonlinearModel& model) {
-  if (finer(fit_).labels != model.group_labels()) {
+  if (fit_.random.back().labels != model.group_labels()) {
     throw UsageError("the groups of the table differ from those of the fit");
   }
   for (Index c = 0; c < model.cluster_count(); ++c) {
     const Index first = model.cluster_begin(c);
     const Index last = model.cluster_begin(c + 1);
     members_.push_back(numbers(model.group_begin(first), model.group_begin(last)));
-    inner_groups_.push_back(numbers(first, last));
+    model_groups_.push_back(numbers(first, last));
   }
 }
 
@@ -154,22 +151,22 @@ void CaseDraw::relabel(const std::vector<std::size_t>& drawn, Resampled& result)
   start.specification = result.specification;
   for (EstimatedEffects& term : start.random) term.labels.clear();
   data::TextColumn column;
-  std::vector<Index> inner;
-  std::vector<Index> outer;
+  std::vector<Index> groups;
+  std::vector<Index> clusters;
   for (std::size_t k = 0; k < drawn.size(); ++k) {
     const std::string label = std::to_string(k + 1);
     for (std::size_t i = 0; i < members_[drawn[k]].size(); ++i) column.append(label);
-    for (const std::size_t g : inner_groups_[drawn[k]]) {
-      inner.push_back(static_cast<Index>(g));
-      const NestedParts known = nested_parts(finer(fit_).labels[g]);
+    for (const std::size_t g : model_groups_[drawn[k]]) {
+      groups.push_back(static_cast<Index>(g));
+      const NestedParts known = nested_parts(fit_.random.back().labels[g]);
       start.random.back().labels.push_back(is_nested ? nested_label(label, known.inner) : label);
     }
     if (!is_nested) continue;
-    outer.push_back(static_cast<Index>(drawn[k]));
+    clusters.push_back(static_cast<Index>(drawn[k]));
     start.random.front().labels.push_back(label);
   }
-  start.random.back().effects = finer(fit_).effects(Eigen::all, inner);
-  if (is_nested) start.random.front().effects = coarser(fit_).effects(Eigen::all, outer);
+  start.random.back().effects = fit_.random.back().effects(Eigen::all, groups);
+  if (is_nested) start.random.front().effects = fit_.random.front().effects(Eigen::all, clusters);
   result.table.set(group, std::move(column));
   result.drawn_group = group;
 }

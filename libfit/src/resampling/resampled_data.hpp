@@ -32,16 +32,13 @@ class ParametricDraw {
   const FittedModel& fit_;
   NonlinearModel model_;
   data::Table table_;  ///< the rows of the fit, in the model's order
-  std::vector<Eigen::Index> inner_places_;
-  std::vector<Eigen::Index> outer_places_;
-  Eigen::MatrixXd inner_root_;  ///< (q x q) root of Psi
-  Eigen::MatrixXd outer_root_;
+  std::vector<Eigen::MatrixXd> roots_;  ///< (q x q) root of Psi of each term
 };
 
 /// Draws groups of a fit's data with replacement.
 class CaseDraw {
  public:
-  /// \param group  column of the drawn groups; default: the outermost grouping of the random
+  /// \param group  column of the drawn groups; default: the first term of the random
   ///   effects or, without these, single rows
   /// \throws UsageError if a group of the random effects is in several of these, or there is only
   ///   one; InputError if a row has none
@@ -56,8 +53,8 @@ class CaseDraw {
 
   const FittedModel& fit_;
   data::Table table_;                              ///< the rows of the fit, in the model's order
-  std::vector<std::vector<std::size_t>> members_;  ///< rows of each group of the outermost grouping
-  std::vector<std::vector<std::size_t>> inner_groups_;  ///< of each, among the fit's finer groups
+  std::vector<std::vector<std::size_t>> members_;  ///< rows of each group of the first term
+  std::vector<std::vector<std::size_t>> model_groups_;  ///< of each, among the model's groups
   std::vector<std::vector<std::size_t>> units_;         ///< groups that are drawn together
 };
 

@@ -10,7 +10,7 @@
 #include "model/group_labels.hpp"
 #include "model/variance_weights.hpp"
 #include "result/group_coefficients.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 
 namespace silvafit::fit {
 namespace {

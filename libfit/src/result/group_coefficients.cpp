@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "model/group_labels.hpp"
-#include "model/nested_terms.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 
 namespace silvafit::fit {
 using Eigen::Index;
@@ -26,41 +25,32 @@ MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
 }
 
 void add_group_effects(const NonlinearModel& model,
-                       const GroupingEffects& inner,
-                       const GroupingEffects& outer,
+                       const std::vector<std::vector<Index>>& rows,
+                       const std::vector<MatrixXd>& effects,
                        MatrixXd& sum) {
-  if (!inner.rows.empty()) sum(inner.rows, Eigen::all) += inner.effects;
-  if (outer.rows.empty()) return;
-  for (Index c = 0; c < model.cluster_count(); ++c) {
-    for (Index g = model.cluster_begin(c); g < model.cluster_begin(c + 1); ++g) {
-      sum(outer.rows, g) += outer.effects.col(c);
+  for (std::size_t t = rows.size(); t-- > 0;) {
+    for (Index k = 0; k < model.group_count(t); ++k) {
+      for (Index g = model.first_group(t, k); g < model.first_group(t, k + 1); ++g) {
+        sum(rows[t], g) += effects[t].col(k);
+      }
     }
   }
 }
 
 MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit) {
-  const ModelSpecification& specification = model.specification();
   MatrixXd result = fit.estimate.replicate(1, model.group_count());
-  add_group_effects(
-      model,
-      {.rows = model.coefficients_of(finer_term(specification)), .effects = finer(fit).effects},
-      {.rows = model.coefficients_of(coarser_term(specification)), .effects = coarser(fit).effects},
-      result);
+  add_group_effects(model, model.random_coefficients(), effects_of(fit), result);
   return result;
 }
 
 MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model) {
   MatrixXd result = MatrixXd::Zero(model.coefficient_count(), model.group_count());
-  if (!fit.has_random_effects()) return result;
-  const auto by_label = [](const EstimatedEffects& term, const std::vector<std::string>& labels) {
-    return effects_by_label(term.labels, term.effects, labels);
-  };
-  add_group_effects(model,
-                    {.rows = model.coefficients_of(finer_term(fit.specification)),
-                     .effects = by_label(finer(fit), model.group_labels())},
-                    {.rows = model.coefficients_of(coarser_term(fit.specification)),
-                     .effects = by_label(coarser(fit), model.outer_labels())},
-                    result);
+  std::vector<MatrixXd> by_label;
+  for (std::size_t t = 0; t < fit.random.size(); ++t) {
+    const EstimatedEffects& term = fit.random[t];
+    by_label.push_back(effects_by_label(term.labels, term.effects, model.group_labels(t)));
+  }
+  add_group_effects(model, model.random_coefficients(), by_label, result);
   return result;
 }
 

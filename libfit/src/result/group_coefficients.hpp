@@ -17,23 +17,19 @@ Eigen::MatrixXd effects_by_label(const std::vector<std::string>& known_labels,
                                  const Eigen::MatrixXd& known_effects,
                                  const std::vector<std::string>& labels);
 
-/// The random effects of one grouping.
-struct GroupingEffects {
-  const std::vector<Eigen::Index>& rows;  ///< (q) where they are added
-  const Eigen::MatrixXd& effects;         ///< (q x groups); not read without rows
-};
-
-/// Adds to each group's column of a sum its random effects and those of the cluster that it is in.
-/// \param sum  (p x G)
+/// Adds to each group's column of a sum the random effects of all terms.
+/// \param rows     (q) of each term: where its effects are added
+/// \param effects  (q x groups) of each term
+/// \param sum      (p x G)
 void add_group_effects(const NonlinearModel& model,
-                       const GroupingEffects& inner,
-                       const GroupingEffects& outer,
+                       const std::vector<std::vector<Eigen::Index>>& rows,
+                       const std::vector<Eigen::MatrixXd>& effects,
                        Eigen::MatrixXd& sum);
 
 /// (p x G) coefficients of each group, random effects included.
 Eigen::MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit);
 
-/// (p x G) estimated effects of both groupings by the groups' labels; zero for groups that are not
+/// (p x G) estimated effects of all terms by the groups' labels; zero for groups that are not
 /// in the fit.
 Eigen::MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model);
 

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "model/nested_terms.hpp"
 #include "result/group_coefficients.hpp"
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -19,57 +18,50 @@ using Eigen::VectorXd;
 
 /// Subtracts from each row of a cluster its expectation given the rows before: the rows of L^-1 e,
 /// without forming the covariance. The effects given the rows so far are normal with mean m and
-/// covariance P; those of a finer group are reset at its start.
+/// covariance P; those of a term are reset at the start of each of its groups.
 class Decorrelation {
  public:
   Decorrelation(const FittedModel& fit, const NonlinearModel& model)
-      : model_(model),
-        outer_(model.coefficients_of(coarser_term(fit.specification))),
-        inner_(model.coefficients_of(finer_term(fit.specification))),
-        outer_covariance_(coarser(fit).covariance),
-        inner_covariance_(finer(fit).covariance) {}
+      : model_(model), covariances_(covariances_of(fit)), begins_{0} {
+    for (const std::vector<Index>& places : model.random_coefficients()) {
+      places_.insert(places_.end(), places.begin(), places.end());
+      begins_.push_back(std::ssize(places_));
+    }
+    mean_.setZero(begins_.back());
+    covariance_.setZero(begins_.back(), begins_.back());
+  }
 
   /// \param errors    (N) residuals of the linear model, in the model's order
   /// \param slopes    (N x p)
   /// \param variance  (N) of the residuals given the effects
   VectorXd apply(const VectorXd& errors, const MatrixXd& slopes, const VectorXd& variance) {
     VectorXd result(errors.size());
-    for (Index cluster = 0; cluster < model_.cluster_count(); ++cluster) {
-      begin_cluster();
-      for (Index g = model_.cluster_begin(cluster); g < model_.cluster_begin(cluster + 1); ++g) {
-        begin_group();
-        for (Index i = model_.group_begin(g); i < model_.group_begin(g + 1); ++i) {
-          result[i] = next(errors[i], slopes.row(i), variance[i]);
-        }
+    std::vector<Index> begun(covariances_.size(), 0);  // groups of each term
+    for (Index g = 0; g < model_.group_count(); ++g) {
+      for (std::size_t t = 0; t < begun.size(); ++t) {
+        if (g != model_.first_group(t, begun[t])) continue;
+        begin_group(t);
+        ++begun[t];
+      }
+      for (Index i = model_.group_begin(g); i < model_.group_begin(g + 1); ++i) {
+        result[i] = next(errors[i], slopes.row(i), variance[i]);
       }
     }
     return result;
   }
 
  private:
-  Index outer_count() const { return static_cast<Index>(outer_.size()); }
-  Index inner_count() const { return static_cast<Index>(inner_.size()); }
-
-  void begin_cluster() {
-    const Index size = outer_count() + inner_count();
-    mean_.setZero(size);
-    covariance_.setZero(size, size);
-    if (outer_count() > 0) {
-      covariance_.topLeftCorner(outer_count(), outer_count()) = outer_covariance_;
-    }
-  }
-
-  void begin_group() {
-    const Index q = inner_count();
-    mean_.tail(q).setZero();
-    covariance_.rightCols(q).setZero();
-    covariance_.bottomRows(q).setZero();
-    if (q > 0) covariance_.bottomRightCorner(q, q) = inner_covariance_;
+  void begin_group(std::size_t term) {
+    const Index begin = begins_[term];
+    const Index q = begins_[term + 1] - begin;
+    mean_.segment(begin, q).setZero();
+    covariance_.middleCols(begin, q).setZero();
+    covariance_.middleRows(begin, q).setZero();
+    covariance_.block(begin, begin, q, q) = covariances_[term];
   }
 
   double next(double error, const Eigen::RowVectorXd& slopes, double variance) {
-    VectorXd z(mean_.size());
-    z << slopes(outer_).transpose(), slopes(inner_).transpose();
+    const VectorXd z = slopes(places_).transpose();
     const VectorXd covariance = covariance_ * z;
     const double total = z.dot(covariance) + variance;
     const double innovation = error - z.dot(mean_);
@@ -79,10 +71,9 @@ class Decorrelation {
   }
 
   const NonlinearModel& model_;
-  std::vector<Index> outer_;
-  std::vector<Index> inner_;
-  MatrixXd outer_covariance_;
-  MatrixXd inner_covariance_;
+  std::vector<MatrixXd> covariances_;  ///< Psi of each term
+  std::vector<Index> places_;           ///< coefficients with effects of all terms
+  std::vector<Index> begins_;           ///< of each term among these, and the end
   VectorXd mean_;
   MatrixXd covariance_;
 };

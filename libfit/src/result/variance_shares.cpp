@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "result/variance_shares.hpp"
 
-#include "model/nested_terms.hpp"
-#include "result/nested_effects.hpp"
 
 namespace silvafit::fit {
 
@@ -14,13 +12,11 @@ VectorXd variance_of_effects(const FittedModel& fit,
                              const NonlinearModel& model,
                              const MatrixXd& slopes) {
   VectorXd result = VectorXd::Zero(model.observations());
-  const auto add = [&](const RandomEffects* random, const MatrixXd& covariance) {
-    if (random == nullptr) return;
-    const MatrixXd chosen = slopes(Eigen::all, model.coefficients_of(random));
-    result += (chosen * covariance).cwiseProduct(chosen).rowwise().sum();
-  };
-  add(finer_term(fit.specification), finer(fit).covariance);
-  add(coarser_term(fit.specification), coarser(fit).covariance);
+  for (std::size_t t = fit.random.size(); t-- > 0;) {
+    const MatrixXd chosen =
+        slopes(Eigen::all, model.coefficients_of(fit.specification.random[t]));
+    result += (chosen * fit.random[t].covariance).cwiseProduct(chosen).rowwise().sum();
+  }
   return result;
 }
 

@@ -26,8 +26,8 @@ namespace silvafit::fit {
 /// N observations, p coefficients, G groups. Rows without response, a column of the formula, a
 /// covariate, a stratum or the group are skipped. Rows are sorted by group (groups in the order of
 /// their first appearance, rows within a group in file order); without random effects all rows are
-/// one group. With two nested groupings the groups are those of the finer one, distinguished within
-/// each group of the coarser one and sorted by it. Immutable; evaluate() may run on several
+/// one group. With two nested terms the groups are those of the second, distinguished within
+/// each group of the first and sorted by it. Immutable; evaluate() may run on several
 /// threads, each with its own Workspace.
 ///
 /// Computations with a model may use several threads; results do not depend on their number.
@@ -62,9 +62,11 @@ class NonlinearModel {
   /// \throws UsageError if there is no coefficient of that name
   Eigen::Index coefficient_index(std::string_view name) const;
 
-  /// Positions of the coefficients that have random effects in a term; none for null.
+  /// Positions of the coefficients that have random effects in a term.
   /// \throws UsageError if one is not a coefficient of the model
-  std::vector<Eigen::Index> coefficients_of(const RandomEffects* term) const;
+  std::vector<Eigen::Index> coefficients_of(const RandomEffects& term) const;
+  /// The same of all terms, in their order.
+  std::vector<std::vector<Eigen::Index>> random_coefficients() const;
 
   /// (N) the response, in model order.
   const Eigen::VectorXd& response() const { return response_; }
@@ -80,14 +82,28 @@ class NonlinearModel {
   /// First observation of group g; group_begin(group_count()) is N.
   Eigen::Index group_begin(Eigen::Index group) const { return group_begin_[group]; }
 
-  /// Number of independent clusters: the groups, or those of the coarser of two nested groupings.
+  /// Number of independent clusters: the groups of the first term.
   Eigen::Index cluster_count() const {
     return static_cast<Eigen::Index>(cluster_begin_.size()) - 1;
   }
   /// First group of a cluster; cluster_begin(cluster_count()) is G.
   Eigen::Index cluster_begin(Eigen::Index cluster) const { return cluster_begin_[cluster]; }
-  /// Labels of the coarser grouping's groups; empty without one.
-  const std::vector<std::string>& outer_labels() const { return outer_labels_; }
+
+  /// Number of terms of random effects. The groups of each consist of groups of the next; those of
+  /// the last are the model's groups.
+  std::size_t term_count() const { return specification_.random.size(); }
+  Eigen::Index group_count(std::size_t term) const {
+    return is_last(term) ? group_count() : cluster_count();
+  }
+  const std::vector<std::string>& group_labels(std::size_t term) const {
+    return is_last(term) ? group_labels_ : cluster_labels_;
+  }
+  /// First of the model's groups in group k of a term.
+  Eigen::Index first_group(std::size_t term, Eigen::Index k) const {
+    return is_last(term) ? k : cluster_begin_[k];
+  }
+  /// The group of a term that one of the model's groups is in.
+  Eigen::Index group_of(std::size_t term, Eigen::Index group) const;
 
   /// (N) a numeric column of the data in model order that the model uses.
   /// \throws UsageError if the model does not use it
@@ -160,6 +176,7 @@ class NonlinearModel {
   Place place(Eigen::Index observation) const;
 
  private:
+  bool is_last(std::size_t term) const { return term + 1 == term_count(); }
   struct Slot {  ///< parameter and covariate of a coefficient
     Eigen::Index parameter = 0;
     Eigen::Index covariate = -1;  ///< column of covariates_, -1 for an intercept
@@ -194,7 +211,7 @@ class NonlinearModel {
   std::map<std::string, std::set<std::string>> levels_;
   std::vector<std::string> group_labels_;
   std::vector<Eigen::Index> group_begin_;
-  std::vector<std::string> outer_labels_;
+  std::vector<std::string> cluster_labels_;  ///< of the first of two terms
   std::vector<Eigen::Index> cluster_begin_;
   std::vector<Strata> strata_;
   Eigen::VectorXd response_;

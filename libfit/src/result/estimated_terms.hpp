@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
-// The estimated terms of a model: one grouping, or two nested ones.
+// The estimates of the terms of random effects of a model.
 #pragma once
+
+#include <Eigen/Core>
+#include <vector>
 
 #include "silvafit/fit/estimates.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
 
-/// The estimates of the only or the finer grouping; empty ones without random effects.
-const EstimatedEffects& finer(const Estimates& estimates);
-/// The estimates of the coarser of two nested groupings; empty ones without it.
-const EstimatedEffects& coarser(const Estimates& estimates);
+/// (q x groups) the effects of each term.
+std::vector<Eigen::MatrixXd> effects_of(const Estimates& estimates);
+/// (q x q) the covariance Psi of each term.
+std::vector<Eigen::MatrixXd> covariances_of(const Estimates& estimates);
 
 /// Sets names and labels of a model's terms. Values are unchanged.
 void name_terms(const NonlinearModel& model, Estimates& estimates);

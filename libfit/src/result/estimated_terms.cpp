@@ -1,27 +1,23 @@
 // SPDX-License-Identifier: MIT
-#include "result/nested_effects.hpp"
+#include "result/estimated_terms.hpp"
 
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
-namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-const EstimatedEffects& no_effects() {
-  static const EstimatedEffects none;
-  return none;
+std::vector<MatrixXd> effects_of(const Estimates& estimates) {
+  std::vector<MatrixXd> result;
+  for (const EstimatedEffects& term : estimates.random) result.push_back(term.effects);
+  return result;
 }
 
-}  // namespace
-
-const EstimatedEffects& finer(const Estimates& estimates) {
-  return estimates.random.empty() ? no_effects() : estimates.random.back();
-}
-
-const EstimatedEffects& coarser(const Estimates& estimates) {
-  return estimates.random.size() < 2 ? no_effects() : estimates.random.front();
+std::vector<MatrixXd> covariances_of(const Estimates& estimates) {
+  std::vector<MatrixXd> result;
+  for (const EstimatedEffects& term : estimates.random) result.push_back(term.covariance);
+  return result;
 }
 
 void name_terms(const NonlinearModel& model, Estimates& estimates) {
@@ -29,8 +25,7 @@ void name_terms(const NonlinearModel& model, Estimates& estimates) {
   estimates.random.resize(terms.size());
   for (std::size_t k = 0; k < terms.size(); ++k) {
     estimates.random[k].names = terms[k].coefficients;
-    const bool is_finer = k + 1 == terms.size();
-    estimates.random[k].labels = is_finer ? model.group_labels() : model.outer_labels();
+    estimates.random[k].labels = model.group_labels(k);
   }
 }
 

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// The random effects of all terms and groups as one vector.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "model/small_matrix.hpp"
+#include "silvafit/fit/nonlinear_model.hpp"
+
+namespace silvafit::fit {
+
+/// The places of the random effects of all terms in one vector: cluster by cluster, so that a
+/// search for the modes of some clusters has consecutive numbers; in a cluster term by term, and in
+/// a term group by group.
+class EffectLayout {
+ public:
+  explicit EffectLayout(const NonlinearModel& model);
+
+  Eigen::Index size() const { return cluster_begin_.back(); }
+  /// First place of a cluster; begin(C) is size().
+  Eigen::Index begin(Eigen::Index cluster) const {
+    return cluster_begin_[static_cast<std::size_t>(cluster)];
+  }
+  std::size_t terms() const { return counts_.size(); }
+  /// Number of effects of a term.
+  Eigen::Index count(std::size_t term) const { return counts_[term]; }
+  /// Number of effects of all terms that act on one group of the model.
+  Eigen::Index joint_count() const { return shared_ + counts_.back(); }
+  /// First place of the effects of group k of a term.
+  Eigen::Index at(std::size_t term, Eigen::Index k) const {
+    return places_[term][static_cast<std::size_t>(k)];
+  }
+
+  /// The effects of all terms that act on a group of a cluster, from a vector that begins with the
+  /// cluster.
+  /// \param k  the group's number in its cluster
+  template <typename Vector>
+  SmallVector of_group(const Vector& of_cluster, Eigen::Index k) const {
+    SmallVector result(joint_count());
+    result << of_cluster.head(shared_), of_cluster.segment(own(k), counts_.back());
+    return result;
+  }
+  /// Adds to the effects of all terms that act on a group.
+  template <typename Vector, typename Change>
+  void add_to_group(Vector&& of_cluster, Eigen::Index k, const Change& change) const {
+    of_cluster.head(shared_) += change.head(shared_);
+    of_cluster.segment(own(k), counts_.back()) += change.tail(counts_.back());
+  }
+
+  /// (q x G) effects of each term.
+  std::vector<Eigen::MatrixXd> by_term(const Eigen::VectorXd& effects) const;
+  Eigen::VectorXd from_terms(const std::vector<Eigen::MatrixXd>& terms) const;
+
+ private:
+  Eigen::Index own(Eigen::Index k) const { return shared_ + k * counts_.back(); }
+
+  std::vector<Eigen::Index> counts_;                ///< (q) of each term
+  Eigen::Index shared_ = 0;                         ///< effects of the terms before the last
+  std::vector<Eigen::Index> cluster_begin_;         ///< (C + 1)
+  std::vector<std::vector<Eigen::Index>> places_;  ///< (G) of each term
+};
+
+}  // namespace silvafit::fit
