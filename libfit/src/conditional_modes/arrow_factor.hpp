@@ -14,7 +14,7 @@ namespace silvafit::fit {
 /// group change by joint * (u, v), with v its q effects of the last term and u the s effects of the
 /// terms before it, which all groups of its cluster share.
 struct RandomDesign {
-  SmallMatrix joint{};       ///< (r x s + q)
+  SmallMatrix joint{};      ///< (r x s + q)
   Eigen::Index shared = 0;  ///< s
 
   Eigen::Index own() const { return joint.cols() - shared; }  ///< q

@@ -226,7 +226,8 @@ bool ClusterModes::mix_sides(const GroupPriors& priors, Index c) {
   auto here = sums_of(density_, c);
   const auto kept = sums_of(accepted_, c);
   const MatrixXd change = here - kept;
-  const VectorXd slope = by_effects(priors, c, change.middleRows(1, r_));
+  VectorXd slope = VectorXd::Zero(size_of(c));
+  add_slopes(priors, c, change.middleRows(1, r_), slope);
   VectorXd solution = slope;
   cluster.hessian.solve(solution);
   const double across = slope.dot(of_cluster(step_, c));
@@ -254,8 +255,8 @@ bool ClusterModes::leads_to(const VectorXd& known, Index c) const {
   constexpr double kNear = 1.0;  // squared standard deviation
   constexpr double kShare = 0.05;
   if (!(clusters_[static_cast<std::size_t>(c)].decrement < kNear)) return false;
-  const VectorXd away = of_cluster(z_, c) -
-                        known.segment(layout_.begin(first_ + c), of_cluster(z_, c).size());
+  const VectorXd away =
+      of_cluster(z_, c) - known.segment(layout_.begin(first_ + c), of_cluster(z_, c).size());
   const double before = away.squaredNorm();
   const double after = (away + of_cluster(step_, c)).squaredNorm();
   return after <= kShare * kShare * before;
@@ -265,31 +266,30 @@ void ClusterModes::move(Index c, double length) {
   of_cluster(z_, c) += length * of_cluster(step_, c);
 }
 
-/// Slopes by a cluster's effects from those by the coefficients of its groups.
+/// Adds slopes by a cluster's effects, from those by the coefficients of its groups.
 /// \param slopes  (r x groups)
-VectorXd ClusterModes::by_effects(const GroupPriors& priors,
-                                  Index c,
-                                  const Eigen::Ref<const MatrixXd>& slopes) const {
-  VectorXd result = VectorXd::Zero(of_cluster(z_, c).size());
+void ClusterModes::add_slopes(const GroupPriors& priors,
+                              Index c,
+                              const Eigen::Ref<const MatrixXd>& slopes,
+                              Eigen::Ref<VectorXd> sum) const {
   for (Index k = 0; k < slopes.cols(); ++k) {
     const SmallMatrix& joint = priors.design(begin_ + group_begin(c) + k).joint;
     const SmallVector own = joint.transpose().lazyProduct(slopes.col(k));
-    layout_.add_to_group(result, k, own);
+    layout_.add_to_group(sum, k, own);
   }
-  return result;
 }
 
 /// The Newton step from the current modes.
 bool ClusterModes::propose(const GroupPriors& priors, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   if (!factorize(priors, c)) return false;
-  const VectorXd right =
-      -of_cluster(z_, c) -
-      by_effects(priors, c, density_.block(1, group_begin(c), r_, group_count(c)));
   auto step = of_cluster(step_, c);
-  step = right;
+  step = of_cluster(z_, c);
+  add_slopes(priors, c, density_.block(1, group_begin(c), r_, group_count(c)), step);
+  step = -step;
+  right_ = step;
   cluster.hessian.solve(step);
-  cluster.decrement = right.dot(step);
+  cluster.decrement = right_.dot(step);
   return std::isfinite(cluster.decrement);
 }
 

@@ -13,7 +13,8 @@ namespace silvafit::fit {
 
 /// Spherical random effects z of consecutive clusters, independent standard normal, and Newton's
 /// search for their modes: the minimum of sum rho + |z|^2/2 of each cluster; with held weights, the
-/// point where its slope is zero at the weights of the point itself. Memory is kept between searches.
+/// point where its slope is zero at the weights of the point itself. Memory is kept between
+/// searches.
 class ClusterModes {
  public:
   /// Clusters [first, last) of the model.
@@ -26,9 +27,9 @@ class ClusterModes {
   /// Searches from given modes.
   /// \param modes    (layout) of the model, in: starts; out: modes
   /// \param effects  (r x G), out: changes of the coefficients of each group
-  /// \param known    (layout) modes of the model, or null: a search that comes near them ends there;
-  /// others only have to be distinguished from them
-  /// \returns false if the search of a cluster failed, which ends the others
+  /// \param known    (layout) modes of the model, or null: a search that comes near them ends
+  /// there; others only have to be distinguished from them \returns false if the search of a
+  /// cluster failed, which ends the others
   bool search(const GroupPriors& priors,
               Eigen::VectorXd& modes,
               Eigen::MatrixXd& effects,
@@ -137,9 +138,10 @@ class ClusterModes {
   auto sums_of(Eigen::MatrixXd& sums, Eigen::Index cluster) const {
     return sums.middleCols(group_begin(cluster), group_count(cluster));
   }
-  Eigen::VectorXd by_effects(const GroupPriors& priors,
-                             Eigen::Index cluster,
-                             const Eigen::Ref<const Eigen::MatrixXd>& slopes) const;
+  void add_slopes(const GroupPriors& priors,
+                  Eigen::Index cluster,
+                  const Eigen::Ref<const Eigen::MatrixXd>& slopes,
+                  Eigen::Ref<Eigen::VectorXd> sum) const;
   void move(Eigen::Index cluster, double length);
   double objective_of(Eigen::Index cluster) const;
 
@@ -155,6 +157,7 @@ class ClusterModes {
   std::vector<Cluster> clusters_;
   Eigen::VectorXd z_;
   Eigen::VectorXd step_;
+  Eigen::VectorXd right_;    ///< of a Newton system
   Eigen::MatrixXd density_;  ///< sums of density terms, one column a group
   Eigen::MatrixXd trial_;
   bool has_kinks_ = false;

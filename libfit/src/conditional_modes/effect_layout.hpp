@@ -55,9 +55,9 @@ class EffectLayout {
  private:
   Eigen::Index own(Eigen::Index k) const { return shared_ + k * counts_.back(); }
 
-  std::vector<Eigen::Index> counts_;                ///< (q) of each term
-  Eigen::Index shared_ = 0;                         ///< effects of the terms before the last
-  std::vector<Eigen::Index> cluster_begin_;         ///< (C + 1)
+  std::vector<Eigen::Index> counts_;               ///< (q) of each term
+  Eigen::Index shared_ = 0;                        ///< effects of the terms before the last
+  std::vector<Eigen::Index> cluster_begin_;        ///< (C + 1)
   std::vector<std::vector<Eigen::Index>> places_;  ///< (G) of each term
 };
 

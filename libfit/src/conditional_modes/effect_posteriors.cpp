@@ -74,7 +74,7 @@ struct Setting {
 /// A group of the model.
 struct GroupPlace {
   Index cluster = 0;
-  Index group = 0;      ///< among all groups
+  Index group = 0;       ///< among all groups
   Index in_cluster = 0;  ///< its number in the cluster
 };
 
@@ -193,8 +193,8 @@ class BlockPosteriors {
                       std::vector<EffectPosterior>& result) const {
     const EffectLayout& layout = shared_.layout;
     const EffectPriors& priors = shared_.priors;
-    const MatrixXd& root = priors.roots[static_cast<std::size_t>(
-        priors.roots_of[static_cast<std::size_t>(at.group)])];
+    const MatrixXd& root =
+        priors.roots[static_cast<std::size_t>(priors.roots_of[static_cast<std::size_t>(at.group)])];
     const MatrixXd covariance = root * factor_.inverse_block(at.in_cluster) * root.transpose();
     MatrixXd own(layout.joint_count(), by_beta.cols());
     for (Index j = 0; j < own.cols(); ++j) {
@@ -202,8 +202,7 @@ class BlockPosteriors {
     }
     MatrixXd slope = root * own;
     if (!priors.slopes.empty()) slope += joint(priors.slopes, at, slope.cols());
-    const VectorXd effects =
-        joint(priors.means, at, 1) + root * layout.of_group(z, at.in_cluster);
+    const VectorXd effects = joint(priors.means, at, 1) + root * layout.of_group(z, at.in_cluster);
     Index row = 0;
     for (std::size_t t = 0; t < result.size(); ++t) {
       const Index q = layout.count(t);
@@ -316,8 +315,7 @@ std::vector<EffectPosterior> find_effects(const NonlinearModel& model,
   return run(model, fit, priors, threads, nullptr, blocks_of(model));
 }
 
-std::vector<EffectPosterior> describe_effects(const NonlinearModel& model,
-                                              const FittedModel& fit) {
+std::vector<EffectPosterior> describe_effects(const NonlinearModel& model, const FittedModel& fit) {
   return describe_effects(model, fit, blocks_of(model), {});
 }
 

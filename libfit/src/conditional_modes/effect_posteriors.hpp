@@ -31,8 +31,8 @@ struct EffectPosterior {
   EffectUncertainty uncertainty{};
 };
 
-/// Finds the effects of each cluster, term by term: with held weights for lb, else the modes of the density.
-/// \param threads  over blocks; the result does not depend on it
+/// Finds the effects of each cluster, term by term: with held weights for lb, else the modes of the
+/// density. \param threads  over blocks; the result does not depend on it
 std::vector<EffectPosterior> find_effects(const NonlinearModel& model,
                                           const FittedModel& fit,
                                           const EffectPriors& priors,

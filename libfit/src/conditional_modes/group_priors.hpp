@@ -11,8 +11,8 @@
 
 namespace silvafit::fit {
 
-/// The effects b of group g are offset_g + design_g z_g with independent standard normal effects z_g
-/// of all terms. The designs and offsets must outlive this object.
+/// The effects b of group g are offset_g + design_g z_g with independent standard normal effects
+/// z_g of all terms. The designs and offsets must outlive this object.
 class GroupPriors {
  public:
   /// The distribution of the model: the same design for all groups, without an offset.

@@ -91,8 +91,7 @@ ConfoundedVariances confounded_variances(const SurfaceSetting& setting) {
   VariancePoint point{.effects = covariances_of(setting.fit),
                       .variance = setting.internal,
                       .is_restricted = setting.fit.reml};
-  point.coefficients = 
-      coefficient_effects(setting.fit, setting.model).colwise() + setting.estimate;
+  point.coefficients = coefficient_effects(setting.fit, setting.model).colwise() + setting.estimate;
   NonlinearModel::Workspace workspace;
   setting.model.evaluate(point.coefficients, point.fitted, nullptr, workspace);
   const ResidualScale scale = setting.variance.scale(point.fitted, setting.internal, false);
@@ -111,7 +110,8 @@ MatrixXd symmetric_covariance(const SurfaceSetting& setting,
     VectorXd slopes = symmetric_slopes(setting, surface, parameters[k]);
     const bool is_confounded =
         std::ranges::find(confounded, parameters[k].name) != confounded.end();
-    if (boundary.contain(parameters[k]) || is_confounded || !slopes.allFinite()) slopes.setConstant(kNaN);
+    if (boundary.contain(parameters[k]) || is_confounded || !slopes.allFinite())
+      slopes.setConstant(kNaN);
     jacobian.row(static_cast<Index>(k)) = slopes;
   }
   return jacobian * start.inverse * jacobian.transpose();

@@ -93,7 +93,9 @@ class Evaluation {
   bool has_clusters() const { return cluster_level_.size > 0; }
   Index clusters() const { return static_cast<Index>(model_.random.cluster_begin.size()) - 1; }
   double* kept(Index group) { return group_kept_.data() + group * group_level_.kept(); }
-  double* cluster_kept(Index cluster) { return cluster_kept_.data() + cluster * cluster_level_.kept(); }
+  double* cluster_kept(Index cluster) {
+    return cluster_kept_.data() + cluster * cluster_level_.kept();
+  }
   double* cluster_products(Index cluster) {
     return cluster_products_.data() + cluster * width_ * width_;
   }
@@ -272,15 +274,14 @@ class Evaluation {
     const Index size = width_ * width_;
     const double* const of = products(group, part);
     part.by_products.assign(static_cast<std::size_t>(size), 0.0);
-    group_algebra_.differentiate(of,
-                                 kept(group),
-                                 from,
-                                 {.spherical = factors_.empty()
-                                                   ? nullptr
-                                                   : result.spherical.back().col(group).data(),
-                                  .by_factor = numbers_of_last(part.by_factor),
-                                  .by_covariance = numbers_of_last(part.by_covariance),
-                                  .by_products = varies ? part.by_products.data() : nullptr});
+    group_algebra_.differentiate(
+        of,
+        kept(group),
+        from,
+        {.spherical = factors_.empty() ? nullptr : result.spherical.back().col(group).data(),
+         .by_factor = numbers_of_last(part.by_factor),
+         .by_covariance = numbers_of_last(part.by_covariance),
+         .by_products = varies ? part.by_products.data() : nullptr});
     if (!varies) return;
     for (Index term = 0; term < moments_.terms(); ++term) {
       const double* const by = moments_.term(group, term);
@@ -383,7 +384,10 @@ VectorXd expected_squares(const LinearMixedModel& model,
       for (std::size_t t = effects.size(); t-- > 0;) {
         const bool is_last = t + 1 == effects.size();
         const Index of = is_last ? group : cluster_of[static_cast<std::size_t>(group)];
-        combination(model.random.terms[t]) -= effects[t].col(of);
+        Index row = 0;
+        for (const Index column : model.random.terms[t]) {
+          combination[column] -= effects[t](row++, of);
+        }
       }
       const Eigen::Map<const MatrixXd> products(moments.term(group, 0), p + 1, p + 1);
       product.noalias() = products * combination;

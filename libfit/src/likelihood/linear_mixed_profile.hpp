@@ -96,15 +96,15 @@ struct LinearMixedModel {
 /// The profiled model at one covariance.
 struct LinearMixedProfile {
   double minus_log_likelihood = 0.0;
-  double sum_of_squares = 0.0;        ///< S = weighted squares + penalty at that beta
-  double sigma2 = 0.0;                ///< S / N, restricted S / (N - p), or as held
-  Eigen::VectorXd coefficients{};     ///< (p) generalized least-squares beta, or as held
-  Eigen::MatrixXd information{};      ///< (p x p) X' V^-1 X, with V relative to sigma^2
+  double sum_of_squares = 0.0;               ///< S = weighted squares + penalty at that beta
+  double sigma2 = 0.0;                       ///< S / N, restricted S / (N - p), or as held
+  Eigen::VectorXd coefficients{};            ///< (p) generalized least-squares beta, or as held
+  Eigen::MatrixXd information{};             ///< (p x p) X' V^-1 X, with V relative to sigma^2
   std::vector<Eigen::MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v
-  bool is_valid = false;              ///< false if X' V^-1 X is not positive definite
-  RelativeFactors by_factor{};        ///< dF/dL, lower triangles
-  RelativeFactors by_covariance{};    ///< dF/dD, symmetric, of D = L L'
-  Eigen::VectorXd by_variance{};      ///< (m) dF/d displacement
+  bool is_valid = false;                     ///< false if X' V^-1 X is not positive definite
+  RelativeFactors by_factor{};               ///< dF/dL, lower triangles
+  RelativeFactors by_covariance{};           ///< dF/dD, symmetric, of D = L L'
+  Eigen::VectorXd by_variance{};             ///< (m) dF/d displacement
   Eigen::VectorXd by_coefficients{};  ///< (p) dF/d beta; zero except for rounding unless it is held
   double by_log_sigma = 0.0;          ///< dF/d log sigma at L; zero unless sigma is held
 };

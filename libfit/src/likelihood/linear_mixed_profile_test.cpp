@@ -74,10 +74,7 @@ struct Example {
       v.block(begin, begin, rows, rows) += z * l * l.transpose() * z.transpose();
     };
     for (std::size_t j = 0; j < 4; ++j) {
-      add(group_begin[j],
-          group_begin[j + 1] - group_begin[j],
-          random.terms.back(),
-          factors.back());
+      add(group_begin[j], group_begin[j + 1] - group_begin[j], random.terms.back(), factors.back());
     }
     if (random.terms.size() > 1) {
       add(0, 18, random.terms.front(), factors.front());

@@ -42,9 +42,7 @@ VectorXd mixed_effects(const LinearizationPoint& point,
 }  // namespace
 
 Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& variance)
-    : model_(model),
-      variance_(variance),
-      random_({.terms = model.random_coefficients()}) {
+    : model_(model), variance_(variance), random_({.terms = model.random_coefficients()}) {
   for (Index c = 0; c <= model.cluster_count(); ++c) {
     random_.cluster_begin.push_back(model.cluster_begin(c));
   }

@@ -56,11 +56,8 @@ class LinearizedSurface : public LikelihoodSurface {
     if (!is_restricted_) {
       held.coefficients = x.head(layout_.beta_count()) - optimum_.head(layout_.beta_count());
     }
-    const LinearMixedProfile at = profile(at_.model,
-                                          factors,
-                                          VectorXd::Zero(variance.size()),
-                                          gradient != nullptr,
-                                          held);
+    const LinearMixedProfile at =
+        profile(at_.model, factors, VectorXd::Zero(variance.size()), gradient != nullptr, held);
     if (!at.is_valid) return kOutside;
     if (gradient == nullptr) return at.minus_log_likelihood;
     gradient->setZero(layout_.size());

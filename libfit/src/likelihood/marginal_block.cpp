@@ -255,7 +255,8 @@ void MarginalBlock::add_node_slopes(const MarginalPoint& point,
     result.by_factors.front() += by_effects.lazyProduct(nodes.col(k).transpose());
     const SmallVector slope = factor.transpose().lazyProduct(by_effects) + share * nodes.col(k);
     follow += slope;
-    by_lower -= (nodes.col(k) - modes_.of_cluster(modes_.modes(), g)).lazyProduct(slope.transpose());
+    by_lower -=
+        (nodes.col(k) - modes_.of_cluster(modes_.modes(), g)).lazyProduct(slope.transpose());
   }
   lower.transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(by_lower);
   by_lower.diagonal() += lower.diagonal().cwiseInverse();

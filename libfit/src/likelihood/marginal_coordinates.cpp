@@ -54,8 +54,7 @@ VectorXd MarginalCoordinates::widened(const VectorXd& x,
                                       std::size_t term,
                                       const VectorXd& direction,
                                       double size) const {
-  const MatrixXd covariance =
-      scaled_covariance(x, term) + size * direction * direction.transpose();
+  const MatrixXd covariance = scaled_covariance(x, term) + size * direction * direction.transpose();
   const RelativeFactor& form = layout_.factor(term);
   VectorXd result = x;
   result.segment(layout_.factor_at(term), form.parameter_count()) =

@@ -99,11 +99,10 @@ MarginalValue MarginalLikelihood::evaluate(const MarginalPoint& point, bool with
   const RandomDesign then = design_of(kept_at_);
   const ObservationPoint& at = point.observation;
   const ObservationPoint& from = kept_at_.observation;
-  const PointChange change{
-      .observation = {.beta = at.beta - from.beta,
-                      .variance = at.variance - from.variance,
-                      .log_sigma = at.log_sigma - from.log_sigma},
-      .design = {.joint = now.joint - then.joint, .shared = now.shared}};
+  const PointChange change{.observation = {.beta = at.beta - from.beta,
+                                           .variance = at.variance - from.variance,
+                                           .log_sigma = at.log_sigma - from.log_sigma},
+                           .design = {.joint = now.joint - then.joint, .shared = now.shared}};
   MarginalValue result = value(point, with_gradient, &change);
   if (std::isfinite(result.minus_log_likelihood)) return result;
   return value(point, with_gradient, nullptr);

@@ -27,8 +27,8 @@ class MarginalSurface : public LikelihoodSurface {
         coordinates_(setting.model, setting.variance, setting.frame),
         optimum_(setting.coordinates(coordinates_.layout(), setting.log_sigma)) {
     const MarginalPoint point = coordinates_.point(optimum_);
-    likelihood_.set_modes(likelihood_.layout().from_terms(
-        coordinates_.spherical(optimum_, effects_of(setting.fit))));
+    likelihood_.set_modes(
+        likelihood_.layout().from_terms(coordinates_.spherical(optimum_, effects_of(setting.fit))));
     likelihood_.evaluate(point, false);
     modes_ = likelihood_.modes();
   }

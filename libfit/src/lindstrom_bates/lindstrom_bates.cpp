@@ -151,9 +151,9 @@ Index LindstromBates::random_parameter_count() const {
 }
 
 RelativeFactors LindstromBates::factors(const VectorXd& theta) const {
-  RelativeFactors result;
-  for_each_term([&](std::size_t, const RelativeFactor& factor, Index begin) {
-    result.push_back(factor.factor(theta.segment(begin, factor.parameter_count())));
+  RelativeFactors result(factors_.size());
+  for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
+    result[t] = factor.factor(theta.segment(begin, factor.parameter_count()));
   });
   return result;
 }
@@ -170,10 +170,11 @@ LindstromBatesState LindstromBates::start(double spread) {
       .scale = pooled_.scale,
       .mixing = pooled_.mixing,
       .beta = scaled_values(all_, pooled_.coefficients),
+      .spherical = std::vector<MatrixXd>(factors_.size()),
       .theta = VectorXd(random_parameter_count() + variance_.parameter_count())};
   for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
     const Index groups = model_.group_count(t);
-    state.spherical.emplace_back(MatrixXd::Zero(factor.size(), groups));
+    state.spherical[t].setZero(factor.size(), groups);
     // In scaled coordinates the mean square of each column of Z is one at the start.
     const double deviation =
         spread / (kStartDivisor * std::sqrt(static_cast<double>(model_.observations()) /

@@ -25,7 +25,7 @@ struct LindstromBatesState {
   Eigen::MatrixXd mixing{};
   Eigen::VectorXd beta{};                    ///< (p) scaled coefficients
   std::vector<Eigen::MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v, scaled
-  Eigen::VectorXd theta{};                   ///< parameters of L of each term, of the variance function
+  Eigen::VectorXd theta{};  ///< parameters of L of each term, of the variance function
 
   /// The squares of the spherical effects.
   double penalty() const;
@@ -140,11 +140,12 @@ class LindstromBates {
   static constexpr double kLoosestSquares = 1e-7;
 
   Eigen::Index random_parameter_count() const;
-  /// Calls visit(term, factor, begin) for each term, whose parameters in theta begin there.
+  /// Calls visit(term, factor, begin) for each term, whose parameters in theta begin there; the
+  /// last term is first.
   template <typename Visit>
   void for_each_term(const Visit& visit) const {
     Eigen::Index begin = 0;
-    for (std::size_t t = 0; t < factors_.size(); ++t) {
+    for (std::size_t t = factors_.size(); t-- > 0;) {
       visit(t, factors_[t], begin);
       begin += factors_[t].parameter_count();
     }
@@ -194,12 +195,12 @@ class LindstromBates {
 
   const NonlinearModel& model_;
   MixedEffectsOptions options_;
-  std::string variance_text_;  ///< for the trace
+  std::string variance_text_;                      ///< for the trace
   std::vector<std::vector<Eigen::Index>> random_;  ///< coefficients with effects of each term
   PooledFit pooled_;
-  std::vector<Eigen::Index> all_;  ///< 0, ..., p - 1
-  Eigen::VectorXd scale_;          ///< (p) units in use, those of the current state
-  Eigen::MatrixXd mixing_;         ///< (p x p) in use, or empty
+  std::vector<Eigen::Index> all_;        ///< 0, ..., p - 1
+  Eigen::VectorXd scale_;                ///< (p) units in use, those of the current state
+  Eigen::MatrixXd mixing_;               ///< (p x p) in use, or empty
   std::vector<RelativeFactor> factors_;  ///< of each term, in the units in use
   VarianceModel variance_;
   bool is_normalized_;

@@ -10,8 +10,8 @@
 #include "mixed_effects/degenerate_fit.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
-#include "result/group_coefficients.hpp"
 #include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -250,7 +250,8 @@ bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
   for (VectorXd& start : other_starts(likelihood_.layout())) {
     ++evaluations_;
     const auto objectives = likelihood_.find_modes(point, start, &highest);
-    if (objectives && take_lower(likelihood_.layout(), start, *objectives, highest, *lowest)) is_better = true;
+    if (objectives && take_lower(likelihood_.layout(), start, *objectives, highest, *lowest))
+      is_better = true;
   }
   likelihood_.set_modes(std::move(highest));
   return shared_ != nullptr ? is_on_any_rank(is_better) : is_better;

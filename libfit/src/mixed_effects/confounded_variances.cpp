@@ -30,13 +30,13 @@ constexpr double kUnmoved = 1e-6;
 struct Component {
   std::optional<std::size_t> term{};  ///< none: of the residuals
   MatrixXd form{};                    ///< (q x q) change of T Psi T' of the term
-  Index column = 0;  ///< of the derivatives of the log residual standard deviation
+  Index column = 0;                   ///< of the derivatives of the log residual standard deviation
 };
 
 /// A change of all variance components.
 struct Direction {
   std::vector<MatrixXd> effects{};  ///< of T Psi T' of each term
-  VectorXd residual{};              ///< (m + 1) of the internal variance parameters and the log of sigma
+  VectorXd residual{};  ///< (m + 1) of the internal variance parameters and the log of sigma
 
   double largest() const {
     double result = residual.cwiseAbs().maxCoeff();
@@ -327,7 +327,8 @@ class Components {
       }
       // The nonzero entries of the forms are disjoint, so that this is the part of each.
       result[*component.term][at] =
-          terms_[*component.term].covariance.cwiseProduct(component.form).sum() / component.form.squaredNorm();
+          terms_[*component.term].covariance.cwiseProduct(component.form).sum() /
+          component.form.squaredNorm();
     }
     return result;
   }
@@ -380,8 +381,7 @@ class Components {
         return std::abs(change(i, j) - along) > kUnmoved * product;
       });
     };
-    const std::string group =
-        terms_.size() < 2 ? std::string() : " | " + level.effects->group;
+    const std::string group = terms_.size() < 2 ? std::string() : " | " + level.effects->group;
     const std::vector<std::string>& names = level.effects->coefficients;
     for (std::size_t k = 0; k < names.size(); ++k) {
       const auto at = static_cast<Index>(k);

@@ -297,12 +297,11 @@ class Calibrator {
     const MatrixXd old_coarser = before[t - 1].uncertainty.covariance(c, s);
     const MatrixXd new_coarser = coarser.uncertainty.covariance(c, s);
     const MatrixXd slopes = regression_on(cross, old_coarser);
-    terms_[t].effects.col(g) +=
-        slopes * (coarser.effects.col(c) - before[t - 1].effects.col(c));
+    terms_[t].effects.col(g) += slopes * (coarser.effects.col(c) - before[t - 1].effects.col(c));
     EffectUncertainty& own = terms_[t].uncertainty;
-    own.covariances.col(g) = (old.covariance(g, q(t)) +
-                              slopes * (new_coarser - old_coarser) * slopes.transpose())
-                                 .reshaped();
+    own.covariances.col(g) =
+        (old.covariance(g, q(t)) + slopes * (new_coarser - old_coarser) * slopes.transpose())
+            .reshaped();
     own.cross_covariances.col(g) = (slopes * new_coarser).reshaped();
     own.sensitivities.col(g) += (slopes * (coarser.uncertainty.sensitivity(c, s, p_) -
                                            before[t - 1].uncertainty.sensitivity(c, s, p_)))

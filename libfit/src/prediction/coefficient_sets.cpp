@@ -82,9 +82,8 @@ class SetBuilder {
       covariance += place * of.uncertainty.covariance(of.group, q) * place.transpose();
       if (of.term == 0 || groups.size() < 2) continue;
       const MatrixXd& before = places_[of.term - 1];
-      const MatrixXd cross = place *
-                             of.uncertainty.cross_covariance(of.group, q, before.cols()) *
-                             before.transpose();
+      const MatrixXd cross =
+          place * of.uncertainty.cross_covariance(of.group, q, before.cols()) * before.transpose();
       covariance += cross + cross.transpose();
     }
     if (!with_covariances_) return;

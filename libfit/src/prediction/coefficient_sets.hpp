@@ -9,12 +9,12 @@
 
 namespace silvafit::fit {
 
-/// M sets of p coefficients: of the groups of each term, of the population. The uncertainty of a set
-/// has two parts: the error of the estimates, and the random effects that were not estimated, which
-/// are open.
+/// M sets of p coefficients: of the groups of each term, of the population. The uncertainty of a
+/// set has two parts: the error of the estimates, and the random effects that were not estimated,
+/// which are open.
 struct CoefficientSets {
-  Eigen::MatrixXd coefficients{};   ///< (p x M)
-  Eigen::MatrixXd covariances{};    ///< (p p x M) of the error of estimates, by columns
+  Eigen::MatrixXd coefficients{};  ///< (p x M)
+  Eigen::MatrixXd covariances{};   ///< (p p x M) of the error of estimates, by columns
   /// (M) number of terms, from the first on, whose effects are estimated.
   std::vector<std::size_t> known{};
   std::vector<bool> is_marginal{};  ///< (M) whether the value is the mean over the open effects

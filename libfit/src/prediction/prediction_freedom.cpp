@@ -79,8 +79,7 @@ double share_of(double part, double whole) {
 
 Freedom::Freedom(const FittedModel& fit) : residual_(residual_freedom(fit)) {
   for (std::size_t t = 0; t < fit.random.size(); ++t) {
-    terms_.push_back(
-        term(fit, fit.random[t], within_coarser(fit, t), freedom_between(fit, t)));
+    terms_.push_back(term(fit, fit.random[t], within_coarser(fit, t), freedom_between(fit, t)));
   }
 }
 

@@ -180,16 +180,15 @@ class Chunk {
       const auto of_open = effects.row(row).tail(open);
       const double of_residual = residual_sd_[row] * residual_sd_[row];
       const double more = uncertain_variance(row, true) - uncertain_variance(row, false);
-      VarianceParts parts = known_parts(
-          row, slope, known[row] - uncertain_variance(row, false), effects.row(row));
+      VarianceParts parts =
+          known_parts(row, slope, known[row] - uncertain_variance(row, false), effects.row(row));
       if (is_prediction) {
         parts.of_terms.tail(open) += of_open.transpose();
         parts.total += of_open.sum() + of_residual;
       }
       const Index at = begin_ + row;
       result_.mean_error[at] = std::sqrt(known[row]);
-      result_.prediction_error[at] =
-          std::sqrt(known[row] + of_open.sum() + of_residual + more);
+      result_.prediction_error[at] = std::sqrt(known[row] + of_open.sum() + of_residual + more);
       result_.degrees_of_freedom[at] =
           std::isnan(parts.total) ? kNaN : freedom_.value(parts, slope);
     }

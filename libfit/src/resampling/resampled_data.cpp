@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "model/covariance_factor.hpp"
-#include "result/group_coefficients.hpp"
 #include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -36,9 +36,7 @@ std::vector<std::size_t> numbers(Index begin, Index end) {
 }  // namespace
 
 ParametricDraw::ParametricDraw(const FittedModel& fit, const data::Table& table)
-    : fit_(fit),
-      model_(fit.specification, table),
-      table_(table.select(model_.rows())) {
+    : fit_(fit), model_(fit.specification, table), table_(table.select(model_.rows())) {
   for (const EstimatedEffects& term : fit.random) {
     roots_.push_back(symmetric_root(term.covariance));
   }

@@ -31,7 +31,7 @@ class ParametricDraw {
  private:
   const FittedModel& fit_;
   NonlinearModel model_;
-  data::Table table_;  ///< the rows of the fit, in the model's order
+  data::Table table_;                   ///< the rows of the fit, in the model's order
   std::vector<Eigen::MatrixXd> roots_;  ///< (q x q) root of Psi of each term
 };
 

@@ -9,8 +9,8 @@
 
 #include "model/group_labels.hpp"
 #include "model/variance_weights.hpp"
-#include "result/group_coefficients.hpp"
 #include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 
 namespace silvafit::fit {
 namespace {

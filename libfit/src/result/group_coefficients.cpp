@@ -31,7 +31,8 @@ void add_group_effects(const NonlinearModel& model,
   for (std::size_t t = rows.size(); t-- > 0;) {
     for (Index k = 0; k < model.group_count(t); ++k) {
       for (Index g = model.first_group(t, k); g < model.first_group(t, k + 1); ++g) {
-        sum(rows[t], g) += effects[t].col(k);
+        Index row = 0;
+        for (const Index place : rows[t]) sum(place, g) += effects[t](row++, k);
       }
     }
   }

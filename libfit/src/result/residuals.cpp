@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "result/group_coefficients.hpp"
 #include "result/estimated_terms.hpp"
+#include "result/group_coefficients.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -72,8 +72,8 @@ class Decorrelation {
 
   const NonlinearModel& model_;
   std::vector<MatrixXd> covariances_;  ///< Psi of each term
-  std::vector<Index> places_;           ///< coefficients with effects of all terms
-  std::vector<Index> begins_;           ///< of each term among these, and the end
+  std::vector<Index> places_;          ///< coefficients with effects of all terms
+  std::vector<Index> begins_;          ///< of each term among these, and the end
   VectorXd mean_;
   MatrixXd covariance_;
 };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "result/variance_shares.hpp"
 
-
 namespace silvafit::fit {
 
 using Eigen::Index;
@@ -13,8 +12,7 @@ VectorXd variance_of_effects(const FittedModel& fit,
                              const MatrixXd& slopes) {
   VectorXd result = VectorXd::Zero(model.observations());
   for (std::size_t t = fit.random.size(); t-- > 0;) {
-    const MatrixXd chosen =
-        slopes(Eigen::all, model.coefficients_of(fit.specification.random[t]));
+    const MatrixXd chosen = slopes(Eigen::all, model.coefficients_of(fit.specification.random[t]));
     result += (chosen * fit.random[t].covariance).cwiseProduct(chosen).rowwise().sum();
   }
   return result;
