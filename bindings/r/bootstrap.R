@@ -107,7 +107,8 @@ copy_ceres <- function() {
   write_unit("third_party_ceres", file.path("third_party/ceres", sources))
 }
 
-# R's rules: compiled code does not end the process, does not write to its streams, and does not suppress warnings.
+# R's rules: compiled code does not end the process, does not write to its streams, does not draw the system's random numbers, and gives no
+# warnings nor suppresses them.
 replace <- function(file, ...) {
   text <- paste(readLines(file), collapse = "\n")
   for (change in list(...)) text <- gsub(change[1], change[2], text)
@@ -119,9 +120,22 @@ follow_rules_of_r <- function() {
   if (file.exists("src/third_party/hwy/targets.cc")) {
     replace("src/third_party/hwy/targets.cc", c("f(printf|flush)\\(stderr[^;]*;", ""), c("abort\\(\\)", "throw std::runtime_error(buf)"))
   }
+  follow_rules_in_ceres()
   for (file in list.files("src/third_party/nlohmann", recursive = TRUE, full.names = TRUE)) {
     replace(file, c("(^|\n)[ \t]*# *pragma (GCC|clang) diagnostic[^\n]*", "\\1"))
   }
+}
+
+follow_rules_in_ceres <- function() {
+  inside <- function(file, ...) replace(file.path("src/third_party/ceres", file), ...)
+  inside("internal/port.h", c("(define CERES_DEPRECATED_WITH_MSG\\(message\\))[^\n]*", "\\1"))
+  if (library_sources == "") return(invisible())
+  for (file in c("c_api.cc", "callbacks.cc")) inside(file, c("std::cout[^;]*;", ";"))
+  inside("internal/miniglog/glog/logging.h", c("std::cerr << stream_.str\\(\\);", ""), c("#include <ctime>", "#include <ctime>\n#include <stdexcept>"),
+         c("~MessageLogger\\(\\)", "~MessageLogger() noexcept(false)"), c("abort\\(\\);", "throw std::runtime_error(stream_.str());"))
+  engine <- "inline std::minstd_rand& random_engine() {\n  thread_local std::minstd_rand engine;\n  return engine;\n}"
+  inside("random.h", c("#include <cstdlib>", "#include <random>"), c("namespace ceres \\{", paste0("namespace ceres {\n\n", engine)),
+         c("srand\\(state\\)", "random_engine().seed(state)"), c("rand\\(\\)", "random_engine()()"), c("RAND_MAX", "std::minstd_rand::max()"))
 }
 
 copy_data <- function() {

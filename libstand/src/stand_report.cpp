@@ -341,7 +341,7 @@ void ReportMaker::finish_structure(const std::string& file) {
     for (const UnitSummary& summary : unit_sums_.by_species()) names.push_back(summary.species);
     std::erase(names, "");
     check_species_of_angles(options_.units, names, file);
-    report_.units = header_of(std::move(*report_.units));
+    report_.units = header_of(*report_.units);
   }
   report_.unit_means = unit_sums_.all();
   report_.unit_means_by_species = unit_sums_.by_species();

@@ -10,8 +10,6 @@
 namespace silvafit::data {
 namespace {
 
-constexpr std::size_t kFlushAt = std::size_t{1} << 18;
-
 /// Where a column's values are found, looked up once a table.
 struct ColumnView {
   std::span<const double> numbers{};
@@ -65,6 +63,7 @@ void append_row(std::string& out, const std::vector<ColumnView>& views, std::siz
 
 void write_csv_table(const Table& table, std::ostream& stream) {
   std::string out = header_of(table);
+  constexpr std::size_t kFlushAt = std::size_t{1} << 18U;
   const std::vector<ColumnView> views = views_of(table);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     append_row(out, views, row);

@@ -125,8 +125,8 @@ std::vector<PeriodicCoefficient> periodic_coefficients(const NonlinearModel& mod
       if (!by) continue;
       std::vector<double> distinct(by->values.begin(), by->values.end());
       std::ranges::sort(distinct);
-      const auto rest = std::ranges::unique(distinct);
-      distinct.erase(rest.begin(), rest.end());
+      // Not std::ranges::unique, whose result clang 14 cannot compile.
+      distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
       // A phase has the same multiplier at all observations.
       if (distinct.size() < 3) continue;
       const double range = distinct.back() - distinct.front();

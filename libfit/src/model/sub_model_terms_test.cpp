@@ -123,7 +123,7 @@ TEST_CASE("very long sub-models are refused") {
 TEST_CASE("the columns that a sub-model reads as numbers and as names") {
   const SubModelColumns columns =
       sub_model_columns("b ~ species*log(dbh) + factor(year) + (zone == \"2\") + (age > 3)");
-  using Names = std::vector<std::string>;
-  CHECK(columns.as_numbers == Names{"species", "dbh", "age"});
-  CHECK(columns.as_names == Names{"year", "zone"});
+  using Columns = std::vector<std::string>;
+  CHECK(columns.as_numbers == Columns{"species", "dbh", "age"});
+  CHECK(columns.as_names == Columns{"year", "zone"});
 }

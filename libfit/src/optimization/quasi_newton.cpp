@@ -14,12 +14,12 @@
 #include <vector>
 
 #ifdef __ELF__
-// Of glog, which is not linked everywhere.
+// Of glog, which is not linked everywhere; its own headers do not say that it may be missing.
 namespace fLI {
 [[gnu::weak]] extern int FLAGS_minloglevel;
 }
 namespace google {
-[[gnu::weak]] bool IsGoogleLoggingInitialized();
+[[gnu::weak]] bool IsGoogleLoggingInitialized();  // NOLINT(readability-redundant-declaration)
 }
 #endif
 
@@ -210,7 +210,8 @@ class Minimization final : private ceres::IterationCallback {
   /// By rounding the Hessian may be indefinite; its direction is then useless.
   double decrement(const VectorXd& gradient) const {
     const double found = gradient.dot(result_.hessian.ldlt().solve(gradient));
-    return found >= 0.0 ? found : kInfinity;
+    if (!(found >= 0.0)) return kInfinity;
+    return found;
   }
 
   void renew_hessian() {

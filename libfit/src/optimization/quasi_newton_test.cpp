@@ -4,7 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "optimization/fixed_point.hpp"
 
@@ -34,6 +36,21 @@ TEST_CASE("the minimum of Rosenbrock's function is found") {
   CHECK(hessian(0, 0) == Approx(802.0).epsilon(1e-6));
   CHECK(hessian(0, 1) == Approx(-400.0).epsilon(1e-6));
   CHECK(hessian(1, 1) == Approx(200.0).epsilon(1e-6));
+}
+
+// The first of them sets the level of the warnings of Ceres.
+TEST_CASE("several threads search at once") {
+  std::vector<QuasiNewtonResult> results(4);
+  {
+    std::vector<std::jthread> threads;
+    threads.reserve(results.size());
+    for (QuasiNewtonResult& result : results) {
+      threads.emplace_back([&] { result = minimize(valley, Eigen::Vector2d(-1.2, 1.0)); });
+    }
+  }
+  for (const QuasiNewtonResult& result : results) {
+    CHECK((result.x - Eigen::Vector2d(1.0, 1.0)).norm() < 1e-6);
+  }
 }
 
 TEST_CASE("a search leaves a saddle point and stays in the domain") {
