@@ -14,10 +14,11 @@ nlme::intervals
 #' Estimates of a fit
 #'
 #' @param object,x a fit of [silvafit()]
-#' @param ... no further arguments; unknown names stop
+#' @param ... arguments of nlme's methods in `ranef()` and `coef()`; other names stop
 #' @return `fixef()`: named vector of the fixed effects. `ranef()`: data frame of the random effects (EBLUPs; in a
-#'   nonlinear model the conditional modes) with a row for each group; with two groupings a list of two. `coef()`: as
-#'   in nlme, the sum of both for each group; without random effects the coefficients. `vcov()`: covariance matrix of
+#'   nonlinear model the conditional modes) with a row for each group; with two groupings a list of two. `coef()`: the sum of both for each group;
+#'   without random effects the coefficients. Both have the class, and take the arguments, of [nlme::ranef.lme()] and [nlme::coef.lme()]
+#'   (`level`, `standard`, `augFrame`, ...). `vcov()`: covariance matrix of
 #'   the fixed effects; rows of coefficients that were held are 0. `sigma()`: residual standard deviation.
 #' @name estimates
 #' @examples
@@ -43,44 +44,42 @@ fixef.silvafit <- function(object, ...) {
 #'   matrix for each group
 #' @export
 ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
-  no_further(list(...))
   check_flag(se, "se")
   check_flag(condVar, "condVar")
   terms <- random_terms_of(object)
   if (length(terms) == 0) stop_usage("the fit has no random effects")
-  frames <- lapply(terms, function(term) {
-    frame <- term$modes
-    if (se) attr(frame, "se") <- term$errors
-    if (condVar) attr(frame, "postVar") <- term$covariances
-    frame
-  })
-  if (length(frames) == 1) frames[[1]] else frames
+  call <- match.call()
+  call[intersect(c("se", "condVar"), names(call))] <- NULL
+  effects <- by_nlme("ranef", call, parent.frame(), also = c("se", "condVar"), with_data = isTRUE(list(...)$augFrame))
+  if (!se && !condVar) return(effects)
+  if (!is.data.frame(effects) || isTRUE(list(...)$standard)) {
+    if (length(terms) == 1 || !is.data.frame(effects[[1]])) stop_usage("`se` and `condVar` are those of effects that are not standardized")
+    for (group in names(effects)) effects[[group]] <- with_uncertainty(effects[[group]], terms[[group]], se, condVar)
+    return(effects)
+  }
+  with_uncertainty(effects, terms[[attr(effects, "level")]], se, condVar)
+}
+
+with_uncertainty <- function(effects, term, se, condVar) {
+  if (se) attr(effects, "se") <- term$errors
+  if (condVar) attr(effects, "postVar") <- term$covariances
+  effects
 }
 
 #' @rdname estimates
 #' @export
 coef.silvafit <- function(object, ...) {
-  no_further(list(...))
-  fixed <- fixef(object)
-  terms <- random_terms_of(object)
-  if (length(terms) == 0) return(fixed)
-  inner <- terms[[length(terms)]]$modes
-  table <- as.data.frame(matrix(fixed, nrow(inner), length(fixed), byrow = TRUE), row.names = rownames(inner))
-  names(table) <- names(fixed)
-  for (name in names(inner)) table[[name]] <- table[[name]] + inner[[name]]
-  if (length(terms) == 2) {
-    outer <- terms[[1]]$modes
-    # Labels of the finer groups begin with that of the coarser one, a slash in it written as %2F.
-    own <- match(sub("/.*", "", rownames(inner)), gsub("/", "%2F", rownames(outer), fixed = TRUE))
-    for (name in names(outer)) table[[name]] <- table[[name]] + outer[[name]][own]
+  if (!has_random(object)) {
+    no_further(list(...))
+    return(fixef(object))
   }
-  table
+  by_nlme("coef", match.call(), parent.frame())
 }
 
 #' @rdname estimates
 #' @export
 vcov.silvafit <- function(object, ...) {
-  no_further(list(...))
+  no_further(list(...), "complete")
   names <- names(fixef(object))
   values <- matrix_of(object$fit$fixed_covariance, names)
   values[is.na(values)] <- 0
@@ -177,7 +176,7 @@ logLik.silvafit <- function(object, ...) {
 #' @rdname likelihood
 #' @export
 nobs.silvafit <- function(object, ...) {
-  no_further(list(...))
+  no_further(list(...), "use.fallback")
   as.integer(object$fit$n)
 }
 
@@ -249,6 +248,9 @@ terms.silvafit <- function(x, ...) {
 
 #' Refit with other arguments
 #'
+#' The values of the other arguments are those of the fit, so that fits made in functions or loops can be updated. The data are those of
+#' the fit, too; if their name now has a data frame with further columns, these can be used.
+#'
 #' @param object a fit of [silvafit()]
 #' @param formula. new formula; a `.` on a side stands for that side of the old formula
 #' @param ... arguments of [silvafit()] to change; `NULL` removes one
@@ -263,27 +265,57 @@ terms.silvafit <- function(x, ...) {
 update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
   needs_data(object, "update()")
   check_flag(evaluate, "evaluate")
-  call <- object$call
-  if (!missing(formula.)) {
-    formula <- as_formula(formula., "formula.")
-    for (side in 2:3) {
-      formula[[side]] <- do.call(substitute, list(formula[[side]], list(. = base::call("(", object$formula[[side]]))))
-      formula[[side]] <- strip_parentheses(formula[[side]])
-    }
-    call$formula <- formula
-  }
-  changes <- match.call(expand.dots = FALSE)$...
+  changes <- as.list(substitute(list(...)))[-1]
   check_changes(names(changes), length(changes))
-  for (name in names(changes)) call[[name]] <- changes[[name]]
-  if (evaluate) eval(call, parent.frame()) else call
+  call <- object$call
+  values <- object$arguments
+  if (!missing(formula.)) values$formula <- call$formula <- updated_formula(as_formula(formula., "formula."), object$formula)
+  for (i in seq_along(changes)) {
+    name <- own_name(names(changes)[i])
+    # Of nlme's methods "ML" and "REML" and the own argument the new one counts.
+    same <- if (name == "method") c("method", "reml") else name
+    call[intersect(same, names(call))] <- NULL
+    values[same] <- NULL
+    if (!is.null(changes[[i]])) call[[name]] <- changes[[i]]
+    if (name != "subset") values[name] <- list(...elt(i))
+  }
+  if (!evaluate) return(call)
+  if (!"data" %in% names(values)) values["data"] <- list(data_for_update(object, parent.frame()))
+  values["subset"] <- list(call$subset)
+  fit <- do.call(silvafit, values, envir = parent.frame())
+  # The call of do.call() has values in the place of expressions.
+  given <- Filter(Negate(is.null), as.list(fit$call)[-1])
+  shown <- intersect(names(given), names(call))
+  given[shown] <- as.list(call)[shown]
+  fit$call <- as.call(c(call[[1]], given))
+  fit
+}
+
+own_name <- function(name) if (name %in% names(renamed_arguments)) renamed_arguments[[name]] else name
+
+# A `.` on a side of the new formula is that side of the old one.
+updated_formula <- function(formula, old) {
+  for (side in 2:3) formula[[side]] <- strip_parentheses(do.call(substitute, list(formula[[side]], list(. = call("(", old[[side]])))))
+  formula
+}
+
+# The data of the fit, or what has their name now if it only has further columns.
+data_for_update <- function(object, frame) {
+  now <- tryCatch(eval(object$call$data, frame), error = function(e) NULL)
+  if (!is.data.frame(now) || identical(now, object$data)) return(object$data)
+  columns <- names(object$data)
+  if (all(columns %in% names(now)) && identical(as.list(now)[columns], as.list(object$data))) return(now)
+  if (all(names(object$frame) %in% names(now))) {
+    tell(paste0(deparse1(object$call$data), " is no longer the data of the fit; update() uses the data of the fit. Give `data` to use others"))
+  }
+  object$data
 }
 
 check_changes <- function(names, count) {
-  available <- names(formals(silvafit))
+  available <- c(setdiff(names(formals(silvafit)), "..."), names(renamed_arguments), "control", "nAGQ")
   unknown <- setdiff(if (is.null(names)) rep("", count) else names, available)
   if (length(unknown) == 0) return(invisible())
-  near <- near_argument(unknown[1], available)
-  stop_usage("silvafit() has no argument '", unknown[1], "'", if (length(near) > 0) paste0("; did you mean '", near, "'?") else available_text(available))
+  stop_unknown(unknown[1], available, "silvafit() has no argument")
 }
 
 response_values <- function(object) object$frame[[1]]
@@ -291,10 +323,12 @@ response_values <- function(object) object$frame[[1]]
 #' Fitted values and residuals
 #'
 #' @param object a fit of [silvafit()]
-#' @param level `"conditional"`, with the random effects of the groups, or `"population"`, with random effects 0; the numbers
-#'   of nlme are accepted: 0 is the population, the number of groupings the conditional level
+#' @param level `"conditional"`, with the random effects of the groups, or `"population"`, with random effects 0; the numbers and names
+#'   of nlme are accepted: 0 or `"fixed"` is the population, the number of groupings or the name of the finest the conditional level. Several levels, as in
+#'   `level = 0:1`, give a matrix
 #' @param type `"response"`: y - fitted; `"pearson"`: divided by the residual standard deviation; `"normalized"`: the
 #'   same here, because residuals are independent given the random effects
+#' @param asList as in nlme: a list with a vector for each group
 #' @param ... no further arguments; unknown names stop
 #' @return A vector with an element for each row that the fit uses; with `na.action = na.exclude`, for each row of the data.
 #' @export
@@ -303,39 +337,75 @@ response_values <- function(object) object$frame[[1]]
 #'                 random = Asym ~ 1 | Seed)
 #' head(residuals(fit, type = "pearson"))
 #' head(fitted(fit, level = "population"))
-residuals.silvafit <- function(object, level = "conditional", type = c("response", "pearson", "normalized"), ...) {
+residuals.silvafit <- function(object, level = "conditional", type = c("response", "pearson", "normalized"), asList = FALSE, ...) {
   no_further(list(...), instead = c(scaled = "use type = \"pearson\"", newdata = "residuals are those of the data of the fit"))
   needs_data(object, "residuals()")
   type <- match.arg(type)
-  values <- response_values(object) - fitted_at(object, level)
-  if (type != "response") values <- values / object$residual_sd
-  names(values) <- row.names(object$frame)
-  stats::naresid(object$na.action, values)
+  scale <- if (type == "response") 1 else object$residual_sd
+  label <- c(response = "Residuals", pearson = "Standardized residuals", normalized = "Normalized residuals")[[type]]
+  at_levels(object, level, asList, stats::naresid, label, function(one) (response_values(object) - fitted_at(object, one)) / scale)
 }
 
 #' @rdname residuals.silvafit
 #' @export
-fitted.silvafit <- function(object, level = "conditional", ...) {
+fitted.silvafit <- function(object, level = "conditional", asList = FALSE, ...) {
   no_further(list(...))
-  values <- fitted_at(object, level)
-  names(values) <- row.names(object$frame)
-  stats::napredict(object$na.action, values)
+  needs_data(object, "fitted()")
+  at_levels(object, level, asList, stats::napredict, "Fitted values", function(one) fitted_at(object, one))
+}
+
+#' @rdname residuals.silvafit
+#' @param model a fit of [silvafit()]
+#' @details `rstandard()` has the Pearson residuals.
+#' @export
+#' @importFrom stats rstandard
+rstandard.silvafit <- function(model, ...) {
+  no_further(list(...))
+  residuals.silvafit(model, type = "pearson")
+}
+
+# Values of each row at one level; at several a matrix, or as a list of groups, as in nlme.
+#
+# \param with_omitted  stats::naresid or stats::napredict
+# \param values        function of a level
+at_levels <- function(object, level, asList, with_omitted, label, values) {
+  check_flag(asList, "asList")
+  rows <- row.names(object$frame)
+  if (length(level) > 1) {
+    if (asList) stop_usage("`asList` is for one `level`")
+    table <- vapply(level, function(one) as.vector(values(level_word(object, one))), numeric(length(rows)))
+    dimnames(table) <- list(rows, if (is.numeric(level)) c("fixed", names(grouping_counts(object)))[level + 1] else level)
+    return(with_omitted(object$na.action, table))
+  }
+  word <- level_word(object, level)
+  one <- stats::setNames(as.vector(values(word)), rows)
+  if (asList) {
+    if (!has_random(object)) stop_usage("`asList` needs groups, but the fit has no random effects")
+    groups <- as.character(group_frame(object)[[if (word == "conditional") length(grouping_counts(object)) else 1]])
+    return(split(unname(one), ordered(groups, levels = unique(groups))))
+  }
+  one <- with_omitted(object$na.action, one)
+  if (isTRUE(object$has_labels)) attr(one, "label") <- paste(c(label, if (label != "Standardized residuals" && label != "Normalized residuals") attr(object$data, "units")$y), collapse = " ")
+  one
 }
 
 fitted_at <- function(object, level) {
-  needs_data(object, "fitted()")
-  level <- level_word(object, level)
+  if (level == "outer") return(stats::predict(object, object$frame, level = 1, new_groups = "population"))
   if (!level %in% c("population", "conditional")) {
     stop_usage("`level` = \"", level, "\" is for predict(); fitted values are \"population\" or \"conditional\"")
   }
   object$fitted_values[[level]]
 }
 
-# nlme counts levels from 0.
+# nlme counts levels from 0, and its names are "fixed" and the groups.
 level_word <- function(object, level) {
   if (length(level) != 1) stop_usage("`level` has to be one value")
-  if (is.character(level)) return(level)
   groupings <- length(grouping_counts(object))
+  if (is.character(level)) {
+    at <- match(level, c("fixed", names(grouping_counts(object))))
+    if (is.na(at)) return(level)
+    level <- at - 1
+  }
   if (isTRUE(level == 0)) return("population")
   if (isTRUE(level == groupings)) return("conditional")
   if (isTRUE(level == 1 && groupings == 2)) return("outer")
@@ -406,9 +476,10 @@ print.silvafit_convergence <- function(x, ...) {
 #' all.equal(fixef(again), fixef(fit))
 fit_json <- function(object, file = NULL) {
   if (!inherits(object, "silvafit")) stop_usage("`object` has to be a fit of silvafit()")
-  if (is.null(file)) return(object$json)
-  write_text(object$json, file)
-  invisible(object$json)
+  json <- engine(.Call(C_text_of_fit, object$handle))
+  if (is.null(file)) return(json)
+  write_text(json, file)
+  invisible(json)
 }
 
 write_text <- function(text, file) {
@@ -427,10 +498,14 @@ read_fit <- function(file) {
 }
 
 fit_from_json <- function(json, file, call) {
-  read <- engine(.Call(C_read_fit, json, file))
+  stored_fit(engine(.Call(C_read_fit, json, file)), call)
+}
+
+# A fit without data, from what the C++ functions return of it.
+stored_fit <- function(read, call) {
   fit <- read$fit
   formula <- tryCatch(stats::as.formula(fit$formula, env = globalenv()), error = function(e) NULL)
-  structure(list(call = call, formula = formula, texts = NULL, labels = character(), json = read$json, fit = fit, frame = NULL,
+  structure(list(call = call, formula = formula, texts = NULL, labels = character(), handle = read$handle, fit = fit, frame = NULL,
                  fitted_values = NULL, residual_sd = NULL), class = "silvafit")
 }
 

@@ -19,7 +19,7 @@
 #'   from the rows of `newdata` alone; `"combined"`, from both
 #' @param na.action for rows with missing values: `na.pass` gives NA, `na.omit` omits the rows
 #' @param threads number of threads; 0 means all cores
-#' @param ... no further arguments; unknown names stop
+#' @param ... `allow.new.levels` of lme4: TRUE is `new_groups = "population"`, FALSE `"error"`; other names stop
 #' @return A vector; with `interval` or `se.fit` a data frame with the columns `fit`, `lwr`, `upr` and `se.fit`. Calibrated predictions have the
 #'   attribute `measured`, the number of rows that calibrated the group of each row.
 #' @export
@@ -32,11 +32,15 @@
 predict.silvafit <- function(object, newdata, level = "conditional", interval = c("none", "prediction", "confidence"),
                              coverage = 0.95, se.fit = FALSE, new_groups = c("population", "marginal", "missing", "error"),
                              seen_groups = c("fitted", "new", "combined"), na.action = stats::na.pass, threads = 1, re.form, ...) {
-  no_further(list(...), instead = c(conf.level = "use coverage", type = "predictions are those of the response",
-                                    allow.new.levels = "use new_groups = \"population\" or \"error\"", asList = "use split()"))
+  no_further(list(...), "allow.new.levels", instead = c(conf.level = "use coverage", type = "predictions are those of the response", asList = "use split()"))
   if (!missing(re.form)) {
     if (!missing(level)) stop_usage("give either `level` or `re.form`")
     level <- level_of_re_form(re.form)
+  }
+  if (!is.null(list(...)$allow.new.levels)) {
+    if (!missing(new_groups)) stop_usage("give either `new_groups` or `allow.new.levels`")
+    check_flag(list(...)$allow.new.levels, "allow.new.levels")
+    new_groups <- if (list(...)$allow.new.levels) "population" else "error"
   }
   says_new <- missing(new_groups)
   interval <- match.arg(interval)
@@ -66,7 +70,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   settings <- list(level = level, new_groups = new_groups, seen_groups = seen_groups,
                    coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
                    standard_errors = se.fit, threads = threads)
-  result <- engine(.Call(C_predict_fit, object$json, plain_columns(newdata, names(newdata)), settings))
+  result <- engine(.Call(C_predict_fit, object$handle, plain_columns(newdata, names(newdata)), settings))
   if (says_new) tell_new_groups(object, newdata, settings$level, result)
   predicted(result, row.names(newdata), interval, se.fit, level, na.action)
 }
@@ -130,7 +134,7 @@ predict_levels <- function(object, newdata, levels, says_new, ...) {
   at <- function(level) if (says_new) stats::predict(object, data, level = level) else stats::predict(object, data, level = level, ...)
   columns <- lapply(levels, function(level) as.vector(at(level)))
   names(columns) <- ifelse(levels == 0, "predict.fixed", paste0("predict.", groups[pmax(levels, 1)]))
-  data.frame(as.list(data)[intersect(groups, names(data))], columns, check.names = FALSE, row.names = row.names(data))
+  data.frame(group_factors(as.list(data)[intersect(groups, names(data))]), columns, check.names = FALSE, row.names = row.names(data))
 }
 
 # The columns that the model reads. A missing response is no error unless calibration needs it.
@@ -193,7 +197,7 @@ simulate.silvafit <- function(object, nsim = 1, seed = NULL, ...) {
   check_count(nsim, "nsim", 1)
   if (is.null(seed)) seed <- sample.int(.Machine$integer.max, 1)
   check_count(seed, "seed")
-  result <- engine(.Call(C_simulate_fit, object$json, plain_columns(object$frame, names(object$frame)), nsim, seed))
+  result <- engine(.Call(C_simulate_fit, object$handle, plain_columns(object$frame, names(object$frame)), nsim, seed))
   frame <- as.data.frame(matrix(NA_real_, nrow(object$frame), nsim), row.names = row.names(object$frame))
   frame[result$rows, ] <- result$values
   names(frame) <- paste0("sim_", seq_len(nsim))

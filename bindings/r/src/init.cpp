@@ -37,7 +37,8 @@ constexpr int count(SEXP (*)(Arguments...)) {
 extern "C" __attribute__((visibility("default"))) void R_init_silvafit(DllInfo* dll) {
   static const R_CallMethodDef kEntries[] = {
       SILVAFIT_ENTRY(words_of_messages),  SILVAFIT_ENTRY(fit_model),
-      SILVAFIT_ENTRY(read_fit),           SILVAFIT_ENTRY(predict_fit),
+      SILVAFIT_ENTRY(read_fit),           SILVAFIT_ENTRY(with_estimates),
+      SILVAFIT_ENTRY(text_of_fit),        SILVAFIT_ENTRY(predict_fit),
       SILVAFIT_ENTRY(intervals_of_fit),   SILVAFIT_ENTRY(compare_fits),
       SILVAFIT_ENTRY(simulate_fit),       SILVAFIT_ENTRY(bootstrap_fit),
       SILVAFIT_ENTRY(cross_validate_fit), SILVAFIT_ENTRY(setting_names),

@@ -9,9 +9,9 @@
 #include "background.hpp"
 #include "conversion.hpp"
 #include "entry_points.hpp"
+#include "fit_handle.hpp"
 #include "settings.hpp"
 #include "silvafit/data/json_reader.hpp"
-#include "silvafit/fit/fit_json.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
@@ -131,9 +131,13 @@ SEXP impute_table(SEXP source, SEXP settings) {
         result = study::impute_table(trees, catalogue, options, reading, reports.callbacks());
       },
       shows_progress(arguments));
+  NamedList fits;
+  for (const study::ImputeModel& model : result.imputation.models) {
+    fits.add(model.label, list_of_fit(model.fit));
+  }
   NamedList list;
   list.add("columns", columns_of(study::imputed_columns(result)));
-  list.add("json", value_of(study::json_of(result)));
+  list.add("fits", fits.list());
   list.add("sentences", value_of(study::summary_of(result)));
   list.add("notes", value_of(notes));
   return list.list();
@@ -179,18 +183,19 @@ SEXP study_of(SEXP source, SEXP settings) {
 
 namespace {
 
-/// A library as its text and a description of each model.
+/// A library as its text, a description of each model, and their fits.
 cpp11::sexp list_of(const study::ModelLibrary& library) {
   nlohmann::ordered_json models = nlohmann::ordered_json::array();
+  NamedList fits;
   for (const study::LibraryModel& model : library.models) {
-    models.push_back({{"species", model.species},
-                      {"response", model.response},
-                      {"role", model.role},
-                      {"fit", fit::json_of(model.fit)}});
+    models.push_back(
+        {{"species", model.species}, {"response", model.response}, {"role", model.role}});
+    fits.add("", list_of_fit(model.fit));
   }
   NamedList list;
   list.add("json", value_of(study::to_json(library)));
   list.add("models", value_of(models));
+  list.add("fits", fits.list());
   return list.list();
 }
 

@@ -85,10 +85,10 @@ expect_equal(length(capture.output(silvafit(curve, data = Loblolly, random = Asy
 expect_equal(capture.output(quiet <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed)), character())
 
 # Held and bounded coefficients, start values with names of nlme
-held <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed, fixed = c(R0 = -8))
+held <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed, hold = c(R0 = -8))
 expect_equal(unname(fixef(held)["R0"]), -8)
 expect_true(is.na(summary(held)$tTable["R0", "Std.Error"]))
-expect_equal(class_of_error(silvafit(curve, data = Loblolly, fixed = c(nothing = 1))), "silvafit_usage_error")
+expect_equal(class_of_error(silvafit(curve, data = Loblolly, hold = c(nothing = 1))), "silvafit_usage_error")
 
 if (requireNamespace("broom", quietly = TRUE)) {
   tidy <- broom::tidy(fit, conf.int = TRUE)
@@ -118,7 +118,8 @@ loblolly_rows <- Loblolly[c(1, 20, 40), ]
 says(predict(argument_fit, loblolly_rows, levle = 0), "did you mean 'level'?")
 says(predict(argument_fit, loblolly_rows, conf.level = 0.9), "use coverage")
 says(predict(argument_fit, data = loblolly_rows), "did you mean 'newdata'?")
-says(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE), "use new_groups")
+expect_equal(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE), predict(argument_fit, loblolly_rows, new_groups = "population"))
+says(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE, new_groups = "error"), "give either")
 says(simulate(argument_fit, newdata = loblolly_rows), "unknown argument 'newdata'")
 says(confint(argument_fit, type = "profile"), "did you mean 'method'?")
 says(residuals(argument_fit, scaled = TRUE), "type = \"pearson\"")
