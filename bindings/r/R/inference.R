@@ -95,7 +95,8 @@ intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov",
     if (any(result$kind == "variance")) parts$varStruct <- rows("variance")
     parts$sigma <- rows("sigma")[1, ]
   }
-  structure(parts, level = level, notes = stats::setNames(result$note, result$name)[result$note != ""], class = "intervals.silvafit")
+  shown <- result$note != "" & (which == "all" | (result$kind == "fixed") == (which == "fixed"))
+  structure(parts, level = level, notes = stats::setNames(result$note, result$name)[shown], class = "intervals.silvafit")
 }
 
 #' @export

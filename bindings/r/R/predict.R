@@ -17,7 +17,7 @@
 #'   `"population"`, and a message names the groups that are not in the fit
 #' @param seen_groups for calibrated predictions, the effects of groups that were in the fit: `"fitted"`, those of the fit; `"new"`,
 #'   from the rows of `newdata` alone; `"combined"`, from both
-#' @param na.action for rows with missing values: `na.pass` gives NA, `na.omit` omits the rows
+#' @param na.action for rows with missing values: `na.pass` and `na.exclude` give NA, `na.omit` omits the rows, `na.fail` stops
 #' @param threads number of threads; 0 means all cores
 #' @param ... `allow.new.levels` of lme4: TRUE is `new_groups = "population"`, FALSE `"error"`; other names stop
 #' @return A vector; with `interval` or `se.fit` a data frame with the columns `fit`, `lwr`, `upr` and `se.fit`. Calibrated predictions have the
@@ -45,7 +45,8 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   says_new <- missing(new_groups)
   interval <- match.arg(interval)
   check_flag(se.fit, "se.fit")
-  if (!identical(na.action, stats::na.pass) && !identical(na.action, stats::na.omit)) stop_usage("`na.action` has to be na.pass or na.omit")
+  actions <- list(stats::na.pass, stats::na.exclude, stats::na.omit, stats::na.fail)
+  if (!any(vapply(actions, identical, NA, na.action))) stop_usage("`na.action` has to be na.pass, na.exclude, na.omit or na.fail")
   new_groups <- match.arg(new_groups)
   seen_groups <- match.arg(seen_groups)
   if (length(level) > 1 && is.numeric(level)) {
@@ -102,6 +103,7 @@ new_group_label <- "\u0001"
 
 predicted <- function(result, names, interval, se.fit, level, na.action) {
   value <- not_nan(result$value)
+  if (identical(na.action, stats::na.fail) && anyNA(value)) stop_input("row ", names[is.na(value)][1], " has no prediction because of missing values or a new level")
   if (interval == "none" && !se.fit) {
     output <- stats::setNames(value, names)
   } else {

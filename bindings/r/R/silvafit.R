@@ -20,7 +20,8 @@
 #' **Random effects.** `random = a + b ~ 1 | plot` gives the parameters `a` and `b` an effect for each plot;
 #' `a ~ 1 | stand/plot` nests plots in stands; `list(stand = a ~ 1, plot = a + b ~ 1)` gives both groupings
 #' their own effects. Crossed groupings are not available: labels of plots that
-#' recur in several stands are an error unless nesting is written, `list(a ~ 1 | stand, a + b ~ 1 | stand/plot)`. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent.
+#' recur in several stands are an error unless nesting is written, `list(a ~ 1 | stand, a + b ~ 1 | stand/plot)`. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent;
+#' a list without groups, `list(a ~ 1, b ~ 1)`, is one correlated term, as in nlme. Its groups are `groups`, or those of a groupedData.
 #' A term of \pkg{lme4} in the formula, as in `h ~ a + b * dbh + (1 | plot)`, is read if each of its effects is that of one parameter.
 #' The classes `pdDiag`, `pdIdent`, `pdSymm` and `pdBlocked` of \pkg{nlme} can be used, or `covariance`.
 #'
@@ -28,6 +29,10 @@
 #' effects. `"laplace"`, `"focei"`, `"foce"` and `"agq"` (adaptive Gauss-Hermite quadrature) maximize the marginal
 #' likelihood, which is better for few observations in a group. `"gnls"` (the default with a variance function) and
 #' `"ols"` are least squares.
+#'
+#' **Calls of nlme and lme4.** These arguments can be used, too: `model` for `formula`; `fixed` or `params` for `parameters`; `weights` for `variance`; `verbose` for `trace`; `REML` for
+#' `reml`; `method = "ML"` or `"REML"`; `nAGQ`, the number of quadrature points, of which one is `"laplace"`; `control`, of which `maxIter` and `msVerbose` are used and a
+#' message names other values that are not the default.
 #'
 #' A fit that has not converged gives a warning with the reason; [convergence()] has the evidence. A fit can be
 #' interrupted.
@@ -42,9 +47,10 @@
 #' @param variance variance function of the residuals: an object of nlme such as `varPower(form = ~ dbh)`, or a text:
 #'   `"power"`, `"exponential"`, `"constant-plus-power"`, `"power(dbh)"`, `"power(fitted | species)"`,
 #'   `"stratum(species)"`, products with `*`
-#' @param method `"lb"`, `"laplace"`, `"focei"`, `"foce"`, `"agq"`, `"gnls"` or `"ols"`
+#' @param method `"lb"`, `"laplace"`, `"focei"`, `"foce"`, `"agq"`, `"gnls"` or `"ols"`; or `"ML"` or `"REML"` of nlme
 #' @param reml restricted maximum likelihood, for `"lb"` and `"gnls"`
-#' @param start named vector of start values, never needed; they are tried in addition to those that are found
+#' @param start named vector of start values, never needed; they are tried in addition to those that are found. Without names they have the order of
+#'   `parameters`
 #' @param hold named vector of coefficients that are held at a value
 #' @param lower,upper named vectors of bounds of coefficients
 #' @param subset condition on the rows, evaluated in `data`
@@ -74,6 +80,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   own <- own_arguments(list(...), call, method)
   call <- own$call
   for (name in names(own$values)) assign(name, own$values[[name]])
+  if (missing(formula)) stop_usage("`formula` is missing: the model with its parameters, such as h ~ 1.3 + a * (1 - exp(-b * dbh)), or h ~ b0 + b1 * dbh")
   # update() has to find the formulas, not the names of variables that had them.
   formula <- as_formula(formula, "formula")
   call$formula <- formula

@@ -33,7 +33,9 @@ as_formula <- function(value, argument) {
     value <- tryCatch(stats::as.formula(value, env = globalenv()),
                       error = function(e) stop_formula("`", argument, "`: '", value, "' cannot be read as a formula"))
   }
-  if (!inherits(value, "formula")) stop_usage("`", argument, "`: ", deparse1(value), " is not a formula")
+  if (!inherits(value, "formula")) {
+    stop_usage("`", argument, "`: ", if (is.language(value) || length(value) == 1) deparse1(value) else paste("an object of class", class(value)[1]), " is not a formula")
+  }
   value
 }
 

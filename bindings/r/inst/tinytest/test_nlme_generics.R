@@ -118,6 +118,13 @@ same(augPred(own)$weight, augPred(least)$weight, 1e-4)
 expect_null(getGroups(own))
 expect_error(pairs(own), "no random effects", class = "silvafit_usage_error")
 
+# A list of formulas without groups is one correlated term, as in nlme; formulas with groups of their own are independent.
+joint <- nlme(logistic, data = Soybean, fixed = Asym + xmid + scal ~ 1, random = list(Asym ~ 1, xmid ~ 1), groups = ~ Plot, start = c(19, 55, 8), control = tight)
+own <- silvafit(logistic, data = Soybean, random = list(Asym ~ 1, xmid ~ 1), groups = ~ Plot)
+expect_equal(as.numeric(logLik(own)), as.numeric(logLik(joint)), tolerance = 1e-6)
+expect_equal(as.vector(VarCorr(own)$Plot), as.vector(getVarCov(own)))
+expect_equal(attr(VarCorr(own)$Plot, "correlation")[1, 2], as.numeric(VarCorr(joint)["xmid", "Corr"]), tolerance = 5e-3)
+
 # weights, method, nAGQ and REML are variance, reml and agq_points.
 powered <- silvafit(logistic, data = Soybean, random = Asym ~ 1 | Plot, weights = varPower())
 expect_equal(logLik(powered), logLik(silvafit(logistic, data = Soybean, random = Asym ~ 1 | Plot, variance = "power")))
@@ -134,6 +141,10 @@ says(silvafit(logistic, Soybean, weights = varPower(), variance = "power"), "giv
 says(silvafit(logistic, Soybean, fixed = c(Asym = 19)), "use hold = c(")
 says(silvafit(logistic, Soybean, correlation = corAR1()), "residuals are independent")
 says(silvafit(logistic, Soybean, control = list(maxIt = 5)), "did you mean 'maxIter'?")
+says(silvafit(fixed = weight ~ Time, data = Soybean, random = ~ 1 | Plot), "`formula` is missing")
+gap <- transform(Soybean[1:3, ], Time = c(NA, 20, 30))
+says(predict(powered, gap, na.action = na.fail), "no prediction because of missing values")
+expect_equal(names(predict(powered, gap, na.action = na.omit)), rownames(Soybean)[2:3])
 says(update(powered, weigths = NULL), "did you mean 'weights'?")
 says(ACF(ours, maxlag = 3), "did you mean 'maxLag'?")
 says(augPred(ours, levle = 1), "did you mean 'level'?")
