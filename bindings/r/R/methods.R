@@ -156,6 +156,7 @@ as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE
 #'
 #' @inheritParams estimates
 #' @param formula as in the generic
+#' @param ... no further arguments; unknown names stop
 #' @return What the generics of \pkg{stats} return.
 #' @name likelihood
 #' @examples

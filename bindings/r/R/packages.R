@@ -143,6 +143,7 @@ get_variance.silvafit <- function(x, component = "all", ...) {
 }
 
 #' @rdname performance-methods
+#' @method find_statistic silvafit
 #' @exportS3Method insight::find_statistic
 find_statistic.silvafit <- function(x, ...) "t-statistic"
 
@@ -164,6 +165,7 @@ degrees_of_freedom.silvafit <- function(model, ...) as.vector(fixed_table(model)
 
 #' @rdname performance-methods
 #' @param ci coverage of the intervals
+#' @method ci silvafit
 #' @exportS3Method bayestestR::ci
 ci.silvafit <- function(x, ci = 0.95, ...) {
   limits <- unclass(stats::confint(x, names(fixef(x)), level = ci))
@@ -202,19 +204,23 @@ modelparm.silvafit <- function(model, coef. = fixef, vcov. = vcov.silvafit, df =
 
 #' @rdname performance-methods
 #' @param object a fit of [silvafit()]
+#' @method ngrps silvafit
 #' @exportS3Method lme4::ngrps
 ngrps.silvafit <- function(object, ...) grouping_counts(object)
 
 #' @rdname performance-methods
+#' @method isREML silvafit
 #' @exportS3Method lme4::isREML
 isREML.silvafit <- function(x, ...) isTRUE(x$fit$reml)
 
 #' @rdname performance-methods
+#' @method get_coef silvafit
 #' @exportS3Method marginaleffects::get_coef
 get_coef.silvafit <- function(model, ...) fixef(model)
 
 #' @rdname performance-methods
 #' @param coefs fixed effects in the place of those of the fit
+#' @method set_coef silvafit
 #' @exportS3Method marginaleffects::set_coef
 set_coef.silvafit <- function(model, coefs, ...) {
   model$handle <- engine(.Call(C_with_estimates, model$handle, as.numeric(coefs)))
@@ -223,12 +229,14 @@ set_coef.silvafit <- function(model, coefs, ...) {
 
 #' @rdname performance-methods
 #' @param vcov as in the generic
+#' @method get_vcov silvafit
 #' @exportS3Method marginaleffects::get_vcov
 get_vcov.silvafit <- function(model, vcov = NULL, ...) if (is.matrix(vcov)) vcov else vcov.silvafit(model)
 
 #' @rdname performance-methods
 #' @param newdata data frame
 #' @details For \pkg{marginaleffects}, whose predictions are those of the population, set `options(marginaleffects_model_classes = "silvafit")`.
+#' @method get_predict silvafit
 #' @exportS3Method marginaleffects::get_predict
 get_predict.silvafit <- function(model, newdata = model$frame, type = "response", ...) {
   data.frame(rowid = seq_len(nrow(newdata)), estimate = as.vector(stats::predict(model, newdata, level = "population")))
