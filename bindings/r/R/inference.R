@@ -28,6 +28,9 @@
 confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile"), threads = 1, ...) {
   no_further(list(...), instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
   check_count(threads, "threads")
+  if (identical(method, "boot")) stop_usage("use bootstrap() for intervals of a bootstrap")
+  # lme4 writes "Wald".
+  if (is.character(method)) method <- tolower(method)
   result <- parameter_intervals(object, level, match.arg(method), threads)
   half <- (1 - level) / 2
   table <- cbind(result$lower, result$upper)
@@ -258,53 +261,4 @@ print.anova.silvafit <- function(x, digits = max(getOption("digits") - 2, 3), ..
   print(shown)
   print_notes(attr(x, "notes"))
   invisible(x)
-}
-
-#' Drop terms of the sub-models one at a time
-#'
-#' Refits the model without each term of the sub-models of its parameters that no other term contains.
-#'
-#' @param object a fit of [silvafit()] by maximum likelihood
-#' @param scope terms to drop, such as `"a:species"`; all that can be dropped by default
-#' @param scale 0, as in the generic
-#' @param test `"Chisq"`, likelihood-ratio tests, or `"none"`
-#' @param k penalty of a parameter in `AIC`
-#' @param trace show the fits
-#' @param ... no further arguments; unknown names stop
-#' @return Data frame of class `anova` with a row for each term.
-#' @export
-#' @importFrom stats drop1
-#' @examples
-#' \donttest{
-#' fit <- silvafit(weight ~ a / (1 + exp((m - Time) / s)), data = nlme::Soybean,
-#'                 parameters = list(a ~ Variety, m ~ Year), random = a ~ 1 | Plot)
-#' drop1(fit)
-#' }
-drop1.silvafit <- function(object, scope = NULL, scale = 0, test = c("Chisq", "none"), k = 2, trace = FALSE, ...) {
-  no_further(list(...))
-  test <- match.arg(test)
-  if (isTRUE(object$fit$reml)) stop_usage("fits by REML with different fixed effects cannot be compared; use drop1(update(fit, method = \"ML\"))")
-  formulas <- sub_model_formulas(object$arguments$parameters)
-  droppable <- unlist(lapply(names(formulas), function(parameter) {
-    terms <- stats::drop.scope(formulas[[parameter]])
-    stats::setNames(rep(parameter, length(terms)), terms)
-  }))
-  names <- paste0(droppable, ":", names(droppable))
-  if (length(droppable) == 0) stop_usage("no parameter has a sub-model with a term to drop")
-  if (!is.null(scope) && length(setdiff(scope, names)) > 0) stop_usage("`scope`: unknown term '", setdiff(scope, names)[1], "'; available: ", paste(names, collapse = ", "))
-  chosen <- if (is.null(scope)) seq_along(names) else match(scope, names)
-  smaller <- lapply(chosen, function(i) {
-    if (trace) cat("without", names[i], "\n")
-    formulas[[droppable[i]]] <- stats::update(formulas[[droppable[i]]], paste("~ . -", names(droppable)[i]))
-    do.call(update.silvafit, list(object, parameters = formulas))
-  })
-  all <- c(list(object), smaller)
-  likelihood <- vapply(all, function(fit) as.numeric(logLik(fit)), 0)
-  count <- vapply(all, function(fit) as.integer(fit$fit$k), 0L)
-  table <- data.frame(Df = c(NA, count[1] - count[-1]), AIC = -2 * likelihood + k * count, row.names = c("<none>", names[chosen]))
-  if (test == "Chisq") {
-    table$LRT <- c(NA, 2 * (likelihood[1] - likelihood[-1]))
-    table$`Pr(>Chi)` <- stats::pchisq(table$LRT, table$Df, lower.tail = FALSE)
-  }
-  structure(table, heading = c("Single term deletions", "\nModel:", deparse1(object$formula), ""), class = c("anova", "data.frame"))
 }

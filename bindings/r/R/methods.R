@@ -50,14 +50,12 @@ ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
   if (length(terms) == 0) stop_usage("the fit has no random effects")
   call <- match.call()
   call[intersect(c("se", "condVar"), names(call))] <- NULL
-  effects <- by_nlme("ranef", call, parent.frame(), also = c("se", "condVar"), with_data = isTRUE(list(...)$augFrame))
+  effects <- by_nlme("ranef", call, parent.frame(), also = c("se", "condVar"))
   if (!se && !condVar) return(effects)
-  if (!is.data.frame(effects) || isTRUE(list(...)$standard)) {
-    if (length(terms) == 1 || !is.data.frame(effects[[1]])) stop_usage("`se` and `condVar` are those of effects that are not standardized")
-    for (group in names(effects)) effects[[group]] <- with_uncertainty(effects[[group]], terms[[group]], se, condVar)
-    return(effects)
-  }
-  with_uncertainty(effects, terms[[attr(effects, "level")]], se, condVar)
+  if (attr(effects, "standardized")) stop_usage("`se` and `condVar` are those of effects that are not standardized")
+  if (is.data.frame(effects)) return(with_uncertainty(effects, terms[[attr(effects, "level")]], se, condVar))
+  for (group in names(effects)) effects[[group]] <- with_uncertainty(effects[[group]], terms[[group]], se, condVar)
+  effects
 }
 
 with_uncertainty <- function(effects, term, se, condVar) {
@@ -245,78 +243,6 @@ terms.silvafit <- function(x, ...) {
   # The response and the columns that the mean reads; the formula itself is not linear.
   columns <- setdiff(names(x$frame), c(deparse1(x$formula[[2]]), names(grouping_counts(x))))
   stats::terms(stats::reformulate(if (length(columns) > 0) vapply(columns, name_text, "") else "1", x$formula[[2]], env = environment(x$formula)))
-}
-
-#' Refit with other arguments
-#'
-#' The values of the other arguments are those of the fit, so that fits made in functions or loops can be updated. The data are those of
-#' the fit, too; if their name now has a data frame with further columns, these can be used.
-#'
-#' @param object a fit of [silvafit()]
-#' @param formula. new formula; a `.` on a side stands for that side of the old formula
-#' @param ... arguments of [silvafit()] to change; `NULL` removes one
-#' @param evaluate fit, or return the call
-#' @return The new fit, or its call.
-#' @export
-#' @importFrom stats update
-#' @examples
-#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
-#'                 random = Asym ~ 1 | Seed)
-#' update(fit, variance = "power")
-update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
-  needs_data(object, "update()")
-  check_flag(evaluate, "evaluate")
-  changes <- as.list(substitute(list(...)))[-1]
-  check_changes(names(changes), length(changes))
-  call <- object$call
-  values <- object$arguments
-  if (!missing(formula.)) values$formula <- call$formula <- updated_formula(as_formula(formula., "formula."), object$formula)
-  for (i in seq_along(changes)) {
-    name <- own_name(names(changes)[i])
-    # Of nlme's methods "ML" and "REML" and the own argument the new one counts.
-    same <- if (name == "method") c("method", "reml") else name
-    call[intersect(same, names(call))] <- NULL
-    values[same] <- NULL
-    if (!is.null(changes[[i]])) call[[name]] <- changes[[i]]
-    if (name != "subset") values[name] <- list(...elt(i))
-  }
-  if (!evaluate) return(call)
-  if (!"data" %in% names(values)) values["data"] <- list(data_for_update(object, parent.frame()))
-  values["subset"] <- list(call$subset)
-  fit <- do.call(silvafit, values, envir = parent.frame())
-  # The call of do.call() has values in the place of expressions.
-  given <- Filter(Negate(is.null), as.list(fit$call)[-1])
-  shown <- intersect(names(given), names(call))
-  given[shown] <- as.list(call)[shown]
-  fit$call <- as.call(c(call[[1]], given))
-  fit
-}
-
-own_name <- function(name) if (name %in% names(renamed_arguments)) renamed_arguments[[name]] else name
-
-# A `.` on a side of the new formula is that side of the old one.
-updated_formula <- function(formula, old) {
-  for (side in 2:3) formula[[side]] <- strip_parentheses(do.call(substitute, list(formula[[side]], list(. = call("(", old[[side]])))))
-  formula
-}
-
-# The data of the fit, or what has their name now if it only has further columns.
-data_for_update <- function(object, frame) {
-  now <- tryCatch(eval(object$call$data, frame), error = function(e) NULL)
-  if (!is.data.frame(now) || identical(now, object$data)) return(object$data)
-  columns <- names(object$data)
-  if (all(columns %in% names(now)) && identical(as.list(now)[columns], as.list(object$data))) return(now)
-  if (all(names(object$frame) %in% names(now))) {
-    tell(paste0(deparse1(object$call$data), " is no longer the data of the fit; update() uses the data of the fit. Give `data` to use others"))
-  }
-  object$data
-}
-
-check_changes <- function(names, count) {
-  available <- c(setdiff(names(formals(silvafit)), "..."), names(renamed_arguments), "control", "nAGQ")
-  unknown <- setdiff(if (is.null(names)) rep("", count) else names, available)
-  if (length(unknown) == 0) return(invisible())
-  stop_unknown(unknown[1], available, "silvafit() has no argument")
 }
 
 response_values <- function(object) object$frame[[1]]

@@ -86,19 +86,25 @@ getVarCov.silvafit <- function(obj, level = length(grouping_counts(obj)), type =
   structure(terms[[level]]$covariance, class = c("random.effects", "VarCov"), group.levels = names(terms)[level])
 }
 
+# The groups that have random effects, where no data are needed. Labels of the finer ones begin with that of the coarser one, a slash in it written as %2F.
+groups_of_effects <- function(terms) {
+  if (length(terms) == 0) return(NULL)
+  labels <- rownames(terms[[length(terms)]]$modes)
+  columns <- if (length(terms) == 1) list(labels) else list(gsub("%2F", "/", sub("/.*", "", labels), fixed = TRUE), labels)
+  as.data.frame(stats::setNames(lapply(columns, function(one) factor(one, unique(one))), names(terms)), optional = TRUE)
+}
+
 # A fit with the elements that methods of nlme read besides generics (?nlme::lmeObject, ?nlme::gnlsObject).
 #
-# \param with_data  also what needs the data
+# \param with_data  with what needs the data
 view_for_nlme <- function(object, with_data = TRUE) {
   terms <- random_terms_of(object)
   object$dims <- list(N = nobs(object), Q = length(terms))
   object$sigma <- sigma(object)
   object$coefficients <- list(fixed = fixef(object), random = lapply(terms, function(term) as.matrix(term$modes)))
   object$modelStruct <- list(reStruct = lapply(terms, function(term) term$covariance / object$sigma^2))
-  if (with_data) {
-    object$groups <- group_frame(object)
-    object$call$data <- getData.silvafit(object)
-  }
+  object$groups <- if (with_data) group_frame(object) else groups_of_effects(terms)
+  if (with_data) object$call$data <- getData.silvafit(object)
   # Residuals have the rows of getData(), and labels for the axes of plots.
   object$na.action <- NULL
   object$has_labels <- TRUE
@@ -112,23 +118,27 @@ view_for_nlme <- function(object, with_data = TRUE) {
 # \param frame    where its arguments are evaluated
 # \param also     further names that its `...` accepts
 # \param fits     arguments that are fits
-by_nlme <- function(generic, call, frame, also = character(), fits = names(call)[2], with_data = TRUE) {
-  where <- new.env(parent = frame)
-  for (argument in fits) {
-    expression <- call[[argument]]
-    object <- eval(expression, frame)
-    if (!inherits(object, "silvafit")) stop_usage("`", argument, "` has to be a fit of silvafit()")
-    if (with_data) needs_data(object, paste0(generic, "()"))
-    # Results and plots have the names of the fits.
-    name <- if (is.language(expression)) deparse1(expression) else argument
-    assign(name, view_for_nlme(object, with_data), where)
-    call[[argument]] <- as.name(name)
-  }
-  method <- utils::getS3method(generic, if (has_random(object)) "lme" else "gls", optional = TRUE, envir = asNamespace("nlme"))
+by_nlme <- function(generic, call, frame, also = character(), fits = names(call)[2]) {
+  objects <- lapply(fits, function(argument) eval(call[[argument]], frame))
+  for (i in seq_along(fits)) if (!inherits(objects[[i]], "silvafit")) stop_usage("`", fits[i], "` has to be a fit of silvafit()")
+  method <- utils::getS3method(generic, if (has_random(objects[[1]])) "lme" else "gls", optional = TRUE, envir = asNamespace("nlme"))
   if (is.null(method)) stop_usage("the fit has no random effects, which ", generic, "() shows")
+  # Names may be shortened, as in ranef(fit, aug = TRUE).
   own <- setdiff(names(formals(method)), c(fits, "..."))
+  whole <- own[pmatch(names(call), own)]
+  names(call)[!is.na(whole)] <- whole[!is.na(whole)]
   unknown <- setdiff(names(call)[-1], c(own, also, fits, ""))
   if (length(unknown) > 0) stop_unknown(unknown[1], c(own, also), shown = if (length(also) > 20) own else c(also, own))
+  # Tables of effects need no data unless they have its columns.
+  with_data <- !generic %in% c("ranef", "coef") || isTRUE(eval(call$augFrame, frame))
+  where <- new.env(parent = frame)
+  for (i in seq_along(fits)) {
+    if (with_data) needs_data(objects[[i]], paste0(generic, "()"))
+    # Results and plots have the names of the fits.
+    name <- if (is.language(call[[fits[i]]])) deparse1(call[[fits[i]]]) else fits[i]
+    assign(name, view_for_nlme(objects[[i]], with_data), where)
+    call[[fits[i]]] <- as.name(name)
+  }
   call[[1]] <- method
   eval(call, where)
 }

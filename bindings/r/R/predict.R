@@ -183,7 +183,7 @@ without_inner_groups <- function(object, newdata) {
 #' @param object a fit of [silvafit()]
 #' @param nsim number of replicates
 #' @param seed seed of the random numbers; without it, it is drawn by R, so that [set.seed()] has effect
-#' @param ... no further arguments; unknown names stop
+#' @param ... `re.form = NA` and `use.u = FALSE` of lme4, which mean new random effects; other values and names stop
 #' @return Data frame with a column `sim_1`, `sim_2`, ... for each replicate, and the attribute `seed`.
 #' @export
 #' @importFrom stats simulate
@@ -193,8 +193,9 @@ without_inner_groups <- function(object, newdata) {
 #' simulated <- simulate(fit, nsim = 3, seed = 1)
 #' head(simulated)
 simulate.silvafit <- function(object, nsim = 1, seed = NULL, ...) {
-  no_further(list(...), instead = c(newdata = "simulate() draws on the rows of the fit",
-                                    re.form = "simulate() draws new random effects for all groups", use.u = "simulate() draws new random effects for all groups"))
+  no_further(list(...), c("re.form", "use.u"), c(newdata = "simulate() draws on the rows of the fit"))
+  keeps_effects <- isTRUE(list(...)$use.u) || ("re.form" %in% names(list(...)) && level_of_re_form(list(...)$re.form) == "conditional")
+  if (keeps_effects) stop_usage("simulate() draws new random effects for all groups")
   needs_data(object, "simulate()")
   check_count(nsim, "nsim", 1)
   if (is.null(seed)) seed <- sample.int(.Machine$integer.max, 1)

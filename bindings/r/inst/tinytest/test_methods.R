@@ -121,6 +121,10 @@ says(predict(argument_fit, data = loblolly_rows), "did you mean 'newdata'?")
 expect_equal(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE), predict(argument_fit, loblolly_rows, new_groups = "population"))
 says(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE, new_groups = "error"), "give either")
 says(simulate(argument_fit, newdata = loblolly_rows), "unknown argument 'newdata'")
+expect_equal(simulate(argument_fit, seed = 3, re.form = NA, use.u = FALSE), simulate(argument_fit, seed = 3))
+says(simulate(argument_fit, re.form = NULL), "draws new random effects")
+expect_equal(confint(argument_fit, method = "Wald"), confint(argument_fit))
+says(confint(argument_fit, method = "boot"), "use bootstrap()")
 says(confint(argument_fit, type = "profile"), "did you mean 'method'?")
 says(residuals(argument_fit, scaled = TRUE), "type = \"pearson\"")
 says(ranef(argument_fit, drop = TRUE), "available: se, condVar")
@@ -151,6 +155,9 @@ expect_error(predict(argument_fit, loblolly_rows["age"]), "level = \"population\
 argument_file <- tempfile(fileext = ".json")
 fit_json(argument_fit, argument_file)
 without_data <- read_fit(argument_file)
+# The order of its groups is that of the file.
+groups <- rownames(coef(argument_fit))
+for (extract in list(coef, ranef)) expect_equal(as.matrix(extract(without_data)[groups, , drop = FALSE]), as.matrix(extract(argument_fit)))
 for (method in c("residuals", "fitted", "terms", "model.frame", "update")) {
   says(do.call(get(method), list(without_data)), "has no data")
 }

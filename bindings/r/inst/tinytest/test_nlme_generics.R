@@ -38,6 +38,7 @@ expect_error(fitted(ours, level = 2), "`level` has to be", class = "silvafit_usa
 # Tables of random effects and coefficients, with their classes and order of groups
 expect_equal(ranef(ours), ranef(theirs), tolerance = 1e-3)
 expect_equal(ranef(ours, augFrame = TRUE, standard = TRUE), ranef(theirs, augFrame = TRUE, standard = TRUE), tolerance = 1e-3)
+expect_equal(ranef(ours, aug = TRUE, stand = TRUE), ranef(ours, augFrame = TRUE, standard = TRUE))
 expect_equal(coef(ours), coef(theirs), tolerance = 1e-5)
 
 # Correlation of residuals and predictions over a covariate
@@ -88,6 +89,8 @@ if (file == "") {
   expect_equal(ACF(own), ACF(nested), tolerance = 1e-3)
   expect_equal(coef(own, level = 1), coef(nested, level = 1), tolerance = 1e-5)
   same(ranef(own), ranef(nested), 1e-3)
+  expect_equal(dim(attr(ranef(own, condVar = TRUE)$plot, "postVar")), c(2L, 2L, 32L))
+  expect_equal(attr(ranef(own, se = TRUE, level = 1), "se")$a, sqrt(attr(ranef(own, condVar = TRUE)$stand, "postVar")[1, 1, ]), check.attributes = FALSE)
   same(augPred(own, ~ dbh, level = 0:2, length.out = 5), augPred(nested, ~ dbh, level = 0:2, length.out = 5), 1e-4)
 
   # Rows with missing values
@@ -169,4 +172,5 @@ changed$half <- changed$age / 2
 expect_equal(names(fixef(update(one, fixed = lrc ~ half))), c("Asym", "R0", "lrc", "lrc:half"))
 changed$height <- 2 * changed$height
 expect_message(expect_equal(logLik(update(one, starts = 1)), logLik(one), tolerance = 1e-8), "no longer the data of the fit", class = "silvafit_note")
+expect_equal(update(one, log(.) ~ ., evaluate = FALSE)$formula, log(height) ~ SSasymp(age, Asym, R0, lrc))
 expect_equal(unname(fixef(update(one, data = changed))["Asym"]), 2 * unname(fixef(one)["Asym"]), tolerance = 1e-5)
