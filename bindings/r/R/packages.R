@@ -168,8 +168,16 @@ degrees_of_freedom.silvafit <- function(model, ...) as.vector(fixed_table(model)
 #' @method ci silvafit
 #' @exportS3Method bayestestR::ci
 ci.silvafit <- function(x, ci = 0.95, ...) {
-  limits <- unclass(stats::confint(x, names(fixef(x)), level = ci))
+  limits <- fixed_limits(x, ci)
   data.frame(Parameter = rownames(limits), CI = ci, CI_low = as.vector(limits[, 1]), CI_high = as.vector(limits[, 2]))
+}
+
+# Wald intervals of the fixed effects; those that are held have none.
+fixed_limits <- function(x, level) {
+  limits <- unclass(stats::confint(x, level = level))
+  limits <- limits[match(names(fixef(x)), rownames(limits)), , drop = FALSE]
+  rownames(limits) <- names(fixef(x))
+  limits
 }
 
 #' @rdname performance-methods
@@ -180,7 +188,7 @@ coeftest.silvafit <- function(x, vcov. = NULL, df = NULL, ...) {
   no_further(list(...), "save")
   table <- fixed_table(x)
   covariance <- if (is.function(vcov.)) vcov.(x) else if (is.null(vcov.)) vcov.silvafit(x) else vcov.
-  error <- sqrt(diag(covariance))
+  error <- ifelse(is.na(table[, "Std.Error"]), NA, sqrt(diag(covariance)))
   if (is.null(df)) df <- table[, "DF"]
   t <- table[, "Value"] / error
   result <- cbind(Estimate = table[, "Value"], "Std. Error" = error, "t value" = t, "Pr(>|t|)" = 2 * stats::pt(-abs(t), df))
@@ -190,7 +198,10 @@ coeftest.silvafit <- function(x, vcov. = NULL, df = NULL, ...) {
 #' @rdname performance-methods
 #' @param parm,level as in [confint.silvafit()]
 #' @exportS3Method lmtest::coefci
-coefci.silvafit <- function(x, parm = names(fixef(x)), level = 0.95, ...) unclass(stats::confint(x, parm, level = level, ...))
+coefci.silvafit <- function(x, parm = names(fixef(x)), level = 0.95, ...) {
+  no_further(list(...))
+  fixed_limits(x, level)[parm, , drop = FALSE]
+}
 
 #' @rdname performance-methods
 #' @param coef. the fixed effects, or a function of the fit

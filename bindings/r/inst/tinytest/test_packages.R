@@ -68,6 +68,14 @@ if (there("ggplot2")) {
   expect_equal(ggplot2::fortify(fit)$.stdresid, as.vector(resid(fit, type = "pearson")))
   expect_equal(names(ggplot2::fortify(fit))[1:4], c("distance", "age", "Subject", ".fitted"))
 }
+# Coefficients that are held have no errors.
+held <- silvafit(distance ~ a + b * age, data = nlme::Orthodont, random = a ~ 1 | Subject, hold = c(b = 0.5))
+if (there("parameters")) expect_equal(is.na(parameters::model_parameters(held, effects = "fixed")$CI_low), c(FALSE, TRUE))
+if (there("lmtest")) {
+  expect_equal(is.na(lmtest::coeftest(held)[, "Pr(>|t|)"]), c(a = FALSE, b = TRUE))
+  expect_equal(lmtest::coefci(held)["a", ], confint(held, "a")[1, ])
+}
+
 # What marginaleffects calls: coefficients in the place of those of the fit change predictions as the model says.
 moved <- silvafit:::set_coef.silvafit(fit, c(1, 2))
 expect_equal(silvafit:::get_predict.silvafit(moved, data.frame(age = c(3, 5)))$estimate, c(7, 11))
