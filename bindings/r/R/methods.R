@@ -390,9 +390,10 @@ print.silvafit_convergence <- function(x, ...) {
 #' reads one, for example the output of `silvafit fit --json`.
 #'
 #' @param object a fit of [silvafit()]
-#' @param file file to write or to read; without it `fit_json()` returns the text
-#' @return `fit_json()`: the text, invisibly if a file is written. `read_fit()`: an object of class `silvafit` without data: estimates and
-#'   predictions are available, but not residuals or profiles.
+#' @param file file to write or to read; without it `fit_json()` returns the text. `read_fit()` also takes a fit without data, such as those of
+#'   [read_library()] and [impute()]
+#' @return `fit_json()`: the text, invisibly if a file is written. `read_fit()`: an object of class `silvafit`. Without `data` estimates and
+#'   predictions are available; with the data of the fit also residuals, plots, intervals and the bootstrap.
 #' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
@@ -401,6 +402,7 @@ print.silvafit_convergence <- function(x, ...) {
 #' fit_json(fit, file)
 #' again <- read_fit(file)
 #' all.equal(fixef(again), fixef(fit))
+#' head(residuals(read_fit(file, Loblolly)))
 fit_json <- function(object, file = NULL) {
   if (!inherits(object, "silvafit")) stop_usage("`object` has to be a fit of silvafit()")
   json <- engine(.Call(C_text_of_fit, object$handle))
@@ -416,16 +418,18 @@ write_text <- function(text, file) {
 }
 
 #' @rdname fit_json
+#' @param data the data that the model was fitted to; they are not in the file
 #' @export
-read_fit <- function(file) {
-  if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be the path of one file")
-  if (!file.exists(file) || dir.exists(file)) stop_input(file, ": there is no such file")
-  json <- paste(readLines(file, encoding = "UTF-8", warn = FALSE), collapse = "\n")
-  fit_from_json(json, file, match.call())
-}
-
-fit_from_json <- function(json, file, call) {
-  stored_fit(engine(.Call(C_read_fit, json, file)), call)
+read_fit <- function(file, data = NULL) {
+  if (!inherits(file, "silvafit")) {
+    if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be the path of one file, or a fit")
+    if (!file.exists(file) || dir.exists(file)) stop_input(file, ": there is no such file")
+    json <- paste(readLines(file, encoding = "UTF-8", warn = FALSE), collapse = "\n")
+    object <- stored_fit(engine(.Call(C_read_fit, json, file)), match.call())
+  } else {
+    object <- file
+  }
+  if (is.null(data)) object else with_data(object, data)
 }
 
 # A fit without data, from what the C++ functions return of it.
@@ -436,6 +440,30 @@ stored_fit <- function(read, call) {
                  fitted_values = NULL, residual_sd = NULL), class = "silvafit")
 }
 
+with_data <- function(object, data) {
+  given <- data
+  data <- check_data(data)
+  if (is.null(object$formula)) stop_usage("the formula of the fit, ", object$fit$formula, ", has no meaning in R")
+  response <- response_of(object$formula, data)
+  data[[response$name]] <- if (is.null(response$values)) data[[response$name]] else response$values
+  fit <- object$fit
+  of_variance <- unlist(lapply(c(list(fit$variance), fit$variance$factors), function(one) c(one$of, one$strata)))
+  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), names(fit$groups), of_variance)), names(data))
+  frame <- data[columns]
+  result <- engine(.Call(C_rows_of_fit, object$handle, plain_columns(frame, columns)))
+  mae <- mean(abs(result$observed - result$population))
+  if (length(result$rows) != fit$n || !isTRUE(all.equal(mae, fit$statistics$population$mae, tolerance = 1e-6))) {
+    stop_input("`data` are not the data of the fit: they have ", length(result$rows), " complete rows with the mean absolute error ", signif(mae, 6),
+               ", the fit has ", fit$n, " with ", signif(fit$statistics$population$mae, 6))
+  }
+  object$frame <- rows_of(frame, result$rows)
+  object$data <- given
+  object$rows <- result$rows
+  object$fitted_values <- result[c("population", "conditional")]
+  object$residual_sd <- result$residual_sd
+  object
+}
+
 needs_data <- function(object, what) {
-  if (is.null(object$frame)) stop_usage("the fit was read from a file and has no data, which ", what, " needs")
+  if (is.null(object$frame)) stop_usage("the fit has no data, which ", what, " needs; read_fit(fit, data) adds them")
 }

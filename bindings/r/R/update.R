@@ -18,7 +18,7 @@
 #'                 random = Asym ~ 1 | Seed)
 #' update(fit, variance = "power")
 update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
-  needs_data(object, "update()")
+  needs_call(object, "update()")
   check_flag(evaluate, "evaluate")
   changes <- as.list(substitute(list(...)))[-1]
   check_changes(names(changes), length(changes))
@@ -44,6 +44,10 @@ update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
   given[shown] <- as.list(call)[shown]
   fit$call <- as.call(c(call[[1]], given))
   fit
+}
+
+needs_call <- function(object, what) {
+  if (is.null(object$arguments)) stop_usage("the fit was read from a file; ", what, " needs a fit that silvafit() has made in R")
 }
 
 own_name <- function(name) if (name %in% names(renamed_arguments)) renamed_arguments[[name]] else name
@@ -99,6 +103,7 @@ check_changes <- function(names, count) {
 drop1.silvafit <- function(object, scope = NULL, scale = 0, test = c("Chisq", "none"), k = 2, trace = FALSE, ...) {
   no_further(list(...))
   test <- match.arg(test)
+  needs_call(object, "drop1()")
   if (isTRUE(object$fit$reml)) stop_usage("fits by REML with different fixed effects cannot be compared; use drop1(update(fit, method = \"ML\"))")
   formulas <- sub_model_formulas(object$arguments$parameters)
   droppable <- unlist(lapply(names(formulas), function(parameter) {

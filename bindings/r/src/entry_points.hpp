@@ -14,6 +14,8 @@ SEXP read_fit(SEXP json, SEXP file);
 SEXP text_of_fit(SEXP handle);
 /// The fit with other fixed effects.
 SEXP with_estimates(SEXP handle, SEXP estimates);
+/// The complete rows of a table: responses, fitted values and residual standard deviations.
+SEXP rows_of_fit(SEXP handle, SEXP columns);
 SEXP predict_fit(SEXP handle, SEXP columns, SEXP settings);
 SEXP intervals_of_fit(SEXP handle, SEXP columns, SEXP method, SEXP level, SEXP threads);
 SEXP compare_fits(SEXP handles);

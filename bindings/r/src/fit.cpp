@@ -22,6 +22,7 @@
 #include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/prediction.hpp"
+#include "silvafit/fit/residuals.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
 #include "silvafit/study/predict_table.hpp"
 
@@ -212,6 +213,20 @@ SEXP with_estimates(SEXP handle, SEXP estimates) {
   fit.estimate = Eigen::Map<const Eigen::VectorXd>(values.data(), fit.estimate.size());
   const std::string json = json_text(fit::json_of(fit));
   return handle_of(std::move(fit), json);
+}
+
+SEXP rows_of_fit(SEXP handle, SEXP columns) {
+  const fit::FittedModel& fit = fit_of(handle);
+  const data::Table table = table_of(cpp11::list(columns));
+  const fit::Residuals residuals = fit::residuals(fit, table);
+  NamedList list;
+  list.add("rows", row_numbers(residuals.rows));
+  list.add("observed", value_of(residuals.observed));
+  list.add("population", value_of(residuals.population.fitted));
+  list.add("conditional", value_of(residuals.conditional.fitted));
+  list.add("residual_sd",
+           value_of(fit.residual_sd(residuals.conditional.fitted, table.select(residuals.rows))));
+  return list.list();
 }
 
 SEXP predict_fit(SEXP handle, SEXP columns, SEXP settings) {

@@ -158,9 +158,10 @@ without_data <- read_fit(argument_file)
 # The order of its groups is that of the file.
 groups <- rownames(coef(argument_fit))
 for (extract in list(coef, ranef)) expect_equal(as.matrix(extract(without_data)[groups, , drop = FALSE]), as.matrix(extract(argument_fit)))
-for (method in c("residuals", "fitted", "terms", "model.frame", "update")) {
+for (method in c("residuals", "fitted", "terms", "model.frame")) {
   says(do.call(get(method), list(without_data)), "has no data")
 }
+says(update(without_data), "was read from a file")
 expect_error(model.matrix(argument_fit), "no model matrix", class = "silvafit_usage_error")
 
 if (requireNamespace("insight", quietly = TRUE) && requireNamespace("performance", quietly = TRUE)) {

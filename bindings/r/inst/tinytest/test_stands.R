@@ -52,6 +52,7 @@ expect_equal(as.vector(table(filled$h_source)[c("imputed", "measured")]), c(30L,
 imputing <- attr(filled, "models")[[1]]
 expect_equal(filled$h[seq(2, 60, 2)], as.vector(predict(imputing, trees[seq(2, 60, 2), ], level = "population")), tolerance = 1e-9)
 expect_equal(nobs(imputing), 30L)
+expect_equal(as.vector(residuals(read_fit(imputing, gaps))), trees$h[seq(1, 59, 2)] - as.vector(predict(imputing, trees[seq(1, 59, 2), ], level = "population")), tolerance = 1e-9)
 
 # A study, its library, and predictions from it
 set.seed(1)
