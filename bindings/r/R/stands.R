@@ -382,7 +382,7 @@ read_library <- function(file) {
   models <- data.frame(species = describe("species"), response = describe("response"), role = describe("role"),
                        formula = as.character(value("formula")), n = vapply(value("n"), number_or_na, 0), converged = vapply(value("converged"), isTRUE, TRUE))
   names(fits) <- apply(models[1:3], 1, function(parts) paste(parts[parts != ""], collapse = " "))
-  structure(list(models = models, fits = fits, json = result$json), class = "silvafit_library")
+  structure(list(models = models, fits = fits, handle = result$handle), class = "silvafit_library")
 }
 
 #' @rdname read_library
@@ -406,7 +406,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
                      interval = if (interval == "none") "prediction" else interval, standard_errors = se.fit, role = role,
                      equations = if (!is.null(equations)) equation_names(equations), equation_files = equation_files,
                      threads = threads, progress = progress, data_folder = data_folder()))
-  result <- engine(.Call(C_predict_library, object$json, tree_source(newdata), settings))
+  result <- engine(.Call(C_predict_library, object$handle, tree_source(newdata), settings))
   tell_notes(result$notes)
   predicted <- as.data.frame(result$columns, check.names = FALSE)
   table <- if (is.character(newdata)) utils::read.csv(newdata, check.names = FALSE) else newdata

@@ -15,6 +15,7 @@
 #include "conversion.hpp"
 #include "entry_points.hpp"
 #include "fit_handle.hpp"
+#include "handle.hpp"
 #include "settings.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "fit_handle.hpp"
 
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "conversion.hpp"
-#include "silvafit/base/error.hpp"
+#include "handle.hpp"
 #include "silvafit/base/json_text.hpp"
 
 namespace silvafit::r {
@@ -51,25 +50,7 @@ void shorten_random_effects(nlohmann::ordered_json& random) {
   if (random.contains("outer")) shorten_random_effects(random["outer"]);
 }
 
-void release(SEXP handle) {
-  delete static_cast<fit::FittedModel*>(R_ExternalPtrAddr(handle));
-  R_ClearExternalPtr(handle);
-}
-
-/// The handle owns the fit from here on.
-void hold(SEXP handle, std::unique_ptr<fit::FittedModel> fit) {
-  cpp11::safe[R_RegisterCFinalizerEx](handle, release, TRUE);
-  R_SetExternalPtrAddr(handle, fit.release());
-}
-
 }  // namespace
-
-cpp11::sexp handle_of(fit::FittedModel fit, const std::string& json) {
-  const cpp11::sexp text = value_of(json);
-  const cpp11::sexp handle = cpp11::safe[R_MakeExternalPtr](nullptr, R_NilValue, text);
-  hold(handle, std::make_unique<fit::FittedModel>(std::move(fit)));
-  return handle;
-}
 
 cpp11::sexp list_of_fit(fit::FittedModel fit) {
   nlohmann::ordered_json json = fit::json_of(fit);
@@ -82,12 +63,8 @@ cpp11::sexp list_of_fit(fit::FittedModel fit) {
 }
 
 const fit::FittedModel& fit_of(SEXP handle) {
-  if (TYPEOF(handle) != EXTPTRSXP) throw UsageError("the object is no fit of this version");
-  if (R_ExternalPtrAddr(handle) == nullptr) {
-    hold(handle,
-         std::make_unique<fit::FittedModel>(fit::from_json(text_of(json_of(handle)), "the fit")));
-  }
-  return *static_cast<const fit::FittedModel*>(R_ExternalPtrAddr(handle));
+  return object_of<fit::FittedModel>(
+      handle, [](const std::string& json) { return fit::from_json(json, "the fit"); });
 }
 
 SEXP json_of(SEXP handle) { return R_ExternalPtrProtected(handle); }

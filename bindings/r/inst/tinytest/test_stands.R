@@ -69,6 +69,9 @@ new <- data.frame(plot = "x", species = "A", dbh = c(10, 20, 30), h = c(NA, 25, 
 predicted <- suppressMessages(predict(library, new, level = "calibrated", interval = "prediction", se.fit = TRUE))
 expect_true(all(c("h_pred", "h_lower", "h_upper", "h_se", "flag") %in% names(predicted)))
 expect_true(all(predicted$h_lower < predicted$h_pred & predicted$h_pred < predicted$h_upper))
+kept <- tempfile(fileext = ".rds")
+saveRDS(library, kept)
+expect_equal(suppressMessages(predict(readRDS(kept), new, level = "calibrated", interval = "prediction", se.fit = TRUE)), predicted)
 # Its fits are objects of silvafit().
 one <- library$fits[["A h nlme"]]
 expect_equal(vapply(library$fits, nobs, 0L, USE.NAMES = FALSE), as.integer(library$models$n))
