@@ -12,7 +12,7 @@ absent_arguments <- c(correlation = "residuals are independent given the random 
 # \param given   list(...)
 # \return        call, with its own names, and the values of arguments that differ from what the caller has
 own_arguments <- function(given, call, method) {
-  no_further(given, c(names(renamed_arguments), "control", "nAGQ"), absent_arguments)
+  no_further(given, c(names(renamed_arguments), "control", "nAGQ"), absent_arguments, formals(silvafit))
   if (is.numeric(unlist(given$fixed)) && !is.null(given$fixed)) stop_usage("`fixed` has formulas, as in nlme; to hold coefficients at values, use hold = c(R0 = -8)")
   values <- list()
   for (name in intersect(names(renamed_arguments), names(given))) {
@@ -23,6 +23,7 @@ own_arguments <- function(given, call, method) {
   }
   set <- list()
   if (is.character(method) && length(method) == 1 && toupper(method) %in% c("ML", "REML")) set <- list(method = NULL, reml = toupper(method) == "REML")
+  if (!is.null(given$nAGQ) && !is.null(method)) stop_usage("give either `method` or `nAGQ`")
   if (!is.null(given$nAGQ)) set <- c(set, arguments_of_quadrature(given$nAGQ))
   set <- c(set, arguments_of_control(given$control))
   for (name in intersect(c(names(set), "control", "nAGQ"), names(call))) call[[name]] <- NULL
@@ -61,12 +62,12 @@ arguments_of_control <- function(control) {
 # \param given     list(...) of the caller
 # \param also      further names that the caller accepts in its `...`
 # \param instead   named texts: what to write instead of arguments of other packages
-no_further <- function(given, also = character(), instead = character()) {
+# \param accepted  arguments of the caller
+no_further <- function(given, also = character(), instead = character(), accepted = formals(sys.function(sys.parent()))) {
   if (length(given) == 0) return(invisible())
   names <- if (is.null(names(given))) rep("", length(given)) else names(given)
   bad <- which(!names %in% also)
   if (length(bad) == 0) return(invisible())
-  accepted <- formals(sys.function(sys.parent()))
   own <- setdiff(names(accepted)[-1], "...")
   available <- c(own, also)
   name <- names[bad[1]]

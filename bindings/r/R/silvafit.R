@@ -77,6 +77,10 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
                      upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, starts = 0,
                      agq_points = 7, max_iterations = 200, threads = 1, trace = FALSE, ...) {
   call <- match.call()
+  # Expressions of a caller's `...`, which match.call() names ..1.
+  for (name in intersect(names(call), names(formals(silvafit)))) call[[name]] <- eval(base::call("substitute", as.name(name)))
+  dots <- as.list(substitute(list(...)))[-1]
+  for (name in setdiff(names(dots), "")) call[[name]] <- dots[[name]]
   own <- own_arguments(list(...), call, method)
   call <- own$call
   for (name in names(own$values)) assign(name, own$values[[name]])
@@ -97,6 +101,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   rows <- subset_rows(substitute(subset), data, parent.frame())
   if (!is.null(call$subset)) call$subset <- with_values(substitute(subset), data, parent.frame())
   model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, contrasts)
+  if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
   options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), fixed = engine_names(hold, model, "hold"),
                   lower = engine_names(lower, model, "lower"), upper = engine_names(upper, model, "upper"), starts = starts,
                   agq_points = agq_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
