@@ -27,8 +27,8 @@ update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
   if (!missing(formula.)) values$formula <- call$formula <- updated_formula(as_formula(formula., "formula."), object$formula)
   for (i in seq_along(changes)) {
     name <- own_name(names(changes)[i])
-    # Of nlme's methods "ML" and "REML" and the own argument the new one counts.
-    same <- if (name == "method") c("method", "reml") else name
+    # Of arguments that set the same, the new one counts.
+    same <- switch(name, method = c("method", "reml"), nAGQ = c("method", "agq_points"), name)
     call[intersect(same, names(call))] <- NULL
     values[same] <- NULL
     if (!is.null(changes[[i]])) call[[name]] <- changes[[i]]
