@@ -2,8 +2,8 @@
 """What mkdocs does to our pages besides turning them into HTML; mkdocs.yml names this file.
 
 The pages are written for reading in the checkout, too. Three things differ on the site: links to files outside of docs/
-become their paths, pages that the navigation does not name come under More, and files of Debian packages (KaTeX) and of
-doxygen come along.
+become their paths, pages that the navigation does not name come under More, and files of Debian packages (KaTeX), of
+doxygen and of the package for R come along.
 """
 
 import logging
@@ -36,7 +36,16 @@ def names_in(nav):
     return {name for entry in entries for name in names_in(entry)}
 
 
+def generated(config):
+    """The folder of what scripts/build-site has made besides docs/."""
+    return Path(config["site_dir"]).parent / "site-parts"
+
+
 def on_config(config):
+    # The manual and the vignettes of the package for R, if they were made.
+    made = [f"r/{path.name}" for path in sorted((generated(config) / "r").glob("*.md"))]
+    for section in config["nav"]:
+        section.get("R", []).extend(made)
     pages = {str(path.relative_to(config["docs_dir"])) for path in Path(config["docs_dir"]).rglob("*.md")}
     others = sorted(pages - names_in(config["nav"]))
     if others:
@@ -52,17 +61,17 @@ def on_files(files, config):
     def add(path, folder):
         files.append(File(path, str(folder), config["site_dir"], use_directory_urls=False))
 
-    generated = Path(config["site_dir"]).parent / "site-parts"
-    (generated / "katex").mkdir(parents=True, exist_ok=True)
-    (generated / "katex/render.js").write_text(RENDER, encoding="utf-8")
-    add("katex/render.js", generated)
+    parts = generated(config)
+    (parts / "katex").mkdir(parents=True, exist_ok=True)
+    (parts / "katex/render.js").write_text(RENDER, encoding="utf-8")
+    add("katex/render.js", parts)
     for name in ("katex.min.css", "katex.min.js", "contrib/auto-render.js"):
         add(f"katex/{name}", KATEX.parent)
     for font in sorted((KATEX / "fonts").glob("*.woff2")):
         add(f"katex/fonts/{font.name}", KATEX.parent)
-    for path in sorted((generated / "api").rglob("*")):
+    for path in sorted([*(parts / "api").rglob("*"), *(parts / "r").rglob("*")]):
         if path.is_file():
-            add(os.path.relpath(path, generated), generated)
+            add(os.path.relpath(path, parts), parts)
     return files
 
 

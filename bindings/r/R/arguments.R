@@ -1,25 +1,85 @@
 # SPDX-License-Identifier: MIT
 # Arguments that a function does not have. R drops them in `...` without a word.
 
+# Arguments of nlme(), gnls(), lme() and lme4 that have another name in silvafit().
+renamed_arguments <- c(model = "formula", fixed = "parameters", params = "parameters", weights = "variance", REML = "reml", verbose = "trace")
+# Those that silvafit() does not have.
+absent_arguments <- c(correlation = "residuals are independent given the random effects; use nlme for serial or spatial correlation",
+                      naPattern = "use `subset`", keep.data = "a fit has its data", family = "the residuals are normal; use lme4::glmer()")
+
+# The arguments in `...` of silvafit() as its own, and `method = "REML"` and `control` of nlme.
+#
+# \param given   list(...)
+# \return        call, with its own names, and the values of arguments that differ from what the caller has
+own_arguments <- function(given, call, method) {
+  no_further(given, c(names(renamed_arguments), "control", "nAGQ"), absent_arguments, formals(silvafit))
+  if (is.numeric(unlist(given$fixed)) && !is.null(given$fixed)) stop_usage("`fixed` has formulas, as in nlme; to hold coefficients at values, use hold = c(R0 = -8)")
+  values <- list()
+  for (name in intersect(names(renamed_arguments), names(given))) {
+    own <- renamed_arguments[[name]]
+    if (own %in% c(names(call), names(values))) stop_usage("give either `", own, "` or `", name, "`")
+    names(call)[names(call) == name] <- own
+    values[own] <- given[name]
+  }
+  set <- list()
+  if (is.character(method) && length(method) == 1 && toupper(method) %in% c("ML", "REML")) set <- list(method = NULL, reml = toupper(method) == "REML")
+  if (!is.null(given$nAGQ) && !is.null(method)) stop_usage("give either `method` or `nAGQ`")
+  if (!is.null(given$nAGQ)) set <- c(set, arguments_of_quadrature(given$nAGQ))
+  set <- c(set, arguments_of_control(given$control))
+  for (name in intersect(c(names(set), "control", "nAGQ"), names(call))) call[[name]] <- NULL
+  for (name in names(set)) if (!is.null(set[[name]])) call[[name]] <- set[[name]]
+  list(call = call, values = c(values, set))
+}
+
+# lme4's number of quadrature points, of which one is Laplace's approximation.
+arguments_of_quadrature <- function(points) {
+  check_count(points, "nAGQ", 1)
+  if (points == 1) list(method = "laplace") else list(method = "agq", agq_points = points)
+}
+
+# A control list of nlme: the number of iterations and the trace. A note names what else was changed.
+arguments_of_control <- function(control) {
+  if (is.null(control)) return(list())
+  if (!is.list(control) || inherits(control, "merControl")) stop_usage("`control` has to be a list such as nlmeControl(maxIter = 100)")
+  defaults <- list(nlme::nlmeControl(), nlme::gnlsControl(), nlme::lmeControl(), nlme::glsControl(), stats::nls.control())
+  known <- unique(unlist(lapply(defaults, names)))
+  unknown <- setdiff(names(control), known)
+  if (length(unknown) > 0) stop_unknown(unknown[1], known, "`control`: unknown element")
+  for (default in defaults) {
+    if (setequal(names(control), names(default))) control <- control[!mapply(identical, control, default[names(control)])]
+  }
+  iterations <- c(control$maxIter, control$maxiter)
+  trace <- control$msVerbose
+  others <- setdiff(names(control), c("maxIter", "maxiter", "msVerbose", "returnObject"))
+  if (length(others) > 0) {
+    tell(paste0("`control`: ", paste(others, collapse = ", "), " not used: a fit iterates until no estimate changes by more than a small fraction of its standard error"))
+  }
+  c(if (length(iterations) > 0) list(max_iterations = iterations[1]), if (!is.null(trace)) list(trace = trace))
+}
+
 # Stops if the caller got arguments in its `...`. The suggestion is the argument that accepts the value, or the nearest name.
 #
 # \param given     list(...) of the caller
 # \param also      further names that the caller accepts in its `...`
 # \param instead   named texts: what to write instead of arguments of other packages
-no_further <- function(given, also = character(), instead = character()) {
+# \param accepted  arguments of the caller
+no_further <- function(given, also = character(), instead = character(), accepted = formals(sys.function(sys.parent()))) {
   if (length(given) == 0) return(invisible())
   names <- if (is.null(names(given))) rep("", length(given)) else names(given)
   bad <- which(!names %in% also)
   if (length(bad) == 0) return(invisible())
-  accepted <- formals(sys.function(sys.parent()))
   own <- setdiff(names(accepted)[-1], "...")
   available <- c(own, also)
   name <- names[bad[1]]
   if (name == "") stop_usage("an argument without a name is one too many", available_text(own))
   if (name %in% names(instead)) stop_usage("unknown argument '", name, "'; ", instead[[name]])
-  by_value <- argument_with_value(given[[bad[1]]], accepted)
-  near <- if (length(by_value) > 0) by_value[1] else near_argument(name, available)
-  stop_usage("unknown argument '", name, "'", if (length(near) > 0) paste0("; did you mean '", near, "'?") else available_text(if (length(also) > 20) own else available))
+  stop_unknown(name, available, shown = if (length(also) > 20) own else available, near = argument_with_value(given[[bad[1]]], accepted))
+}
+
+# \param near  what was meant, if that is known
+stop_unknown <- function(name, available, what = "unknown argument", shown = available, near = character()) {
+  if (length(near) == 0) near <- near_argument(name, available)
+  stop_usage(what, " '", name, "'", if (length(near) > 0) paste0("; did you mean '", near[1], "'?") else available_text(shown))
 }
 
 available_text <- function(names) if (length(names) > 0) paste0("; available: ", paste(names, collapse = ", ")) else "; the function has no further arguments"

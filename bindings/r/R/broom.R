@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-# Methods for generics of broom, emmeans, insight and performance, registered when these are loaded.
+# Methods for generics of other packages, registered when these are loaded.
 
 #' Tidy a fit
 #'
-#' Methods for \pkg{broom}.
+#' Methods for \pkg{broom} and \pkg{broom.mixed}, whose generics are those of \pkg{generics}, and for \pkg{ggplot2}.
 #'
 #' @param x a fit of [silvafit()]
 #' @param effects `"fixed"` or `"ran_pars"` (standard deviations and correlations), or both
@@ -23,7 +23,7 @@
 NULL
 
 #' @rdname broom-methods
-#' @exportS3Method broom::tidy
+#' @exportS3Method generics::tidy
 tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE, conf.level = 0.95, ...) {
   no_further(list(...))
   check_flag(conf.int, "conf.int")
@@ -66,7 +66,7 @@ order_of_components <- function(x, intervals) {
 }
 
 #' @rdname broom-methods
-#' @exportS3Method broom::glance
+#' @exportS3Method generics::glance
 glance.silvafit <- function(x, ...) {
   no_further(list(...))
   as_tibble_if_there(data.frame(
@@ -76,7 +76,7 @@ glance.silvafit <- function(x, ...) {
 }
 
 #' @rdname broom-methods
-#' @exportS3Method broom::augment
+#' @exportS3Method generics::augment
 augment.silvafit <- function(x, data = NULL, newdata = NULL, ...) {
   if (!is.null(newdata)) {
     predicted <- stats::predict(x, newdata, ...)
@@ -96,6 +96,15 @@ augment.silvafit <- function(x, data = NULL, newdata = NULL, ...) {
   }
   as_tibble_if_there(cbind(frame, data.frame(.fitted = fitted_at(x, "conditional"), .resid = response_values(x) - fitted_at(x, "conditional"),
                                              .std.resid = (response_values(x) - fitted_at(x, "conditional")) / x$residual_sd, .fixed = fitted_at(x, "population"))))
+}
+
+#' @rdname broom-methods
+#' @param model a fit of [silvafit()]
+#' @exportS3Method ggplot2::fortify
+fortify.silvafit <- function(model, data = NULL, ...) {
+  frame <- as.data.frame(augment.silvafit(model, data, ...))
+  names(frame)[names(frame) == ".std.resid"] <- ".stdresid"
+  frame
 }
 
 as_tibble_if_there <- function(data) if (requireNamespace("tibble", quietly = TRUE)) tibble::as_tibble(data) else data
@@ -149,107 +158,3 @@ emm_basis.silvafit <- function(object, trms, xlev, grid, param, ...) {
   list(X = matrix, bhat = fixef(object)[at], nbasis = matrix(NA), V = vcov(object)[at, at, drop = FALSE],
        dffun = function(k, dfargs) dfargs$df, dfargs = list(df = min(df, na.rm = TRUE)), misc = list())
 }
-
-#' Coefficients of determination
-#'
-#' Methods for \pkg{performance} and \pkg{insight}. R2 of a mixed model is that of Nakagawa and Schielzeth (2013) and Johnson (2014).
-#'
-#' @param model,x a fit of [silvafit()]
-#' @param ... no further arguments; unknown names stop
-#' @return As of other models: `r2()` a list with `R2_marginal` and `R2_conditional`, or `R2` without random effects.
-#' @name performance-methods
-#' @examples
-#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
-#'                 random = Asym ~ 1 | Seed)
-#' if (requireNamespace("performance", quietly = TRUE)) performance::r2(fit)
-NULL
-
-#' @rdname performance-methods
-#' @exportS3Method performance::r2
-r2.silvafit <- function(model, ...) {
-  # performance passes arguments of its own, which do not apply: verbose, ci, tolerance.
-  no_further(list(...), c("verbose", "ci", "tolerance", "estimator", "iterations"))
-  if (!has_random(model)) {
-    return(structure(list(R2 = c(R2 = model$fit$statistics$population$r2)), class = "r2_generic"))
-  }
-  structure(list(R2_conditional = c("Conditional R2" = model$fit$r2_conditional), R2_marginal = c("Marginal R2" = model$fit$r2_marginal)), class = "r2_nakagawa")
-}
-
-#' @rdname performance-methods
-#' @details The generics of \pkg{insight} pass arguments of other models to all methods (`verbose`, `component`, ...); those that do not
-#'   apply are ignored there.
-#' @exportS3Method performance::check_singularity
-check_singularity.silvafit <- function(x, ...) {
-  no_further(list(...), c("tolerance", "verbose"))
-  # A coefficient at a bound is no boundary of the random effects.
-  kinds <- vapply(x$fit$evidence$findings, `[[`, "", "kind")
-  has_random(x) && any(kinds == "boundary")
-}
-
-#' @rdname performance-methods
-#' @param metrics names of the measures, or `"all"`
-#' @exportS3Method performance::model_performance
-model_performance.silvafit <- function(model, metrics = "all", ...) {
-  no_further(list(...), c("verbose", "estimator"))
-  all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = number_or_na(model$fit$bic)),
-           if (has_random(model)) list(R2_conditional = number_or_na(model$fit$r2_conditional), R2_marginal = number_or_na(model$fit$r2_marginal))
-           else list(R2 = number_or_na(model$fit$statistics$population$r2)),
-           list(RMSE = if (is.null(model$frame)) NA_real_ else sqrt(mean(residuals(model)^2, na.rm = TRUE)), Sigma = sigma(model)))
-  if (!identical(metrics, "all")) {
-    unknown <- setdiff(metrics, c(names(all), "R2"))
-    if (length(unknown) > 0) stop_usage("`metrics`: unknown measure '", unknown[1], "'; available: ", paste(names(all), collapse = ", "))
-    all <- all[names(all) %in% metrics | ("R2" %in% metrics & startsWith(names(all), "R2"))]
-  }
-  structure(as.data.frame(all), class = c("performance_model", "data.frame"))
-}
-
-#' @rdname performance-methods
-#' @param effects `"fixed"`, or `"random"`: the standard deviations and correlations
-#' @exportS3Method insight::get_parameters
-get_parameters.silvafit <- function(x, effects = "fixed", ...) {
-  if (identical(effects, "random")) {
-    components <- tidy.silvafit(x, "ran_pars")
-    return(data.frame(Parameter = components$term, Estimate = components$estimate, Group = components$group))
-  }
-  data.frame(Parameter = names(fixef(x)), Estimate = as.vector(fixef(x)))
-}
-
-#' @rdname performance-methods
-#' @exportS3Method insight::find_formula
-find_formula.silvafit <- function(x, ...) {
-  random <- random_formulas(x)
-  structure(c(list(conditional = without_bars(x$formula)), if (length(random) > 0) list(random = random)), class = c("insight_formula", "list"))
-}
-
-# The random effects as formulas of lme4: ~ a + b | plot; one, or a list for two groupings.
-random_formulas <- function(x) {
-  groups <- names(random_terms_of(x))
-  formulas <- lapply(seq_along(groups), function(i) {
-    effects <- vapply(random_terms_of(x)[[i]]$effects, name_text, "")
-    within <- paste(vapply(groups[seq_len(i)], name_text, ""), collapse = ":")
-    stats::as.formula(paste("~", paste(effects, collapse = " + "), "|", within), globalenv())
-  })
-  if (length(formulas) == 1) formulas[[1]] else formulas
-}
-
-#' @rdname performance-methods
-#' @exportS3Method insight::model_info
-model_info.silvafit <- function(x, ...) {
-  info <- insight::model_info(stats::lm(y ~ x, data.frame(y = c(1, 2, 2), x = 1:3)))
-  info$is_mixed <- has_random(x)
-  info$is_linear <- FALSE
-  info$n_obs <- nobs(x)
-  info
-}
-
-#' @rdname performance-methods
-#' @exportS3Method insight::get_data
-get_data.silvafit <- function(x, ...) x$frame
-
-#' @rdname performance-methods
-#' @exportS3Method insight::find_statistic
-find_statistic.silvafit <- function(x, ...) "t-statistic"
-
-#' @rdname performance-methods
-#' @exportS3Method insight::get_statistic
-get_statistic.silvafit <- function(x, ...) data.frame(Parameter = names(fixef(x)), Statistic = as.vector(fixed_table(x)[, "t-value"]))

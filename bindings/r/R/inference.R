@@ -28,6 +28,9 @@
 confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile"), threads = 1, ...) {
   no_further(list(...), instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
   check_count(threads, "threads")
+  if (identical(method, "boot")) stop_usage("use bootstrap() for intervals of a bootstrap")
+  # lme4 writes "Wald".
+  if (is.character(method)) method <- tolower(method)
   result <- parameter_intervals(object, level, match.arg(method), threads)
   half <- (1 - level) / 2
   table <- cbind(result$lower, result$upper)
@@ -61,7 +64,7 @@ print_notes <- function(notes) {
 parameter_intervals <- function(object, level, method, threads = 1) {
   needs_data(object, "confidence intervals")
   if (!is.numeric(level) || length(level) != 1 || !isTRUE(level > 0 && level < 1)) stop_usage("`level` has to be between 0 and 1")
-  result <- engine(.Call(C_intervals_of_fit, object$json, plain_columns(object$frame, names(object$frame)), method, level, threads))
+  result <- engine(.Call(C_intervals_of_fit, object$handle, plain_columns(object$frame, names(object$frame)), method, level, threads))
   result$name <- r_names(object, result$name)
   result$note <- r_names(object, in_words_of_r(result$note))
   # NaN is a limit that is not known.
@@ -95,7 +98,8 @@ intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov",
     if (any(result$kind == "variance")) parts$varStruct <- rows("variance")
     parts$sigma <- rows("sigma")[1, ]
   }
-  structure(parts, level = level, notes = stats::setNames(result$note, result$name)[result$note != ""], class = "intervals.silvafit")
+  shown <- result$note != "" & (which == "all" | (result$kind == "fixed") == (which == "fixed"))
+  structure(parts, level = level, notes = stats::setNames(result$note, result$name)[shown], class = "intervals.silvafit")
 }
 
 #' @export
@@ -130,11 +134,13 @@ print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
 #' a variance of 0 is at the boundary of its range; nlme uses the chi-squared distribution there, which is conservative. Fits to different
 #' observations, by different methods or by REML with different fixed effects are not compared.
 #'
-#' With one fit, the terms of each parameter are tested by Wald's F.
+#' With one fit, its terms are tested by Wald's F as in [nlme::anova.lme()].
 #'
 #' @param object a fit of [silvafit()]
 #' @param ... further fits
-#' @param type `"sequential"` is not available; terms are tested given all others
+#' @param type for one fit: `"sequential"`, each term given those before it, in the order of the coefficients; `"marginal"`, given all others
+#' @param Terms names or numbers of terms to test together
+#' @param L matrix with a column for each coefficient, or named vector: linear combinations to test together
 #' @return Data frame of class `anova`. The attribute `notes` has what there is to know of the tests.
 #' @export
 #' @examples
@@ -142,23 +148,25 @@ print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
 #' one <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed)
 #' two <- silvafit(curve, data = Loblolly, random = list(Asym ~ 1 | Seed, R0 ~ 1 | Seed))
 #' anova(one, two)
-#' anova(one)
-anova.silvafit <- function(object, ..., type = "marginal") {
-  if (!identical(type, "marginal")) stop_usage("`type` has to be \"marginal\"; sequential tests are not available")
+#' anova(one, type = "marginal")
+#' anova(one, L = c(Asym = 1, R0 = 1))
+anova.silvafit <- function(object, ..., type = c("sequential", "marginal"), Terms = NULL, L = NULL) {
+  type <- tryCatch(match.arg(type), error = function(e) stop_usage("`type` has to be \"sequential\" or \"marginal\""))
   further <- list(...)
   # Fits may have names, as in do.call(anova, list_of_fits); other arguments have none here.
   no_further(Filter(function(one) !is.list(one), further))
-  if (length(further) == 0) return(wald_tests(object))
+  if (length(further) == 0) return(wald_tests(object, type, Terms, L))
+  if (!is.null(Terms) || !is.null(L)) stop_usage("`Terms` and `L` are for one fit")
   fits <- c(list(object), further)
   if (!all(vapply(fits, inherits, logical(1), what = "silvafit"))) {
     stop_usage("only fits of silvafit() can be compared; refit the others with silvafit()")
   }
-  names <- vapply(as.list(substitute(list(object, ...)))[-1], deparse1, "")
+  names <- vapply(as.list(substitute(list(object, ...)))[-1], function(one) if (is.language(one)) deparse1(one) else "fit", "")
   compared_fits(fits, names)
 }
 
 compared_fits <- function(fits, names) {
-  result <- engine(.Call(C_compare_fits, vapply(fits, `[[`, "", "json")))
+  result <- engine(.Call(C_compare_fits, lapply(fits, `[[`, "handle")))
   order <- c(unlist(result$order), unlist(result$failed))
   fits <- fits[order]
   names <- names[order]
@@ -182,21 +190,52 @@ compared_fits <- function(fits, names) {
   structure(table, heading = "Comparison of fits\n", notes = in_words_of_r(notes), class = c("anova.silvafit", "anova", "data.frame"))
 }
 
-wald_tests <- function(object) {
+wald_tests <- function(object, type = "marginal", chosen = NULL, L = NULL) {
   table <- fixed_table(object)
-  covariance <- vcov(object)
-  estimated <- which(is.finite(table[, "Std.Error"]))
-  parameter <- sub(":.*", "", rownames(table))
-  term <- term_names(object)
-  keys <- unique(term[estimated])
-  rows <- lapply(keys, function(key) {
-    at <- intersect(which(term == key), estimated)
-    statistic <- drop(crossprod(table[at, "Value"], solve(covariance[at, at, drop = FALSE], table[at, "Value"]))) / length(at)
+  estimated <- is.finite(table[, "Std.Error"])
+  table <- table[estimated, , drop = FALSE]
+  covariance <- vcov(object)[estimated, estimated, drop = FALSE]
+  term <- factor(term_names(object)[estimated], unique(term_names(object)[estimated]))
+  unit <- diag(nrow(table))
+  # Combinations that are not correlated: of a coefficient with those after it, so that it is tested given those before.
+  added <- chol(chol2inv(chol(covariance)))
+  test <- function(at, L) {
+    value <- L %*% table[, "Value"]
     df <- min(table[at, "DF"])
-    data.frame(numDF = length(at), denDF = df, "F-value" = statistic, "p-value" = stats::pf(statistic, length(at), df, lower.tail = FALSE),
-               check.names = FALSE, row.names = key)
-  })
-  structure(do.call(rbind, rows), heading = "Wald tests of the terms of each parameter\n", class = c("anova.silvafit", "anova", "data.frame"))
+    F <- drop(crossprod(value, solve(L %*% covariance %*% t(L), value))) / nrow(L)
+    data.frame(numDF = nrow(L), denDF = df, "F-value" = F, "p-value" = stats::pf(F, nrow(L), df, lower.tail = FALSE), check.names = FALSE)
+  }
+  of_terms <- function(keys, rows) test(term %in% keys, rows[term %in% keys, , drop = FALSE])
+  if (!is.null(L)) {
+    L <- matrix_of_combinations(L, rownames(table))
+    rows <- list(test(colSums(abs(L)) > 0, L))
+  } else if (!is.null(chosen)) {
+    rows <- list(of_terms(checked_terms(chosen, levels(term)), unit))
+  } else {
+    rows <- lapply(levels(term), of_terms, if (type == "marginal") unit else added)
+  }
+  result <- do.call(rbind, rows)
+  row.names(result) <- if (is.null(L) && is.null(chosen)) levels(term) else "combined"
+  heading <- if (!is.null(L)) "Wald test of linear combinations\n" else if (!is.null(chosen)) paste0("Wald test of ", paste(checked_terms(chosen, levels(term)), collapse = ", "), "\n")
+             else paste0("Wald tests of the terms of each parameter, ", if (type == "marginal") "given all others" else "given those before", "\n")
+  structure(result, heading = heading, class = c("anova.silvafit", "anova", "data.frame"))
+}
+
+checked_terms <- function(chosen, available) {
+  found <- if (is.character(chosen)) match(chosen, available) else match(chosen, seq_along(available))
+  if (anyNA(found)) stop_usage("`Terms`: unknown term '", chosen[is.na(found)][1], "'; available: ", paste(available, collapse = ", "))
+  available[found]
+}
+
+matrix_of_combinations <- function(L, coefficients) {
+  if (!is.numeric(L)) stop_usage("`L` has to be a numeric matrix or vector")
+  if (!is.matrix(L)) L <- t(L)
+  if (is.null(colnames(L)) && ncol(L) == length(coefficients)) colnames(L) <- coefficients
+  unknown <- setdiff(colnames(L), coefficients)
+  if (is.null(colnames(L)) || length(unknown) > 0) stop_usage("`L` needs a column for each coefficient, or columns with their names: ", paste(coefficients, collapse = ", "))
+  whole <- matrix(0, nrow(L), length(coefficients), dimnames = list(NULL, coefficients))
+  whole[, colnames(L)] <- L
+  whole
 }
 
 # The coefficients of a factor are one term.

@@ -14,10 +14,11 @@ nlme::intervals
 #' Estimates of a fit
 #'
 #' @param object,x a fit of [silvafit()]
-#' @param ... no further arguments; unknown names stop
+#' @param ... arguments of nlme's methods in `ranef()` and `coef()`; other names stop
 #' @return `fixef()`: named vector of the fixed effects. `ranef()`: data frame of the random effects (EBLUPs; in a
-#'   nonlinear model the conditional modes) with a row for each group; with two groupings a list of two. `coef()`: as
-#'   in nlme, the sum of both for each group; without random effects the coefficients. `vcov()`: covariance matrix of
+#'   nonlinear model the conditional modes) with a row for each group; with two groupings a list of two. `coef()`: the sum of both for each group;
+#'   without random effects the coefficients. Both have the class, and take the arguments, of [nlme::ranef.lme()] and [nlme::coef.lme()]
+#'   (`level`, `standard`, `augFrame`, ...). `vcov()`: covariance matrix of
 #'   the fixed effects; rows of coefficients that were held are 0. `sigma()`: residual standard deviation.
 #' @name estimates
 #' @examples
@@ -43,44 +44,40 @@ fixef.silvafit <- function(object, ...) {
 #'   matrix for each group
 #' @export
 ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
-  no_further(list(...))
   check_flag(se, "se")
   check_flag(condVar, "condVar")
   terms <- random_terms_of(object)
   if (length(terms) == 0) stop_usage("the fit has no random effects")
-  frames <- lapply(terms, function(term) {
-    frame <- term$modes
-    if (se) attr(frame, "se") <- term$errors
-    if (condVar) attr(frame, "postVar") <- term$covariances
-    frame
-  })
-  if (length(frames) == 1) frames[[1]] else frames
+  call <- match.call()
+  call[intersect(c("se", "condVar"), names(call))] <- NULL
+  effects <- by_nlme("ranef", call, parent.frame(), also = c("se", "condVar"))
+  if (!se && !condVar) return(effects)
+  if (attr(effects, "standardized")) stop_usage("`se` and `condVar` are those of effects that are not standardized")
+  if (is.data.frame(effects)) return(with_uncertainty(effects, terms[[attr(effects, "level")]], se, condVar))
+  for (group in names(effects)) effects[[group]] <- with_uncertainty(effects[[group]], terms[[group]], se, condVar)
+  effects
+}
+
+with_uncertainty <- function(effects, term, se, condVar) {
+  if (se) attr(effects, "se") <- term$errors
+  if (condVar) attr(effects, "postVar") <- term$covariances
+  effects
 }
 
 #' @rdname estimates
 #' @export
 coef.silvafit <- function(object, ...) {
-  no_further(list(...))
-  fixed <- fixef(object)
-  terms <- random_terms_of(object)
-  if (length(terms) == 0) return(fixed)
-  inner <- terms[[length(terms)]]$modes
-  table <- as.data.frame(matrix(fixed, nrow(inner), length(fixed), byrow = TRUE), row.names = rownames(inner))
-  names(table) <- names(fixed)
-  for (name in names(inner)) table[[name]] <- table[[name]] + inner[[name]]
-  if (length(terms) == 2) {
-    outer <- terms[[1]]$modes
-    # Labels of the finer groups begin with that of the coarser one, a slash in it written as %2F.
-    own <- match(sub("/.*", "", rownames(inner)), gsub("/", "%2F", rownames(outer), fixed = TRUE))
-    for (name in names(outer)) table[[name]] <- table[[name]] + outer[[name]][own]
+  if (!has_random(object)) {
+    no_further(list(...))
+    return(fixef(object))
   }
-  table
+  by_nlme("coef", match.call(), parent.frame())
 }
 
 #' @rdname estimates
 #' @export
 vcov.silvafit <- function(object, ...) {
-  no_further(list(...))
+  no_further(list(...), "complete")
   names <- names(fixef(object))
   values <- matrix_of(object$fit$fixed_covariance, names)
   values[is.na(values)] <- 0
@@ -157,6 +154,7 @@ as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE
 #'
 #' @inheritParams estimates
 #' @param formula as in the generic
+#' @param ... no further arguments; unknown names stop
 #' @return What the generics of \pkg{stats} return.
 #' @name likelihood
 #' @examples
@@ -177,7 +175,7 @@ logLik.silvafit <- function(object, ...) {
 #' @rdname likelihood
 #' @export
 nobs.silvafit <- function(object, ...) {
-  no_further(list(...))
+  no_further(list(...), "use.fallback")
   as.integer(object$fit$n)
 }
 
@@ -247,54 +245,17 @@ terms.silvafit <- function(x, ...) {
   stats::terms(stats::reformulate(if (length(columns) > 0) vapply(columns, name_text, "") else "1", x$formula[[2]], env = environment(x$formula)))
 }
 
-#' Refit with other arguments
-#'
-#' @param object a fit of [silvafit()]
-#' @param formula. new formula; a `.` on a side stands for that side of the old formula
-#' @param ... arguments of [silvafit()] to change; `NULL` removes one
-#' @param evaluate fit, or return the call
-#' @return The new fit, or its call.
-#' @export
-#' @importFrom stats update
-#' @examples
-#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
-#'                 random = Asym ~ 1 | Seed)
-#' update(fit, variance = "power")
-update.silvafit <- function(object, formula., ..., evaluate = TRUE) {
-  needs_data(object, "update()")
-  check_flag(evaluate, "evaluate")
-  call <- object$call
-  if (!missing(formula.)) {
-    formula <- as_formula(formula., "formula.")
-    for (side in 2:3) {
-      formula[[side]] <- do.call(substitute, list(formula[[side]], list(. = base::call("(", object$formula[[side]]))))
-      formula[[side]] <- strip_parentheses(formula[[side]])
-    }
-    call$formula <- formula
-  }
-  changes <- match.call(expand.dots = FALSE)$...
-  check_changes(names(changes), length(changes))
-  for (name in names(changes)) call[[name]] <- changes[[name]]
-  if (evaluate) eval(call, parent.frame()) else call
-}
-
-check_changes <- function(names, count) {
-  available <- names(formals(silvafit))
-  unknown <- setdiff(if (is.null(names)) rep("", count) else names, available)
-  if (length(unknown) == 0) return(invisible())
-  near <- near_argument(unknown[1], available)
-  stop_usage("silvafit() has no argument '", unknown[1], "'", if (length(near) > 0) paste0("; did you mean '", near, "'?") else available_text(available))
-}
-
 response_values <- function(object) object$frame[[1]]
 
 #' Fitted values and residuals
 #'
 #' @param object a fit of [silvafit()]
-#' @param level `"conditional"`, with the random effects of the groups, or `"population"`, with random effects 0; the numbers
-#'   of nlme are accepted: 0 is the population, the number of groupings the conditional level
+#' @param level `"conditional"`, with the random effects of the groups, or `"population"`, with random effects 0; the numbers and names
+#'   of nlme are accepted: 0 or `"fixed"` is the population, the number of groupings or the name of the finest the conditional level. Several levels, as in
+#'   `level = 0:1`, give a matrix
 #' @param type `"response"`: y - fitted; `"pearson"`: divided by the residual standard deviation; `"normalized"`: the
 #'   same here, because residuals are independent given the random effects
+#' @param asList as in nlme: a list with a vector for each group
 #' @param ... no further arguments; unknown names stop
 #' @return A vector with an element for each row that the fit uses; with `na.action = na.exclude`, for each row of the data.
 #' @export
@@ -303,39 +264,75 @@ response_values <- function(object) object$frame[[1]]
 #'                 random = Asym ~ 1 | Seed)
 #' head(residuals(fit, type = "pearson"))
 #' head(fitted(fit, level = "population"))
-residuals.silvafit <- function(object, level = "conditional", type = c("response", "pearson", "normalized"), ...) {
+residuals.silvafit <- function(object, level = "conditional", type = c("response", "pearson", "normalized"), asList = FALSE, ...) {
   no_further(list(...), instead = c(scaled = "use type = \"pearson\"", newdata = "residuals are those of the data of the fit"))
   needs_data(object, "residuals()")
   type <- match.arg(type)
-  values <- response_values(object) - fitted_at(object, level)
-  if (type != "response") values <- values / object$residual_sd
-  names(values) <- row.names(object$frame)
-  stats::naresid(object$na.action, values)
+  scale <- if (type == "response") 1 else object$residual_sd
+  label <- c(response = "Residuals", pearson = "Standardized residuals", normalized = "Normalized residuals")[[type]]
+  at_levels(object, level, asList, stats::naresid, label, function(one) (response_values(object) - fitted_at(object, one)) / scale)
 }
 
 #' @rdname residuals.silvafit
 #' @export
-fitted.silvafit <- function(object, level = "conditional", ...) {
+fitted.silvafit <- function(object, level = "conditional", asList = FALSE, ...) {
   no_further(list(...))
-  values <- fitted_at(object, level)
-  names(values) <- row.names(object$frame)
-  stats::napredict(object$na.action, values)
+  needs_data(object, "fitted()")
+  at_levels(object, level, asList, stats::napredict, "Fitted values", function(one) fitted_at(object, one))
+}
+
+#' @rdname residuals.silvafit
+#' @param model a fit of [silvafit()]
+#' @details `rstandard()` has the Pearson residuals.
+#' @export
+#' @importFrom stats rstandard
+rstandard.silvafit <- function(model, ...) {
+  no_further(list(...))
+  residuals.silvafit(model, type = "pearson")
+}
+
+# Values of each row at one level; at several a matrix, or as a list of groups, as in nlme.
+#
+# \param with_omitted  stats::naresid or stats::napredict
+# \param values        function of a level
+at_levels <- function(object, level, asList, with_omitted, label, values) {
+  check_flag(asList, "asList")
+  rows <- row.names(object$frame)
+  if (length(level) > 1) {
+    if (asList) stop_usage("`asList` is for one `level`")
+    table <- vapply(level, function(one) as.vector(values(level_word(object, one))), numeric(length(rows)))
+    dimnames(table) <- list(rows, if (is.numeric(level)) c("fixed", names(grouping_counts(object)))[level + 1] else level)
+    return(with_omitted(object$na.action, table))
+  }
+  word <- level_word(object, level)
+  one <- stats::setNames(as.vector(values(word)), rows)
+  if (asList) {
+    if (!has_random(object)) stop_usage("`asList` needs groups, but the fit has no random effects")
+    groups <- as.character(group_frame(object)[[if (word == "conditional") length(grouping_counts(object)) else 1]])
+    return(split(unname(one), ordered(groups, levels = unique(groups))))
+  }
+  one <- with_omitted(object$na.action, one)
+  if (isTRUE(object$has_labels)) attr(one, "label") <- paste(c(label, if (label != "Standardized residuals" && label != "Normalized residuals") attr(object$data, "units")$y), collapse = " ")
+  one
 }
 
 fitted_at <- function(object, level) {
-  needs_data(object, "fitted()")
-  level <- level_word(object, level)
+  if (level == "outer") return(stats::predict(object, object$frame, level = 1, new_groups = "population"))
   if (!level %in% c("population", "conditional")) {
     stop_usage("`level` = \"", level, "\" is for predict(); fitted values are \"population\" or \"conditional\"")
   }
   object$fitted_values[[level]]
 }
 
-# nlme counts levels from 0.
+# nlme counts levels from 0, and its names are "fixed" and the groups.
 level_word <- function(object, level) {
   if (length(level) != 1) stop_usage("`level` has to be one value")
-  if (is.character(level)) return(level)
   groupings <- length(grouping_counts(object))
+  if (is.character(level)) {
+    at <- match(level, c("fixed", names(grouping_counts(object))))
+    if (is.na(at)) return(level)
+    level <- at - 1
+  }
   if (isTRUE(level == 0)) return("population")
   if (isTRUE(level == groupings)) return("conditional")
   if (isTRUE(level == 1 && groupings == 2)) return("outer")
@@ -393,9 +390,10 @@ print.silvafit_convergence <- function(x, ...) {
 #' reads one, for example the output of `silvafit fit --json`.
 #'
 #' @param object a fit of [silvafit()]
-#' @param file file to write or to read; without it `fit_json()` returns the text
-#' @return `fit_json()`: the text, invisibly if a file is written. `read_fit()`: an object of class `silvafit` without data: estimates and
-#'   predictions are available, but not residuals or profiles.
+#' @param file file to write or to read; without it `fit_json()` returns the text. `read_fit()` also takes a fit without data, such as those of
+#'   [read_library()] and [impute()]
+#' @return `fit_json()`: the text, invisibly if a file is written. `read_fit()`: an object of class `silvafit`. Without `data` estimates and
+#'   predictions are available; with the data of the fit also residuals, plots, intervals and the bootstrap.
 #' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
@@ -404,11 +402,13 @@ print.silvafit_convergence <- function(x, ...) {
 #' fit_json(fit, file)
 #' again <- read_fit(file)
 #' all.equal(fixef(again), fixef(fit))
+#' head(residuals(read_fit(file, Loblolly)))
 fit_json <- function(object, file = NULL) {
   if (!inherits(object, "silvafit")) stop_usage("`object` has to be a fit of silvafit()")
-  if (is.null(file)) return(object$json)
-  write_text(object$json, file)
-  invisible(object$json)
+  json <- engine(.Call(C_text_of_fit, object$handle))
+  if (is.null(file)) return(json)
+  write_text(json, file)
+  invisible(json)
 }
 
 write_text <- function(text, file) {
@@ -418,22 +418,52 @@ write_text <- function(text, file) {
 }
 
 #' @rdname fit_json
+#' @param data the data that the model was fitted to; they are not in the file
 #' @export
-read_fit <- function(file) {
-  if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be the path of one file")
-  if (!file.exists(file) || dir.exists(file)) stop_input(file, ": there is no such file")
-  json <- paste(readLines(file, encoding = "UTF-8", warn = FALSE), collapse = "\n")
-  fit_from_json(json, file, match.call())
+read_fit <- function(file, data = NULL) {
+  if (!inherits(file, "silvafit")) {
+    if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be the path of one file, or a fit")
+    if (!file.exists(file) || dir.exists(file)) stop_input(file, ": there is no such file")
+    json <- paste(readLines(file, encoding = "UTF-8", warn = FALSE), collapse = "\n")
+    object <- stored_fit(engine(.Call(C_read_fit, json, file)), match.call())
+  } else {
+    object <- file
+  }
+  if (is.null(data)) object else with_data(object, data)
 }
 
-fit_from_json <- function(json, file, call) {
-  read <- engine(.Call(C_read_fit, json, file))
+# A fit without data, from what the C++ functions return of it.
+stored_fit <- function(read, call) {
   fit <- read$fit
   formula <- tryCatch(stats::as.formula(fit$formula, env = globalenv()), error = function(e) NULL)
-  structure(list(call = call, formula = formula, texts = NULL, labels = character(), json = read$json, fit = fit, frame = NULL,
+  structure(list(call = call, formula = formula, texts = NULL, labels = character(), handle = read$handle, fit = fit, frame = NULL,
                  fitted_values = NULL, residual_sd = NULL), class = "silvafit")
 }
 
+with_data <- function(object, data) {
+  given <- data
+  data <- check_data(data)
+  if (is.null(object$formula)) stop_usage("the formula of the fit, ", object$fit$formula, ", has no meaning in R")
+  response <- response_of(object$formula, data)
+  data[[response$name]] <- if (is.null(response$values)) data[[response$name]] else response$values
+  fit <- object$fit
+  of_variance <- unlist(lapply(c(list(fit$variance), fit$variance$factors), function(one) c(one$of, one$strata)))
+  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), names(fit$groups), of_variance)), names(data))
+  frame <- data[columns]
+  result <- engine(.Call(C_rows_of_fit, object$handle, plain_columns(frame, columns)))
+  mae <- mean(abs(result$observed - result$population))
+  if (length(result$rows) != fit$n || !isTRUE(all.equal(mae, fit$statistics$population$mae, tolerance = 1e-6))) {
+    stop_input("`data` are not the data of the fit: they have ", length(result$rows), " complete rows with the mean absolute error ", signif(mae, 6),
+               ", the fit has ", fit$n, " with ", signif(fit$statistics$population$mae, 6))
+  }
+  object$frame <- rows_of(frame, result$rows)
+  object$data <- given
+  object$rows <- result$rows
+  object$fitted_values <- result[c("population", "conditional")]
+  object$residual_sd <- result$residual_sd
+  object
+}
+
 needs_data <- function(object, what) {
-  if (is.null(object$frame)) stop_usage("the fit was read from a file and has no data, which ", what, " needs")
+  if (is.null(object$frame)) stop_usage("the fit has no data, which ", what, " needs; read_fit(fit, data) adds them")
 }

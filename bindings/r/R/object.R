@@ -6,7 +6,7 @@ new_fit <- function(result, model, call, options, na.action) {
   omitted <- if (!is_complete) setdiff(seq_len(nrow(model$frame)), result$rows)
   structure(
     list(call = call, formula = model$formula, texts = model$texts, labels = model$labels,
-         contrasts = model$contrasts, json = result$json, fit = result$fit,
+         contrasts = model$contrasts, handle = result$model$handle, fit = in_order_of_levels(result$model$fit, model$frame),
          frame = rows_of(model$frame, if (!is_complete) result$rows),
          na.action = if (length(omitted) > 0) {
            structure(omitted, names = row.names(model$frame)[omitted], class = na.action)
@@ -16,6 +16,20 @@ new_fit <- function(result, model, call, options, na.action) {
          options = options[c("fixed", "lower", "upper", "maximum_iterations")],
          residual_sd = result$residual_sd, cpu_seconds = result$cpu_seconds),
     class = "silvafit")
+}
+
+# Groups of a factor have the order of its levels, as in nlme.
+in_order_of_levels <- function(fit, frame) {
+  if (length(fit$random) == 0) return(fit)
+  column <- frame[[fit$random[[1]]$group]]
+  if (!is.factor(column)) return(fit)
+  for (kind in intersect(c("eblup", "eblup_se", "eblup_covariance"), names(fit$random[[1]]))) {
+    old <- fit$random[[1]][[kind]]
+    if (length(old$groups) == 0) next
+    order <- order(match(old$groups, levels(column)))
+    fit$random[[1]][[kind]] <- list(groups = old$groups[order], values = as.vector(matrix(old$values, ncol = length(order))[, order]))
+  }
+  fit
 }
 
 report_convergence <- function(object) {

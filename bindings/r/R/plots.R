@@ -6,18 +6,21 @@
 #' `plot()` shows standardized residuals against fitted values; `qqnorm()` shows normal quantiles of the residuals or of the random effects.
 #'
 #' @param x,y,object a fit of [silvafit()]
+#' @param form formula of [nlme::plot.lme()] or [nlme::qqnorm.lme()], such as `resid(., type = "p") ~ fitted(.) | Seed` or `~ ranef(.)`; with it, or with the arguments `id`,
+#'   `idLabels`, `abline` or `grid`, the plots of nlme are drawn
 #' @param level level of the fitted values, as in [fitted.silvafit()]
 #' @param type type of the residuals, as in [residuals.silvafit()]
 #' @param of `"residuals"` or `"ranef"`
-#' @param ... graphical parameters
-#' @return `plot()` and `qqnorm()` return their object invisibly; `autoplot()`, if \pkg{ggplot2} is loaded, a plot.
+#' @param ... graphical parameters, with `form` arguments of nlme and lattice
+#' @return `plot()` and `qqnorm()` return their object invisibly, with `form` a plot of lattice; `autoplot()`, if \pkg{ggplot2} is loaded, a plot.
 #' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
 #' plot(fit)
 #' qqnorm(fit)
-plot.silvafit <- function(x, level = "conditional", type = "pearson", ...) {
+plot.silvafit <- function(x, form = NULL, level = "conditional", type = "pearson", ...) {
+  if (is_for_nlme(form, list(...))) return(by_nlme("plot", match.call(), parent.frame(), also = lattice_names()))
   no_further(list(...), graphical_names())
   needs_data(x, "plot()")
   residuals <- stats::na.omit(residuals(x, level = level, type = type))
@@ -33,7 +36,8 @@ plot.silvafit <- function(x, level = "conditional", type = "pearson", ...) {
 #' @rdname plot.silvafit
 #' @export
 #' @importFrom stats qqnorm
-qqnorm.silvafit <- function(y, of = c("residuals", "ranef"), ...) {
+qqnorm.silvafit <- function(y, form = NULL, of = c("residuals", "ranef"), ...) {
+  if (is_for_nlme(form, list(...))) return(by_nlme("qqnorm", match.call(), parent.frame(), also = lattice_names()))
   no_further(list(...), graphical_names())
   of <- match.arg(of)
   needs_data(y, "qqnorm()")
@@ -52,6 +56,12 @@ qqnorm.silvafit <- function(y, of = c("residuals", "ranef"), ...) {
     for (term in terms) for (effect in term$effects) draw(term$modes[[effect]], main = paste0(effect, " (", term$group, ")"), ...)
   }
   invisible(y)
+}
+
+# Whether a plot of nlme is meant: with a formula, or with arguments that only nlme has.
+is_for_nlme <- function(form, given) {
+  if (is.character(form)) stop_usage("`form` has to be a formula, as in resid(., type = \"p\") ~ fitted(.) | plot")
+  !is.null(form) || any(names(given) %in% c("id", "idLabels", "idResType", "abline", "grid"))
 }
 
 #' @rdname plot.silvafit

@@ -17,9 +17,9 @@
 #'   `"population"`, and a message names the groups that are not in the fit
 #' @param seen_groups for calibrated predictions, the effects of groups that were in the fit: `"fitted"`, those of the fit; `"new"`,
 #'   from the rows of `newdata` alone; `"combined"`, from both
-#' @param na.action for rows with missing values: `na.pass` gives NA, `na.omit` omits the rows
+#' @param na.action for rows with missing values: `na.pass` and `na.exclude` give NA, `na.omit` omits the rows, `na.fail` stops
 #' @param threads number of threads; 0 means all cores
-#' @param ... no further arguments; unknown names stop
+#' @param ... `allow.new.levels` of lme4: TRUE is `new_groups = "population"`, FALSE `"error"`; other names stop
 #' @return A vector; with `interval` or `se.fit` a data frame with the columns `fit`, `lwr`, `upr` and `se.fit`. Calibrated predictions have the
 #'   attribute `measured`, the number of rows that calibrated the group of each row.
 #' @export
@@ -32,16 +32,21 @@
 predict.silvafit <- function(object, newdata, level = "conditional", interval = c("none", "prediction", "confidence"),
                              coverage = 0.95, se.fit = FALSE, new_groups = c("population", "marginal", "missing", "error"),
                              seen_groups = c("fitted", "new", "combined"), na.action = stats::na.pass, threads = 1, re.form, ...) {
-  no_further(list(...), instead = c(conf.level = "use coverage", type = "predictions are those of the response",
-                                    allow.new.levels = "use new_groups = \"population\" or \"error\"", asList = "use split()"))
+  no_further(list(...), "allow.new.levels", instead = c(conf.level = "use coverage", type = "predictions are those of the response", asList = "use split()"))
   if (!missing(re.form)) {
     if (!missing(level)) stop_usage("give either `level` or `re.form`")
     level <- level_of_re_form(re.form)
   }
+  if (!is.null(list(...)$allow.new.levels)) {
+    if (!missing(new_groups)) stop_usage("give either `new_groups` or `allow.new.levels`")
+    check_flag(list(...)$allow.new.levels, "allow.new.levels")
+    new_groups <- if (list(...)$allow.new.levels) "population" else "error"
+  }
   says_new <- missing(new_groups)
   interval <- match.arg(interval)
   check_flag(se.fit, "se.fit")
-  if (!identical(na.action, stats::na.pass) && !identical(na.action, stats::na.omit)) stop_usage("`na.action` has to be na.pass or na.omit")
+  actions <- list(stats::na.pass, stats::na.exclude, stats::na.omit, stats::na.fail)
+  if (!any(vapply(actions, identical, NA, na.action))) stop_usage("`na.action` has to be na.pass, na.exclude, na.omit or na.fail")
   new_groups <- match.arg(new_groups)
   seen_groups <- match.arg(seen_groups)
   if (length(level) > 1 && is.numeric(level)) {
@@ -66,7 +71,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   settings <- list(level = level, new_groups = new_groups, seen_groups = seen_groups,
                    coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
                    standard_errors = se.fit, threads = threads)
-  result <- engine(.Call(C_predict_fit, object$json, plain_columns(newdata, names(newdata)), settings))
+  result <- engine(.Call(C_predict_fit, object$handle, plain_columns(newdata, names(newdata)), settings))
   if (says_new) tell_new_groups(object, newdata, settings$level, result)
   predicted(result, row.names(newdata), interval, se.fit, level, na.action)
 }
@@ -98,6 +103,7 @@ new_group_label <- "\u0001"
 
 predicted <- function(result, names, interval, se.fit, level, na.action) {
   value <- not_nan(result$value)
+  if (identical(na.action, stats::na.fail) && anyNA(value)) stop_input("row ", names[is.na(value)][1], " has no prediction because of missing values or a new level")
   if (interval == "none" && !se.fit) {
     output <- stats::setNames(value, names)
   } else {
@@ -130,7 +136,7 @@ predict_levels <- function(object, newdata, levels, says_new, ...) {
   at <- function(level) if (says_new) stats::predict(object, data, level = level) else stats::predict(object, data, level = level, ...)
   columns <- lapply(levels, function(level) as.vector(at(level)))
   names(columns) <- ifelse(levels == 0, "predict.fixed", paste0("predict.", groups[pmax(levels, 1)]))
-  data.frame(as.list(data)[intersect(groups, names(data))], columns, check.names = FALSE, row.names = row.names(data))
+  data.frame(group_factors(as.list(data)[intersect(groups, names(data))]), columns, check.names = FALSE, row.names = row.names(data))
 }
 
 # The columns that the model reads. A missing response is no error unless calibration needs it.
@@ -177,7 +183,7 @@ without_inner_groups <- function(object, newdata) {
 #' @param object a fit of [silvafit()]
 #' @param nsim number of replicates
 #' @param seed seed of the random numbers; without it, it is drawn by R, so that [set.seed()] has effect
-#' @param ... no further arguments; unknown names stop
+#' @param ... `re.form = NA` and `use.u = FALSE` of lme4, which mean new random effects; other values and names stop
 #' @return Data frame with a column `sim_1`, `sim_2`, ... for each replicate, and the attribute `seed`.
 #' @export
 #' @importFrom stats simulate
@@ -187,13 +193,14 @@ without_inner_groups <- function(object, newdata) {
 #' simulated <- simulate(fit, nsim = 3, seed = 1)
 #' head(simulated)
 simulate.silvafit <- function(object, nsim = 1, seed = NULL, ...) {
-  no_further(list(...), instead = c(newdata = "simulate() draws on the rows of the fit",
-                                    re.form = "simulate() draws new random effects for all groups", use.u = "simulate() draws new random effects for all groups"))
+  no_further(list(...), c("re.form", "use.u"), c(newdata = "simulate() draws on the rows of the fit"))
+  keeps_effects <- isTRUE(list(...)$use.u) || ("re.form" %in% names(list(...)) && level_of_re_form(list(...)$re.form) == "conditional")
+  if (keeps_effects) stop_usage("simulate() draws new random effects for all groups")
   needs_data(object, "simulate()")
   check_count(nsim, "nsim", 1)
   if (is.null(seed)) seed <- sample.int(.Machine$integer.max, 1)
   check_count(seed, "seed")
-  result <- engine(.Call(C_simulate_fit, object$json, plain_columns(object$frame, names(object$frame)), nsim, seed))
+  result <- engine(.Call(C_simulate_fit, object$handle, plain_columns(object$frame, names(object$frame)), nsim, seed))
   frame <- as.data.frame(matrix(NA_real_, nrow(object$frame), nsim), row.names = row.names(object$frame))
   frame[result$rows, ] <- result$values
   names(frame) <- paste0("sim_", seq_len(nsim))

@@ -44,7 +44,11 @@ random_terms <- function(random, groups) {
   if (inherits(random, "pdMat")) return(list(pd_term(random, groups)))
   if (inherits(random, "formula")) return(list(formula_term(random, groups)))
   if (!is.list(random)) stop_usage("`random` has to be a formula such as a + b ~ 1 | plot, a list of formulas, or a text")
-  result <- list()
+  # list(a ~ 1, b ~ 1) of nlme: the effects of one grouping, which are correlated.
+  own <- if (is.null(names(random))) rep("", length(random)) else names(random)
+  joint <- own == "" & vapply(random, function(one) inherits(one, "formula") && !names_groups(one), NA)
+  result <- if (any(joint)) list(list(formulas = unname(random[joint]), group = groups, covariance = ""))
+  random <- random[!joint]
   for (i in seq_along(random)) {
     own <- if (is.null(names(random)) || names(random)[i] == "") groups else names(random)[i]
     element <- random[[i]]
@@ -54,14 +58,18 @@ random_terms <- function(random, groups) {
       result <- c(result, random_terms(element, own))
     }
   }
-  # list(a ~ 1, b ~ 1) of nlme: the effects of one grouping.
   result
+}
+
+names_groups <- function(formula) {
+  right <- formula[[length(formula)]]
+  is.call(right) && identical(right[[1]], quote(`|`))
 }
 
 formula_term <- function(formula, groups) {
   right <- formula[[length(formula)]]
   own <- groups
-  if (is.call(right) && identical(right[[1]], quote(`|`))) {
+  if (names_groups(formula)) {
     own <- group_names(right[[3]])
     formula[[length(formula)]] <- right[[2]]
   }

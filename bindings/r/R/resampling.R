@@ -32,7 +32,7 @@ bootstrap <- function(object, replicates = 500, resample = c("parametric", "case
   check_count(threads, "threads")
   settings <- list(refit = object$options, replicates = replicates, resample = match.arg(resample), level = level, seed = seed, group = group,
                    threads = threads, progress = progress)
-  result <- engine(.Call(C_bootstrap_fit, object$json, plain_columns(object$frame, names(object$frame)), settings))
+  result <- engine(.Call(C_bootstrap_fit, object$handle, plain_columns(object$frame, names(object$frame)), settings))
   names <- r_names(object, result$parameters$name)
   result$parameters <- data.frame(lapply(result$parameters[-1], not_nan), row.names = names)
   result$values <- not_nan(result$values)
@@ -81,7 +81,7 @@ cross_validate <- function(object, folds = 10, group = "", measured = 0, seed = 
   check_count(seed, "seed")
   check_count(threads, "threads")
   settings <- list(refit = object$options, folds = folds, group = group, measured = measured, seed = seed, threads = threads, progress = progress)
-  result <- engine(.Call(C_cross_validate_fit, object$json, plain_columns(object$frame, names(object$frame)), settings))
+  result <- engine(.Call(C_cross_validate_fit, object$handle, plain_columns(object$frame, names(object$frame)), settings))
   table <- data.frame(fold = result$fold, observed = result$observed, predicted = not_nan(result$predicted), row.names = row.names(object$frame)[result$rows])
   if (measured > 0) table$calibrated <- not_nan(result$calibrated)
   table <- table[order(result$rows), , drop = FALSE]

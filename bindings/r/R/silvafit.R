@@ -20,7 +20,8 @@
 #' **Random effects.** `random = a + b ~ 1 | plot` gives the parameters `a` and `b` an effect for each plot;
 #' `a ~ 1 | stand/plot` nests plots in stands; `list(stand = a ~ 1, plot = a + b ~ 1)` gives both groupings
 #' their own effects. Crossed groupings are not available: labels of plots that
-#' recur in several stands are an error unless nesting is written, `list(a ~ 1 | stand, a + b ~ 1 | stand/plot)`. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent.
+#' recur in several stands are an error unless nesting is written, `list(a ~ 1 | stand, a + b ~ 1 | stand/plot)`. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent;
+#' a list without groups, `list(a ~ 1, b ~ 1)`, is one correlated term, as in nlme. Its groups are `groups`, or those of a groupedData.
 #' A term of \pkg{lme4} in the formula, as in `h ~ a + b * dbh + (1 | plot)`, is read if each of its effects is that of one parameter.
 #' The classes `pdDiag`, `pdIdent`, `pdSymm` and `pdBlocked` of \pkg{nlme} can be used, or `covariance`.
 #'
@@ -28,6 +29,10 @@
 #' effects. `"laplace"`, `"focei"`, `"foce"` and `"agq"` (adaptive Gauss-Hermite quadrature) maximize the marginal
 #' likelihood, which is better for few observations in a group. `"gnls"` (the default with a variance function) and
 #' `"ols"` are least squares.
+#'
+#' **Calls of nlme and lme4.** These arguments can be used, too: `model` for `formula`; `fixed` or `params` for `parameters`; `weights` for `variance`; `verbose` for `trace`; `REML` for
+#' `reml`; `method = "ML"` or `"REML"`; `nAGQ`, the number of quadrature points, of which one is `"laplace"`; `control`, of which `maxIter` and `msVerbose` are used and a
+#' message names other values that are not the default.
 #'
 #' A fit that has not converged gives a warning with the reason; [convergence()] has the evidence. A fit can be
 #' interrupted.
@@ -42,10 +47,11 @@
 #' @param variance variance function of the residuals: an object of nlme such as `varPower(form = ~ dbh)`, or a text:
 #'   `"power"`, `"exponential"`, `"constant-plus-power"`, `"power(dbh)"`, `"power(fitted | species)"`,
 #'   `"stratum(species)"`, products with `*`
-#' @param method `"lb"`, `"laplace"`, `"focei"`, `"foce"`, `"agq"`, `"gnls"` or `"ols"`
+#' @param method `"lb"`, `"laplace"`, `"focei"`, `"foce"`, `"agq"`, `"gnls"` or `"ols"`; or `"ML"` or `"REML"` of nlme
 #' @param reml restricted maximum likelihood, for `"lb"` and `"gnls"`
-#' @param start named vector of start values, never needed; they are tried in addition to those that are found
-#' @param fixed named vector of coefficients that are held at a value
+#' @param start named vector of start values, never needed; they are tried in addition to those that are found. Without names they have the order of
+#'   `parameters`
+#' @param hold named vector of coefficients that are held at a value
 #' @param lower,upper named vectors of bounds of coefficients
 #' @param subset condition on the rows, evaluated in `data`
 #' @param na.action `na.omit`, `na.exclude` (residuals and fitted values have NA for omitted rows) or `na.fail`
@@ -55,6 +61,7 @@
 #' @param max_iterations limit of the iterations of `"lb"` and `"gnls"`
 #' @param threads number of threads; 0 means all cores. Results do not depend on it
 #' @param trace show the iterations
+#' @param ... arguments of nlme and lme4, see Details; other names stop
 #' @return An object of class `silvafit`. Methods exist for the generics of stats (`coef`, `vcov`, `logLik`,
 #'   `AIC`, `residuals`, `fitted`, `predict`, `simulate`, `confint`, `anova`, `update`, ...) and nlme (`fixef`,
 #'   `ranef`, `VarCorr`, `intervals`).
@@ -66,10 +73,18 @@
 #' summary(fit)
 #' predict(fit, data.frame(age = c(5, 15)), level = "population", interval = "confidence")
 silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = NULL, covariance = NULL,
-                     variance = NULL, method = NULL, reml = FALSE, start = NULL, fixed = NULL, lower = NULL,
+                     variance = NULL, method = NULL, reml = FALSE, start = NULL, hold = NULL, lower = NULL,
                      upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, starts = 0,
-                     agq_points = 7, max_iterations = 200, threads = 1, trace = FALSE) {
+                     agq_points = 7, max_iterations = 200, threads = 1, trace = FALSE, ...) {
   call <- match.call()
+  # Expressions of a caller's `...`, which match.call() names ..1.
+  for (name in intersect(names(call), names(formals(silvafit)))) call[[name]] <- eval(base::call("substitute", as.name(name)))
+  dots <- as.list(substitute(list(...)))[-1]
+  for (name in setdiff(names(dots), "")) call[[name]] <- dots[[name]]
+  own <- own_arguments(list(...), call, method)
+  call <- own$call
+  for (name in names(own$values)) assign(name, own$values[[name]])
+  if (missing(formula)) stop_usage("`formula` is missing: the model with its parameters, such as h ~ 1.3 + a * (1 - exp(-b * dbh)), or h ~ b0 + b1 * dbh")
   # update() has to find the formulas, not the names of variables that had them.
   formula <- as_formula(formula, "formula")
   call$formula <- formula
@@ -78,10 +93,16 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
     stop_formula("a formula has one ~; random effects are an argument, such as random = \"", deparse1(formula[[3]]), "\"")
   }
   if (missing(data)) stop_usage("`data` is missing: the data frame with the columns of the model")
+  given <- data
+  # do.call() puts the values into the call.
+  if (!is.language(call$data)) call$data <- quote(data)
+  if (is.null(groups) && inherits(data, "groupedData")) groups <- nlme::getGroupsFormula(data)
   data <- check_data(data)
   rows <- subset_rows(substitute(subset), data, parent.frame())
+  if (!is.null(call$subset)) call$subset <- with_values(substitute(subset), data, parent.frame())
   model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, contrasts)
-  options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), fixed = engine_names(fixed, model, "fixed"),
+  if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
+  options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), fixed = engine_names(hold, model, "hold"),
                   lower = engine_names(lower, model, "lower"), upper = engine_names(upper, model, "upper"), starts = starts,
                   agq_points = agq_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
   check_options(options)
@@ -89,6 +110,10 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   omit <- check_missing(frame, na.action)
   result <- engine(.Call(C_fit_model, plain_columns(frame, names(frame)), model$texts, options))
   object <- new_fit(result, model, call, options, na.action = omit)
+  # What update() and getData() need: the values of the call, and the data with all columns.
+  object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))
+  object$data <- given
+  object$rows <- if (is.null(rows)) result$rows else rows[result$rows]
   report_convergence(object)
   object
 }
@@ -106,6 +131,14 @@ check_options <- function(options) {
   for (name in c("reml", "trace")) check_flag(options[[name]], name)
   for (name in c("starts", "threads")) check_count(options[[name]], name)
   for (name in c("agq_points", "maximum_iterations")) check_count(options[[name]], sub("maximum_", "max_", name), 1)
+}
+
+# A condition in which names that are no columns are replaced by their values, so that it means the same elsewhere.
+with_values <- function(condition, data, frame) {
+  names <- setdiff(all.vars(condition), names(data))
+  found <- names[vapply(names, function(name) !is.null(get0(name, frame, mode = "numeric")) || !is.null(get0(name, frame, mode = "character")) ||
+                                              !is.null(get0(name, frame, mode = "logical")), logical(1))]
+  do.call(substitute, list(condition, mget(found, envir = frame, inherits = TRUE)))
 }
 
 # All rows if NULL, without a copy.
@@ -144,7 +177,7 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   right <- with_offsets(right, subs$offsets)
   columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance)), names(data))))
   labels <- subs$labels
-  list(formula = formula, frame = data[columns], labels = labels, contrasts = contrasts, response = formula[[2]],
+  list(formula = formula, frame = data[columns], labels = labels, coefficients = subs$coefficients, contrasts = contrasts, response = formula[[2]],
        texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), sub_models = subs$texts,
                     factors = subs$factors, columns = names(data), random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
                     variance = variance))
@@ -209,7 +242,8 @@ check_missing <- function(frame, na.action) {
 # Names of coefficients as the C++ libraries have them.
 engine_names <- function(values, model, argument) {
   if (is.null(values)) return(NULL)
-  if (is.list(values)) values <- unlist(values)
+  if (is.list(values)) values <- unlist(if (is.null(values$fixed)) values else values$fixed)
+  if (is.null(names(values)) && argument == "start" && length(values) == length(model$coefficients)) names(values) <- model$coefficients
   if (!is.numeric(values) || is.null(names(values)) || any(names(values) == "")) {
     stop_usage("`", argument, "` has to be a named vector, such as c(a = 20, b = 0.05)")
   }

@@ -256,7 +256,7 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' @param seed seed of the random residuals
 #' @param alive_codes,dead_codes,cut_codes values of the column of the status that mean alive, dead and cut, such as `dead_codes = "DS"`
 #' @return `trees` with the response filled in and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level` (plot, stand, population)
-#'   and `RESPONSE_flag`. The attribute `models` has the fits.
+#'   and `RESPONSE_flag`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
 #' @export
 #' @examples
 #' trees <- as.data.frame(Loblolly)
@@ -279,7 +279,7 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
     if (length(result$columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
     filled[[name]] <- result$columns[[name]]
   }
-  attr(filled, "models") <- result$json$models
+  attr(filled, "models") <- lapply(result$fits, stored_fit, call = match.call())
   filled
 }
 
@@ -358,7 +358,8 @@ print.silvafit_study <- function(x, ...) {
 #' @param equations,equation_files equations of volume, biomass and carbon, as in [stand_summary()]; predicted heights are used where none is measured
 #' @param columns,trust_units,progress as in [structural_units()]
 #' @param ... no further arguments; unknown names stop
-#' @return `read_library()`: list of class `silvafit_library` with the data frame `models`. `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
+#' @return `read_library()`: list of class `silvafit_library` with the data frame `models` and, for each of its rows, an object of class
+#'   `silvafit` in the list `fits`, such as `fits[["SM h nlme"]]`; these have no data (see [read_fit()]). `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
 #'   `h_upper`, `h_se`, `h_trees`, those of equations such as `volume_m3`, and `flag`.
 #' @export
 #' @examples
@@ -376,10 +377,12 @@ read_library <- function(file) {
   if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be a path, the name of a published library, a study or a fit")
   result <- engine(.Call(C_read_library, path.expand(file), data_folder()))
   describe <- function(key) vapply(result$models, function(model) if (is.null(model[[key]])) "" else model[[key]], "")
+  fits <- lapply(result$fits, stored_fit, call = match.call())
+  value <- function(key) lapply(fits, function(fit) fit$fit[[key]])
   models <- data.frame(species = describe("species"), response = describe("response"), role = describe("role"),
-                       formula = vapply(result$models, function(model) model$fit$formula, ""), n = vapply(result$models, function(model) number_or_na(model$fit$n), 0),
-                       converged = vapply(result$models, function(model) isTRUE(model$fit$converged), TRUE))
-  structure(list(models = models, json = result$json), class = "silvafit_library")
+                       formula = as.character(value("formula")), n = vapply(value("n"), number_or_na, 0), converged = vapply(value("converged"), isTRUE, TRUE))
+  names(fits) <- apply(models[1:3], 1, function(parts) paste(parts[parts != ""], collapse = " "))
+  structure(list(models = models, fits = fits, handle = result$handle), class = "silvafit_library")
 }
 
 #' @rdname read_library
@@ -403,7 +406,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
                      interval = if (interval == "none") "prediction" else interval, standard_errors = se.fit, role = role,
                      equations = if (!is.null(equations)) equation_names(equations), equation_files = equation_files,
                      threads = threads, progress = progress, data_folder = data_folder()))
-  result <- engine(.Call(C_predict_library, object$json, tree_source(newdata), settings))
+  result <- engine(.Call(C_predict_library, object$handle, tree_source(newdata), settings))
   tell_notes(result$notes)
   predicted <- as.data.frame(result$columns, check.names = FALSE)
   table <- if (is.character(newdata)) utils::read.csv(newdata, check.names = FALSE) else newdata

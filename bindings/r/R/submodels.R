@@ -33,7 +33,9 @@ as_formula <- function(value, argument) {
     value <- tryCatch(stats::as.formula(value, env = globalenv()),
                       error = function(e) stop_formula("`", argument, "`: '", value, "' cannot be read as a formula"))
   }
-  if (!inherits(value, "formula")) stop_usage("`", argument, "`: ", deparse1(value), " is not a formula")
+  if (!inherits(value, "formula")) {
+    stop_usage("`", argument, "`: ", if (is.language(value) || length(value) == 1) deparse1(value) else paste("an object of class", class(value)[1]), " is not a formula")
+  }
   value
 }
 
@@ -188,24 +190,26 @@ stop_no_column <- function(name, data, what) {
 
 # Everything about the sub-models that the C++ libraries and the names of coefficients need.
 # \return  texts "b ~ 1 + C", factors, labels (names: coefficients of C++, values: those of R),
-#          offsets by parameter
+#          offsets by parameter, and the coefficients of C++ in the order of the formulas
 sub_models <- function(formulas, data, contrasts) {
   texts <- character()
   factors <- character()
   labels <- character()
   offsets <- list()
+  coefficients <- character()
   for (parameter in names(formulas)) {
     columns <- sub_model_columns(formulas[[parameter]], data, contrasts, paste("the sub-model of", parameter))
     parts <- c(if (columns$intercept) "1" else "0", columns$texts)
     if (length(columns$texts) > 0 || columns$intercept) {
       texts <- c(texts, paste(name_text(parameter), "~", paste(parts, collapse = " + ")))
     } else {
-      stop_formula("the sub-model of ", parameter, " has no term; to hold the parameter at 0, use fixed = c(", parameter, " = 0)")
+      stop_formula("the sub-model of ", parameter, " has no term; to hold the parameter at 0, use hold = c(", parameter, " = 0)")
     }
+    coefficients <- c(coefficients, if (columns$intercept) parameter, if (length(columns$texts) > 0) paste0(parameter, ":", columns$texts))
     factors <- c(factors, columns$factors)
     offsets[[parameter]] <- columns$offsets
     is_renamed <- columns$texts != columns$labels
     labels <- c(labels, stats::setNames(paste0(parameter, ":", columns$labels), paste0(parameter, ":", columns$texts))[is_renamed])
   }
-  list(texts = texts, factors = unique(factors), labels = labels, offsets = offsets)
+  list(texts = texts, factors = unique(factors), labels = labels, offsets = offsets, coefficients = coefficients)
 }

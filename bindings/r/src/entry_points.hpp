@@ -11,12 +11,17 @@ SEXP words_of_messages(SEXP texts);
 // Fits
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list);
 SEXP read_fit(SEXP json, SEXP file);
-SEXP predict_fit(SEXP json, SEXP columns, SEXP settings);
-SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP threads);
-SEXP compare_fits(SEXP json);
-SEXP simulate_fit(SEXP json, SEXP columns, SEXP replicates, SEXP seed);
-SEXP bootstrap_fit(SEXP json, SEXP columns, SEXP settings);
-SEXP cross_validate_fit(SEXP json, SEXP columns, SEXP settings);
+SEXP text_of_fit(SEXP handle);
+/// The fit with other fixed effects.
+SEXP with_estimates(SEXP handle, SEXP estimates);
+/// The complete rows of a table: responses, fitted values and residual standard deviations.
+SEXP rows_of_fit(SEXP handle, SEXP columns);
+SEXP predict_fit(SEXP handle, SEXP columns, SEXP settings);
+SEXP intervals_of_fit(SEXP handle, SEXP columns, SEXP method, SEXP level, SEXP threads);
+SEXP compare_fits(SEXP handles);
+SEXP simulate_fit(SEXP handle, SEXP columns, SEXP replicates, SEXP seed);
+SEXP bootstrap_fit(SEXP handle, SEXP columns, SEXP settings);
+SEXP cross_validate_fit(SEXP handle, SEXP columns, SEXP settings);
 
 // Stands
 SEXP setting_names(SEXP parts);

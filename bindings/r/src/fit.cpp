@@ -6,19 +6,24 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "background.hpp"
 #include "conditions.hpp"
 #include "conversion.hpp"
 #include "entry_points.hpp"
+#include "fit_handle.hpp"
+#include "handle.hpp"
 #include "settings.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/comparison.hpp"
-#include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/intervals.hpp"
 #include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/prediction.hpp"
+#include "silvafit/fit/residuals.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
 #include "silvafit/study/predict_table.hpp"
 
@@ -79,57 +84,6 @@ void sort_rows(fit::FitResult& result) {
   std::ranges::sort(result.rows);
 }
 
-/// The numbers of nested arrays and objects, one after the other.
-void add_numbers(const nlohmann::ordered_json& json, nlohmann::ordered_json& values) {
-  if (!json.is_structured()) {
-    values.push_back(json);
-    return;
-  }
-  for (const auto& part : json) add_numbers(part, values);
-}
-
-/// The effects of all groups as a matrix with a row for each group, in the place of an object of
-/// objects: many groups would be as many lists of R.
-nlohmann::ordered_json rows_of_groups(const nlohmann::ordered_json& groups) {
-  nlohmann::ordered_json labels = nlohmann::ordered_json::array();
-  nlohmann::ordered_json values = nlohmann::ordered_json::array();
-  for (const auto& [label, effects] : groups.items()) {
-    labels.push_back(label);
-    add_numbers(effects, values);
-  }
-  return {{"groups", std::move(labels)}, {"values", std::move(values)}};
-}
-
-/// The only function that reads random effects: what R shows of them. Uncertainties, which only
-/// predictions need, stay in the text of the fit.
-void shorten_random_effects(nlohmann::ordered_json& random) {
-  if (random.is_array()) {
-    for (auto& term : random) shorten_random_effects(term);
-  }
-  if (!random.is_object()) return;
-  for (const char* const key : {"eblup", "eblup_se", "eblup_covariance"}) {
-    if (random.contains(key) && random[key].is_object()) random[key] = rows_of_groups(random[key]);
-  }
-  for (const char* const key :
-       {"eblup_by_fixed", "eblup_cross_covariance", "eblup_outer_covariance"}) {
-    random.erase(key);
-  }
-  // Files of schema silvafit-fit/1 have the coarser grouping here.
-  if (random.contains("outer")) shorten_random_effects(random["outer"]);
-}
-
-/// A fit in R: its text, and the printed values.
-void add_fit(const fit::FittedModel& fit, NamedList& list) {
-  nlohmann::ordered_json json = fit::json_of(fit);
-  list.add("json", value_of(json_text(json)));
-  shorten_random_effects(json["random"]);
-  list.add("fit", value_of(json));
-}
-
-fit::FittedModel fit_of(const std::string& json, const std::string& file = "the fit") {
-  return fit::from_json(json, file);
-}
-
 cpp11::sexp list_of(const fit::Prediction& prediction) {
   NamedList list;
   list.add("value", value_of(prediction.value));
@@ -188,8 +142,11 @@ nlohmann::ordered_json json_of(const fit::ComparedPair& pair) {
 }
 
 /// \param fits  those compared, in the order of R
-cpp11::sexp list_of(const fit::Comparison& comparison, const std::vector<fit::FittedModel>& fits) {
-  const auto number_of_fit = [&](const fit::FittedModel* fit) { return fit - fits.data() + 1; };
+cpp11::sexp list_of(const fit::Comparison& comparison,
+                    const std::vector<const fit::FittedModel*>& fits) {
+  const auto number_of_fit = [&](const fit::FittedModel* fit) {
+    return std::ranges::find(fits, fit) - fits.begin() + 1;
+  };
   nlohmann::ordered_json result{{"order", nlohmann::ordered_json::array()},
                                 {"aic_difference", nlohmann::ordered_json::array()},
                                 {"weight", nlohmann::ordered_json::array()},
@@ -209,6 +166,8 @@ cpp11::sexp list_of(const fit::Comparison& comparison, const std::vector<fit::Fi
 }
 
 }  // namespace
+
+SEXP text_of_fit(SEXP handle) { return json_of(handle); }
 
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   const data::Table table = table_of(cpp11::list(columns));
@@ -233,7 +192,7 @@ SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   fit::FitResult& result = *fitted;
   sort_rows(result);
   NamedList list;
-  add_fit(result.fit, list);
+  list.add("model", list_of_fit(std::move(result.fit)));
   list.add("rows", row_numbers(result.rows));
   list.add("population", value_of(result.fitted_population));
   list.add("conditional", value_of(result.fitted_conditional));
@@ -243,13 +202,36 @@ SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
 }
 
 SEXP read_fit(SEXP json, SEXP file) {
+  return list_of_fit(fit::from_json(text_of(json), text_of(file)));
+}
+
+SEXP with_estimates(SEXP handle, SEXP estimates) {
+  fit::FittedModel fit = fit_of(handle);
+  const std::vector<double> values = numbers_of(estimates);
+  if (static_cast<Eigen::Index>(values.size()) != fit.estimate.size()) {
+    throw UsageError("the fit has " + std::to_string(fit.estimate.size()) + " fixed effects");
+  }
+  fit.estimate = Eigen::Map<const Eigen::VectorXd>(values.data(), fit.estimate.size());
+  const std::string json = json_text(fit::json_of(fit));
+  return handle_of(std::move(fit), json);
+}
+
+SEXP rows_of_fit(SEXP handle, SEXP columns) {
+  const fit::FittedModel& fit = fit_of(handle);
+  const data::Table table = table_of(cpp11::list(columns));
+  const fit::Residuals residuals = fit::residuals(fit, table);
   NamedList list;
-  add_fit(fit_of(text_of(json), text_of(file)), list);
+  list.add("rows", row_numbers(residuals.rows));
+  list.add("observed", value_of(residuals.observed));
+  list.add("population", value_of(residuals.population.fitted));
+  list.add("conditional", value_of(residuals.conditional.fitted));
+  list.add("residual_sd",
+           value_of(fit.residual_sd(residuals.conditional.fitted, table.select(residuals.rows))));
   return list.list();
 }
 
-SEXP predict_fit(SEXP json, SEXP columns, SEXP settings) {
-  const fit::FittedModel fit = fit_of(text_of(json));
+SEXP predict_fit(SEXP handle, SEXP columns, SEXP settings) {
+  const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
   const Arguments arguments(settings);
   const fit::Level level = study::level_of(text_of(arguments["level"]));
@@ -266,8 +248,8 @@ SEXP predict_fit(SEXP json, SEXP columns, SEXP settings) {
   return list_of(prediction);
 }
 
-SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP threads) {
-  const fit::FittedModel fit = fit_of(text_of(json));
+SEXP intervals_of_fit(SEXP handle, SEXP columns, SEXP method, SEXP level, SEXP threads) {
+  const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
   fit::IntervalOptions options{.method = fit::parse_interval_method(text_of(method)),
                                .level = number_of(level),
@@ -282,16 +264,14 @@ SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP thr
   return list_of(intervals);
 }
 
-SEXP compare_fits(SEXP json) {
-  std::vector<fit::FittedModel> fits;
-  for (const std::string& text : texts_of(json)) fits.push_back(fit_of(text));
-  std::vector<const fit::FittedModel*> places;
-  for (const fit::FittedModel& fit : fits) places.push_back(&fit);
-  return list_of(fit::compare(places), fits);
+SEXP compare_fits(SEXP handles) {
+  std::vector<const fit::FittedModel*> fits;
+  for (SEXP handle : cpp11::list(handles)) fits.push_back(&fit_of(handle));
+  return list_of(fit::compare(fits), fits);
 }
 
-SEXP simulate_fit(SEXP json, SEXP columns, SEXP replicates, SEXP seed) {
-  const fit::FittedModel fit = fit_of(text_of(json));
+SEXP simulate_fit(SEXP handle, SEXP columns, SEXP replicates, SEXP seed) {
+  const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
   const auto count = static_cast<std::size_t>(number_of(replicates));
   const auto seed_number = static_cast<std::uint64_t>(number_of(seed));

@@ -9,10 +9,10 @@
 #include "background.hpp"
 #include "conversion.hpp"
 #include "entry_points.hpp"
+#include "fit_handle.hpp"
 #include "settings.hpp"
 #include "silvafit/fit/bootstrap.hpp"
 #include "silvafit/fit/cross_validation.hpp"
-#include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::r {
 namespace {
@@ -68,8 +68,8 @@ std::function<void(std::size_t, std::size_t)> progress_of(const char* name, Repo
 
 }  // namespace
 
-SEXP bootstrap_fit(SEXP json, SEXP columns, SEXP settings) {
-  const fit::FittedModel fit = fit::from_json(text_of(json), "the fit");
+SEXP bootstrap_fit(SEXP handle, SEXP columns, SEXP settings) {
+  const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
   const Arguments arguments(settings);
   fit::BootstrapOptions options{.resample = fit::parse_resample(text_of(arguments["resample"]))};
@@ -97,8 +97,8 @@ SEXP bootstrap_fit(SEXP json, SEXP columns, SEXP settings) {
   return list.list();
 }
 
-SEXP cross_validate_fit(SEXP json, SEXP columns, SEXP settings) {
-  const fit::FittedModel fit = fit::from_json(text_of(json), "the fit");
+SEXP cross_validate_fit(SEXP handle, SEXP columns, SEXP settings) {
+  const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
   const Arguments arguments(settings);
   fit::CrossValidationOptions options;

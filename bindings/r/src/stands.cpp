@@ -9,9 +9,10 @@
 #include "background.hpp"
 #include "conversion.hpp"
 #include "entry_points.hpp"
+#include "fit_handle.hpp"
+#include "handle.hpp"
 #include "settings.hpp"
 #include "silvafit/data/json_reader.hpp"
-#include "silvafit/fit/fit_json.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
@@ -131,9 +132,13 @@ SEXP impute_table(SEXP source, SEXP settings) {
         result = study::impute_table(trees, catalogue, options, reading, reports.callbacks());
       },
       shows_progress(arguments));
+  NamedList fits;
+  for (const study::ImputeModel& model : result.imputation.models) {
+    fits.add(model.label, list_of_fit(model.fit));
+  }
   NamedList list;
   list.add("columns", columns_of(study::imputed_columns(result)));
-  list.add("json", value_of(study::json_of(result)));
+  list.add("fits", fits.list());
   list.add("sentences", value_of(study::summary_of(result)));
   list.add("notes", value_of(notes));
   return list.list();
@@ -179,18 +184,20 @@ SEXP study_of(SEXP source, SEXP settings) {
 
 namespace {
 
-/// A library as its text and a description of each model.
-cpp11::sexp list_of(const study::ModelLibrary& library) {
+/// A library in R: its handle, a description of each model, and their fits.
+cpp11::sexp list_of(study::ModelLibrary library) {
   nlohmann::ordered_json models = nlohmann::ordered_json::array();
+  NamedList fits;
   for (const study::LibraryModel& model : library.models) {
-    models.push_back({{"species", model.species},
-                      {"response", model.response},
-                      {"role", model.role},
-                      {"fit", fit::json_of(model.fit)}});
+    models.push_back(
+        {{"species", model.species}, {"response", model.response}, {"role", model.role}});
+    fits.add("", list_of_fit(model.fit));
   }
   NamedList list;
-  list.add("json", value_of(study::to_json(library)));
   list.add("models", value_of(models));
+  list.add("fits", fits.list());
+  const std::string json = study::to_json(library);
+  list.add("handle", handle_of(std::move(library), json));
   return list.list();
 }
 
@@ -205,8 +212,9 @@ SEXP predict_library(SEXP library, SEXP source, SEXP settings) {
   const Arguments arguments(settings);
   const data::TableSource trees = source_of(source);
   const study::Catalogue catalogue = catalogue_of(arguments);
-  const study::ModelLibrary models =
-      study::read_library(data::JsonReader::parse(text_of(library), "the library"));
+  const auto& models = object_of<study::ModelLibrary>(library, [](const std::string& json) {
+    return study::read_library(data::JsonReader::parse(json, "the library"));
+  });
   study::PredictionSettings options{.reading = reading_settings(arguments),
                                     .equations = equation_settings(arguments)};
   arguments.read("level", options.level);

@@ -85,10 +85,10 @@ expect_equal(length(capture.output(silvafit(curve, data = Loblolly, random = Asy
 expect_equal(capture.output(quiet <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed)), character())
 
 # Held and bounded coefficients, start values with names of nlme
-held <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed, fixed = c(R0 = -8))
+held <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed, hold = c(R0 = -8))
 expect_equal(unname(fixef(held)["R0"]), -8)
 expect_true(is.na(summary(held)$tTable["R0", "Std.Error"]))
-expect_equal(class_of_error(silvafit(curve, data = Loblolly, fixed = c(nothing = 1))), "silvafit_usage_error")
+expect_equal(class_of_error(silvafit(curve, data = Loblolly, hold = c(nothing = 1))), "silvafit_usage_error")
 
 if (requireNamespace("broom", quietly = TRUE)) {
   tidy <- broom::tidy(fit, conf.int = TRUE)
@@ -118,8 +118,13 @@ loblolly_rows <- Loblolly[c(1, 20, 40), ]
 says(predict(argument_fit, loblolly_rows, levle = 0), "did you mean 'level'?")
 says(predict(argument_fit, loblolly_rows, conf.level = 0.9), "use coverage")
 says(predict(argument_fit, data = loblolly_rows), "did you mean 'newdata'?")
-says(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE), "use new_groups")
+expect_equal(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE), predict(argument_fit, loblolly_rows, new_groups = "population"))
+says(predict(argument_fit, loblolly_rows, allow.new.levels = TRUE, new_groups = "error"), "give either")
 says(simulate(argument_fit, newdata = loblolly_rows), "unknown argument 'newdata'")
+expect_equal(simulate(argument_fit, seed = 3, re.form = NA, use.u = FALSE), simulate(argument_fit, seed = 3))
+says(simulate(argument_fit, re.form = NULL), "draws new random effects")
+expect_equal(confint(argument_fit, method = "Wald"), confint(argument_fit))
+says(confint(argument_fit, method = "boot"), "use bootstrap()")
 says(confint(argument_fit, type = "profile"), "did you mean 'method'?")
 says(residuals(argument_fit, scaled = TRUE), "type = \"pearson\"")
 says(ranef(argument_fit, drop = TRUE), "available: se, condVar")
@@ -150,9 +155,13 @@ expect_error(predict(argument_fit, loblolly_rows["age"]), "level = \"population\
 argument_file <- tempfile(fileext = ".json")
 fit_json(argument_fit, argument_file)
 without_data <- read_fit(argument_file)
-for (method in c("residuals", "fitted", "terms", "model.frame", "update")) {
+# The order of its groups is that of the file.
+groups <- rownames(coef(argument_fit))
+for (extract in list(coef, ranef)) expect_equal(as.matrix(extract(without_data)[groups, , drop = FALSE]), as.matrix(extract(argument_fit)))
+for (method in c("residuals", "fitted", "terms", "model.frame")) {
   says(do.call(get(method), list(without_data)), "has no data")
 }
+says(update(without_data), "was read from a file")
 expect_error(model.matrix(argument_fit), "no model matrix", class = "silvafit_usage_error")
 
 if (requireNamespace("insight", quietly = TRUE) && requireNamespace("performance", quietly = TRUE)) {

@@ -34,3 +34,10 @@ system2(program(), c("predict", path, shQuote(file), "--level", "conditional", "
 expect_true(relative(read.csv(out)$h_pred, predict(laplace, stands)) < 1e-12)
 expect_equal(fixef(read_fit(path)), fixef(laplace))
 expect_equal(predict(read_fit(path), stands, level = "population"), predict(laplace, stands, level = "population"))
+
+# With its data a fit of the program is as one that was made in R.
+whole <- read_fit(path, stands)
+for (of in list(fitted, residuals, function(fit) residuals(fit, type = "pearson"), confint, function(fit) nlme::getGroups(fit), nlme::ACF)) expect_equal(of(whole), of(laplace), tolerance = 1e-9)
+expect_equal(nrow(bootstrap(whole, 3, threads = 1)$values), 3L)
+expect_error(read_fit(path, transform(stands, h = h + 1)), "are not the data of the fit", class = "silvafit_input_error")
+expect_error(update(whole, variance = NULL), "was read from a file", class = "silvafit_usage_error")

@@ -15,7 +15,7 @@ expect_equal(drawn$parameters$se, unname(apply(drawn$values, 2, sd)), tolerance 
 expect_identical(drawn$values, bootstrap(line, 400, threads = 1, progress = FALSE)$values)
 expect_true(length(capture.output(print(drawn))) > 4)
 # A fixed coefficient stays fixed.
-held <- silvafit(dist ~ a + b * speed, data = cars, fixed = c(a = -20))
+held <- silvafit(dist ~ a + b * speed, data = cars, hold = c(a = -20))
 expect_true(all(bootstrap(held, 5, progress = FALSE)$values[, "a"] == -20))
 expect_equal(class_of_error(bootstrap(line, 0)), "silvafit_usage_error")
 

@@ -48,6 +48,11 @@ filled <- suppressMessages(impute(gaps, "h", trust_units = TRUE, random = "none"
 expect_equal(filled$h[seq(1, 60, 2)], trees$h[seq(1, 59, 2)])
 expect_true(sqrt(mean((filled$h - trees$h)^2)) < 1)
 expect_equal(as.vector(table(filled$h_source)[c("imputed", "measured")]), c(30L, 30L))
+# The fit of the imputation, an object of silvafit(), has the imputed values.
+imputing <- attr(filled, "models")[[1]]
+expect_equal(filled$h[seq(2, 60, 2)], as.vector(predict(imputing, trees[seq(2, 60, 2), ], level = "population")), tolerance = 1e-9)
+expect_equal(nobs(imputing), 30L)
+expect_equal(as.vector(residuals(read_fit(imputing, gaps))), trees$h[seq(1, 59, 2)] - as.vector(predict(imputing, trees[seq(1, 59, 2), ], level = "population")), tolerance = 1e-9)
 
 # A study, its library, and predictions from it
 set.seed(1)
@@ -64,6 +69,15 @@ new <- data.frame(plot = "x", species = "A", dbh = c(10, 20, 30), h = c(NA, 25, 
 predicted <- suppressMessages(predict(library, new, level = "calibrated", interval = "prediction", se.fit = TRUE))
 expect_true(all(c("h_pred", "h_lower", "h_upper", "h_se", "flag") %in% names(predicted)))
 expect_true(all(predicted$h_lower < predicted$h_pred & predicted$h_pred < predicted$h_upper))
+kept <- tempfile(fileext = ".rds")
+saveRDS(library, kept)
+expect_equal(suppressMessages(predict(readRDS(kept), new, level = "calibrated", interval = "prediction", se.fit = TRUE)), predicted)
+# Its fits are objects of silvafit().
+one <- library$fits[["A h nlme"]]
+expect_equal(vapply(library$fits, nobs, 0L, USE.NAMES = FALSE), as.integer(library$models$n))
+expect_equal(predicted$h_pred, as.vector(predict(one, new, level = "calibrated")), tolerance = 1e-12)
+expect_true(nrow(summary(one)$tTable) == length(fixef(one)))
+expect_equal(class_of_error(residuals(one)), "silvafit_usage_error")
 expect_equal(class_of_error(read_library("no-such-library")), "silvafit_input_error")
 expect_true(nrow(read_library("shanxia-2023")$models) > 0)
 

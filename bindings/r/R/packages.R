@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: MIT
+# Methods for generics of insight, performance, parameters, lmtest, multcomp, lme4 and marginaleffects, registered when these are loaded.
+
+#' Methods for other packages
+#'
+#' Methods for \pkg{performance}, \pkg{insight}, \pkg{parameters}, \pkg{lmtest}, \pkg{multcomp}, \pkg{lme4} and \pkg{marginaleffects}. R2 of a mixed model is that of Nakagawa and Schielzeth (2013) and Johnson (2014).
+#'
+#' @param model,x a fit of [silvafit()]
+#' @param ... no further arguments; unknown names stop
+#' @return As of other models: `r2()` a list with `R2_marginal` and `R2_conditional`, or `R2` without random effects.
+#' @name performance-methods
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' if (requireNamespace("performance", quietly = TRUE)) performance::r2(fit)
+NULL
+
+#' @rdname performance-methods
+#' @exportS3Method performance::r2
+r2.silvafit <- function(model, ...) {
+  # performance passes arguments of its own, which do not apply: verbose, ci, tolerance.
+  no_further(list(...), c("verbose", "ci", "tolerance", "estimator", "iterations"))
+  if (!has_random(model)) {
+    return(structure(list(R2 = c(R2 = model$fit$statistics$population$r2)), class = "r2_generic"))
+  }
+  structure(list(R2_conditional = c("Conditional R2" = model$fit$r2_conditional), R2_marginal = c("Marginal R2" = model$fit$r2_marginal)), class = "r2_nakagawa")
+}
+
+#' @rdname performance-methods
+#' @details The generics of \pkg{insight} pass arguments of other models to all methods (`verbose`, `component`, ...); those that do not
+#'   apply are ignored there.
+#' @exportS3Method performance::check_singularity
+check_singularity.silvafit <- function(x, ...) {
+  no_further(list(...), c("tolerance", "verbose"))
+  # A coefficient at a bound is no boundary of the random effects.
+  kinds <- vapply(x$fit$evidence$findings, `[[`, "", "kind")
+  has_random(x) && any(kinds == "boundary")
+}
+
+#' @rdname performance-methods
+#' @exportS3Method performance::check_convergence
+check_convergence.silvafit <- function(x, ...) {
+  no_further(list(...), "tolerance")
+  structure(isTRUE(x$fit$converged), gradient = number_or_na(x$fit$evidence$gradient))
+}
+
+#' @rdname performance-methods
+#' @exportS3Method performance::performance_aicc
+performance_aicc.silvafit <- function(x, ...) number_or_na(x$fit$aicc)
+
+#' @rdname performance-methods
+#' @param metrics names of the measures, or `"all"`
+#' @exportS3Method performance::model_performance
+model_performance.silvafit <- function(model, metrics = "all", ...) {
+  no_further(list(...), c("verbose", "estimator"))
+  all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = number_or_na(model$fit$bic)),
+           if (has_random(model)) list(R2_conditional = number_or_na(model$fit$r2_conditional), R2_marginal = number_or_na(model$fit$r2_marginal))
+           else list(R2 = number_or_na(model$fit$statistics$population$r2)),
+           list(RMSE = if (is.null(model$frame)) NA_real_ else sqrt(mean(residuals(model)^2, na.rm = TRUE)), Sigma = sigma(model)))
+  if (!identical(metrics, "all")) {
+    unknown <- setdiff(metrics, c(names(all), "R2"))
+    if (length(unknown) > 0) stop_usage("`metrics`: unknown measure '", unknown[1], "'; available: ", paste(names(all), collapse = ", "))
+    all <- all[names(all) %in% metrics | ("R2" %in% metrics & startsWith(names(all), "R2"))]
+  }
+  structure(as.data.frame(all), class = c("performance_model", "data.frame"))
+}
+
+#' @rdname performance-methods
+#' @param effects `"fixed"`, or `"random"`: the standard deviations and correlations
+#' @exportS3Method insight::get_parameters
+get_parameters.silvafit <- function(x, effects = "fixed", ...) {
+  if (identical(effects, "random")) {
+    components <- tidy.silvafit(x, "ran_pars")
+    return(data.frame(Parameter = components$term, Estimate = components$estimate, Group = components$group))
+  }
+  data.frame(Parameter = names(fixef(x)), Estimate = as.vector(fixef(x)))
+}
+
+#' @rdname performance-methods
+#' @exportS3Method insight::find_formula
+find_formula.silvafit <- function(x, ...) {
+  random <- random_formulas(x)
+  # The predictors are the columns that the mean reads; parameters are none.
+  mean <- if (is.null(x$frame)) without_bars(x$formula) else stats::formula(stats::terms(x))
+  structure(c(list(conditional = mean), if (length(random) > 0) list(random = random)), class = c("insight_formula", "list"))
+}
+
+# The random effects as formulas of lme4: ~ a + b | plot; one, or a list for two groupings.
+random_formulas <- function(x) {
+  groups <- names(random_terms_of(x))
+  formulas <- lapply(seq_along(groups), function(i) {
+    effects <- vapply(random_terms_of(x)[[i]]$effects, name_text, "")
+    within <- paste(vapply(groups[seq_len(i)], name_text, ""), collapse = ":")
+    stats::as.formula(paste("~", paste(effects, collapse = " + "), "|", within), globalenv())
+  })
+  if (length(formulas) == 1) formulas[[1]] else formulas
+}
+
+#' @rdname performance-methods
+#' @exportS3Method insight::model_info
+model_info.silvafit <- function(x, ...) {
+  info <- insight::model_info(stats::lm(y ~ x, data.frame(y = c(1, 2, 2), x = 1:3)))
+  info$is_mixed <- has_random(x)
+  info$is_linear <- FALSE
+  info$n_obs <- nobs(x)
+  info
+}
+
+#' @rdname performance-methods
+#' @exportS3Method insight::get_data
+get_data.silvafit <- function(x, ...) x$frame
+
+#' @rdname performance-methods
+#' @param type,data as in the generics
+#' @exportS3Method insight::get_df
+get_df.silvafit <- function(x, type = "residual", ...) if (identical(type, "model")) x$fit$k else stats::setNames(fixed_table(x)[, "DF"], names(fixef(x)))
+
+#' @rdname performance-methods
+#' @exportS3Method insight::get_loglikelihood
+get_loglikelihood.silvafit <- function(x, ...) logLik(x)
+
+#' @rdname performance-methods
+#' @exportS3Method insight::get_predicted
+get_predicted.silvafit <- function(x, data = NULL, ...) as.vector(stats::predict(x, data))
+
+#' @rdname performance-methods
+#' @exportS3Method insight::find_algorithm
+find_algorithm.silvafit <- function(x, ...) list(algorithm = method_title(x))
+
+#' @rdname performance-methods
+#' @param component component of the variance
+#' @details `get_variance()`, and with it `performance::icc()`, has the shares of the variance of Johnson (2014), as [r2()][performance::r2] has.
+#' @exportS3Method insight::get_variance
+get_variance.silvafit <- function(x, component = "all", ...) {
+  if (!has_random(x)) stop_usage("the fit has no random effects")
+  marginal <- number_or_na(x$fit$r2_marginal)
+  conditional <- number_or_na(x$fit$r2_conditional)
+  fixed <- stats::var(as.vector(fitted(x, level = "population")), na.rm = TRUE)
+  total <- fixed / marginal
+  values <- list(var.fixed = fixed, var.random = (conditional - marginal) * total, var.residual = (1 - conditional) * total,
+                 var.distribution = (1 - conditional) * total, var.dispersion = 0)
+  if (identical(component, "all")) values else values[[paste0("var.", component)]]
+}
+
+#' @rdname performance-methods
+#' @method find_statistic silvafit
+#' @exportS3Method insight::find_statistic
+find_statistic.silvafit <- function(x, ...) "t-statistic"
+
+#' @rdname performance-methods
+#' @exportS3Method insight::get_statistic
+get_statistic.silvafit <- function(x, ...) data.frame(Parameter = names(fixef(x)), Statistic = as.vector(fixed_table(x)[, "t-value"]))
+
+#' @rdname performance-methods
+#' @exportS3Method parameters::p_value
+p_value.silvafit <- function(model, ...) data.frame(Parameter = names(fixef(model)), p = as.vector(fixed_table(model)[, "p-value"]))
+
+#' @rdname performance-methods
+#' @exportS3Method parameters::standard_error
+standard_error.silvafit <- function(model, ...) data.frame(Parameter = names(fixef(model)), SE = as.vector(fixed_table(model)[, "Std.Error"]))
+
+#' @rdname performance-methods
+#' @exportS3Method parameters::degrees_of_freedom
+degrees_of_freedom.silvafit <- function(model, ...) as.vector(fixed_table(model)[, "DF"])
+
+#' @rdname performance-methods
+#' @param ci coverage of the intervals
+#' @method ci silvafit
+#' @exportS3Method bayestestR::ci
+ci.silvafit <- function(x, ci = 0.95, ...) {
+  limits <- fixed_limits(x, ci)
+  data.frame(Parameter = rownames(limits), CI = ci, CI_low = as.vector(limits[, 1]), CI_high = as.vector(limits[, 2]))
+}
+
+# Wald intervals of the fixed effects; those that are held have none.
+fixed_limits <- function(x, level) {
+  limits <- unclass(stats::confint(x, level = level))
+  limits <- limits[match(names(fixef(x)), rownames(limits)), , drop = FALSE]
+  rownames(limits) <- names(fixef(x))
+  limits
+}
+
+#' @rdname performance-methods
+#' @param vcov. covariance matrix of the fixed effects, or a function of the fit
+#' @param df degrees of freedom; by default those of the fit
+#' @exportS3Method lmtest::coeftest
+coeftest.silvafit <- function(x, vcov. = NULL, df = NULL, ...) {
+  no_further(list(...), "save")
+  table <- fixed_table(x)
+  covariance <- if (is.function(vcov.)) vcov.(x) else if (is.null(vcov.)) vcov.silvafit(x) else vcov.
+  error <- ifelse(is.na(table[, "Std.Error"]), NA, sqrt(diag(covariance)))
+  if (is.null(df)) df <- table[, "DF"]
+  t <- table[, "Value"] / error
+  result <- cbind(Estimate = table[, "Value"], "Std. Error" = error, "t value" = t, "Pr(>|t|)" = 2 * stats::pt(-abs(t), df))
+  structure(result, class = "coeftest", method = "t test of coefficients", df = df, nobs = nobs(x), logLik = logLik(x))
+}
+
+#' @rdname performance-methods
+#' @param parm,level as in [confint.silvafit()]
+#' @exportS3Method lmtest::coefci
+coefci.silvafit <- function(x, parm = names(fixef(x)), level = 0.95, ...) {
+  no_further(list(...))
+  fixed_limits(x, level)[parm, , drop = FALSE]
+}
+
+#' @rdname performance-methods
+#' @param coef. the fixed effects, or a function of the fit
+#' @exportS3Method multcomp::modelparm
+modelparm.silvafit <- function(model, coef. = fixef, vcov. = vcov.silvafit, df = NULL, ...) {
+  value <- function(what) if (is.function(what)) what(model) else what
+  estimate <- value(coef.)
+  structure(list(coef = estimate, vcov = value(vcov.), df = if (is.null(df)) min(fixed_table(model)[, "DF"], na.rm = TRUE) else df,
+                 estimable = rep(TRUE, length(estimate))), class = "modelparm")
+}
+
+#' @rdname performance-methods
+#' @param object a fit of [silvafit()]
+#' @method ngrps silvafit
+#' @exportS3Method lme4::ngrps
+ngrps.silvafit <- function(object, ...) grouping_counts(object)
+
+#' @rdname performance-methods
+#' @method isREML silvafit
+#' @exportS3Method lme4::isREML
+isREML.silvafit <- function(x, ...) isTRUE(x$fit$reml)
+
+#' @rdname performance-methods
+#' @method get_coef silvafit
+#' @exportS3Method marginaleffects::get_coef
+get_coef.silvafit <- function(model, ...) fixef(model)
+
+#' @rdname performance-methods
+#' @param coefs fixed effects in the place of those of the fit
+#' @method set_coef silvafit
+#' @exportS3Method marginaleffects::set_coef
+set_coef.silvafit <- function(model, coefs, ...) {
+  model$handle <- engine(.Call(C_with_estimates, model$handle, as.numeric(coefs)))
+  model
+}
+
+#' @rdname performance-methods
+#' @param vcov as in the generic
+#' @method get_vcov silvafit
+#' @exportS3Method marginaleffects::get_vcov
+get_vcov.silvafit <- function(model, vcov = NULL, ...) if (is.matrix(vcov)) vcov else vcov.silvafit(model)
+
+#' @rdname performance-methods
+#' @param newdata data frame
+#' @details For \pkg{marginaleffects}, whose predictions are those of the population, set `options(marginaleffects_model_classes = "silvafit")`.
+#' @method get_predict silvafit
+#' @exportS3Method marginaleffects::get_predict
+get_predict.silvafit <- function(model, newdata = model$frame, type = "response", ...) {
+  data.frame(rowid = seq_len(nrow(newdata)), estimate = as.vector(stats::predict(model, newdata, level = "population")))
+}

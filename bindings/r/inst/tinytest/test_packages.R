@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: MIT
+# Methods for insight, performance, parameters, lmtest, multcomp, lme4, broom.mixed and ggplot2. Expected values are those of lme() for a linear model.
+source("helpers.R", local = TRUE)
+library(nlme)  # update() of its fits calls its functions by name
+there <- function(package) requireNamespace(package, quietly = TRUE) || { skipped(paste(package, "is not installed")); FALSE }
+theirs <- nlme::lme(distance ~ age, data = nlme::Orthodont, random = ~ 1 | Subject, method = "ML", control = nlme::lmeControl(msTol = 1e-12, tolerance = 1e-12))
+fit <- silvafit(distance ~ a + b * age, data = nlme::Orthodont, random = a ~ 1 | Subject)
+table <- summary(theirs)$tTable
+
+if (there("insight")) {
+  expect_equal(insight::find_predictors(fit), list(conditional = "age"))
+  expect_equal(insight::find_response(fit), "distance")
+  expect_equal(insight::find_random(fit)$random, "Subject")
+  expect_true(insight::model_info(fit)$is_mixed)
+  expect_equal(insight::get_data(fit)$distance, nlme::Orthodont$distance)
+  expect_equal(insight::get_predicted(fit), as.vector(fitted(fit)))
+  expect_equal(insight::get_loglikelihood(fit), logLik(fit))
+  expect_equal(unname(insight::get_df(fit)), unname(table[, "DF"]))
+  expect_equal(insight::get_df(fit, type = "model"), attr(logLik(theirs), "df"))
+}
+if (there("performance")) {
+  expect_true(performance::check_convergence(fit))
+  expect_equal(performance::performance_aicc(fit), -2 * as.numeric(logLik(fit)) + 2 * 4 * 108 / (108 - 4 - 1), tolerance = 1e-9)
+}
+if (there("parameters")) {
+  parameters <- parameters::model_parameters(fit, effects = "fixed")
+  expect_equal(parameters$Coefficient, unname(table[, "Value"]), tolerance = 1e-6)
+  expect_equal(parameters$SE, unname(table[, "Std.Error"]), tolerance = 1e-6)
+  expect_equal(parameters$p, unname(table[, "p-value"]), tolerance = 1e-5)
+  expect_equal(parameters$CI_low, unname(table[, "Value"] - stats::qt(0.975, table[, "DF"]) * table[, "Std.Error"]), tolerance = 1e-5)
+}
+if (there("lmtest")) {
+  tested <- lmtest::coeftest(fit)
+  expect_equal(unname(tested[, 1:3]), unname(table[, c("Value", "Std.Error", "t-value")]), tolerance = 1e-6)
+  expect_equal(unname(lmtest::coeftest(fit, vcov. = 4 * vcov(fit))[, 2]), 2 * unname(table[, "Std.Error"]), tolerance = 1e-6)
+  expect_equal(lmtest::coefci(fit)[, 1], confint(fit, c("a", "b"))[, 1])
+  fewer <- silvafit(distance ~ a, data = nlme::Orthodont, random = a ~ 1 | Subject)
+  expect_equal(lmtest::lrtest(fewer, fit)$Chisq[2], as.numeric(2 * (logLik(theirs) - logLik(update(theirs, distance ~ 1)))), tolerance = 1e-5)
+}
+if (there("multcomp")) {
+  ours <- summary(multcomp::glht(fit, linfct = rbind(slope = c(0, 1), at_8 = c(1, 8))), test = multcomp::adjusted("none"))$test
+  lme_test <- summary(multcomp::glht(theirs, linfct = rbind(slope = c(0, 1), at_8 = c(1, 8))), test = multcomp::adjusted("none"))$test
+  expect_equal(ours$coefficients, lme_test$coefficients, tolerance = 1e-6)
+  # vcov() of lme() has no factor N / (N - p).
+  expect_equal(ours$sigma, lme_test$sigma * sqrt(108 / 106), tolerance = 1e-5)
+}
+if (there("lme4")) {
+  expect_equal(lme4::ngrps(fit), c(Subject = 27L), check.attributes = FALSE)
+  expect_false(lme4::isREML(fit))
+  expect_true(lme4::isREML(update(fit, REML = TRUE)))
+  if (there("performance")) {
+    linear <- lme4::lmer(distance ~ age + (1 | Subject), data = nlme::Orthodont, REML = FALSE)
+    expected <- insight::get_variance(linear)
+    for (part in c("var.fixed", "var.random", "var.residual")) {
+      expect_equal(insight::get_variance(fit)[[part]], unname(expected[[part]]), tolerance = 1e-4, info = part)
+    }
+    expect_equal(performance::icc(fit)$ICC_adjusted, performance::icc(linear)$ICC_adjusted, tolerance = 1e-4)
+  }
+}
+if (there("broom.mixed")) {
+  expected <- broom.mixed::tidy(theirs)
+  ours <- broom.mixed::tidy(fit)
+  expect_equal(ours$estimate, expected$estimate, tolerance = 1e-5)
+  expect_equal(ours$term[3:4], c("sd__a", "sd__Observation"))
+}
+if (there("generics")) expect_equal(generics::glance(fit)$logLik, as.numeric(logLik(fit)))
+if (there("ggplot2")) {
+  expect_equal(ggplot2::fortify(fit)$.stdresid, as.vector(resid(fit, type = "pearson")))
+  expect_equal(names(ggplot2::fortify(fit))[1:4], c("distance", "age", "Subject", ".fitted"))
+}
+# Coefficients that are held have no errors.
+held <- silvafit(distance ~ a + b * age, data = nlme::Orthodont, random = a ~ 1 | Subject, hold = c(b = 0.5))
+if (there("parameters")) expect_equal(is.na(parameters::model_parameters(held, effects = "fixed")$CI_low), c(FALSE, TRUE))
+if (there("lmtest")) {
+  expect_equal(is.na(lmtest::coeftest(held)[, "Pr(>|t|)"]), c(a = FALSE, b = TRUE))
+  expect_equal(lmtest::coefci(held)["a", ], confint(held, "a")[1, ])
+}
+
+# What marginaleffects calls: coefficients in the place of those of the fit change predictions as the model says.
+moved <- silvafit:::set_coef.silvafit(fit, c(1, 2))
+expect_equal(silvafit:::get_predict.silvafit(moved, data.frame(age = c(3, 5)))$estimate, c(7, 11))
+expect_equal(predict(fit, data.frame(age = 0), level = 0), fixef(fit)["a"], check.attributes = FALSE)
+if (there("marginaleffects")) {
+  options(marginaleffects_model_classes = "silvafit")
+  expect_equal(mean(marginaleffects::slopes(fit, variables = "age")$estimate), unname(fixef(fit)["b"]), tolerance = 1e-4)
+}
