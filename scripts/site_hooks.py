@@ -2,8 +2,8 @@
 """What mkdocs does to our pages besides turning them into HTML; mkdocs.yml names this file.
 
 The pages are written for reading in the checkout, too. Three things differ on the site: links to files outside of docs/
-become their paths, pages that the navigation does not name come under More, and files of Debian packages (KaTeX) and of
-doxygen come along.
+become their paths, pages that the navigation does not name come under More, and files of Debian packages (KaTeX), of
+doxygen and of scripts/python-pages come along.
 """
 
 import logging
@@ -15,6 +15,8 @@ from mkdocs.structure.files import File
 
 log = logging.getLogger("mkdocs.plugins.site_hooks")
 
+# Of scripts/python-pages; the notebook is there only where it was run.
+PYTHON_PAGES = {"python-reference.md": "Reference", "python-notebook.md": "Notebook"}
 KATEX = Path("/usr/share/javascript/katex")
 RENDER = """document.addEventListener("DOMContentLoaded", () => {
   for (const element of document.querySelectorAll(".arithmatex")) {
@@ -36,7 +38,13 @@ def names_in(nav):
     return {name for entry in entries for name in names_in(entry)}
 
 
+def generated_parts(config):
+    return Path(config["site_dir"]).parent / "site-parts"
+
+
 def on_config(config):
+    python = next(entry["Python"] for entry in config["nav"] if "Python" in entry)
+    python += [{title: name} for name, title in PYTHON_PAGES.items() if (generated_parts(config) / "python" / name).exists()]
     pages = {str(path.relative_to(config["docs_dir"])) for path in Path(config["docs_dir"]).rglob("*.md")}
     others = sorted(pages - names_in(config["nav"]))
     if others:
@@ -52,7 +60,7 @@ def on_files(files, config):
     def add(path, folder):
         files.append(File(path, str(folder), config["site_dir"], use_directory_urls=False))
 
-    generated = Path(config["site_dir"]).parent / "site-parts"
+    generated = generated_parts(config)
     (generated / "katex").mkdir(parents=True, exist_ok=True)
     (generated / "katex/render.js").write_text(RENDER, encoding="utf-8")
     add("katex/render.js", generated)
@@ -60,9 +68,10 @@ def on_files(files, config):
         add(f"katex/{name}", KATEX.parent)
     for font in sorted((KATEX / "fonts").glob("*.woff2")):
         add(f"katex/fonts/{font.name}", KATEX.parent)
-    for path in sorted((generated / "api").rglob("*")):
-        if path.is_file():
-            add(os.path.relpath(path, generated), generated)
+    for folder, base in (("api", generated), ("python", generated / "python")):
+        for path in sorted((generated / folder).rglob("*")):
+            if path.is_file():
+                add(os.path.relpath(path, base), base)
     return files
 
 
