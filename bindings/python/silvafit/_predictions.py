@@ -92,8 +92,8 @@ class Predictions(Estimates):
 
     def _level(self, level: Union[str, int]) -> str:
         """A level by its name, or by nlme's number where that is clear."""
-        innermost = len(self._core.random_terms)
-        if isinstance(level, (int, np.integer)) and level in (0, innermost):
+        is_number = isinstance(level, (int, np.integer)) and not isinstance(level, bool)
+        if is_number and level in (0, len(self._core.random_terms)):
             return "conditional" if level else "population"
         check_text("level", level, is_optional=False)
         return str(level)
@@ -106,6 +106,8 @@ class Predictions(Estimates):
         data, **options
             As in `predict`, without interval, coverage and standard_errors.
         """
+        if data is not None:  # read once, also a stream
+            data = self._frame_for(data, self._level(options.get("level", "conditional")) == "calibrated")
         return Prediction(self, data, options)
 
     def _check_groups(self, frame: Frame) -> None:
@@ -197,15 +199,16 @@ class Predictions(Estimates):
         level : {"conditional", "population"}
             Of the first two kinds.
         """
+        kind = word("kind", kind, "response", "pearson", "normalized", "marginal")
         frame = self._own_frame("residuals()")
         found = self._residuals(frame)
-        kind = word("kind", kind, "response", "pearson", "normalized", "marginal")
         values = found[kind] if kind in ("normalized", "marginal") else _level_of(found, level)[kind]
         return frame.aligned(values, found["rows"], f"{kind} residual")
 
     def _residuals(self, frame: Frame) -> dict:
         with located_in(frame.index):
             return _core.residuals(self._core, frame.table)
+
 
 def _level_of(residuals: dict, level: str) -> dict:
     return residuals[word("level", level, "population", "conditional")]
@@ -220,13 +223,13 @@ class Prediction:
         The predictions, and their standard errors, with the index of the data.
     """
 
-    def __init__(self, fit: Predictions, data: Any, options: dict):
+    def __init__(self, fit: Predictions, data: Optional[Frame], options: dict):
         self._fit = fit
         self._data = data
         self._options = options
-        self._columns = self._predict("confidence", 0.05)
-        self.predicted_mean: pd.Series = self._columns["prediction"].rename("predicted_mean")
-        self.se_mean: pd.Series = self._columns["se"].rename("se_mean")
+        columns = self._predict("confidence", 0.05)
+        self.predicted_mean: pd.Series = columns["prediction"].rename("predicted_mean")
+        self.se_mean: pd.Series = columns["se"].rename("se_mean")
 
     def _predict(self, interval: str, alpha: float) -> pd.DataFrame:
         return pd.DataFrame(self._fit.predict(self._data, interval=interval, coverage=1.0 - alpha, standard_errors=True,
@@ -234,8 +237,7 @@ class Prediction:
 
     def conf_int(self, obs: bool = False, alpha: float = 0.05) -> pd.DataFrame:
         """Limits of intervals of coverage 1 - `alpha`: of the mean, or of new observations (`obs`)."""
-        columns = self._predict("prediction" if obs else "confidence", alpha)
-        return columns[["lower", "upper"]]
+        return self._predict("prediction" if obs else "confidence", alpha)[["lower", "upper"]]
 
     def summary_frame(self, alpha: float = 0.05) -> pd.DataFrame:
         """Columns mean, mean_se, mean_ci_lower, mean_ci_upper, obs_ci_lower, obs_ci_upper."""

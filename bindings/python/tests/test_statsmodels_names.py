@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from arrow_producer import ArrowTable
 from conftest import FORMULA
 
 import silvafit as sf
@@ -54,6 +55,14 @@ def test_predictions_have_the_limits_of_predict_lm(linear, expected):
         assert frame[[f"{name}_lower", f"{name}_upper"]].to_numpy() == pytest.approx(np.array(reference[name]), rel=LINEAR)
 
 
+def test_predictions_read_a_stream_once(linear, stands):
+    stream, other = (ArrowTable(stands[["dbh"]], text="u") for _ in range(2))
+    prediction = linear.get_prediction(stream)
+    assert prediction.summary_frame().reset_index(drop=True).equals(linear.get_prediction(stands).summary_frame())
+    linear.predict(other)
+    assert stream.made == other.made
+
+
 def test_mixed_fits_have_the_names_too(mixed, stands):
     assert mixed.fe_params.equals(mixed.params) and mixed.bse_fe.equals(mixed.standard_errors)
     assert mixed.cov_re.equals(mixed.random_covariance)
@@ -78,6 +87,8 @@ def test_expressions_are_responses(linear, stands):
         new.assign(ratio=new["h"] / new["dbh"]))
     assert mixed.calibrate(new).equals(expected)
     assert mixed.predict(new[["dbh"]], level="population").notna().all()
+    by_library = sf.Library.of(mixed).predict(new, level="calibrated")["h/dbh_pred"]
+    assert by_library.to_numpy() == pytest.approx(mixed.predict(new, level="calibrated").to_numpy(), rel=1e-12)
     with pytest.raises(sf.InputError, match="not defined") as caught:
         sf.fit("log(h) ~ a + b*dbh", stands.assign(h=stands["h"].where(stands.index != 7, -1.0)))
     assert caught.value.row == 7
