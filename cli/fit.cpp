@@ -22,6 +22,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/model_texts.hpp"
+#include "silvafit/fit/response.hpp"
 #include "silvafit/fit/shared_fit.hpp"
 #include "silvafit/fit/summary.hpp"
 #include "silvafit/study/catalogue.hpp"
@@ -89,6 +90,9 @@ study::ReadTable read_data(const FitArguments& arguments,
   const std::vector<std::string> indices = study::structure_names_in(texts, table);
   for (const std::string& note : study::add_structure_columns(indices, table)) {
     say(arguments.common, "note: " + note);
+  }
+  if (!arguments.formula.empty()) {
+    fit::add_response(fit::response_of(arguments.formula), table);
   }
   if (!arguments.where.empty()) table = data::rows_where(arguments.where, table);
   return {.table = std::move(table), .recognized = std::move(read.recognized)};

@@ -3,7 +3,7 @@
 
 The pages are written for reading in the checkout, too. Three things differ on the site: links to files outside of docs/
 become their paths, pages that the navigation does not name come under More, and files of Debian packages (KaTeX), of
-doxygen and of the package for R come along.
+doxygen, of the package for R and of scripts/python-pages come along.
 """
 
 import logging
@@ -15,6 +15,8 @@ from mkdocs.structure.files import File
 
 log = logging.getLogger("mkdocs.plugins.site_hooks")
 
+# Of scripts/python-pages; the notebook is there only where it was run.
+PYTHON_PAGES = {"python-reference.md": "Reference", "python-notebook.md": "Notebook"}
 KATEX = Path("/usr/share/javascript/katex")
 RENDER = """document.addEventListener("DOMContentLoaded", () => {
   for (const element of document.querySelectorAll(".arithmatex")) {
@@ -46,6 +48,8 @@ def on_config(config):
     made = [f"r/{path.name}" for path in sorted((generated(config) / "r").glob("*.md"))]
     for section in config["nav"]:
         section.get("R", []).extend(made)
+    python = next(entry["Python"] for entry in config["nav"] if "Python" in entry)
+    python += [{title: name} for name, title in PYTHON_PAGES.items() if (generated(config) / "python" / name).exists()]
     pages = {str(path.relative_to(config["docs_dir"])) for path in Path(config["docs_dir"]).rglob("*.md")}
     others = sorted(pages - names_in(config["nav"]))
     if others:
@@ -69,9 +73,10 @@ def on_files(files, config):
         add(f"katex/{name}", KATEX.parent)
     for font in sorted((KATEX / "fonts").glob("*.woff2")):
         add(f"katex/fonts/{font.name}", KATEX.parent)
-    for path in sorted([*(parts / "api").rglob("*"), *(parts / "r").rglob("*")]):
-        if path.is_file():
-            add(os.path.relpath(path, parts), parts)
+    for folder, base in (("api", parts), ("r", parts), ("python", parts / "python")):
+        for path in sorted((parts / folder).rglob("*")):
+            if path.is_file():
+                add(os.path.relpath(path, base), base)
     return files
 
 

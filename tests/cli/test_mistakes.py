@@ -210,11 +210,15 @@ class Notes(ProgramTest):
         by_bar = self.run_json("fit", "trees.csv", "--formula", "h ~ a + b*dbh + (1 | plot)")
         by_option = self.run_json("fit", "trees.csv", "--formula", "h ~ a + b*dbh", "--random", "a | plot")
         self.assertEqual(by_bar["log_likelihood"], by_option["log_likelihood"])
+        by_expression = self.run_json("fit", "trees.csv", "--formula", "log(h) ~ a + b*dbh")
+        by_column = self.run_json("fit", "trees.csv", "--formula", "log_h ~ a + b*dbh", "--columns", "log_h=log(h)")
+        self.assertEqual(by_expression["log_likelihood"], by_column["log_likelihood"])
         cases = {"h ~ dbh": "h ~ b0 + b1*dbh",
                  "h ~ dbh + (1 | plot)": 'h ~ b0 + b1*dbh with --random "b0 | plot"',
                  "h ~ dbh + species": 'h ~ b0 + b1*dbh with --parameter "b0 ~ species"',
-                 "log(h) ~ a + b*dbh": '--columns "log_h=log(h)"',
-                 "h ~ SSlogis(dbh, Asym, xmid, scal)": "Asym/(1 + exp((xmid - dbh)/scal))",
+                 "h ~ SSlogis(dbh, Asym)": "SSlogis(input, Asym, xmid, scal)",
+                 "cbind(h, dbh) ~ a": "a column or an expression of columns",
+                 "h ~ a + b*np.log(dbh)": "write log()",
                  "h ~ SSlogis(dbh, Asym, xmid, scal) ~ Asym | plot": '--random "Asym | plot"',
                  "h ~ a + b*ln(dbh)": "write log()"}
         for formula, message in cases.items():

@@ -88,6 +88,22 @@ class Predictions(ProgramTest):
         self.assertTrue(lines[1].startswith("A,20,25.50,x,"))
         self.assertTrue(lines[2].startswith('A,30,,"y, z",'))
 
+    def test_expressions_are_predicted_and_calibrated(self):
+        self.write("stand.csv", stand_csv())
+        fit = self.run_json("fit", "stand.csv", "--formula", "log(h - 1.3) ~ a + b*log(dbh)", "--random", "a | plot")
+        self.write("fit.json", json.dumps(fit))
+        self.write("new.csv", "plot,dbh,h\nA,20,25.5\nA,30,\n")
+        rows = self.predict("--level", "calibrated")
+        # Shrinkage of one residual of the expression.
+        a, b = (fit["fixed"][name]["estimate"] for name in "ab")
+        psi, sigma = fit["random"][0]["covariance"][0][0], fit["sigma"]
+        effect = psi / (psi + sigma ** 2) * (math.log(25.5 - 1.3) - a - b * math.log(20))
+        self.assertAlmostEqual(float(rows[1]["log(h - 1.3)_pred"]), a + effect + b * math.log(30), 10)
+        self.write("new.csv", "plot,dbh,h\nA,20,1.2\n")
+        self.assertAlmostEqual(float(self.predict("--level", "population")[0]["log(h - 1.3)_pred"]), a + b * math.log(20), 10)
+        error = self.run_program("predict", "fit.json", "new.csv", "--level", "calibrated", status=3).stderr
+        self.assertIn("new.csv:2: log(h - 1.3): the response is not defined here", error)
+
     def test_seen_plots_may_count_their_new_trees(self):
         new = "plot,dbh,h\n01,20,35\n01,30,\n"
         by_default = self.calibrated(new)[1][1]

@@ -14,6 +14,9 @@ from . import _arrow, _core
 #: Integers beyond this are no exact doubles, so that such columns can only be labels.
 _LARGEST_EXACT = 2**53
 
+#: What Series of numpy's types have as array; its name differs between versions of pandas.
+_NUMPY_ARRAY = type(pd.Series(dtype=object).array)
+
 Choice = Callable[[List[str]], Collection[str]]
 
 
@@ -95,7 +98,7 @@ def _objects(values: Any) -> Tuple[Any, Any]:
 
 
 def _texts_or_none(texts: Any, missing: np.ndarray) -> np.ndarray:
-    result = np.asarray(texts, dtype=object)
+    result = np.array(texts, dtype=object)
     result[missing] = None
     return result
 
@@ -113,7 +116,7 @@ def _column(name: str, values: Any) -> Tuple[Any, Any]:
 def _converted(name: str, values: Any) -> Tuple[Any, Any]:
     if isinstance(values, (pd.Series, pd.Index)):
         values = values.array
-    if isinstance(values, pd.arrays.PandasArray):
+    if isinstance(values, _NUMPY_ARRAY):
         values = values.to_numpy()
     if isinstance(values, pd.Categorical):
         return _text_column(values.codes, list(values.categories))
@@ -231,9 +234,14 @@ def _is_geometry(dtype: Any) -> bool:
     return str(dtype) == "geometry"
 
 
+def has_geometry(data: pd.DataFrame) -> bool:
+    """Whether it is a GeoDataFrame with an active geometry."""
+    return any(_is_geometry(dtype) for dtype in data.dtypes) and hasattr(data, "geometry")
+
+
 def _with_positions(data: pd.DataFrame) -> pd.DataFrame:
     """Points of geopandas give the columns x and y, if there are none."""
-    if not any(_is_geometry(dtype) for dtype in data.dtypes) or not hasattr(data, "geometry"):
+    if not has_geometry(data):
         return data
     if "x" in data.columns or "y" in data.columns:
         return data

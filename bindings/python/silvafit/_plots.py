@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import inspect
+from statistics import NormalDist
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
 import pandas as pd
 
 from ._errors import UsageError
+from ._words import word
 
 if TYPE_CHECKING:
     from ._fit import Fit
@@ -19,9 +21,8 @@ _MOST_CURVES = 12
 
 def plot(fit: "Fit", kind: str, ax: Any, **options: Any) -> Any:
     """Draws one of the kinds on axes, which are made if there are none."""
-    drawers: Dict[str, Callable[..., None]] = {"curves": _curves, "residuals": _residuals, "random": _random}
-    if kind not in drawers:
-        raise UsageError(f"unknown value '{kind}'; available: 'curves', 'residuals', 'random'", column="kind")
+    drawers: Dict[str, Callable[..., None]] = {"curves": _curves, "residuals": _residuals, "qq": _qq, "random": _random}
+    kind = word("kind", kind, *drawers)
     _check_options(kind, drawers[kind], options)
     if ax is None:
         import matplotlib.pyplot as plt
@@ -70,7 +71,7 @@ def _chosen_groups(data: pd.DataFrame, columns: List[str], groups: Optional[Sequ
         return chosen.sort_values(columns).reset_index(drop=True)
     every = sizes.index.to_frame(index=False)
     wanted = {"/".join(map(str, group)) if isinstance(group, tuple) else str(group) for group in groups}
-    labels = every[columns].applymap(lambda value: str(_plain(value))).agg("/".join, axis=1)
+    labels = every[columns].apply(lambda column: column.map(lambda value: str(_plain(value)))).agg("/".join, axis=1)
     found = every[labels.isin(wanted)]
     if len(found) < len(wanted):
         missing = sorted(wanted - set(labels))
@@ -113,26 +114,43 @@ def _plain(value: Any) -> Any:
 
 def _residuals(fit: "Fit", ax: Any, residual: str = "pearson", level: str = "conditional") -> None:
     ax.axhline(0.0, color="0.5", linewidth=1)
-    ax.plot(fit.fitted_values(level), fit.residuals(residual, level), ".", alpha=0.6)
+    ax.plot(fit.fitted(level), fit.residuals(residual, level), ".", alpha=0.6)
     ax.set(xlabel=f"fitted {fit.response} ({level})", ylabel=f"{residual} residual", title=fit.formula)
 
 
-def _random(fit: "Fit", ax: Any, effect: Optional[str] = None) -> None:
-    effects, errors = fit.random_effects, fit.random_standard_errors
-    if isinstance(effects, dict):
-        effects, errors = list(effects.values())[-1], list(errors.values())[-1]
-    if effects.empty:
+def _effects(values: Any, effect: Optional[str]) -> pd.Series:
+    """One effect of the finest grouping; by default the first."""
+    table = list(values.values())[-1] if isinstance(values, dict) else values
+    if table.empty:
         raise UsageError("the model has no random effects", column="kind")
-    effect = effect or effects.columns[0]
-    if effect not in effects.columns:
-        raise UsageError(f"unknown effect '{effect}'; available: {', '.join(effects.columns)}", column="effect")
-    ordered = effects[effect].sort_values()
+    if effect is not None and effect not in table.columns:
+        raise UsageError(f"unknown effect '{effect}'; available: {', '.join(table.columns)}", column="effect")
+    return table[effect or table.columns[0]]
+
+
+def _qq(fit: "Fit", ax: Any, residual: str = "normalized", level: str = "conditional",
+        effect: Optional[str] = None) -> None:
+    values = fit.residuals(residual, level).dropna() if effect is None else _effects(fit.random_effects, effect)
+    count = len(values)
+    # The plotting positions of R's ppoints(), which are those of Blom for few points.
+    offset = 0.375 if count <= 10 else 0.5
+    quantile = NormalDist().inv_cdf
+    places = np.array([quantile((k + 1 - offset) / (count + 1 - 2 * offset)) for k in range(count)])
+    low, high = np.quantile(values, [0.25, 0.75])
+    ax.plot(places, np.sort(values), ".", alpha=0.6)
+    ax.plot(places, (low + high) / 2.0 + places * (high - low) / (2.0 * quantile(0.75)), color="0.5", linewidth=1)
+    name = f"{residual} residual" if effect is None else f"random effect of {effect}"
+    ax.set(xlabel="normal quantile", ylabel=name, title=fit.formula)
+
+
+def _random(fit: "Fit", ax: Any, effect: Optional[str] = None) -> None:
+    ordered = _effects(fit.random_effects, effect).sort_values()
     places = np.arange(len(ordered))
-    half = 1.959963984540054 * errors[effect].reindex(ordered.index)
+    half = 1.959963984540054 * _effects(fit.random_standard_errors, effect).reindex(ordered.index)
     ax.axvline(0.0, color="0.5", linewidth=1)
     ax.errorbar(ordered, places, xerr=half, fmt="o", markersize=4, linewidth=1)
-    ax.set(xlabel=f"random effect of {effect}, with 95 % interval", ylabel=" / ".join(map(str, effects.index.names)),
-           title=fit.formula)
+    ax.set(xlabel=f"random effect of {ordered.name}, with 95 % interval",
+           ylabel=" / ".join(map(str, ordered.index.names)), title=fit.formula)
     if len(ordered) <= 60:
         ax.set_yticks(places, [" / ".join(map(str, label)) if isinstance(label, tuple) else str(label)
                                for label in ordered.index], fontsize="small")

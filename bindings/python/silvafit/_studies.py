@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from . import _core, _location
-from ._data import Frame, data_frame, source_of
+from ._data import Frame, data_frame, has_geometry, source_of
 from ._errors import UsageError, located_in
 from ._fit import Fit
 from ._listener import Listener
@@ -91,15 +91,16 @@ def structural_units(
     Returns
     -------
     DataFrame
-        The inventory with our names, core, W, M, U, C and the further indices, with the index of
-        `trees`. Rows that cannot be used are not in it. ``attrs`` has notes and the means (summary).
+        The inventory with our names, core, W, M, U, C and the further indices, then all other columns of
+        a DataFrame, with the index of `trees`; of a GeoDataFrame again one. Rows that cannot be used are not
+        in it. ``attrs`` has notes and the means (summary).
     """
     source, frame = source_of(trees)
     keywords = {"edge": edge, "buffer": buffer, "per": per, "neighbors": neighbors, "further": list(further),
                 "threads": threads, **window_arguments(window), **sampling_arguments(options)}
     with Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
         found = _core.structural_units(source, keywords, listener)
-    result = data_frame(found["table"], _index_of(frame, found["rows"]))
+    result = _with_own_columns(data_frame(found["table"], _index_of(frame, found["rows"])), trees, found["rows"])
     result.attrs.update(summary=json.loads(found["json"]), notes=listener.notes)
     return result
 
@@ -279,6 +280,16 @@ def impute(
     return result
 
 
+def _with_own_columns(result: pd.DataFrame, trees: Any, rows: Any) -> pd.DataFrame:
+    """A result with the columns of a DataFrame that it lacks; of a GeoDataFrame one with its geometry."""
+    if not isinstance(trees, pd.DataFrame):
+        return result
+    own = trees.iloc[np.asarray(rows, dtype=np.intp)]
+    further = [name for name in own.columns if str(name) not in result.columns]
+    joined = pd.concat([result.set_axis(own.index, axis=0), own[further]], axis=1)
+    return type(trees)(joined, geometry=trees.geometry.name, crs=trees.crs) if has_geometry(trees) else pd.DataFrame(joined)
+
+
 def _with_columns(trees: Any, columns: pd.DataFrame, rows: Any) -> pd.DataFrame:
     """A DataFrame with columns of a result, by the places of its rows; for other data the result alone."""
     if not isinstance(trees, pd.DataFrame):
@@ -416,18 +427,19 @@ class Study:
     library : Library
         The chosen models.
     predictions : DataFrame
-        The inventory with the predictions of the chosen models, with the index of the trees.
+        The inventory with the predictions of the chosen models, with the index and all columns of the trees.
     notes : list of str
         What was recognized and assumed.
     out, report : pathlib.Path or None
         The folder of the files, and the report page in it.
     """
 
-    def __init__(self, found: dict, frame: Optional[Frame], out: Optional[str], notes: List[str]):
+    def __init__(self, found: dict, frame: Optional[Frame], trees: Any, out: Optional[str], notes: List[str]):
         self.summary: dict = json.loads(found["json"])
         self.results = pd.DataFrame(self.summary["results"])
         self.library = Library(found["library"])
-        self.predictions = data_frame(found["predictions"], _index_of(frame, found["rows"]))
+        self.predictions = _with_own_columns(data_frame(found["predictions"], _index_of(frame, found["rows"])), trees,
+                                             found["rows"])
         self.notes = notes
         self.out = pathlib.Path(out) if out else None
         self.report = self.out / "report.html" if self.out else None
@@ -489,7 +501,7 @@ def study(
                     "call": call, "plots": plots, "windows": given.get("windows"),
                     "page": _location.page("report.html") if out is not None else None}
         found = _core.study(source, _location.catalogue(), keywords, listener)
-    return Study(found, frame, None if out is None else os.fspath(out), listener.notes)
+    return Study(found, frame, trees, None if out is None else os.fspath(out), listener.notes)
 
 
 def _call(out: Optional[Path], settings: Any, window: Any, options: Dict[str, Any]) -> str:

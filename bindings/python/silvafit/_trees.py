@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import tempfile
+import webbrowser
 from typing import Any, List, Optional, Sequence, Union
 
 from . import _core, _location
@@ -96,6 +97,15 @@ class View:
     def save(self, path: Path) -> None:
         """Write the page."""
         pathlib.Path(path).write_text(self.html, encoding="utf-8")
+
+    def open(self) -> None:
+        """Show the page in the browser, from its file or a temporary one."""
+        path = self.path
+        if path is None:
+            with tempfile.NamedTemporaryFile(prefix="silvafit-", suffix=".html", delete=False) as file:
+                path = pathlib.Path(file.name)
+            self.save(path)
+        webbrowser.open(path.resolve().as_uri())
 
     def __repr__(self) -> str:
         return f"3D page of {self.summary['trees']} trees" + (f": {self.path}" if self.path else "")

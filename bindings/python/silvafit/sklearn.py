@@ -2,15 +2,16 @@
 """Mixed-effects models as estimators of scikit-learn."""
 from __future__ import annotations
 
-import warnings
-from typing import Any, List, Mapping, Optional, Sequence, Union
+from typing import Any, List, Mapping, Optional
 
 import numpy as np
 import pandas as pd
 from sklearn.base import BaseEstimator, RegressorMixin
+from sklearn.utils import validation
 from sklearn.utils.validation import check_consistent_length, check_is_fitted, column_or_1d
 
 from ._errors import UsageError
+from ._fit import Parameters, response_name
 from ._fit import fit as _fit
 
 __all__ = ["MixedRegressor"]
@@ -21,22 +22,26 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
 
     Groups are a column of X that `random` names (``"a | plot"``), or the argument `groups` of `fit` and
     `predict`. Predictions for groups that were in the fit have their random effects; others are those of
-    the population. A call of `predict` without the groups warns that all are; ``level="population"`` asks
-    for that without a warning.
+    the population, or calibrated from measured trees. A prediction without the groups is an error, unless
+    ``level="population"`` asks for random effects 0.
 
     Parameters
     ----------
     formula : str, optional
         Such as ``"h ~ 1.3 + a*(1 - exp(-b*dbh))"``, with the columns of X by name (x0, x1, ... for
-        arrays); the left side is y whatever its name. Default: a linear model of all columns, with the
-        coefficients intercept, b0, b1, ... of x0, x1, ...
+        arrays), or the id of a model of the catalogue, ``"M4"``; the left side is y whatever its name.
+        Default: a linear model of all columns, with the coefficients intercept, b0, b1, ... of x0, x1, ...
     random : str, optional
         Random effects, ``"a + b | plot"``, or ``"a + b"`` for those of `groups`. Default: the intercept of
         the linear model if there are groups, else none.
     parameters, covariance, variance, method, reml, start, starts, fixed, bounds, threads
         As in `silvafit.fit`.
-    level : {"conditional", "population", "marginal"}
-        Of predictions for rows whose group is known.
+    level : {"conditional", "population", "calibrated", "marginal"}
+        Of predictions. calibrated: also groups that were not in the fit have random effects, predicted from
+        the trees that `measured` has values of.
+    measured : str, optional
+        Column of X with the response where it was measured, NaN elsewhere, for ``level="calibrated"``. A
+        fit does not read it.
 
     Attributes
     ----------
@@ -60,7 +65,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         self,
         formula: Optional[str] = None,
         random: Optional[str] = None,
-        parameters: Union[str, Sequence[str], None] = None,
+        parameters: Parameters = None,
         covariance: Optional[str] = None,
         variance: Optional[str] = None,
         method: Optional[str] = None,
@@ -70,6 +75,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         fixed: Optional[Mapping[str, float]] = None,
         bounds: Optional[Mapping[str, Any]] = None,
         level: str = "conditional",
+        measured: Optional[str] = None,
         threads: int = 1,
     ):
         self.formula = formula
@@ -84,6 +90,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         self.fixed = fixed
         self.bounds = bounds
         self.level = level
+        self.measured = measured
         self.threads = threads
 
     def fit(self, X: Any, y: Any, groups: Any = None) -> "MixedRegressor":
@@ -98,8 +105,8 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         """
         table, y = self._training_data(X, y)
         formula = self._formula(table)
-        table = self._with_groups(table, groups)
-        table[formula.split("~")[0].strip()] = y
+        table = self._with_groups(table.drop(columns=[self.measured] if self.measured else []), groups)
+        table[response_name(formula)] = y
         self.fit_ = _fit(
             formula, table, random=self._random(groups), parameters=self.parameters, covariance=self.covariance,
             variance=self.variance, method=self.method, reml=self.reml, start=self.start, starts=self.starts,
@@ -120,18 +127,25 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         """
         check_is_fitted(self)
         table = self._with_groups(self._table(X, reset=False), groups)
-        columns = {column for term in self.fit_._core.random_terms for column in term["columns"]}
-        level = self.level
-        if level == "conditional" and not columns <= set(table.columns):
-            warnings.warn("predict() got no groups, so that all random effects are 0 (level population); give groups, or "
-                          "set level='population'", stacklevel=2)
-            level = "population"
+        needed = {column for term in self.fit_._core.random_terms for column in term["columns"]}
+        if self.level in ("conditional", "calibrated") and not needed <= set(table.columns):
+            raise UsageError(f"predictions of the level {self.level} need the groups: a column {' and '.join(sorted(needed))}, "
+                             "or predict(X, groups=...); level='population' has random effects 0", column="groups")
+        if self.level == "calibrated":
+            table = self._with_response(table)
         # Groups that are not in the fit are what cross-validation over groups asks for.
-        return self.fit_.predict(table, level=level, new_groups="population", threads=self.threads).to_numpy()
+        return self.fit_.predict(table, level=self.level, new_groups="population", threads=self.threads).to_numpy()
+
+    def _with_response(self, table: pd.DataFrame) -> pd.DataFrame:
+        """The table with what was measured as response."""
+        if self.measured is None or self.measured not in table.columns:
+            raise UsageError("calibration needs the name of a column of X with the response where it was measured, such "
+                             "as measured='h_measured'", column="measured")
+        return table.assign(**{self.fit_.response: table[self.measured]})
 
     def _training_data(self, X: Any, y: Any) -> tuple:
         if self.formula is None:
-            X, y = self._validate_data(X, y, y_numeric=True, dtype=np.float64, ensure_min_samples=2)
+            X, y = _validated(self, X, y, y_numeric=True, dtype=np.float64, ensure_min_samples=2)
             return self._numbered(X), y
         table = self._table(X, reset=True)
         y = column_or_1d(y, warn=True).astype(np.float64)
@@ -141,9 +155,8 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
     def _table(self, X: Any, reset: bool) -> pd.DataFrame:
         """The columns of X by name; with the default formula numbers under x0, x1, ..."""
         if self.formula is None or not isinstance(X, pd.DataFrame):
-            return self._numbered(self._validate_data(X, dtype=np.float64, reset=reset))
-        self._check_feature_names(X, reset=reset)
-        self._check_n_features(X, reset=reset)
+            return self._numbered(_validated(self, X, dtype=np.float64, reset=reset))
+        _check_names(self, X, reset)
         return X.copy()
 
     @staticmethod
@@ -164,16 +177,28 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         return "y ~ " + " + ".join(["intercept", *slopes])
 
     def _random(self, groups: Any) -> Optional[str]:
-        if self.random is not None:
+        if self.random is not None and ("|" in self.random or groups is not None):
             return self.random if "|" in self.random else f"{self.random} | {self._GROUP}"
+        if self.random is not None:
+            raise UsageError("random effects need groups: fit(X, y, groups=...), or a column of X, such as "
+                             f"random='{self.random} | plot'", column="groups")
         if groups is None:
             return None
         if self.formula is None:
             return f"intercept | {self._GROUP}"
         raise UsageError("with groups, say which coefficients vary between them, such as random='a'", column="random")
 
-    def _more_tags(self) -> dict:
-        return {
-            "requires_y": True,
-            "poor_score": False,
-        }
+
+# scikit-learn 1.6 made functions of these methods.
+def _validated(estimator: Any, X: Any, *y: Any, **options: Any) -> Any:
+    if hasattr(validation, "validate_data"):
+        return validation.validate_data(estimator, X, *y, **options)
+    return estimator._validate_data(X, *y, **options)
+
+
+def _check_names(estimator: Any, X: pd.DataFrame, reset: bool) -> None:
+    if hasattr(validation, "validate_data"):
+        validation.validate_data(estimator, X, reset=reset, skip_check_array=True)
+    else:
+        estimator._check_feature_names(X, reset=reset)
+        estimator._check_n_features(X, reset=reset)

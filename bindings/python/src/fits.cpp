@@ -15,6 +15,7 @@
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/parameter_values.hpp"
+#include "silvafit/fit/response.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
 #include "silvafit/study/structure_columns.hpp"
@@ -81,7 +82,7 @@ FitPointer fit_of(const TablePointer& table,
   });
 }
 
-/// Names in texts: those read as numbers, with parameters, and those read as names.
+/// Names in texts: those read as numbers, with parameters, those read as names, and the response.
 py::tuple uses(const std::string& formula,
                const std::vector<std::string>& parameters,
                const std::string& random,
@@ -89,10 +90,11 @@ py::tuple uses(const std::string& formula,
   const study::ColumnUses found = study::column_uses(
       {.formulas = {formula}, .parameters = parameters, .random = random, .variance = variance});
   return py::make_tuple(std::vector<std::string>(found.as_numbers.begin(), found.as_numbers.end()),
-                        std::vector<std::string>(found.as_names.begin(), found.as_names.end()));
+                        std::vector<std::string>(found.as_names.begin(), found.as_names.end()),
+                        fit::response_of(formula));
 }
 
-/// All columns that a fit reads, its response last.
+/// All columns that a fit reads for predictions.
 std::vector<std::string> columns_of(const fit::FittedModel& fit) {
   std::vector<std::string> columns = fit.specification.label_columns();
   const std::vector<std::string> predictors = fit.specification.predictors();
@@ -102,7 +104,6 @@ std::vector<std::string> columns_of(const fit::FittedModel& fit) {
       if (!name.empty()) columns.push_back(name);
     }
   }
-  columns.push_back(fit.specification.formula.left);
   return columns;
 }
 
@@ -114,8 +115,12 @@ std::vector<std::string> structure_names(const std::vector<std::string>& texts,
   return study::structure_names_in(texts, header);
 }
 
-py::tuple with_structure(const TablePointer& table, const std::vector<std::string>& names) {
+/// Adds structural indices, and the response if it is an expression; with notes.
+py::tuple with_computed(const TablePointer& table,
+                        const std::vector<std::string>& names,
+                        const std::string& response) {
   data::Table result = *table;
+  fit::add_response(response, result);
   std::vector<std::string> notes = study::add_structure_columns(names, result);
   for (std::string& note : notes) note = in_words_of_python(note);
   return py::make_tuple(share(std::move(result)), notes);
@@ -151,15 +156,6 @@ py::list optima_of(const fit::FittedModel& fit) {
     one["estimate"] = optimum.estimate;
     result.append(one);
   }
-  return result;
-}
-
-py::dict statistics_of(const fit::FitStatistics& statistics) {
-  py::dict result;
-  result["r2"] = statistics.r2;
-  result["mean_error"] = statistics.mean_error;
-  result["rmse"] = statistics.rmse;
-  result["mae"] = statistics.mae;
   return result;
 }
 
@@ -224,6 +220,15 @@ void add_values(py::class_<fit::FittedModel, FitPointer>& fit) {
 
 }  // namespace
 
+py::dict statistics_of(const fit::FitStatistics& statistics) {
+  py::dict result;
+  result["r2"] = statistics.r2;
+  result["mean_error"] = statistics.mean_error;
+  result["rmse"] = statistics.rmse;
+  result["mae"] = statistics.mae;
+  return result;
+}
+
 void add_fits(py::module_& module) {
   using fit::FittedModel;
   py::class_<FittedModel, FitPointer> fit(module, "Fit");
@@ -232,6 +237,10 @@ void add_fits(py::module_& module) {
                             [](const FittedModel& self) { return self.specification.formula.text; })
       .def_property_readonly(
           "response", [](const FittedModel& self) { return self.specification.formula.left; })
+      .def_property_readonly("response_columns",
+                             [](const FittedModel& self) {
+                               return fit::response_columns(self.specification.formula.left);
+                             })
       .def_property_readonly(
           "predictors", [](const FittedModel& self) { return self.specification.predictors(); })
       .def_property_readonly("method",
@@ -287,7 +296,7 @@ void add_fits(py::module_& module) {
              py::arg("listener"));
   module.def("uses", &uses);
   module.def("structure_names", &structure_names);
-  module.def("with_structure", &with_structure);
+  module.def("with_computed", &with_computed);
 }
 
 }  // namespace silvafit::python

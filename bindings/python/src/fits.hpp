@@ -17,6 +17,9 @@ inline FitPointer share(fit::FittedModel fit) {
   return std::make_shared<fit::FittedModel>(std::move(fit));
 }
 
+/// r2, mean_error, rmse and mae.
+pybind11::dict statistics_of(const fit::FitStatistics& statistics);
+
 /// The class Fit with its values, JSON, and fit().
 void add_fits(pybind11::module_& module);
 /// Predictions, residuals and simulated responses.

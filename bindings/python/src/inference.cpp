@@ -14,6 +14,7 @@
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/cross_validation.hpp"
 #include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/term_tests.hpp"
 #include "tables.hpp"
 #include "work.hpp"
 
@@ -114,15 +115,6 @@ py::dict bootstrap(const FitPointer& fit,
   }));
 }
 
-py::dict statistics_of(const fit::FitStatistics& statistics) {
-  py::dict result;
-  result["r2"] = statistics.r2;
-  result["mean_error"] = statistics.mean_error;
-  result["rmse"] = statistics.rmse;
-  result["mae"] = statistics.mae;
-  return result;
-}
-
 py::dict cross_validation_result(const fit::CrossValidation& found) {
   py::list failed;
   for (const fit::FailedFold& fold : found.failed) {
@@ -161,6 +153,15 @@ py::dict cross_validate(const FitPointer& fit,
     options.progress = work.progress_of("cross-validation");
     return fit::cross_validate(*fit, *table, options);
   }));
+}
+
+/// (term, degrees of freedom, those of the denominator, F, p) of each term.
+py::list term_tests(const fit::FittedModel& fit) {
+  py::list rows;
+  for (const fit::TermTest& test : fit::term_tests(fit)) {
+    rows.append(py::make_tuple(test.term, test.numerator_df, test.denominator_df, test.f, test.p));
+  }
+  return rows;
 }
 
 /// The test of a fit against the one before it, or why there is none.
@@ -210,6 +211,7 @@ void add_inference(py::module_& module) {
   module.def("bootstrap", &bootstrap);
   module.def("cross_validate", &cross_validate);
   module.def("compare", &compare);
+  module.def("term_tests", &term_tests);
 }
 
 }  // namespace silvafit::python

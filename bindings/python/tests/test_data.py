@@ -26,7 +26,7 @@ def test_dicts_and_structured_arrays(stands, expected):
     columns = {name: stands[name].to_numpy() for name in stands.columns}
     fit = sf.fit(FORMULA, columns, **MODEL)
     assert same(fit, expected)
-    assert isinstance(fit.fitted.index, pd.RangeIndex)
+    assert isinstance(fit.fitted().index, pd.RangeIndex)
     assert same(sf.fit(FORMULA, stands.to_records(index=False), **MODEL), expected)
 
 
@@ -65,7 +65,7 @@ def test_labels_of_groups_keep_their_type(stands):
         fit = sf.fit(FORMULA, trees, random="a | plot")
         assert all(isinstance(label, (kind, np.integer) if kind is int else kind) for label in fit.random_effects.index)
         assert set(fit.random_effects.index) == set(labels)
-        assert fit.predict(trees, level="conditional").to_numpy() == pytest.approx(fit.fitted.to_numpy())
+        assert fit.predict(trees, level="conditional").to_numpy() == pytest.approx(fit.fitted().to_numpy())
 
 
 def test_numbers_that_are_no_exact_doubles_stay_different_labels(stands):
@@ -140,8 +140,8 @@ def test_levels_of_the_index_are_columns(stands, expected):
     trees = stands.set_index(["plot", "tree"])
     fit = sf.fit(FORMULA, trees, **MODEL)
     assert same(fit, expected)
-    assert fit.fitted.index.equals(trees.index)
-    assert fit.predict(trees, level="conditional").to_numpy() == pytest.approx(fit.fitted.to_numpy())
+    assert fit.fitted().index.equals(trees.index)
+    assert fit.predict(trees, level="conditional").to_numpy() == pytest.approx(fit.fitted().to_numpy())
 
 
 def test_numbers_of_a_table_are_views(mixed):

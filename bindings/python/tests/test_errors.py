@@ -69,7 +69,7 @@ def test_unknown_arguments_and_values_are_refused(stands):
     with pytest.raises(sf.UsageError, match="calibrated"):
         fit.predict(stands, level="best")
     with pytest.raises(sf.UsageError, match="pearson"):
-        fit.residuals("raw")
+        fit.residuals("odd")
     with pytest.raises(sf.UsageError, match="unknown argument"):
         sf.structural_units({"x": [1.0]}, egde="none")
 

@@ -74,7 +74,7 @@ def test_an_empty_text_is_a_missing_value(stands):
         assert gaps.excluded == first.sum()
         assert gaps.loglik == pytest.approx(expected.loglik)
         predicted = gaps.predict(trees, level="conditional")
-        assert predicted[~first].to_numpy() == pytest.approx(gaps.fitted[~first].to_numpy())
+        assert predicted[~first].to_numpy() == pytest.approx(gaps.fitted()[~first].to_numpy())
 
 
 def test_columns_that_cannot_be_used_are_named(stands):

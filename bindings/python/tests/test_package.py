@@ -57,7 +57,9 @@ def test_the_stub_of_the_extension_names_what_it_has():
 
 
 def _documented(owner):
-    for name, member in vars(owner).items():
+    members = {name: member for part in reversed(owner.__mro__) if part.__module__.startswith("silvafit")
+               for name, member in vars(part).items()}
+    for name, member in members.items():
         if name.startswith("_"):
             continue
         function = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
@@ -67,7 +69,7 @@ def _documented(owner):
 
 def test_everything_public_has_a_docstring_and_types():
     functions = [(name, getattr(sf, name)) for name in sf.__all__ if inspect.isfunction(getattr(sf, name))]
-    for owner in (sf.Fit, sf.Library, sf.View, MixedRegressor):
+    for owner in (sf.Fit, sf.Prediction, sf.Library, sf.View, MixedRegressor):
         functions += _documented(owner)
     assert len(functions) > 50
     for name, function in functions:

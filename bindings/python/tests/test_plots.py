@@ -39,6 +39,25 @@ def test_residuals_and_random_effects(mixed):
         mixed.plot("pie")
 
 
+def test_normal_quantiles(mixed):
+    scipy_stats = pytest.importorskip("scipy.stats")
+    ax = mixed.plot("qq")
+    points, line = ax.lines
+    values = np.sort(mixed.residuals("normalized"))
+    assert np.asarray(points.get_ydata()) == pytest.approx(values)
+    # R's ppoints() of more than 10 values.
+    assert np.asarray(points.get_xdata()) == pytest.approx(scipy_stats.norm.ppf((np.arange(len(values)) + 0.5) / len(values)))
+    # R's qqline(): through the quartiles.
+    on_line = np.interp(scipy_stats.norm.ppf([0.25, 0.75]), *line.get_data())
+    assert on_line == pytest.approx(np.quantile(values, [0.25, 0.75]))
+    effects = mixed.plot("qq", effect="b").lines[0]
+    assert np.asarray(effects.get_ydata()) == pytest.approx(np.sort(mixed.random_effects["b"]))
+    with pytest.raises(sf.UsageError, match="unknown effect 'c'; available: a, b"):
+        mixed.plot("qq", effect="c")
+    with pytest.raises(sf.UsageError, match="no random effects"):
+        sf.fit(FORMULA, mixed.data).plot("qq", effect="a")
+
+
 def test_plots_of_other_models(stands):
     matplotlib.pyplot.close("all")
     sf.fit(FORMULA, stands).plot()

@@ -44,6 +44,22 @@ def test_nested_fits_are_those_of_nlme(expected, stands, name):
         assert np.sqrt(np.diag(fit.random_covariance[column])) == pytest.approx(level["sd"], rel=1e-3)
 
 
+@pytest.mark.parametrize("name", ["stand_a_plot_ab_none_ml", "a_in_both_none_ml"])
+def test_coefficients_of_groups_are_sums_of_the_effects_of_nlme(expected, stands, name):
+    reference = next(fit for fit in expected("nlme_nested.json")["fits"] if fit["id"] == name)
+    fit = sf.fit("h ~ 1.3 + a*(1 - exp(-b*dbh/10))", stands, random=RANDOM[name.rsplit("_", 2)[0]])
+    effects = {}
+    for level in reference["random"].values():
+        for group, values in zip(level["groups"], level["effects"]):
+            effects[group] = dict(zip(level["names"], values))
+    fixed = reference["fixed_point"]["estimates"]
+    for (stand, plot), row in fit.group_coefficients["plot"].iterrows():
+        for coefficient in ("a", "b"):
+            parts = [effects[group].get(coefficient, 0.0) for group in (stand, f"{stand}/{plot}")]
+            assert row[coefficient] == pytest.approx(fixed[coefficient] + sum(parts), rel=NLME)
+    assert list(fit.group_coefficients["stand"].index) == list(fit.random_effects["stand"].index)
+
+
 def test_predictions_are_those_of_nlme(expected, stands):
     for reference in expected("nlme_predict.json")["predictions"]:
         fit = sf.fit(reference["formula"], stands, random=reference["random"], variance=reference["variance"])
@@ -59,7 +75,7 @@ def test_residuals_are_those_of_nlme(expected, stands):
         fit = sf.fit(FORMULA, stands, random=random, variance=reference["variance"])
         rows = np.array(reference["rows"]) - 1
         values = reference["residuals"]
-        for series, name in ((fit.fitted_values("population"), "fitted_population"), (fit.fitted, "fitted_conditional"),
+        for series, name in ((fit.fitted("population"), "fitted_population"), (fit.fitted(), "fitted_conditional"),
                              (fit.residuals(), "response_conditional"), (fit.residuals("pearson"), "pearson_conditional"),
                              (fit.residuals("pearson", "population"), "pearson_population")):
             # Residuals are differences of numbers near 20 m.

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The estimator in scikit-learn's own checks, in cross-validation and in pipelines."""
+import inspect
 import warnings
 
 import numpy as np
@@ -18,7 +19,14 @@ from sklearn.utils.estimator_checks import check_estimator  # noqa: E402
 import silvafit as sf  # noqa: E402
 from silvafit.sklearn import MixedRegressor  # noqa: E402
 
-CHECKS = list(check_estimator(MixedRegressor(), generate_only=True))
+try:
+    from sklearn.utils.estimator_checks import estimator_checks_generator  # scikit-learn 1.6
+
+    CHECKS = list(estimator_checks_generator(MixedRegressor()))
+except ImportError:
+    CHECKS = list(check_estimator(MixedRegressor(), generate_only=True))
+#: The argument of cross_val_score with those of fit.
+FIT_PARAMS = "params" if "params" in inspect.signature(cross_val_score).parameters else "fit_params"
 
 
 @pytest.mark.parametrize("estimator, check", CHECKS, ids=[getattr(check, "func", check).__name__ for _, check in CHECKS])
@@ -43,10 +51,13 @@ def test_groups_by_column_and_by_argument_are_the_same(stands):
     assert by_column.fit_.loglik == by_argument.fit_.loglik
     conditional = by_column.predict(X)
     assert conditional == pytest.approx(by_argument.predict(X[["dbh"]], groups=stands["plot"]))
-    assert conditional == pytest.approx(by_column.fit_.fitted.to_numpy())
-    with pytest.warns(UserWarning, match="got no groups"):
-        without = by_argument.predict(X[["dbh"]])
+    assert conditional == pytest.approx(by_column.fit_.fitted().to_numpy())
+    with pytest.raises(sf.UsageError, match="need the groups.*level='population'"):
+        by_argument.predict(X[["dbh"]])
+    without = by_argument.set_params(level="population").predict(X[["dbh"]])
     assert without == pytest.approx(by_column.fit_.predict(X, level="population").to_numpy())
+    with pytest.raises(sf.UsageError, match="random='a . plot'"):
+        MixedRegressor(FORMULA, random="a").fit(X, stands["h"])
     linear = MixedRegressor().fit(X[["dbh"]], stands["h"], groups=stands["plot"])
     assert linear.fit_.random == "intercept | group"
 
@@ -61,16 +72,16 @@ def test_cross_validation_by_groups(stands):
         error = y.iloc[test] - fit.predict(stands.iloc[test], level="population")
         by_hand.append(1 - (error**2).sum() / ((y.iloc[test] - y.iloc[test].mean()) ** 2).sum())
     assert scores == pytest.approx(by_hand, rel=1e-9)
-    with_parameter = cross_val_score(MixedRegressor(FORMULA, random="a"), X[["dbh"]], y, groups=plots, cv=folds,
-                                     fit_params={"groups": plots.to_numpy()})
+    with_parameter = cross_val_score(MixedRegressor(FORMULA, random="a", level="population"), X[["dbh"]], y, groups=plots,
+                                     cv=folds, **{FIT_PARAMS: {"groups": plots.to_numpy()}})
     assert with_parameter == pytest.approx(by_hand, rel=1e-9)
 
 
 def test_pipelines_clones_and_searches(stands):
     X = stands[["dbh", "crowding"]]
-    scaled = make_pipeline(StandardScaler(), MixedRegressor())
+    scaled = make_pipeline(StandardScaler(), MixedRegressor(level="population"))
     scaled.fit(X, stands["h"], mixedregressor__groups=stands["plot"])
-    plain = MixedRegressor().fit(X, stands["h"], groups=stands["plot"])
+    plain = MixedRegressor(level="population").fit(X, stands["h"], groups=stands["plot"])
     assert scaled.predict(X) == pytest.approx(plain.predict(X), rel=1e-6)
     model = MixedRegressor(FORMULA, random="a | plot", variance="power")
     assert clone(model).get_params() == model.get_params()
@@ -89,3 +100,29 @@ def test_arrays_have_columns_x0_and_so_on(stands):
     model = MixedRegressor("h ~ 1.3 + a*(1 - exp(-b*x0))").fit(array, stands["h"].to_numpy())
     assert model.fit_.fixed_effects.to_numpy() == pytest.approx(sf.fit(FORMULA, stands).fixed_effects.to_numpy())
     assert isinstance(model.predict(array), np.ndarray) and isinstance(stands, pd.DataFrame)
+
+
+def test_models_of_the_catalogue_and_expressions_have_y_on_the_left(stands):
+    by_id = MixedRegressor("M4", random="a | plot").fit(stands[["dbh", "plot"]], stands["h"].rename("height"))
+    assert by_id.fit_.model == "M4"
+    assert by_id.fit_.loglik == sf.fit("M4", stands, random="a | plot").loglik
+    logarithm = MixedRegressor("log(h) ~ a + b*log(dbh)").fit(stands[["dbh"]], np.log(stands["h"]))
+    assert logarithm.fit_.fixed_effects.to_numpy() == pytest.approx(
+        np.polynomial.polynomial.polyfit(np.log(stands["dbh"]), np.log(stands["h"]), 1), rel=1e-9)
+
+
+def test_new_groups_are_calibrated_from_their_measured_trees(stands):
+    folds, y, plots = GroupKFold(4), stands["h"], stands["plot"]
+    few = y.where(stands.groupby("plot").cumcount() < 3)
+    X = stands[["dbh", "plot"]].assign(some_h=few)
+    model = MixedRegressor(FORMULA, random="a | plot", level="calibrated", measured="some_h")
+    train, test = next(folds.split(X, y, plots))
+    predicted = model.fit(X.iloc[train], y.iloc[train]).predict(X.iloc[test])
+    new = stands.iloc[test].assign(h=few.iloc[test])
+    expected = sf.fit(FORMULA, stands.iloc[train], random="a | plot").predict(new, level="calibrated")
+    assert predicted == pytest.approx(expected.to_numpy(), rel=1e-12)
+    # The trees of three heights say much of a plot: better than the population in all folds.
+    plain = MixedRegressor(FORMULA, random="a | plot")
+    assert (cross_val_score(model, X, y, groups=plots, cv=folds) > cross_val_score(plain, X, y, groups=plots, cv=folds)).all()
+    with pytest.raises(sf.UsageError, match="measured='h_measured'"):
+        MixedRegressor(FORMULA, random="a | plot", level="calibrated").fit(X, y).predict(X)

@@ -2,7 +2,10 @@
 """Analyses of inventories: the tables of the program, with the index of the trees."""
 import io
 import json
+import pathlib
 import pickle
+from urllib.parse import urlparse
+from urllib.request import url2pathname
 
 import numpy as np
 import pandas as pd
@@ -65,6 +68,40 @@ def test_windows_of_geopandas_are_those_of_files(source, inventory):
         found = sf.structural_units(inventory, window, per="stand")
         assert found["core"].equals(expected["core"]) and found["C"].equals(expected["C"])
     assert not expected["core"].equals(sf.structural_units(inventory)["core"])
+
+
+def test_further_columns_and_geometries_are_kept(small):
+    geopandas = pytest.importorskip("geopandas")
+    trees = small.assign(note=range(len(small)))
+    points = geopandas.GeoDataFrame(trees.drop(columns=["x", "y"]), geometry=geopandas.points_from_xy(trees.x, trees.y),
+                                    crs=32650)
+    plain, units = sf.structural_units(trees), sf.structural_units(points)
+    assert type(plain) is pd.DataFrame and plain["note"].equals(trees["note"].reindex(plain.index))
+    assert isinstance(units, geopandas.GeoDataFrame) and units.crs == points.crs
+    assert units["C"].equals(plain["C"]) and units["note"].equals(plain["note"])
+    assert units.geometry.x.to_numpy() == pytest.approx(units["x"].to_numpy())
+    renamed = sf.structural_units(trees.rename(columns={"dbh": "BHD"}), columns={"dbh": "BHD"})
+    assert renamed["BHD"].equals(renamed["dbh"])
+    few = points.copy()
+    few.loc[few.index[::3], "h"] = np.nan
+    for found in (sf.impute(few, "h"), sf.study(few, responses=["h"], candidates={"h": ["M4"]}, covariates=[],
+                                                maximum_random_effects=1).predictions):
+        assert isinstance(found, geopandas.GeoDataFrame) and found.crs == points.crs
+        assert found["note"].equals(points["note"].reindex(found.index))
+    assert sf.fit("M4", points).loglik == sf.fit("M4", trees).loglik
+
+
+def test_pages_are_opened_in_the_browser(monkeypatch, tmp_path):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    page = sf.View("<p>stand</p>", None, {"trees": 1}, 600)
+    page.open()
+    written = pathlib.Path(url2pathname(urlparse(opened[0]).path))
+    assert written.read_text(encoding="utf-8") == page.html
+    written.unlink()
+    file = tmp_path / "view.html"
+    sf.View("", file, {"trees": 1}, 600).open()
+    assert opened[1] == file.as_uri()
 
 
 def test_windows_of_plots_and_degrees(inventory):

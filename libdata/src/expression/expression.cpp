@@ -196,54 +196,33 @@ std::string Expression::text() const { return text_of(node_); }
 
 namespace {
 
-/// log(h) as log_h.
-std::string column_name_of(std::string_view expression) {
-  std::string name;
-  for (const char byte : expression) {
-    if (is_name_byte(byte)) {
-      name += byte;
-    } else if (!name.empty() && name.back() != '_') {
-      name += '_';
-    }
-  }
-  while (!name.empty() && name.back() == '_') name.pop_back();
-  return name.empty() ? "y" : name;
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  return text;
 }
 
-[[noreturn]] void refuse_left_side(std::string_view text, std::size_t tilde, bool is_readable) {
-  std::string_view left = text.substr(0, tilde);
-  while (!left.empty() && left.back() == ' ') left.remove_suffix(1);
-  while (!left.empty() && left.front() == ' ') left.remove_prefix(1);
+[[noreturn]] void refuse_left_side(std::string_view text, std::string_view left) {
   if (left.empty()) throw FormulaError("expected the column of the response left of ~", text, 1);
-  if (!is_readable) {
-    throw FormulaError(
-        fmt::format("the left side has to be the name of one column, not '{}'", left), text, 1);
-  }
-  const std::string name = column_name_of(left);
   throw FormulaError(
-      fmt::format("the left side has to be one column, not an expression; add a column {0} with "
-                  "the values of {1}, by `columns={0}={1}` or in the data, and write {0} ~ ...; "
-                  "if the variance grows with the mean, the response itself with `variance=power` "
-                  "can be better",
-                  name,
-                  left),
+      fmt::format("the left side has to be a column or an expression of columns, not '{}'", left),
       text,
       1);
 }
 
-/// The name of the column left of ~.
+/// The name of the column left of ~, or the text of the expression.
 std::string left_side(std::string_view text, std::size_t tilde) {
-  std::optional<Expression> left;
+  const std::string_view left = trimmed(text.substr(0, tilde));
+  std::optional<Expression> expression;
   try {
-    left = Expression::parse(text, 0, tilde);
+    expression = Expression::parse(text, 0, tilde);
   } catch (const FormulaError&) {
-    refuse_left_side(text, tilde, false);
+    refuse_left_side(text, left);
   }
-  const std::vector<std::string> names = left->variables();
-  if (left->node()->operation != Operation::kVariable || names.size() != 1) {
-    refuse_left_side(text, tilde, true);
-  }
-  return names[0];
+  const std::vector<std::string> names = expression->variables();
+  if (names.empty()) refuse_left_side(text, left);
+  const bool is_name = expression->node()->operation == Operation::kVariable;
+  return is_name ? names[0] : std::string(left);
 }
 
 }  // namespace

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <charconv>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "expression/function_advice.hpp"
+#include "expression/self_starting_models.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::data {
@@ -26,8 +28,12 @@ bool starts_name(char byte) { return is_name_byte(byte) && !is_digit(byte) && by
 /// Recursive descent over the text, loosest binding first.
 class Parser {
  public:
-  Parser(std::string_view text, std::size_t begin, std::size_t end)
-      : text_(text), position_(begin), end_(end) {}
+  /// \param arguments  what %1, %2, ... stand for, in formulas of self-starting models
+  Parser(std::string_view text,
+         std::size_t begin,
+         std::size_t end,
+         const std::vector<NodePointer>* arguments = nullptr)
+      : text_(text), position_(begin), end_(end), arguments_(arguments) {}
 
   NodePointer parse() {
     NodePointer result = either();
@@ -224,6 +230,10 @@ class Parser {
     }
     if (is_digit(next) || next == '.') return number();
     if (next == '`') return backquoted();
+    if (next == '%' && arguments_ != nullptr) {
+      position_ += 2;
+      return arguments_->at(static_cast<std::size_t>(text_[position_ - 1] - '1'));
+    }
     if (starts_name(next)) return name_or_call();
     fail(fmt::format("expected a value, not '{}'", next));
   }
@@ -263,10 +273,11 @@ class Parser {
 
   NodePointer call(std::string_view name, std::size_t begin) {
     if (name == "I") return primary();  // as in R's formulas; everything is arithmetic here
+    const SelfStartingModel* const model = find_self_starting_model(name);
+    if (model != nullptr) return self_starting(*model, begin);
     const auto function = find_function(name);
     if (!function) {
-      fail_at(fmt::format("unknown function '{}'{}", name, advice_on_function(name, arguments())),
-              begin);
+      fail_at(fmt::format("unknown function '{}'{}", name, advice_on_function(name)), begin);
     }
     expect("(", "before the arguments");
     std::vector<NodePointer> arguments;
@@ -277,24 +288,43 @@ class Parser {
     return applied(*function, arguments, begin);
   }
 
-  /// The texts of the arguments of a call at its parenthesis.
-  std::vector<std::string> arguments() const {
-    std::vector<std::string> result;
-    std::string argument;
-    int depth = 0;
-    for (std::size_t i = position_; i < end_; ++i) {
-      const char byte = text_[i];
-      if (byte == ')' && --depth == 0) break;
-      if (byte == ',' && depth == 1) {
-        result.push_back(std::exchange(argument, {}));
-      } else if (depth > 0 && (byte != ' ' || !argument.empty())) {
-        argument += byte;
-      }
-      if (byte == '(') ++depth;
+  /// A self-starting model of R. As there, unnamed arguments are those that have no name, in order.
+  NodePointer self_starting(const SelfStartingModel& model, std::size_t begin) {
+    std::vector<NodePointer> arguments(model.size());
+    std::vector<NodePointer> unnamed;
+    std::size_t count = 0;
+    expect("(", "before the arguments");
+    do {
+      const std::optional<std::size_t> place = argument_name(model);
+      const NodePointer value = either();
+      place ? arguments[*place] = value : unnamed.emplace_back(value);
+      ++count;
+    } while (accept(","));
+    expect(")", "after the arguments");
+    auto next = unnamed.begin();
+    for (NodePointer& argument : arguments) {
+      if (argument == nullptr && next != unnamed.end()) argument = *next++;
     }
-    result.push_back(std::move(argument));
-    for (std::string& text : result) text.erase(text.find_last_not_of(' ') + 1);
-    return result;
+    if (count != model.size() || std::ranges::find(arguments, nullptr) != arguments.end()) {
+      fail_at(fmt::format("the arguments are {}", model.call()), begin);
+    }
+    return Parser(model.formula, 0, model.formula.size(), &arguments).parse();
+  }
+
+  /// Reads `name =` before an argument; no value if it has none.
+  std::optional<std::size_t> argument_name(const SelfStartingModel& model) {
+    skip_blanks();
+    const std::size_t begin = position_;
+    while (position_ < end_ && is_name_byte(text_[position_])) ++position_;
+    const std::string_view name = text_.substr(begin, position_ - begin);
+    const bool is_name = accept("=") && peek() != '=';
+    if (!is_name) {
+      position_ = begin;
+      return std::nullopt;
+    }
+    const std::size_t place = model.place_of(name);
+    if (place == model.size()) fail_at(fmt::format("the arguments are {}", model.call()), begin);
+    return place;
   }
 
   NodePointer applied(const Function& function,
@@ -335,6 +365,7 @@ class Parser {
   std::string_view text_;
   std::size_t position_;
   std::size_t end_;
+  const std::vector<NodePointer>* arguments_;
   int depth_ = 0;
 };
 

@@ -50,13 +50,31 @@ bool is_variable(const ExpressionNode& node, std::string_view name) {
   return node.operation == Operation::kVariable && node.name == name;
 }
 
+/// How often names are mentioned: once, or more often (2). Parts of a graph that are shared count
+/// as often as they are used; a square mentions its base once.
+std::unordered_map<std::string, std::size_t> mentions_in(const NodePointer& root) {
+  std::unordered_map<std::string, std::size_t> mentions;
+  std::unordered_map<const ExpressionNode*, int> visits;
+  std::vector<const ExpressionNode*> pending{root.get()};
+  while (!pending.empty()) {
+    const ExpressionNode& node = *pending.back();
+    pending.pop_back();
+    if (++visits[&node] > 2) continue;
+    if (node.operation == Operation::kVariable) ++mentions[node.name];
+    const bool is_square =
+        node.operation == Operation::kMultiply && node.operands[0] == node.operands[1];
+    for (int i = is_square ? 1 : 0; i < node.operand_count; ++i) {
+      pending.push_back(node.operands[i].get());
+    }
+  }
+  return mentions;
+}
+
 /// Looks for parts without data, from the outermost inwards.
 class InseparableSearch {
  public:
-  InseparableSearch(const NodePointer& root, const std::vector<std::string>& names) {
-    for_each_node(root, [&](const ExpressionNode& node) {
-      if (node.operation == Operation::kVariable) ++mentions_[node.name];
-    });
+  InseparableSearch(const NodePointer& root, const std::vector<std::string>& names)
+      : mentions_(mentions_in(root)) {
     names_.insert(names.begin(), names.end());
   }
 
@@ -163,9 +181,8 @@ bool is_name(const Expression& expression) {
 }
 
 NameUse use_of(const Expression& expression, std::string_view name) {
-  NameUse use;
+  NameUse use{.mentions = mentions_in(expression.node())[std::string(name)]};
   for_each_node(expression.node(), [&](const ExpressionNode& node) {
-    if (is_variable(node, name)) ++use.mentions;
     const bool has_base = node.operation == Operation::kPower || node.operation == Operation::kSqrt;
     const int looked_at = is_product(node.operation) ? 2 : has_base ? 1 : 0;
     for (int i = 0; i < looked_at; ++i) {

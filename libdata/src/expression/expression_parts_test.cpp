@@ -28,6 +28,14 @@ TEST_CASE("summands carry their sign, factors do not") {
   CHECK(texts_of(factors(Expression::parse("-a*x/(b*z)"))) == Names{"a", "x", "b", "z"});
 }
 
+TEST_CASE("self-starting models mention what their formulas mention") {
+  const Expression asymptotic = Expression::parse("SSasymp(x, A, R, l)");
+  CHECK(use_of(asymptotic, "A").mentions == 2);
+  CHECK(use_of(asymptotic, "R").mentions == 1);
+  CHECK(inseparable("SSasymp(x, A, R, l)", {"A", "R", "l"}).empty());
+  CHECK(inseparable("SSasymp(x, exp(A), R, l)", {"A", "R", "l"}).empty());
+}
+
 TEST_CASE("a square mentions its base once") {
   const NameUse use = use_of(Expression::parse("b*d^2*h"), "d");
   CHECK(use.mentions == 1);

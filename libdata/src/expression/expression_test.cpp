@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "silvafit/base/error.hpp"
@@ -68,7 +69,8 @@ TEST_CASE("an error points at its column") {
   CHECK(position_of_error("h ~ a b") == 7);
   CHECK(position_of_error("h ~ 2dbh") == 6);
   CHECK(position_of_error("h = a") == 6);
-  CHECK(position_of_error("h + 1 ~ a") == 1);
+  CHECK(position_of_error("2 ~ a") == 1);
+  CHECK(position_of_error("h ~ a + SSlogis(x, b)") == 9);
   CHECK(position_of_error("h ~ exp(a, b)") == 5);
   CHECK(position_of_error("h ~ `a") == 5);
   CHECK(position_of_error("h ~ a + \"SM\"") == 9);
@@ -219,6 +221,55 @@ TEST_CASE("I() encloses arithmetic, as in R's formulas") {
   CHECK(Expression::parse("I(x^2)").text() == Expression::parse("x^2").text());
   CHECK_THROWS_AS(Expression::parse("I(x, 2)"), FormulaError);
   CHECK(Expression::parse("I*x").variables() == std::vector<std::string>{"I", "x"});
+}
+
+TEST_CASE("self-starting models of R have R's values") {
+  // R 4.2.2, by bench/r/reference_formulas.R, at 3.
+  const std::vector<std::pair<const char*, double>> models{
+      {"SSasymp(x, 20, 2, -1.5)", 10.7836297536115},
+      {"SSasympOff(x, 20, -1.5, 0.5)", 8.55094867125597},
+      {"SSasympOrig(x, 20, -1.5)", 9.75958861512391},
+      {"SSbiexp(x, 5, 0.2, 2, -1.1)", 0.86490215688568},
+      {"SSfol(4, x, -2.5, 0.5, -3)", 5.37614093003297},
+      {"SSfpl(x, 1, 20, 4, 1.5)", 7.44562899344947},
+      {"SSgompertz(x, 20, 2, 0.7)", 10.0717278261274},
+      {"SSlogis(x, 20, 4, 1.5)", 6.78487262468366},
+      {"SSmicmen(x, 200, 0.5)", 171.428571428571},
+      {"SSweibull(x, 20, 18, -3, 2)", 8.5006772470712},
+  };
+  for (const auto& [text, value] : models) {
+    INFO(text);
+    CHECK(Expression::parse(text).value({"x"}, {3.0}) == Approx(value).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("arguments of self-starting models are matched as in R") {
+  const auto is_same = [](const std::string& text, const std::string& other) {
+    return Expression::parse(text).text() == Expression::parse(other).text();
+  };
+  CHECK(is_same("SSlogis(xmid = m, x/10, scal = s, Asym)", "Asym/(1 + exp((m - x/10)/s))"));
+  // Names of the model's own arguments are names like any other.
+  CHECK(is_same("SSlogis(xmid, scal, input, Asym)", "scal/(1 + exp((input - xmid)/Asym))"));
+  CHECK(is_same("2*SSmicmen(SSmicmen(x, a, b), c, d)", "2*(c*(a*x/(b + x))/(d + a*x/(b + x)))"));
+  CHECK(Expression::parse("SSlogis + x").variables() == std::vector<std::string>{"SSlogis", "x"});
+  for (const char* const text : {"SSlogis(x, a, b)",
+                                 "SSlogis(x, a, b, c, d)",
+                                 "SSlogis(x, Asym = a, Asym = b, c)",
+                                 "SSlogis(x, asym = a, b, c)"}) {
+    CHECK_THROWS_WITH(Expression::parse(text),
+                      Catch::Matchers::Contains("SSlogis(input, Asym, xmid, scal)"));
+  }
+  CHECK_THROWS_AS(Expression::parse("%1 + x"), FormulaError);
+}
+
+TEST_CASE("the left side of a formula is a column or an expression of columns") {
+  CHECK(parse_formula(" h ~ a").left == "h");
+  CHECK(parse_formula("`crown width [m]` ~ a").left == "crown width [m]");
+  CHECK(parse_formula("log(h - 1.3) ~ a").left == "log(h - 1.3)");
+  CHECK(parse_formula("`log(h)` ~ a").left == parse_formula("log(h) ~ a").left);
+  for (const char* const text : {"1.3 ~ a", "~ a", "cbind(h, d) ~ a", "h d ~ a"}) {
+    CHECK_THROWS_AS(parse_formula(text), FormulaError);
+  }
 }
 
 TEST_CASE("an expression has the discontinuities of its derivative") {

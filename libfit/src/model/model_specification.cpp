@@ -15,6 +15,7 @@
 #include "model/formula_advice.hpp"
 #include "model/sub_model_terms.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/fit/response.hpp"
 #include "text/text_parts.hpp"
 
 namespace silvafit::fit {
@@ -364,7 +365,11 @@ void check_response(const ModelSpecification& specification, const data::Table& 
                        formula.text.find(formula.left) + 1);
   }
   if (table.has(formula.left)) return;
-  refuse_missing_column(formula.left, formula.text, formula.text.find(formula.left) + 1, table);
+  for (const std::string& name : response_columns(formula.left)) {
+    if (!table.has(name)) {
+      refuse_missing_column(name, formula.text, formula.text.find(name) + 1, table);
+    }
+  }
 }
 
 void add_random_effects(ModelSpecification& specification,

@@ -13,6 +13,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
+#include "silvafit/fit/response.hpp"
 #include "silvafit/study/table_checks.hpp"
 
 namespace silvafit::study {
@@ -31,6 +32,7 @@ class Predictor {
       : table_(table), options_(options), flags_(table.rows()) {}
 
   PredictedResponse predict(const ResponseModels& models) {
+    if (is_calibrated()) fit::add_response(models.response, table_);
     std::map<const LibraryModel*, std::vector<std::size_t>> rows_of;
     for (std::size_t row = 0; row < table_.rows(); ++row) {
       const std::string species = species_of(models, row);
@@ -378,7 +380,7 @@ Names columns_read(const ModelLibrary& library) {
     if (!name.empty() && !contains(columns, name)) columns.push_back(name);
   };
   for (const LibraryModel& model : library.models) {
-    add(model.response);
+    std::ranges::for_each(fit::response_columns(model.response), add);
     std::ranges::for_each(model.fit.specification.predictors(), add);
     for (const fit::VarianceFactor& factor : model.fit.specification.variance.factors) {
       add(factor.column);

@@ -7,6 +7,7 @@
 #include "silvafit/data/expression.hpp"
 #include "silvafit/fit/formula_parts.hpp"
 #include "silvafit/fit/model_specification.hpp"
+#include "silvafit/fit/response.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -38,6 +39,9 @@ ColumnUses column_uses(const ColumnTexts& texts) {
     add_uses(parts.bars, uses);
     const data::Formula formula = data::parse_formula(parts.fixed);
     uses.as_numbers.insert(formula.left);
+    for (const std::string& column : fit::response_columns(formula.left)) {
+      uses.as_numbers.insert(column);
+    }
     add_uses(formula.right, uses);
   }
   if (!texts.where.empty()) add_uses(data::Expression::parse(texts.where), uses);

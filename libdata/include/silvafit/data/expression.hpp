@@ -81,13 +81,13 @@ Expression log(const Expression& a);
 
 /// The two sides of `left ~ right`.
 struct Formula {
-  std::string left{};
+  std::string left{};  ///< the name of a column, or the text of an expression: "h", "log(h)"
   Expression right;
   std::string text{};
 };
 
-/// \throws FormulaError if there is no `~`, the left side is not a name, or the right side cannot
-///   be parsed
+/// \throws FormulaError if there is no `~`, the left side has no column, or a side cannot be
+///   parsed
 Formula parse_formula(std::string_view text);
 
 /// The two parts of a variable `column == "text"`.

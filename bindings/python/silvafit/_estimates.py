@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: MIT
+"""What a fit is, what it estimated, and its data."""
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from typing import Any, Dict, List, Optional, Tuple, Union
+
+import pandas as pd
+
+from . import _core
+from ._data import Frame, data_frame, frame_of, restored_labels
+from ._errors import UsageError, located_in
+
+#: What indices need of an inventory.
+_INVENTORY = ("plot", "tree", "species", "x", "y", "dbh", "h", "cw", "cr_e", "cr_w", "cr_s", "cr_n")
+
+
+def model_frame(data: Any, texts: List[str], mentioned: List[str], response: str) -> Frame:
+    """The mentioned columns, and what is computed of others: the response if it is an expression, and
+    structural indices (C, W, ...) that the data lack, if they have positions."""
+    computed: List[str] = []
+
+    def choose(names: List[str]) -> List[str]:
+        computed.extend(_core.structure_names(texts, names))
+        wanted = {*mentioned, *(_INVENTORY if computed else ())}
+        return [name for name in names if name in wanted]
+
+    frame = frame_of(data, choose)
+    if not computed and response in ("", *frame.table.names):
+        return frame
+    with located_in(frame.index):
+        table, notes = _core.with_computed(frame.table, computed, response)
+    for note in notes:
+        warnings.warn(note, stacklevel=4)
+    keep = [(name, column) for name, column in table.columns() if name in {*mentioned, response}]
+    return dataclasses.replace(frame, table=_core.table(table.rows, keep))
+
+
+class Estimates:
+    """The part of a fit that needs no computation."""
+
+    def __init__(self, core: Any, frame: Optional[Frame] = None, arguments: Optional[dict] = None):
+        self._core = core
+        self._frame = frame
+        self._arguments = arguments or {}  # of fit(), for update() and refits
+
+    # What the model is.
+
+    @property
+    def formula(self) -> str:
+        """The formula."""
+        return self._core.formula
+
+    @property
+    def model(self) -> Optional[str]:
+        """Id in the catalogue, or None."""
+        return self._core.model or None
+
+    @property
+    def parameters(self) -> Dict[str, str]:
+        """Linear sub-models, such as ``{"b": "1 + C"}``."""
+        return dict(self._core.sub_models)
+
+    @property
+    def random(self) -> Optional[str]:
+        """The random effects, ``"a + b | plot"``, or None."""
+        return self._core.random_text or None
+
+    @property
+    def variance(self) -> str:
+        """The variance function, ``"none"`` for a constant variance."""
+        return self._core.variance["text"]
+
+    @property
+    def method(self) -> str:
+        """The method: ols, gnls, lb, foce, focei, laplace or agq."""
+        return self._core.method
+
+    @property
+    def reml(self) -> bool:
+        """Whether it is a fit by restricted maximum likelihood."""
+        return self._core.reml
+
+    @property
+    def response(self) -> str:
+        """The response: a column, or an expression such as ``"log(h)"``."""
+        return self._core.response
+
+    # How it was fitted.
+
+    @property
+    def converged(self) -> bool:
+        """Whether the fit reached a maximum; otherwise do not use its estimates."""
+        return self._core.converged
+
+    @property
+    def status(self) -> str:
+        """How the fit ended: ``"converged"``, ``"boundary"``, ``"no_maximum"``, ... (docs/json.md)."""
+        return self._core.status
+
+    @property
+    def verdict(self) -> str:
+        """The convergence message: whether and why the fit converged, or what failed and what to try."""
+        return self._core.verdict
+
+    @property
+    def evidence(self) -> pd.DataFrame:
+        """The findings behind the verdict: kind, term, value."""
+        return pd.DataFrame(self._core.evidence, columns=["kind", "term", "value"])
+
+    @property
+    def optima(self) -> pd.DataFrame:
+        """All maxima of the likelihood that were found, the reported one first."""
+        names = self._core.coefficient_names
+        return pd.DataFrame([
+            {"origin": one["origin"], "log_likelihood": one["log_likelihood"],
+             "marginal_log_likelihood": one["marginal_log_likelihood"], **dict(zip(names, one["estimate"]))}
+            for one in self._core.optima])
+
+    # Estimates.
+
+    @property
+    def fixed_effects(self) -> pd.Series:
+        """Estimates of the coefficients."""
+        return pd.Series(self._core.estimate, self._core.coefficient_names, name="estimate")
+
+    params = fe_params = fixed_effects
+
+    @property
+    def standard_errors(self) -> pd.Series:
+        """Standard errors of the coefficients."""
+        return pd.Series(self._core.standard_errors, self._core.coefficient_names, name="se")
+
+    bse = bse_fe = standard_errors
+
+    @property
+    def tvalues(self) -> pd.Series:
+        """t values of the coefficients."""
+        return self.coefficients["t"]
+
+    @property
+    def pvalues(self) -> pd.Series:
+        """p values of the coefficients, two-sided."""
+        return self.coefficients["p"]
+
+    @property
+    def coefficients(self) -> pd.DataFrame:
+        """Estimate, standard error, degrees of freedom, t and p of each coefficient."""
+        core = self._core
+        return pd.DataFrame({"estimate": core.estimate, "se": core.standard_errors,
+                             "df": core.degrees_of_freedom, "t": core.t_values, "p": core.p_values},
+                            index=core.coefficient_names)
+
+    @property
+    def covariance(self) -> pd.DataFrame:
+        """Covariance matrix of the coefficients."""
+        names = self._core.coefficient_names
+        return pd.DataFrame(self._core.covariance, names, names)
+
+    def cov_params(self) -> pd.DataFrame:
+        """`covariance` by statsmodels' name."""
+        return self.covariance
+
+    @property
+    def random_effects(self) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
+        """Estimated random effects (EBLUPs): a row for each group.
+
+        With several groupings a dict by the group column, the coarser first; groups of the finer one
+        have an index of all columns. Without random effects an empty DataFrame.
+        """
+        return self._of_terms("effects")
+
+    @property
+    def random_standard_errors(self) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
+        """Conditional standard errors of the random effects, given the estimates; as `random_effects`."""
+        return self._of_terms("se")
+
+    @property
+    def group_coefficients(self) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
+        """Coefficients of each group, the sum of fixed and random effects, as coef() of nlme has them.
+
+        With several groupings a dict; the groups of the finer one have the effects of the coarser, too.
+        """
+        found: List[Tuple[str, pd.DataFrame]] = []
+        outer = pd.DataFrame()
+        for term in self._core.random_terms:
+            effects = pd.DataFrame(term["effects"], self._groups_of(term), term["names"])
+            effects = effects.reindex(columns=self.fixed_effects.index, fill_value=0.0)
+            if found:
+                effects += outer.loc[effects.index.get_level_values(0)].to_numpy()
+            found.append((term["columns"][-1], effects + self.fixed_effects))
+            outer = effects
+        return _one_or_dict(found)
+
+    @property
+    def random_covariance(self) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
+        """Covariance matrix of the random effects; with several groupings a dict."""
+        found = [(term["columns"][-1], pd.DataFrame(term["covariance"], term["names"], term["names"]))
+                 for term in self._core.random_terms]
+        return _one_or_dict(found)
+
+    cov_re = random_covariance
+
+    @property
+    def variance_components(self) -> pd.Series:
+        """Standard deviations and correlations of random effects, parameters of the variance function, sigma."""
+        names = set(self._core.coefficient_names)
+        pairs = [(name, value) for name, value in self._core.parameter_values if name not in names]
+        return pd.Series([value for _, value in pairs], [name for name, _ in pairs], name="estimate")
+
+    @property
+    def sigma(self) -> float:
+        """Residual standard deviation, the factor of the variance function."""
+        return self._core.sigma
+
+    @property
+    def scale(self) -> float:
+        """The square of sigma."""
+        return self._core.sigma**2
+
+    def _of_terms(self, what: str) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
+        found = []
+        for term in self._core.random_terms:
+            if term[what] is None:
+                raise UsageError("the file that this fit is from does not have standard errors of random effects")
+            found.append((term["columns"][-1], pd.DataFrame(term[what], self._groups_of(term), term["names"])))
+        return _one_or_dict(found)
+
+    def _groups_of(self, term: dict) -> pd.Index:
+        known = self._frame.labels if self._frame is not None else {}
+        labels = [restored_labels(texts, known.get(column))
+                  for column, texts in zip(term["columns"], term["labels"])]
+        if len(labels) == 1:
+            return pd.Index(labels[0], name=term["columns"][0], tupleize_cols=False)
+        return pd.MultiIndex.from_arrays(labels, names=term["columns"])
+
+    # Numbers on the whole fit.
+
+    @property
+    def nobs(self) -> int:
+        """Number of rows used."""
+        return self._core.observations
+
+    @property
+    def excluded(self) -> int:
+        """Number of rows skipped because a value is missing."""
+        return self._core.excluded
+
+    @property
+    def groups(self) -> Dict[str, int]:
+        """Number of groups by column."""
+        return {term["columns"][-1]: len(term["labels"][0]) for term in self._core.random_terms}
+
+    @property
+    def loglik(self) -> float:
+        """Log-likelihood."""
+        return self._core.log_likelihood
+
+    llf = loglik
+
+    @property
+    def parameter_count(self) -> int:
+        """Number of estimated parameters, with variances and sigma."""
+        return self._core.parameter_count
+
+    @property
+    def aic(self) -> float:
+        """Akaike's information criterion."""
+        return self._core.aic
+
+    @property
+    def aicc(self) -> float:
+        """AIC with the correction for small samples."""
+        return self._core.aicc
+
+    @property
+    def bic(self) -> float:
+        """Bayesian information criterion with n observations."""
+        return self._core.bic
+
+    @property
+    def bic_groups(self) -> float:
+        """BIC with the number of independent groups; NaN without random effects."""
+        return self._core.bic_groups
+
+    @property
+    def statistics(self) -> pd.DataFrame:
+        """R2, mean error, RMSE and MAE of the population and, with random effects, conditional level."""
+        rows = {"population": self._core.population}
+        if self._core.random_terms:
+            rows["conditional"] = self._core.conditional
+        return pd.DataFrame.from_dict(rows, orient="index")
+
+    @property
+    def r2(self) -> pd.Series:
+        """Proportions of variance explained by fixed (marginal), and fixed and random effects (conditional)."""
+        return pd.Series({"marginal": self._core.r2_marginal, "conditional": self._core.r2_conditional})
+
+    @property
+    def rsquared(self) -> float:
+        """R2 of `fittedvalues`: 1 - sum of squared residuals / sum of squares around the mean."""
+        return float(self.statistics["r2"].iloc[-1])
+
+    # Data.
+
+    @property
+    def data(self) -> Optional[pd.DataFrame]:
+        """The columns of the data that the model uses, or None for a fit from a file."""
+        return None if self._frame is None else data_frame(self._frame.table, self._frame.rows, self._frame.labels)
+
+    def _frame_for(self, data: Any, needs_response: bool = True) -> Frame:
+        columns = list(self._core.columns)
+        if needs_response:
+            columns += self._core.response_columns
+        texts = [f"{name} ~ {text}" for name, text in self._core.sub_models]
+        frame = model_frame(data, texts, columns, self.response if needs_response else "")
+        missing = [name for name in columns if name not in frame.table.names]
+        return frame if not missing else self._with_all_names(frame, data)
+
+    def _with_all_names(self, frame: Frame, data: Any) -> Frame:
+        """All columns, so that messages list them."""
+        try:
+            return frame_of(data)
+        except TypeError:
+            return frame
+
+    def _own_frame(self, what: str) -> Frame:
+        if self._frame is None:
+            raise UsageError(f"{what} needs the data of the fit, which was read from a file; "
+                             "use fit.with_data(trees)")
+        return self._frame
+
+
+def _one_or_dict(found: List[Tuple[str, pd.DataFrame]]) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
+    if not found:
+        return pd.DataFrame()
+    return found[0][1] if len(found) == 1 else dict(found)

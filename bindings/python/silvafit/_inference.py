@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: MIT
+"""Intervals, tests, resampling, and comparisons of fits."""
+from __future__ import annotations
+
+import warnings
+from typing import List, Optional, Sequence
+
+import numpy as np
+import pandas as pd
+
+from . import _core
+from ._errors import UsageError, check_count, check_number, check_text, located_in
+from ._estimates import Estimates
+from ._listener import Listener
+
+
+class Inference(Estimates):
+    """The part of a fit that says how certain it is."""
+
+    def intervals(self, method: str = "wald", level: float = 0.95, threads: int = 1) -> pd.DataFrame:
+        """Confidence intervals of all parameters.
+
+        Parameters
+        ----------
+        method : {"wald", "profile"}
+        level : float
+            Confidence level.
+        threads : int
+            Over parameters; 0: all cores.
+
+        Returns
+        -------
+        DataFrame
+            Columns kind, estimate, lower, upper, note; ``attrs["likelihood"]`` says which likelihood
+            is profiled. A limit that is not known is NaN, one that does not exist infinite.
+        """
+        frame = self._own_frame("intervals()")
+        check_text("method", method, is_optional=False)
+        check_number("level", level)
+        check_count("threads", threads)
+        found = _core.intervals(self._core, frame.table, method, level, threads)
+        columns = ["name", "kind", "estimate", "lower", "upper", "note"]
+        result = pd.DataFrame(found["parameters"], columns=columns).set_index("name")
+        result.attrs.update(likelihood=found["likelihood"], method=method, level=level)
+        return result
+
+    def conf_int(self, alpha: float = 0.05, method: str = "wald") -> pd.DataFrame:
+        """Confidence limits of the coefficients: columns 0 and 1, as in statsmodels. See `intervals`."""
+        check_number("alpha", alpha)
+        found = self.intervals(method, 1.0 - alpha)
+        return found.loc[found["kind"] == "fixed", ["lower", "upper"]].set_axis([0, 1], axis=1)
+
+    def wald_test_terms(self) -> pd.DataFrame:
+        """Wald's F tests of the terms of each parameter, given all other terms.
+
+        Returns
+        -------
+        DataFrame
+            A row for each term; the coefficients of a factor are one. Columns statistic, p, df and df_denominator.
+        """
+        columns = ["term", "df", "df_denominator", "statistic", "p"]
+        found = pd.DataFrame(_core.term_tests(self._core), columns=columns)
+        return found.set_index("term")[["statistic", "p", "df", "df_denominator"]]
+
+    def simulate(self, count: int = 1, seed: int = 1) -> pd.DataFrame:
+        """Draw responses from the fit on the design of its data.
+
+        Random effects of all groups and residuals are new. The same seed gives the same values.
+
+        Returns
+        -------
+        DataFrame
+            With the index of the data, NaN for skipped rows, and columns 0, 1, ... `count` - 1.
+        """
+        frame = self._own_frame("simulate()")
+        check_count("count", count, 1)
+        check_count("seed", seed, 0, 2**63 - 1)
+        rows, values = _core.simulate(self._core, frame.table, count, seed)
+        result = np.full((frame.table.rows, count), np.nan)
+        result[np.asarray(rows, dtype=np.intp)] = values
+        return pd.DataFrame(result, frame.rows)
+
+    def bootstrap(
+        self,
+        replicates: int = 500,
+        resample: str = "parametric",
+        *,
+        level: float = 0.95,
+        seed: int = 1,
+        group: Optional[str] = None,
+        threads: int = 0,
+        progress: Optional[bool] = None,
+    ) -> "Bootstrap":
+        """Refit to resampled data, for standard errors and intervals of all parameters.
+
+        Parameters
+        ----------
+        replicates : int
+        resample : {"parametric", "cases"}
+            Draw responses from the fit, or whole groups with replacement.
+        level : float
+            Of the intervals.
+        seed : int
+            Results depend on the seed, not on the number of threads.
+        group : str, optional
+            Column of the groups that "cases" draws; default: the coarsest of the random effects.
+        threads : int
+            0: all cores.
+        progress : bool, optional
+            Show a bar (tqdm); None: on a terminal.
+        """
+        frame = self._own_frame("bootstrap()")
+        keywords = {"replicates": replicates, "resample": resample, "level": level, "seed": seed,
+                    "group": group, "threads": threads}
+        with Listener(progress) as listener, located_in(frame.index):
+            return Bootstrap(_core.bootstrap(self._core, frame.table, keywords, self._refit_options(), listener))
+
+    def cross_validate(
+        self,
+        folds: int = 10,
+        *,
+        group: Optional[str] = None,
+        measured: int = 0,
+        seed: int = 1,
+        threads: int = 0,
+        progress: Optional[bool] = None,
+    ) -> pd.DataFrame:
+        """Predict each group by a fit without it.
+
+        Parameters
+        ----------
+        folds : int
+            0: one group at a time.
+        group : str, optional
+            Column of the groups; default: the coarsest of the random effects.
+        measured : int
+            Trees of each left-out group that calibrate the predictions of its other trees.
+
+        Returns
+        -------
+        DataFrame
+            Columns fold, observed, predicted and, with `measured`, calibrated, with the index of the
+            data without skipped rows; ``attrs`` has the statistics (r2, mean_error, rmse, mae), the
+            mean log predictive density and the folds that failed.
+        """
+        frame = self._own_frame("cross_validate()")
+        keywords = {"folds": folds, "group": group, "measured": measured, "seed": seed, "threads": threads}
+        with Listener(progress) as listener, located_in(frame.index):
+            found = _core.cross_validate(self._core, frame.table, keywords, self._refit_options(), listener)
+        rows = frame.rows[np.asarray(found["rows"], dtype=np.intp)]
+        columns = {name: found[name] for name in ("fold", "observed", "predicted")}
+        if measured > 0:
+            columns["calibrated"] = found["calibrated"]
+        result = pd.DataFrame(columns, rows).sort_index(kind="stable")
+        result.attrs.update(population=found["population"], mean_log_density=found["mean_log_density"],
+                            failed=found["failed"])
+        if measured > 0:
+            result.attrs["calibrated"] = found["calibrated_statistics"]
+        return result
+
+    def _refit_options(self) -> dict:
+        return {name: self._arguments[name] for name in ("fixed", "bounds", "maximum_iterations")
+                if self._arguments.get(name) is not None}
+
+class Bootstrap:
+    """Results of `Fit.bootstrap`.
+
+    Attributes
+    ----------
+    parameters : DataFrame
+        For each parameter: estimate, replicates with a value, bias, se, and the limits of the
+        percentile and basic intervals.
+    values : DataFrame
+        The estimates of all replicates (rows), NaN where a refit failed.
+    replicates, converged : int
+        Number of refits, and of those that converged.
+    failures, boundary : DataFrame
+        Reasons of failures, and boundary (singular) refits: reason, replicates.
+    """
+
+    def __init__(self, found: dict):
+        columns = ["name", "estimate", "replicates", "bias", "se", "percentile_lower", "percentile_upper",
+                   "basic_lower", "basic_upper"]
+        self.parameters = pd.DataFrame(found["parameters"], columns=columns).set_index("name")
+        self.values = pd.DataFrame(found["values"].T, columns=self.parameters.index)
+        self.replicates: int = found["replicates"]
+        self.converged: int = found["converged"]
+        self.failures = pd.DataFrame(found["failures"], columns=["reason", "replicates"])
+        self.boundary = pd.DataFrame(found["boundary"], columns=["reason", "replicates"])
+
+    def __repr__(self) -> str:
+        return f"{self.converged} of {self.replicates} replicates converged\n{self.parameters}"
+
+    def _repr_html_(self) -> str:
+        return (f"<p>{self.converged} of {self.replicates} replicates converged</p>"
+                + self.parameters.to_html())
+
+
+def compare(*fits: Estimates, names: Optional[Sequence[str]] = None) -> pd.DataFrame:
+    """Compare fits by information criteria and likelihood-ratio tests.
+
+    Parameters
+    ----------
+    *fits : Fit
+        Two or more, to the same observations.
+    names : list of str, optional
+        Default: their formulas with random effects and variance function, numbered if they are equal.
+
+    Returns
+    -------
+    DataFrame
+        A row for each fit that converged, by number of parameters: parameters, loglik, aic, aicc, bic,
+        aic_difference, akaike_weight; and the test against the row above: statistic, df, p, note.
+        ``attrs["not_converged"]`` has the names of the others.
+
+    Warns
+    -----
+    UserWarning
+        If the likelihoods cannot be compared.
+    """
+    for one in fits:
+        if not isinstance(one, Estimates):
+            raise UsageError(f"only fits can be compared, not {type(one).__name__}; give each as an argument, "
+                             "compare(first, second)")
+    labels = list(names) if names is not None else _names_of(fits)
+    if len(labels) != len(fits):
+        raise UsageError(f"there are {len(fits)} fits and {len(labels)} names", column="names")
+    found = _core.compare([one._core for one in fits])
+    tests = {test["larger"]: test for test in found["tests"]}
+    rows = []
+    for place, (number, difference, weight) in enumerate(found["fits"]):
+        one, test = fits[number], tests.get(place, {})
+        rows.append({"name": labels[number], "parameters": one.parameter_count, "loglik": one.loglik,
+                     "aic": one.aic, "aicc": one.aicc, "bic": one.bic, "aic_difference": difference,
+                     "akaike_weight": weight, "statistic": test.get("statistic", np.nan),
+                     "df": test.get("df", np.nan), "p": test.get("p", np.nan),
+                     "note": test.get("note") or test.get("reason", "")})
+    result = pd.DataFrame(rows).set_index("name") if rows else pd.DataFrame()
+    result.attrs["not_converged"] = [labels[number] for number in found["failed"]]
+    if found["reason"]:
+        warnings.warn(f"the fits cannot be compared: {found['reason']}", stacklevel=2)
+    return result
+
+
+def _names_of(fits: Sequence[Estimates]) -> List[str]:
+    def name(one: Estimates) -> str:
+        parts = [one.model or one.formula, *(f"{k} ~ {v}" for k, v in one.parameters.items())]
+        parts += [one.random or "", "" if one.variance == "none" else one.variance]
+        return ", ".join(part for part in parts if part)
+
+    names = [name(one) for one in fits]
+    return names if len(set(names)) == len(names) else [f"{k + 1}: {one}" for k, one in enumerate(names)]
