@@ -146,7 +146,8 @@ def fit(
         if count is not None:
             check_count(name, count, least)
     catalogue = None
-    texts: Dict[str, Any] = {"parameters": _texts(parameters), "random": random, "covariance": covariance,
+    forms = None if covariance is None else [covariance] if isinstance(covariance, str) else list(covariance)
+    texts: Dict[str, Any] = {"parameters": _texts(parameters), "random": random, "covariance": forms,
                              "variance": variance}
     if "~" in formula:
         texts["formula"] = formula
@@ -500,7 +501,7 @@ class Fit:
                 self._check_groups(frame)
             if level == "calibrated":
                 self._check_measured(frame)
-        keywords = {"level": level, "interval": interval, "coverage": coverage,
+        keywords = {"level": level, "interval": interval, "coverage": coverage if interval else None,
                     "standard_errors": standard_errors, "new_groups": new_groups or "population",
                     "seen_groups": seen_groups, "threads": threads}
         with located_in(frame.index):
@@ -637,7 +638,7 @@ class Fit:
         check_text("method", method, is_optional=False)
         check_number("level", level)
         check_count("threads", threads)
-        found = _core.intervals(self._core, frame.table, method, level, threads)
+        found = _core.intervals(self._core, frame.table, {"method": method, "level": level, "threads": threads})
         columns = ["name", "kind", "estimate", "lower", "upper", "note"]
         result = pd.DataFrame(found["parameters"], columns=columns).set_index("name")
         result.attrs.update(likelihood=found["likelihood"], method=method, level=level)

@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "arguments.hpp"
 #include "errors.hpp"
 #include "fit_options.hpp"
 #include "random_terms.hpp"
+#include "setting_keywords.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_json.hpp"
-#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/parameter_values.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
 #include "silvafit/study/structure_columns.hpp"
@@ -33,17 +33,10 @@ struct Request {
 
 Request request_of(const py::dict& keywords) {
   Arguments arguments(keywords);
-  Request request;
-  std::string covariance;
+  Request request{.texts = settings_of<fit::ModelTexts>(arguments)};
   arguments.take("model", request.model);
-  arguments.take("formula", request.texts.formula);
-  arguments.take("parameters", request.texts.sub_models);
-  arguments.take("random", request.texts.random);
-  arguments.take("covariance", covariance);
-  arguments.take("variance", request.texts.variance);
   arguments.take("columns", request.texts.columns);
   arguments.finish();
-  if (!covariance.empty()) request.texts.covariance = {covariance};
   return request;
 }
 

@@ -145,7 +145,7 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance)), names(data))))
   labels <- subs$labels
   list(formula = formula, frame = data[columns], labels = labels, contrasts = contrasts, response = formula[[2]],
-       texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), sub_models = subs$texts,
+       texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), parameters = subs$texts,
                     factors = subs$factors, columns = names(data), random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
                     variance = variance))
 }

@@ -39,7 +39,6 @@ tree_source <- function(trees) {
 }
 
 setting_names <- function(...) engine(.Call(C_setting_names, c(...)))
-equation_arguments <- c("equations", "equation_files")
 
 unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, further = list(),
                            also = NULL) {
@@ -187,17 +186,11 @@ stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer
                           circle = NULL, class_width = 4, dominant_trees = 100, stratum = "", stratum_areas = NULL, dead = "leave-out",
                           trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...),
-                             c(setting_names("sampling"), equation_arguments))
-  settings <- c(settings, stratum_arguments(stratum, stratum_areas),
-                list(plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees))
+                             setting_names("sampling", "stand", "equations"))
+  settings <- c(settings, list(stratum = stratum, stratum_areas = stratum_areas, plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees))
   result <- engine(.Call(C_stand_summary, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
-}
-
-stratum_arguments <- function(stratum, stratum_areas) {
-  areas <- if (!is.null(stratum_areas)) paste0(names(stratum_areas), "=", vapply(stratum_areas, number_text, ""))
-  list(stratum = stratum, stratum_areas = areas)
 }
 
 #' Growth between repeated measurements
@@ -216,8 +209,8 @@ stratum_arguments <- function(stratum, stratum_areas) {
 stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL, circle = NULL, stratum = "", stratum_areas = NULL,
                          trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   settings <- unit_arguments(columns, window, circle, NULL, NULL, NULL, NULL, NULL, trust_units, threads, progress, list(...),
-                             c(setting_names("sampling"), equation_arguments))
-  settings <- c(settings, stratum_arguments(stratum, stratum_areas), list(plot_area = plot_area))
+                             setting_names("sampling", "stand", "equations"))
+  settings <- c(settings, list(stratum = stratum, stratum_areas = stratum_areas, plot_area = plot_area))
   result <- engine(.Call(C_stand_growth, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")

@@ -12,7 +12,7 @@ SEXP words_of_messages(SEXP texts);
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list);
 SEXP read_fit(SEXP json, SEXP file);
 SEXP predict_fit(SEXP json, SEXP columns, SEXP settings);
-SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP threads);
+SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP settings);
 SEXP compare_fits(SEXP json);
 SEXP simulate_fit(SEXP json, SEXP columns, SEXP replicates, SEXP seed);
 SEXP bootstrap_fit(SEXP json, SEXP columns, SEXP settings);

@@ -17,10 +17,10 @@
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/intervals.hpp"
-#include "silvafit/fit/model_texts.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
-#include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 
 namespace silvafit::r {
 namespace {
@@ -42,12 +42,7 @@ std::string kind_word(fit::ParameterKind kind) {
 }
 
 fit::ModelTexts model_texts(const Arguments& model) {
-  fit::ModelTexts texts;
-  model.read("formula", texts.formula);
-  model.read("sub_models", texts.sub_models);
-  model.read("random", texts.random);
-  model.read("covariance", texts.covariance);
-  model.read("variance", texts.variance);
+  auto texts = settings_of<fit::ModelTexts>(model);
   model.read("columns", texts.columns);
   return texts;
 }
@@ -252,26 +247,21 @@ SEXP predict_fit(SEXP json, SEXP columns, SEXP settings) {
   const fit::FittedModel fit = fit_of(text_of(json));
   const data::Table table = table_of(cpp11::list(columns));
   const Arguments arguments(settings);
-  const fit::Level level = study::level_of(text_of(arguments["level"]));
-  fit::PredictionOptions options;
-  options.new_groups = study::new_groups_of(text_of(arguments["new_groups"]));
-  options.seen_groups = study::seen_groups_of(text_of(arguments["seen_groups"]));
-  arguments.read("coverage", options.interval);
-  options.interval_kind = study::interval_kind_of(text_of(arguments["interval"]));
-  arguments.read("standard_errors", options.standard_errors);
+  const auto words = settings_of<study::PredictionSettings>(arguments);
+  fit::PredictionOptions options = study::prediction_options(words);
   arguments.read("threads", options.threads);
   fit::Prediction prediction;
   run_in_background(
-      [&](Reports& /*reports*/) { prediction = fit::predict(fit, table, level, options); }, false);
+      [&](Reports& /*reports*/) { prediction = fit::predict(fit, table, study::level_of(words.level), options); }, false);
   return list_of(prediction);
 }
 
-SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP method, SEXP level, SEXP threads) {
+SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP settings) {
   const fit::FittedModel fit = fit_of(text_of(json));
   const data::Table table = table_of(cpp11::list(columns));
-  fit::IntervalOptions options{.method = fit::parse_interval_method(text_of(method)),
-                               .level = number_of(level),
-                               .threads = threads_of(threads)};
+  const Arguments arguments(settings);
+  auto options = settings_of<fit::IntervalOptions>(arguments);
+  arguments.read("threads", options.threads);
   fit::Intervals intervals;
   run_in_background(
       [&](Reports& reports) {
