@@ -6,12 +6,13 @@
 # \param given     list(...) of the caller
 # \param also      further names that the caller accepts in its `...`
 # \param instead   named texts: what to write instead of arguments of other packages
-no_further <- function(given, also = character(), instead = character()) {
+# \param of        the caller
+no_further <- function(given, also = character(), instead = character(), of = sys.function(sys.parent())) {
   if (length(given) == 0) return(invisible())
   names <- if (is.null(names(given))) rep("", length(given)) else names(given)
   bad <- which(!names %in% also)
   if (length(bad) == 0) return(invisible())
-  accepted <- formals(sys.function(sys.parent()))
+  accepted <- formals(of)
   own <- setdiff(names(accepted)[-1], "...")
   available <- c(own, also)
   name <- names[bad[1]]

@@ -28,6 +28,7 @@ constexpr auto kSettingsOfProgram = std::to_array<std::string_view>(
 constexpr auto kWordsOfR = std::to_array<std::pair<std::string_view, std::string_view>>(
     {{"bounds", "lower, upper"},
      {"maximum_iterations", "max_iterations"},
+     {"scene", "file"},
      {"standard_errors", "se.fit"}});
 /// Commands that are functions in R and in Python.
 struct Function {
