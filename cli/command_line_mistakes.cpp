@@ -185,6 +185,10 @@ std::string unreadable_words(const CLI::App& program, const CLI::ParseError& err
   }
   // CLI11 prints a range without an upper limit with the largest double.
   if (message.ends_with(std::to_string(std::numeric_limits<double>::max()))) {
+    for (const std::string& value : option->results()) {
+      const std::string wrong = wrong_value(*option, value);
+      if (!wrong.empty()) return fmt::format("{}: {}", name, wrong);
+    }
     const bool may_be_zero = option->get_type_name().find("NONNEGATIVE") != std::string::npos;
     return fmt::format("{}: '{}' is {} 0",
                        name,

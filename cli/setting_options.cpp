@@ -132,19 +132,18 @@ CLI::Option* SettingOptions::add(const Setting<std::vector<double>>& setting) {
 }
 
 CLI::Option* SettingOptions::add(const Setting<std::map<std::string, double>>& setting) {
-  const auto read = [&value = setting.value, name = name_of(setting)](const std::string& text) {
-    value = parse_values(text, name);
+  std::string form(setting.type_name.substr(0, setting.type_name.find(',')));
+  const auto read = [&value = setting.value, name = name_of(setting), form](const std::string& text) {
+    value = parse_values(text, name, form);
   };
-  return command_.add_option_function<std::string>(name_of(setting), read, help_of(setting))
-      ->type_name("NAME=VALUE,...");
+  return command_.add_option_function<std::string>(name_of(setting), read, help_of(setting));
 }
 
 CLI::Option* SettingOptions::add(const Setting<std::map<std::string, fit::Bounds>>& setting) {
   const auto read = [&value = setting.value](const std::string& text) {
     value = parse_bounds(text);
   };
-  return command_.add_option_function<std::string>(name_of(setting), read, help_of(setting))
-      ->type_name("NAME=LOW:HIGH,...");
+  return command_.add_option_function<std::string>(name_of(setting), read, help_of(setting));
 }
 
 void SettingOptions::finish(CLI::Option* option, const SettingHead& setting) const {

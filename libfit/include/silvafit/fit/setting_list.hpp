@@ -60,14 +60,17 @@ void each_setting(S& settings, Visit&& visit) {
   visit(
       Setting("reml", settings.reml, "Restricted maximum likelihood (REML), for lb and gnls"));
   visit(Setting("fixed", settings.fixed, "Coefficients fixed at a value, such as c=1")
+            .type("NAME=VALUE,...")
             .option("--fix"));
   visit(Setting("bounds",
                 settings.bounds,
                 "Bounds of coefficients, such as b=0:1,c=0: (one end may be open)")
+            .type("NAME=LOW:HIGH,...")
             .option("--bound"));
   visit(Setting("start",
                 settings.start,
-                "Start values, such as a=30,b=0.03; mixed fits use them in addition to their own"));
+                "Start values, such as a=30,b=0.03; mixed fits use them in addition to their own")
+            .type("NAME=VALUE,..."));
   visit(Setting("starts",
                 settings.spread_starts,
                 "Number of further random starts of a mixed fit")
