@@ -111,7 +111,8 @@ void require_command(const CLI::App& program, const std::vector<std::string>& wo
   const CLI::App* app = &program;
   for (const std::string& word : words) {
     const std::vector<const CLI::App*> commands = commands_below(*app);
-    if (commands.empty() || word.starts_with("--help") || word == "-h" || word == "--version") return;
+    if (commands.empty() || word.starts_with("--help") || word == "-h" || word == "--version")
+      return;
     if (word.starts_with('-')) continue;
     const auto found = std::ranges::find(commands, word, &CLI::App::get_name);
     if (found == commands.end()) {

@@ -111,46 +111,21 @@ study::ReadTable read_data(const FitArguments& arguments,
 }
 
 /// A model with the options that all models of a command have in common.
-Task task_of(const std::string& formula,
-             const std::string& id,
+/// \param model  of the catalogue; null for a formula
+Task task_of(const study::BaseModel* model,
              const FitArguments& arguments,
              const data::Table& table) {
+  const std::string id = model != nullptr ? model->id : "";
   fit::ModelTexts texts = arguments.texts;
-  texts.formula = formula;
-  Task task{.id = id,
-            .specification = fit::specify_model(texts, table),
-            .options = arguments.options};
+  fit::FitModelOptions options = arguments.options;
+  if (model != nullptr) study::use_base_model(*model, table, texts, options);
   if (arguments.trace) {
-    task.options.trace = [id](const std::string& line) {
+    options.trace = [id](const std::string& line) {
       write_to_standard_error(fmt::format("{}{}{}\n", id, id.empty() ? "" : ": ", line));
     };
   }
-  return task;
-}
-
-/// Too few rows for start values are an error of the file.
-std::vector<double> starts_of(const study::BaseModel& model, const data::Table& table) {
-  try {
-    return study::start_values(model, table);
-  } catch (const UsageError& error) {
-    Place place = error.place();
-    place.file = table.file();
-    place.model = model.id;
-    throw InputError(error.message(), place);
-  }
-}
-
-Task catalogue_task(const study::BaseModel& model,
-                    const FitArguments& arguments,
-                    const data::Table& table) {
-  study::require_domain(model, table);
-  study::require_possible(model.response, table);
-  Task task = task_of(model.formula, model.id, arguments, table);
-  const std::vector<double> starts = starts_of(model, table);
-  for (std::size_t k = 0; k < starts.size(); ++k) {
-    task.options.rule[model.parameters[k].name] = starts[k];
-  }
-  return task;
+  return {
+      .id = id, .specification = fit::specify_model(texts, table), .options = std::move(options)};
 }
 
 std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catalogue,
@@ -177,10 +152,10 @@ std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catal
 std::vector<Task> tasks_of(const FitArguments& arguments,
                            const std::vector<const study::BaseModel*>& models,
                            const data::Table& table) {
-  if (models.empty()) return {task_of(arguments.texts.formula, "", arguments, table)};
+  if (models.empty()) return {task_of(nullptr, arguments, table)};
   std::vector<Task> tasks;
   for (const study::BaseModel* const model : models) {
-    tasks.push_back(catalogue_task(*model, arguments, table));
+    tasks.push_back(task_of(model, arguments, table));
   }
   return tasks;
 }

@@ -26,9 +26,8 @@ bool draws_groups(const fit::BootstrapOptions& bootstrap) {
 
 /// The progress of a part of the work.
 std::function<void(std::size_t, std::size_t)> shown(Progress& progress, const char* name) {
-  return [&progress, name](std::size_t done, std::size_t total) {
-    progress.show(name, done, total);
-  };
+  return
+      [&progress, name](std::size_t done, std::size_t total) { progress.show(name, done, total); };
 }
 
 Resampling resample_one(const fit::FittedModel& fit,
@@ -99,8 +98,7 @@ data::Table residuals_table(const fit::Residuals& all, const data::Table& table)
 void add_resampling_options(CLI::App& command, ResamplingArguments& arguments) {
   const std::string section = "Bootstrap and cross-validation";
   each_setting(arguments.bootstrap, SettingOptions(command, section));
-  each_setting(arguments.cross_validation,
-               SettingOptions(command, section, {"folds", "measured"}));
+  each_setting(arguments.cross_validation, SettingOptions(command, section, {"folds", "measured"}));
   command
       .add_option("--residuals",
                   arguments.residuals,

@@ -65,9 +65,8 @@ CLI::Option* SettingOptions::add_number(const Setting<Number>& setting) {
       command_.add_option(name_of(setting), setting.value, help_of(setting));
   const bool allows_zero = setting.may_be_zero && setting.value != Number{};
   if (setting.is_share) {
-    option->check([head = SettingHead(setting)](const std::string& text) {
-      return wrong_share(head, text);
-    });
+    option->check(
+        [head = SettingHead(setting)](const std::string& text) { return wrong_share(head, text); });
   } else if (setting.highest > 0.0) {
     const double lowest = std::max(setting.lowest, setting.may_be_zero ? 0.0 : 1.0);
     option->check(CLI::Range(static_cast<Number>(lowest), static_cast<Number>(setting.highest)));
@@ -83,8 +82,8 @@ CLI::Option* SettingOptions::add_list(const Setting<std::vector<T>>& setting) {
   CLI::Option* const option =
       command_.add_option(name_of(setting), setting.value, help_of(setting));
   // Formulas of columns contain commas.
-  const bool has_commas = setting.form == data::SettingForm::kMapping ||
-                          setting.form == data::SettingForm::kRepeatable;
+  const bool has_commas =
+      setting.form == data::SettingForm::kMapping || setting.form == data::SettingForm::kRepeatable;
   if (!has_commas) option->delimiter(',');
   if (!setting.value.empty()) option->capture_default_str();
   return option->allow_extra_args(false);
@@ -133,9 +132,8 @@ CLI::Option* SettingOptions::add(const Setting<std::vector<double>>& setting) {
 
 CLI::Option* SettingOptions::add(const Setting<std::map<std::string, double>>& setting) {
   std::string form(setting.type_name.substr(0, setting.type_name.find(',')));
-  const auto read = [&value = setting.value, name = name_of(setting), form](const std::string& text) {
-    value = parse_values(text, name, form);
-  };
+  const auto read = [&value = setting.value, name = name_of(setting), form](
+                        const std::string& text) { value = parse_values(text, name, form); };
   return command_.add_option_function<std::string>(name_of(setting), read, help_of(setting));
 }
 

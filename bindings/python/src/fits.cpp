@@ -40,19 +40,6 @@ Request request_of(const py::dict& keywords) {
   return request;
 }
 
-/// Checks the data of a model of the catalogue, and uses its formula and its start values.
-void use_catalogue(const study::BaseModel& model,
-                   const data::Table& table,
-                   Request& request,
-                   fit::FitModelOptions& options) {
-  study::require_domain(model, table);
-  study::require_possible(model.response, table);
-  request.texts.formula = model.formula;
-  const std::vector<double> starts = study::start_values(model, table);
-  for (std::size_t k = 0; k < starts.size(); ++k)
-    options.rule[model.parameters[k].name] = starts[k];
-}
-
 FitPointer fit_of(const TablePointer& table,
                   const study::Catalogue* catalogue,
                   const py::dict& texts,
@@ -65,7 +52,7 @@ FitPointer fit_of(const TablePointer& table,
     options.stop = work.stop();
     if (traces) options.trace = [&work](const std::string& line) { work.line(line); };
     if (!request.model.empty()) {
-      use_catalogue(catalogue->find(request.model), *table, request, options);
+      study::use_base_model(catalogue->find(request.model), *table, request.texts, options);
     }
     const fit::ModelSpecification specification = fit::specify_model(request.texts, *table);
     fit::FittedModel fit = fit::fit_model(specification, *table, options).fit;

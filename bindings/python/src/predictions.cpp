@@ -28,8 +28,8 @@ py::dict predict(const FitPointer& fit,
   arguments.finish();
   const fit::Level level = study::level_of(settings.level);
   const fit::PredictionOptions options = study::prediction_options(settings);
-  const fit::Prediction prediction = run(
-      listener, [&](Work& /*work*/) { return fit::predict(*fit, *table, level, options); });
+  const fit::Prediction prediction =
+      run(listener, [&](Work& /*work*/) { return fit::predict(*fit, *table, level, options); });
   const bool is_confidence = options.interval_kind == fit::IntervalKind::kConfidence;
   py::dict result;
   result["value"] = prediction.value;

@@ -32,7 +32,7 @@
 #' A fit that has not converged gives a warning with the reason; [convergence()] has the evidence. A fit can be
 #' interrupted.
 #'
-#' @param formula model, such as `h ~ 1.3 + a * (1 - exp(-b * dbh))`
+#' @param formula model, such as `h ~ 1.3 + a * (1 - exp(-b * dbh))`, or the id of a model of the catalogue, such as `"M4"`
 #' @param data data frame, tibble, or points of class `sf`
 #' @param parameters formula or list of formulas with the linear sub-models of parameters
 #' @param random formula, list of formulas, `pdMat` object of nlme, or text; see Details
@@ -71,6 +71,8 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
                      agq_points = 7, max_iterations = 200, threads = 1, trace = FALSE) {
   call <- match.call()
   # update() has to find the formulas, not the names of variables that had them.
+  id <- if (is.character(formula) && length(formula) == 1 && !grepl("~", formula, fixed = TRUE)) trimws(formula)
+  if (!is.null(id)) formula <- engine(.Call(C_formula_of_model, id, data_folder()))
   formula <- as_formula(formula, "formula")
   call$formula <- formula
   if (length(formula) != 3) stop_formula("the formula needs a response: h ~ ...")
@@ -87,7 +89,10 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   check_options(options)
   frame <- model$frame
   omit <- check_missing(frame, na.action)
-  result <- engine(.Call(C_fit_model, plain_columns(frame, names(frame)), model$texts, options))
+  # The domain of a model of the catalogue may have a condition on these.
+  columns <- c(frame, if (!is.null(id)) rows_of(data, rows)[setdiff(intersect(c("dbh", "h"), names(data)), names(frame))])
+  texts <- c(model$texts, if (!is.null(id)) list(model = id, data_folder = data_folder()))
+  result <- engine(.Call(C_fit_model, plain_columns(columns, names(columns)), texts, options))
   object <- new_fit(result, model, call, options, na.action = omit)
   report_convergence(object)
   object

@@ -10,6 +10,7 @@ SEXP words_of_messages(SEXP texts);
 
 // Fits
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list);
+SEXP formula_of_model(SEXP id, SEXP folder);
 SEXP read_fit(SEXP json, SEXP file);
 SEXP predict_fit(SEXP json, SEXP columns, SEXP settings);
 SEXP intervals_of_fit(SEXP json, SEXP columns, SEXP settings);

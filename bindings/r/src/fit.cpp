@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cpp11/list.hpp>
 #include <ctime>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
@@ -17,10 +18,12 @@
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/intervals.hpp"
-#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/prediction.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/table_checks.hpp"
 
 namespace silvafit::r {
 namespace {
@@ -48,8 +51,16 @@ fit::ModelTexts model_texts(const Arguments& model) {
 }
 
 /// The model, with the factors whose columns the R functions have turned into comparisons.
-fit::ModelSpecification specification_of(const Arguments& model, const data::Table& table) {
-  fit::ModelSpecification specification = fit::specify_model(model_texts(model), table);
+/// \param options  get the start values of a model of the catalogue
+fit::ModelSpecification specification_of(const Arguments& model,
+                                         const data::Table& table,
+                                         fit::FitModelOptions& options) {
+  fit::ModelTexts texts = model_texts(model);
+  if (model.has("model")) {
+    const auto catalogue = study::Catalogue::load(data_folder(model) / "models");
+    study::use_base_model(catalogue.find(text_of(model["model"])), table, texts, options);
+  }
+  fit::ModelSpecification specification = fit::specify_model(texts, table);
   for (const std::string& factor : texts_of(model["factors"])) {
     if (std::ranges::find(specification.factors, factor) == specification.factors.end()) {
       specification.factors.push_back(factor);
@@ -207,9 +218,10 @@ cpp11::sexp list_of(const fit::Comparison& comparison, const std::vector<fit::Fi
 
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   const data::Table table = table_of(cpp11::list(columns));
-  const fit::ModelSpecification specification = specification_of(Arguments(model), table);
+  const Arguments texts(model);
   const Arguments arguments(option_list);
   fit::FitModelOptions options = fit_options(arguments);
+  const fit::ModelSpecification specification = specification_of(texts, table, options);
   bool is_traced = false;
   arguments.read("trace", is_traced);
   std::optional<fit::FitResult> fitted;
@@ -226,6 +238,7 @@ SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   // CPU time of the fit itself, which benchmarks compare with that of the whole call.
   const double cpu_seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   fit::FitResult& result = *fitted;
+  texts.read("model", result.fit.model);
   sort_rows(result);
   NamedList list;
   add_fit(result.fit, list);
@@ -235,6 +248,11 @@ SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   list.add("residual_sd", value_of(result.residual_sd));
   list.add("cpu_seconds", value_of(std::vector<double>{cpu_seconds}));
   return list.list();
+}
+
+SEXP formula_of_model(SEXP id, SEXP folder) {
+  const std::filesystem::path models = std::filesystem::path(text_of(folder)) / "models";
+  return value_of(study::Catalogue::load(models).find(text_of(id)).formula);
 }
 
 SEXP read_fit(SEXP json, SEXP file) {
@@ -252,7 +270,10 @@ SEXP predict_fit(SEXP json, SEXP columns, SEXP settings) {
   arguments.read("threads", options.threads);
   fit::Prediction prediction;
   run_in_background(
-      [&](Reports& /*reports*/) { prediction = fit::predict(fit, table, study::level_of(words.level), options); }, false);
+      [&](Reports& /*reports*/) {
+        prediction = fit::predict(fit, table, study::level_of(words.level), options);
+      },
+      false);
   return list_of(prediction);
 }
 

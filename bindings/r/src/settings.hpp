@@ -7,9 +7,9 @@
 #include "conversion.hpp"
 #include "setting_arguments.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/study_configuration.hpp"
 #include "silvafit/study/tree_equations.hpp"
-#include "silvafit/study/setting_list.hpp"
 
 namespace silvafit::r {
 

@@ -19,7 +19,8 @@ std::string wrong_number(const SettingHead& setting, double value, bool is_whole
   const bool is_above = least > 0.0 ? value >= least : value > 0.0;
   const bool is_below = setting.highest == 0.0 || value <= setting.highest;
   if (is_above && is_below) return {};
-  if (setting.highest > 0.0) return fmt::format("{} is not between {} and {}", value, least, setting.highest);
+  if (setting.highest > 0.0)
+    return fmt::format("{} is not between {} and {}", value, least, setting.highest);
   const bool is_at_least = least > 0.0 || setting.may_be_zero;
   return fmt::format("{} is {} {}", value, is_at_least ? "below" : "not above", least);
 }

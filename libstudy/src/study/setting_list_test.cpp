@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "silvafit/fit/setting_list.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,7 +9,6 @@
 
 #include "reference.hpp"
 #include "silvafit/base/atomic_file.hpp"
-#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/setting_names.hpp"
@@ -118,11 +119,10 @@ void each_list(Visit&& visit) {
                 .r = "confint.silvafit",
                 .python = "Fit.intervals"},
         fit::IntervalOptions());
-  visit(Section{.heading = "Bootstrap",
-                .commands = "fit",
-                .r = "bootstrap",
-                .python = "Fit.bootstrap"},
-        fit::BootstrapOptions());
+  visit(
+      Section{
+          .heading = "Bootstrap", .commands = "fit", .r = "bootstrap", .python = "Fit.bootstrap"},
+      fit::BootstrapOptions());
   visit(Section{.heading = "Cross-validation",
                 .commands = "fit",
                 .r = "cross_validate",
@@ -135,11 +135,10 @@ void each_list(Visit&& visit) {
         PredictionSettings());
   visit(Section{.heading = "Imputation", .commands = "impute", .r = "impute", .python = "impute"},
         ImputeOptions());
-  visit(Section{.heading = "Trees and scenes",
-                .commands = "grow",
-                .r = "grow_trees",
-                .python = "grow"},
-        GrowSettings());
+  visit(
+      Section{
+          .heading = "Trees and scenes", .commands = "grow", .r = "grow_trees", .python = "grow"},
+      GrowSettings());
   visit(Section{.heading = "3D page", .commands = "view", .r = "view_stand", .python = "view"},
         ViewOptions());
 }

@@ -21,9 +21,19 @@ namespace silvafit::study {
 namespace {
 
 /// Settings that only the program has, which messages name.
-constexpr auto kSettingsOfProgram = std::to_array<std::string_view>(
-    {"allow_network", "growth", "json", "layer", "plots_sql", "sql", "stream", "target", "tile",
-     "trees", "where", "window_layer", "zoom"});
+constexpr auto kSettingsOfProgram = std::to_array<std::string_view>({"allow_network",
+                                                                     "growth",
+                                                                     "json",
+                                                                     "layer",
+                                                                     "plots_sql",
+                                                                     "sql",
+                                                                     "stream",
+                                                                     "target",
+                                                                     "tile",
+                                                                     "trees",
+                                                                     "where",
+                                                                     "window_layer",
+                                                                     "zoom"});
 /// Settings for which users of R have another word.
 constexpr auto kWordsOfR = std::to_array<std::pair<std::string_view, std::string_view>>(
     {{"bounds", "lower, upper"},

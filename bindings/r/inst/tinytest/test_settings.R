@@ -37,3 +37,13 @@ for (k in seq_along(starts)) {
 }
 expect_error(structural_units(data.frame(dbh = 1), fil_down = "plot"), "did you mean 'fill_down'")
 expect_error(impute(data.frame(dbh = 1), fil_down = "plot"), "did you mean 'fill_down'")
+
+# A model of the catalogue by its id, with the start values of its rules: M4 is its formula.
+source("helpers.R", local = TRUE)
+set.seed(3)
+stand <- data.frame(dbh = runif(80, 8, 40))
+stand$h <- 1.3 + 24 * (1 - exp(-0.05 * stand$dbh)) + rnorm(80, sd = 0.5)
+by_id <- silvafit("M4", stand)
+expect_equal(coef(by_id), coef(silvafit(formula(by_id), stand)), tolerance = 1e-6)
+expect_equal(by_id$fit$model, "M4")
+expect_error(silvafit("M4x", stand), "M4")

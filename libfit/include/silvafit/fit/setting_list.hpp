@@ -15,9 +15,7 @@ template <data::Same<ModelTexts> S, typename Visit>
 void each_setting(S& settings, Visit&& visit) {
   using data::Setting;
   using data::SettingForm;
-  visit(Setting("formula",
-                settings.formula,
-                "Model, such as \"h ~ 1.3 + a*(1 - exp(-b*dbh))\"")
+  visit(Setting("formula", settings.formula, "Model, such as \"h ~ 1.3 + a*(1 - exp(-b*dbh))\"")
             .type("FORMULA"));
   visit(Setting("parameters",
                 settings.sub_models,
@@ -57,8 +55,7 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.quadrature_points,
                 "Quadrature points per random effect for the method agq")
             .at_most(100));
-  visit(
-      Setting("reml", settings.reml, "Restricted maximum likelihood (REML), for lb and gnls"));
+  visit(Setting("reml", settings.reml, "Restricted maximum likelihood (REML), for lb and gnls"));
   visit(Setting("fixed", settings.fixed, "Coefficients fixed at a value, such as c=1")
             .type("NAME=VALUE,...")
             .option("--fix"));
@@ -71,9 +68,7 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.start,
                 "Start values, such as a=30,b=0.03; mixed fits use them in addition to their own")
             .type("NAME=VALUE,..."));
-  visit(Setting("starts",
-                settings.spread_starts,
-                "Number of further random starts of a mixed fit")
+  visit(Setting("starts", settings.spread_starts, "Number of further random starts of a mixed fit")
             .optional()
             .at_most(1000));
   visit(Setting("maximum_iterations",

@@ -74,12 +74,11 @@ void each_setting(S& settings, Visit&& visit) {
                 "Calibrated predictions for groups of the fit: use the random effects of the fit "
                 "(fitted), only the trees of the file (new), or both (combined)")
             .one_of({"fitted", "new", "combined"}));
-  visit(Setting("coverage",
-                settings.interval,
-                "Add interval limits with this coverage, such as 0.95")
-            .type("LEVEL")
-            .share()
-            .option("--interval"));
+  visit(
+      Setting("coverage", settings.interval, "Add interval limits with this coverage, such as 0.95")
+          .type("LEVEL")
+          .share()
+          .option("--interval"));
   visit(Setting("interval",
                 settings.interval_kind,
                 "prediction: for the value of a tree; confidence: for the mean of such trees")
@@ -117,9 +116,7 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("method", settings.method, "Method, as in fit (default: lb)")
             .one_of({"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"}));
   visit(Setting("group", settings.group, "Column of the plots (default: plot)").type("COLUMN"));
-  visit(Setting("by",
-                settings.by,
-                "Column whose values get separate models, such as species")
+  visit(Setting("by", settings.by, "Column whose values get separate models, such as species")
             .type("COLUMN"));
   visit(Setting("minimum_trees",
                 settings.minimum_trees,
@@ -167,9 +164,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.dbh_cm,
                 "DBH of the reference trees in cm (default: the most frequent in the inventory)")
             .type("SPECIES=CM,..."));
-  visit(Setting("group",
-                settings.group,
-                "Predict with the random effects of this plot (default: none)")
+  visit(Setting(
+            "group", settings.group, "Predict with the random effects of this plot (default: none)")
             .type("PLOT"));
   visit(Setting("role", settings.role, "Which models of a study to use")
             .one_of({"ols", "covariates", "nlme"}));
