@@ -33,7 +33,8 @@ std::size_t end_of_part(std::string_view text, std::size_t begin) {
 
 /// The texts of `name=text,...` by name.
 std::map<std::string, std::string_view> parse_assignments(std::string_view text,
-                                                          const std::string& option) {
+                                                          const std::string& option,
+                                                          const std::string& form) {
   std::map<std::string, std::string_view> result;
   std::size_t begin = 0;
   while (begin < text.size()) {
@@ -42,8 +43,7 @@ std::map<std::string, std::string_view> parse_assignments(std::string_view text,
     // The name of a coefficient may contain a comparison: b:species == "SM".
     const std::size_t sign = part.rfind('=');
     if (sign == std::string_view::npos) {
-      throw UsageError(fmt::format("'{}' is not NAME=VALUE, such as a=30", part),
-                       {.column = option});
+      throw UsageError(fmt::format("'{}' is not {}", part, form), {.column = option});
     }
     result[std::string(data::trimmed(part.substr(0, sign)))] = data::trimmed(part.substr(sign + 1));
     begin = end + 1;
@@ -59,9 +59,11 @@ double parse_value(std::string_view text, const std::string& option) {
 
 }  // namespace
 
-std::map<std::string, double> parse_values(const std::string& text, const std::string& option) {
+std::map<std::string, double> parse_values(const std::string& text,
+                                           const std::string& option,
+                                           const std::string& form) {
   std::map<std::string, double> values;
-  for (const auto& [name, value] : parse_assignments(text, option)) {
+  for (const auto& [name, value] : parse_assignments(text, option, form)) {
     values[name] = parse_value(value, option);
   }
   return values;
@@ -70,7 +72,7 @@ std::map<std::string, double> parse_values(const std::string& text, const std::s
 std::map<std::string, fit::Bounds> parse_bounds(const std::string& text) {
   const std::string option = "--bound";
   std::map<std::string, fit::Bounds> bounds;
-  for (const auto& [name, range] : parse_assignments(text, option)) {
+  for (const auto& [name, range] : parse_assignments(text, option, "NAME=LOW:HIGH")) {
     const std::size_t colon = range.find(':');
     if (colon == std::string_view::npos) {
       throw UsageError(fmt::format("'{}' is not a range such as 0:1, 0: or :1", range),

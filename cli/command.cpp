@@ -10,6 +10,7 @@
 #include <cstring>
 #include <mutex>
 
+#include "help.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/built_in_files.hpp"
 #include "silvafit/base/error.hpp"
@@ -27,8 +28,8 @@ const std::filesystem::path kBuiltInFolder = "silvafit:";
 }  // namespace
 
 void add_common_options(CLI::App& command, CommonOptions& options) {
-  command.add_flag("--json", options.json, "Print the result as JSON");
-  command.add_flag("--quiet", options.quiet, "No progress and no notes");
+  command.add_flag("--json", options.json, "Print the result as JSON")->group(kOutputSection);
+  command.add_flag("--quiet", options.quiet, "No progress and no notes")->group(kOutputSection);
   command.add_option("--threads", options.threads, "Number of threads (default: all cores)");
   command.add_option("--seed", options.seed, "Seed of the random numbers")->capture_default_str();
 }

@@ -111,7 +111,8 @@ void require_command(const CLI::App& program, const std::vector<std::string>& wo
   const CLI::App* app = &program;
   for (const std::string& word : words) {
     const std::vector<const CLI::App*> commands = commands_below(*app);
-    if (commands.empty() || word == "--help" || word == "-h" || word == "--version") return;
+    if (commands.empty() || word.starts_with("--help") || word == "-h" || word == "--version")
+      return;
     if (word.starts_with('-')) continue;
     const auto found = std::ranges::find(commands, word, &CLI::App::get_name);
     if (found == commands.end()) {
@@ -185,6 +186,10 @@ std::string unreadable_words(const CLI::App& program, const CLI::ParseError& err
   }
   // CLI11 prints a range without an upper limit with the largest double.
   if (message.ends_with(std::to_string(std::numeric_limits<double>::max()))) {
+    for (const std::string& value : option->results()) {
+      const std::string wrong = wrong_value(*option, value);
+      if (!wrong.empty()) return fmt::format("{}: {}", name, wrong);
+    }
     const bool may_be_zero = option->get_type_name().find("NONNEGATIVE") != std::string::npos;
     return fmt::format("{}: '{}' is {} 0",
                        name,

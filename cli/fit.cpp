@@ -11,18 +11,17 @@
 #include <thread>
 #include <vector>
 
-#include "coefficient_values.hpp"
 #include "command.hpp"
-#include "fit_arguments.hpp"
+#include "fit_resampling.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
+#include "setting_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/ranks.hpp"
 #include "silvafit/data/checked_columns.hpp"
-#include "silvafit/data/csv.hpp"
 #include "silvafit/fit/fit_json.hpp"
-#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/response.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/shared_fit.hpp"
 #include "silvafit/fit/summary.hpp"
 #include "silvafit/study/catalogue.hpp"
@@ -37,6 +36,22 @@
 
 namespace silvafit::cli {
 namespace {
+
+struct FitArguments {
+  CommonOptions common{};
+  TableArguments table{};
+  std::string data{};
+  std::vector<std::string> models{};  ///< of the catalogue, instead of a formula
+  fit::ModelTexts texts{};
+  fit::FitModelOptions options{};
+  bool trace = false;
+  bool shares_groups = false;
+  std::string where{};
+  study::ReadingSettings reading{};
+  fit::IntervalOptions intervals{};
+  bool has_intervals = false;
+  ResamplingArguments resampling{};
+};
 
 /// One model to fit.
 struct Task {
@@ -61,13 +76,14 @@ std::vector<std::string> columns_read(const std::vector<const study::BaseModel*>
 study::ModelColumns model_columns(const FitArguments& arguments,
                                   const std::vector<const study::BaseModel*>& models) {
   std::vector<std::string> formulas;
-  if (!arguments.formula.empty()) formulas.push_back(arguments.formula);
+  const fit::ModelTexts& texts = arguments.texts;
+  if (!texts.formula.empty()) formulas.push_back(texts.formula);
   for (const study::BaseModel* const model : models) formulas.push_back(model->formula);
   const std::vector<std::string> names = study::name_columns({.formulas = formulas,
-                                                              .parameters = arguments.parameters,
+                                                              .parameters = texts.sub_models,
                                                               .where = arguments.where,
-                                                              .random = arguments.random,
-                                                              .variance = arguments.variance});
+                                                              .random = texts.random,
+                                                              .variance = texts.variance});
   return {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true};
 }
 
@@ -85,7 +101,7 @@ study::ReadTable read_data(const FitArguments& arguments,
   }
   // Covariates must be columns. If the file lacks one with the name of a structural index, the
   // index is computed. In the formula itself the name may be a parameter.
-  std::vector<std::string> texts = arguments.parameters;
+  std::vector<std::string> texts = arguments.texts.sub_models;
   texts.push_back(arguments.where);
   const std::vector<std::string> indices = study::structure_names_in(texts, table);
   for (const std::string& note : study::add_structure_columns(indices, table)) {
@@ -98,58 +114,22 @@ study::ReadTable read_data(const FitArguments& arguments,
   return {.table = std::move(table), .recognized = std::move(read.recognized)};
 }
 
-/// The model of a formula with the common options of all models of a command.
-fit::ModelSpecification specification_of(const std::string& formula,
-                                         const FitArguments& arguments,
-                                         const data::Table& table) {
-  fit::ModelTexts texts{.formula = formula,
-                        .sub_models = arguments.parameters,
-                        .random = arguments.random,
-                        .variance = arguments.variance};
-  if (!arguments.covariance.empty()) texts.covariance = {arguments.covariance};
-  return fit::specify_model(texts, table);
-}
-
-/// Options that all models of a command have in common.
-void set_options(Task& task, const FitArguments& arguments) {
-  if (!arguments.method.empty()) task.options.method = fit::parse_method(arguments.method);
-  task.options.start = parse_values(arguments.start, "--start");
-  task.options.spread_starts = arguments.spread_starts;
-  task.options.fixed = parse_values(arguments.fixed, "--fix");
-  task.options.bounds = parse_bounds(arguments.bounds);
-  task.options.reml = arguments.reml;
-  task.options.quadrature_points = arguments.quadrature_points;
+/// A model with the options that all models of a command have in common.
+/// \param model  of the catalogue; null for a formula
+Task task_of(const study::BaseModel* model,
+             const FitArguments& arguments,
+             const data::Table& table) {
+  const std::string id = model != nullptr ? model->id : "";
+  fit::ModelTexts texts = arguments.texts;
+  fit::FitModelOptions options = arguments.options;
+  if (model != nullptr) study::use_base_model(*model, table, texts, options);
   if (arguments.trace) {
-    task.options.trace = [id = task.id](const std::string& line) {
+    options.trace = [id](const std::string& line) {
       write_to_standard_error(fmt::format("{}{}{}\n", id, id.empty() ? "" : ": ", line));
     };
   }
-}
-
-/// Too few rows for start values are an error of the file.
-std::vector<double> starts_of(const study::BaseModel& model, const data::Table& table) {
-  try {
-    return study::start_values(model, table);
-  } catch (const UsageError& error) {
-    Place place = error.place();
-    place.file = table.file();
-    place.model = model.id;
-    throw InputError(error.message(), place);
-  }
-}
-
-Task catalogue_task(const study::BaseModel& model,
-                    const FitArguments& arguments,
-                    const data::Table& table) {
-  study::require_domain(model, table);
-  study::require_possible(model.response, table);
-  Task task{.id = model.id, .specification = specification_of(model.formula, arguments, table)};
-  set_options(task, arguments);
-  const std::vector<double> starts = starts_of(model, table);
-  for (std::size_t k = 0; k < starts.size(); ++k) {
-    task.options.rule[model.parameters[k].name] = starts[k];
-  }
-  return task;
+  return {
+      .id = id, .specification = fit::specify_model(texts, table), .options = std::move(options)};
 }
 
 std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catalogue,
@@ -176,14 +156,10 @@ std::vector<const study::BaseModel*> chosen_models(const study::Catalogue& catal
 std::vector<Task> tasks_of(const FitArguments& arguments,
                            const std::vector<const study::BaseModel*>& models,
                            const data::Table& table) {
+  if (models.empty()) return {task_of(nullptr, arguments, table)};
   std::vector<Task> tasks;
-  if (!arguments.formula.empty()) {
-    tasks.push_back({.specification = specification_of(arguments.formula, arguments, table)});
-    set_options(tasks.front(), arguments);
-    return tasks;
-  }
   for (const study::BaseModel* const model : models) {
-    tasks.push_back(catalogue_task(*model, arguments, table));
+    tasks.push_back(task_of(model, arguments, table));
   }
   return tasks;
 }
@@ -196,10 +172,20 @@ unsigned threads_of_one(const CommonOptions& common, std::size_t fits) {
   return std::max(1U, all / static_cast<unsigned>(fits));
 }
 
+void add_intervals(const FitArguments& arguments,
+                   unsigned threads,
+                   const data::Table& table,
+                   fit::FittedModel& fit) {
+  if (!arguments.has_intervals || !fit.convergence.converged()) return;
+  fit::IntervalOptions options = arguments.intervals;
+  options.threads = threads;
+  fit.intervals = fit::confidence_intervals(fit, table, options);
+}
+
 std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
                                       const data::Table& table,
-                                      const InferenceOptions& inference,
-                                      const CommonOptions& common) {
+                                      const FitArguments& arguments) {
+  const CommonOptions& common = arguments.common;
   std::vector<std::optional<fit::FittedModel>> fits(tasks.size());
   Progress progress(common);
   std::atomic<std::size_t> done{0};
@@ -209,7 +195,8 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
     options.threads = threads;
     fits[i] = fit::fit_model(tasks[i].specification, table, options).fit;
     fits[i]->model = tasks[i].id;
-    add_inference(inference, table, *fits[i]);
+    // A single fit uses all threads.
+    add_intervals(arguments, tasks.size() > 1 ? 1 : common.threads, table, *fits[i]);
     progress.show("fitting", ++done, tasks.size());
     return fit::to_json(*fits[i]);
   });
@@ -227,7 +214,7 @@ std::vector<fit::FittedModel> fit_all(const std::vector<Task>& tasks,
 fit::FittedModel fit_of_shared(const FitArguments& arguments,
                                const std::vector<const study::BaseModel*>& models,
                                std::vector<std::string>& recognized) {
-  const std::string group = fit::parse_random_effects(arguments.random).front().group;
+  const std::string group = fit::parse_random_effects(arguments.texts.random).front().group;
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
   Progress progress(arguments.common);
   study::SharedTable read = study::read_shared_table(trees.table,
@@ -285,17 +272,18 @@ void refuse_idle_options(const CLI::App& command, const FitArguments& arguments)
   const auto refuse = [&](const char* option, bool has_use, const char* needed) {
     refuse_idle(command, option, has_use, needed);
   };
-  const ResamplingArguments& resampling = arguments.resampling;
-  refuse("--agq-points", arguments.method == "agq", "--method agq");
-  refuse("--covariance", !arguments.random.empty(), "--random");
-  refuse("--level", !arguments.inference.intervals.empty(), "--intervals");
-  refuse("--measured-trees", !resampling.cross_validate.empty(), "--cross-validate");
-  refuse("--resample", resampling.bootstrap > 0, "--bootstrap");
-  refuse("--bootstrap-level", resampling.bootstrap > 0, "--bootstrap");
-  refuse("--group",
-         resampling.bootstrap > 0 || !resampling.cross_validate.empty(),
-         "--bootstrap or --cross-validate");
-  if (!resampling.cross_validate.empty() && resampling.group.empty() && arguments.random.empty()) {
+  const bool bootstraps = arguments.resampling.bootstrap.replicates > 0;
+  const bool cross_validates = arguments.resampling.cross_validates;
+  refuse("--agq-points", arguments.options.method == fit::Method::kQuadrature, "--method agq");
+  refuse("--covariance", !arguments.texts.random.empty(), "--random");
+  refuse("--level", arguments.has_intervals, "--intervals");
+  refuse("--measured-trees", cross_validates, "--cross-validate");
+  refuse("--resample", bootstraps, "--bootstrap");
+  refuse("--bootstrap-level", bootstraps, "--bootstrap");
+  refuse("--group", bootstraps || cross_validates, "--bootstrap or --cross-validate");
+  const bool has_groups =
+      !arguments.resampling.bootstrap.group.empty() || !arguments.texts.random.empty();
+  if (cross_validates && !has_groups) {
     throw UsageError(
         "a model without random effects has no groups to leave out; name their column, for example "
         "--group plot",
@@ -305,16 +293,15 @@ void refuse_idle_options(const CLI::App& command, const FitArguments& arguments)
 
 /// Limits the number of folds to the number of groups.
 void note_fewer_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
-  double asked = 0.0;
-  if (!data::parse_number(arguments.resampling.cross_validate, asked)) return;
+  const std::size_t asked = arguments.resampling.cross_validation.folds;
   for (const Resampling& one : resampling) {
     if (!one.cross_validation) continue;
     const fit::CrossValidation& result = *one.cross_validation;
-    if (static_cast<double>(result.folds) >= asked) continue;
+    if (result.folds >= asked) continue;
     say(arguments.common,
         fmt::format("note: {} folds instead of {}: the column {} has {} groups",
                     result.folds,
-                    arguments.resampling.cross_validate,
+                    asked,
                     result.group,
                     result.groups));
     return;
@@ -323,10 +310,10 @@ void note_fewer_folds(const std::vector<Resampling>& resampling, const FitArgume
 
 void refuse_with_shared_groups(const FitArguments& arguments) {
   const ResamplingArguments& resampling = arguments.resampling;
-  const bool has_others = resampling.bootstrap > 0 || !resampling.cross_validate.empty() ||
-                          !resampling.residuals.empty() || !arguments.inference.intervals.empty();
+  const bool has_others = resampling.bootstrap.replicates > 0 || resampling.cross_validates ||
+                          !resampling.residuals.empty() || arguments.has_intervals;
   const char* reason = nullptr;
-  if (arguments.random.empty()) reason = "needs --random, whose groups are shared";
+  if (arguments.texts.random.empty()) reason = "needs --random, whose groups are shared";
   if (arguments.models.size() > 1) reason = "fits one model";
   if (has_others) reason = "has no --bootstrap, --cross-validate, --residuals or --intervals";
   if (reason != nullptr) throw UsageError(reason, {.column = "--share-groups"});
@@ -357,13 +344,13 @@ void report(const std::vector<fit::FittedModel>& fits,
 }
 
 void run(const CLI::App& command, FitArguments arguments) {
+  arguments.has_intervals = command.count("--intervals") > 0;
+  arguments.resampling.cross_validates = command.count("--cross-validate") > 0;
   refuse_idle_options(command, arguments);
   refuse_same_files({{"DATA.csv", arguments.data}},
                     {{"--residuals", arguments.resampling.residuals}});
   require_table_output(arguments.resampling.residuals);
-  // A single fit uses all threads.
-  arguments.inference.threads = arguments.models.size() > 1 ? 1 : arguments.common.threads;
-  if (arguments.formula.empty() == arguments.models.empty()) {
+  if (arguments.texts.formula.empty() == arguments.models.empty()) {
     throw UsageError("give either --formula or --model");
   }
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
@@ -377,8 +364,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   const study::ReadTable read = read_data(arguments, models);
   const data::Table& table = read.table;
   const std::vector<Task> tasks = tasks_of(arguments, models, table);
-  const std::vector<fit::FittedModel> fits =
-      fit_all(tasks, table, arguments.inference, arguments.common);
+  const std::vector<fit::FittedModel> fits = fit_all(tasks, table, arguments);
   std::vector<fit::FitModelOptions> options;
   options.reserve(tasks.size());
   for (const Task& task : tasks) options.push_back(task.options);
@@ -387,6 +373,33 @@ void run(const CLI::App& command, FitArguments arguments) {
   note_fewer_folds(resampling, arguments);
   write_residuals(fits, table, arguments.resampling);
   report(fits, resampling, read.recognized, arguments.common);
+}
+
+void add_model_options(CLI::App& command, FitArguments& arguments) {
+  const std::string model = "Model";
+  const std::string fit = "Fit";
+  command
+      .add_option(
+          "--model",
+          arguments.models,
+          "Model of the catalogue, such as M4, or all:h for all models of a response; repeatable")
+      ->type_name("ID")
+      ->allow_extra_args(false)
+      ->group(model);
+  each_setting(arguments.texts, SettingOptions(command, model));
+  command
+      .add_option(
+          "--where", arguments.where, R"(Rows to use, such as 'species == "SM" && core == 1')")
+      ->type_name("CONDITION")
+      ->group(model);
+  each_setting(arguments.options, SettingOptions(command, fit));
+  command.add_flag("--trace", arguments.trace, "Show the iterations on stderr")->group(fit);
+  command
+      .add_flag("--share-groups",
+                arguments.shares_groups,
+                "Each process of mpirun reads the data of its own groups only, for foce, focei, "
+                "laplace and agq (docs/large-inventories.md)")
+      ->group(fit);
 }
 
 }  // namespace
@@ -402,15 +415,11 @@ void add_fit_command(CLI::App& program) {
       ->required();
   add_layer_options(command, arguments->table);
   add_model_options(command, *arguments);
-  add_method_options(command, *arguments);
+  each_setting(arguments->intervals, SettingOptions(command, "Intervals"));
+  command.get_option("--intervals")->default_str("");  // without it there are none
   add_resampling_options(command, arguments->resampling);
-  command
-      .add_option(
-          "--where", arguments->where, R"(Rows to use, such as 'species == "SM" && core == 1')")
-      ->type_name("CONDITION");
   add_reading_options(
       command, arguments->reading, {"columns", "missing", "fill_down", "trust_units"});
-  add_inference_options(command, arguments->inference);
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit fit examples/fir-mixed/inventory.csv --model M4 --random \"a + b | plot\" "

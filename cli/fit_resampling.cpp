@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "fit_resampling.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 
+#include "help.hpp"
+#include "setting_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
-#include "silvafit/data/csv.hpp"
 #include "silvafit/fit/inference_json.hpp"
 #include "silvafit/fit/residuals.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/summary.hpp"
 #include "standard_output.hpp"
 #include "table_output.hpp"
@@ -21,61 +20,41 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr const char* kLeaveOneOut = "leave-one-out";
-
-/// Folds of `--cross-validate`; 0 for one group at a time.
-std::size_t folds_of(const std::string& text) {
-  if (text == kLeaveOneOut) return 0;
-  double value = 0.0;
-  if (data::parse_number(text, value) && value >= 2.0 && value <= 0x1p53 &&
-      value == std::floor(value)) {
-    return static_cast<std::size_t>(value);
-  }
-  throw UsageError(
-      fmt::format("'{}' is neither a number of folds (at least 2) nor {}", text, kLeaveOneOut),
-      {.column = "--cross-validate"});
+bool draws_groups(const fit::BootstrapOptions& bootstrap) {
+  return bootstrap.replicates > 0 && bootstrap.resample == fit::Resample::kCases;
 }
 
-bool draws_groups(const ResamplingArguments& arguments) {
-  return arguments.bootstrap > 0 &&
-         fit::parse_resample(arguments.resample) == fit::Resample::kCases;
+/// The progress of a part of the work.
+std::function<void(std::size_t, std::size_t)> shown(Progress& progress, const char* name) {
+  return
+      [&progress, name](std::size_t done, std::size_t total) { progress.show(name, done, total); };
 }
 
 Resampling resample_one(const fit::FittedModel& fit,
-                        const fit::FitModelOptions& options,
+                        const fit::FitModelOptions& refit,
                         const data::Table& table,
                         const ResamplingArguments& arguments,
                         const CommonOptions& common,
                         Progress& progress) {
   Resampling result;
   if (!fit.convergence.converged()) return result;
-  if (arguments.bootstrap > 0) {
-    result.bootstrap = fit::bootstrap(fit,
-                                      table,
-                                      {.replicates = arguments.bootstrap,
-                                       .resample = fit::parse_resample(arguments.resample),
-                                       .level = arguments.level,
-                                       .seed = common.seed,
-                                       .threads = common.threads,
-                                       .group = draws_groups(arguments) ? arguments.group : "",
-                                       .refit = options,
-                                       .progress = [&](std::size_t done, std::size_t total) {
-                                         progress.show("bootstrap", done, total);
-                                       }});
+  const auto complete = [&](auto& options, const char* name) {
+    options.seed = common.seed;
+    options.threads = common.threads;
+    options.refit = refit;
+    options.progress = shown(progress, name);
+  };
+  if (arguments.bootstrap.replicates > 0) {
+    fit::BootstrapOptions options = arguments.bootstrap;
+    if (!draws_groups(options)) options.group.clear();
+    complete(options, "bootstrap");
+    result.bootstrap = fit::bootstrap(fit, table, options);
   }
-  if (!arguments.cross_validate.empty()) {
-    result.cross_validation =
-        fit::cross_validate(fit,
-                            table,
-                            {.folds = folds_of(arguments.cross_validate),
-                             .group = arguments.group,
-                             .measured = arguments.measured,
-                             .seed = common.seed,
-                             .threads = common.threads,
-                             .refit = options,
-                             .progress = [&](std::size_t done, std::size_t total) {
-                               progress.show("cross-validation", done, total);
-                             }});
+  if (arguments.cross_validates) {
+    fit::CrossValidationOptions options = arguments.cross_validation;
+    options.group = arguments.bootstrap.group;
+    complete(options, "cross-validation");
+    result.cross_validation = fit::cross_validate(fit, table, options);
   }
   return result;
 }
@@ -117,39 +96,15 @@ data::Table residuals_table(const fit::Residuals& all, const data::Table& table)
 }  // namespace
 
 void add_resampling_options(CLI::App& command, ResamplingArguments& arguments) {
-  command
-      .add_option("--bootstrap",
-                  arguments.bootstrap,
-                  "Bootstrap: number of refits for standard errors and intervals of all parameters")
-      ->type_name("REPLICATES")
-      ->check(CLI::Range(2, 10000000));
-  command
-      .add_option("--resample",
-                  arguments.resample,
-                  "Bootstrap data: parametric (simulated from the fit) or cases (groups drawn with "
-                  "replacement)")
-      ->check(CLI::IsMember({"parametric", "cases"}))
-      ->capture_default_str();
-  command.add_option("--bootstrap-level", arguments.level, "Level of the bootstrap intervals")
-      ->capture_default_str();
-  command
-      .add_option("--cross-validate",
-                  arguments.cross_validate,
-                  "Cross-validation over groups: a number of folds, or leave-one-out")
-      ->type_name("FOLDS");
-  command.add_option(
-      "--measured-trees",
-      arguments.measured,
-      "Number of trees per left-out group that are used as measured, to calibrate the others");
-  command.add_option("--group",
-                     arguments.group,
-                     "Column of the groups to draw or leave out (default: the groups of the random "
-                     "effects, the outer ones if nested)");
+  const std::string section = "Bootstrap and cross-validation";
+  each_setting(arguments.bootstrap, SettingOptions(command, section));
+  each_setting(arguments.cross_validation, SettingOptions(command, section, {"folds", "measured"}));
   command
       .add_option("--residuals",
                   arguments.residuals,
                   "File for fitted values and residuals: CSV, or a workbook (.xlsx, .ods)")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kOutputSection);
 }
 
 std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
@@ -160,7 +115,8 @@ std::vector<Resampling> resample(const std::vector<fit::FittedModel>& fits,
   if (!arguments.residuals.empty() && fits.size() != 1) {
     throw UsageError("residuals can be written for one model only", {.column = "--residuals"});
   }
-  if (!arguments.group.empty() && !draws_groups(arguments) && arguments.cross_validate.empty()) {
+  const bool has_groups = draws_groups(arguments.bootstrap) || arguments.cross_validates;
+  if (!arguments.bootstrap.group.empty() && !has_groups) {
     throw UsageError("--group needs --resample cases or --cross-validate", {.column = "--group"});
   }
   std::vector<Resampling> result;

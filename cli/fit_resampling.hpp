@@ -16,12 +16,9 @@
 namespace silvafit::cli {
 
 struct ResamplingArguments {
-  std::size_t bootstrap = 0;  ///< replicates
-  std::string resample = "parametric";
-  double level = 0.95;
-  std::string cross_validate{};  ///< folds, or leave-one-out
-  std::size_t measured = 0;
-  std::string group{};
+  fit::BootstrapOptions bootstrap{.replicates = 0};  ///< 0: none; `group` is that of both
+  fit::CrossValidationOptions cross_validation{};
+  bool cross_validates = false;
   std::string residuals{};  ///< file
 };
 

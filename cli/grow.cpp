@@ -44,12 +44,6 @@ void add_grow_command(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("grow", "Grow measured or predicted trees as 3D models");
   add_grow_options(*command, arguments->file, arguments->settings);
-  command
-      ->add_option("--manifest",
-                   arguments->settings.manifest,
-                   "Write plot, tree, species, preset, level, file, triangles and bytes of each "
-                   "tree to this CSV file")
-      ->type_name("FILE.csv");
   command->add_flag(
       "--stream",
       arguments->settings.stream,

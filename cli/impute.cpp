@@ -6,9 +6,12 @@
 
 #include "command.hpp"
 #include "csv_with_columns.hpp"
+#include "help.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
-#include "prediction_digits.hpp"
+#include "prediction_options.hpp"
+#include "setting_options.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/impute_table.hpp"
 #include "standard_output.hpp"
 #include "table_output.hpp"
@@ -79,27 +82,6 @@ void run(ImputeArguments& arguments) {
   if (arguments.common.json) print_json_value(study::json_of(imputed, arguments.out));
 }
 
-void add_model_options(CLI::App& command, study::ImputeOptions& options) {
-  command
-      .add_option("--model",
-                  options.models,
-                  "Models of the catalogue, or all:h; the one with the lowest AIC is used "
-                  "(default: Naslund's curve for h, else all models of the response); repeatable")
-      ->type_name("ID")
-      ->allow_extra_args(false);
-  command.add_option("--formula", options.formula, "A formula instead of a model of the catalogue")
-      ->type_name("FORMULA");
-  command
-      .add_option("--random",
-                  options.random,
-                  "Random effects such as \"a + b | plot\", or none (default: on the first two "
-                  "coefficients, fewer if that does not converge)")
-      ->type_name("EFFECTS");
-  command.add_option(
-      "--variance", options.variance, "Variance function, as in fit (default: power(dbh))");
-  command.add_option("--method", options.method, "Method, as in fit (default: lb)");
-}
-
 }  // namespace
 
 void add_impute_command(CLI::App& program) {
@@ -110,26 +92,12 @@ void add_impute_command(CLI::App& program) {
       ->type_name("INVENTORY.csv")
       ->required();
   add_layer_options(command, arguments->table);
-  study::ImputeOptions& options = arguments->impute;
-  command.add_option("--response", options.response, "Column to fill in")->capture_default_str();
-  add_model_options(command, options);
-  command.add_option("--group", options.group, "Column of the plots (default: plot)");
-  command.add_option(
-      "--by", options.by, "Column whose values get separate models, such as species");
-  command
-      .add_option("--minimum-trees",
-                  options.minimum_trees,
-                  "Minimum number of measured trees for a separate model; the others share one "
-                  "model for all trees")
-      ->capture_default_str();
-  command.add_flag("--add-residual",
-                   options.add_residual,
-                   "Add a random residual to imputed values, and random effects to plots without "
-                   "measured trees");
-  study::ReadingSettings& reading = arguments->reading;
-  add_reading_options(command, reading);
+  each_setting(arguments->impute, SettingOptions(command, "Imputation"));
+  add_reading_options(command, arguments->reading);
   add_digits_option(command, arguments->digits);
-  command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
+  command.add_option("--out", arguments->out, kTableOutputHelp)
+      ->type_name("FILE")
+      ->group(kOutputSection);
   command.add_flag("--stream", arguments->stream, kStreamHelp);
   add_common_options(command, arguments->common);
   add_example(command, "silvafit impute inventory.csv --response h --by species --out filled.csv");

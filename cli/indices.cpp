@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "command.hpp"
+#include "help.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/atomic_file.hpp"
@@ -156,12 +157,15 @@ void add_indices_command(CLI::App& program) {
   add_unit_options(command, arguments->options.units);
   add_window_layer_option(command, arguments->table);
   add_sampling_options(command, arguments->options.sampling, arguments->plots);
-  command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
+  command.add_option("--out", arguments->out, kTableOutputHelp)
+      ->type_name("FILE")
+      ->group(kOutputSection);
   command
       .add_option("--excluded",
                   arguments->excluded,
                   "Write the skipped rows, with the reason, to this CSV file")
-      ->type_name("FILE.csv");
+      ->type_name("FILE.csv")
+      ->group(kOutputSection);
   command.add_flag(
       "--stream",
       arguments->options.stream,

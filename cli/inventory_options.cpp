@@ -4,14 +4,16 @@
 #include <algorithm>
 #include <utility>
 
+#include "help.hpp"
 #include "setting_options.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/setting_list.hpp"
 
 namespace silvafit::cli {
 void add_reading_options(CLI::App& command,
                          study::ReadingSettings& settings,
                          std::vector<std::string_view> only) {
-  each_setting(settings, SettingOptions(command, "Table of trees", std::move(only)));
+  each_setting(settings, SettingOptions(command, kInputSection, std::move(only)));
 }
 
 void add_drawn_table_options(CLI::App& command, study::ReadingSettings& settings) {
@@ -63,22 +65,8 @@ void add_sampling_options(CLI::App& command,
 }
 
 void add_equation_options(CLI::App& command, study::EquationSettings& settings) {
-  CLI::Option* const equations =
-      command
-          .add_option("--equations",
-                      settings.equations,
-                      "Equations of volume, biomass and carbon, for all or single species, such as "
-                      "laasasenaho-pine,B=taper; taper is the volume by the taper equation that "
-                      "trees are drawn with (silvafit models --equations lists them)")
-          ->delimiter(',')
-          ->type_name("[SPECIES=]ID,...");
-  command
-      .add_option("--equation-file",
-                  settings.files,
-                  "File of further equations (JSON, schema silvafit-tree-equations/1)")
-      ->type_name("FILE.json")
-      ->needs(equations)
-      ->allow_extra_args(false);
+  each_setting(settings, SettingOptions(command, "Volume, biomass and carbon"));
+  command.get_option("--equation-file")->needs(command.get_option("--equations"));
 }
 
 void open_plots(const source::TableChoice& choice,

@@ -12,9 +12,11 @@
 #include "command.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
+#include "setting_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/scenes.hpp"
 #include "standard_output.hpp"
 
@@ -72,23 +74,8 @@ struct SceneArguments {
   CommonOptions common{};
   std::string library{};
   std::string out{};
-  std::vector<std::string> dbh{};
   study::SceneOptions options{};
 };
-
-std::map<std::string, double> diameters(const std::vector<std::string>& texts) {
-  std::map<std::string, double> result;
-  for (const std::string& text : texts) {
-    const std::size_t equals = text.rfind('=');
-    double value = 0.0;
-    if (equals == std::string::npos || !data::parse_number(text.substr(equals + 1), value) ||
-        !(value > 0.0)) {
-      throw UsageError(fmt::format("--dbh takes SPECIES=CM, such as SM=25.9, not '{}'", text));
-    }
-    result[text.substr(0, equals)] = value;
-  }
-  return result;
-}
 
 void print_summary(const SceneArguments& arguments, const study::Scenes& scenes) {
   ordered_json species = ordered_json::array();
@@ -105,12 +92,11 @@ void print_summary(const SceneArguments& arguments, const study::Scenes& scenes)
                     {"trees", scenes.trees.rows()}});
 }
 
-void make_scenes(SceneArguments arguments) {
+void make_scenes(const SceneArguments& arguments) {
   refuse_same_files({{"LIBRARY", arguments.library}}, {{"--out", arguments.out}});
   if (arguments.common.json && arguments.out.empty()) {
     throw UsageError("--json prints a summary; name the file of the trees with --out");
   }
-  arguments.options.dbh_cm = diameters(arguments.dbh);
   const study::Scenes scenes =
       study::scenes_of(library_named(arguments.library), arguments.options);
   if (arguments.out.empty()) {
@@ -152,33 +138,7 @@ void add_scenes_command(CLI::App& library) {
       ->required();
   command.add_option("--out", arguments->out, "CSV file to write (default: standard output)")
       ->type_name("FILE.csv");
-  command.add_option("--species", arguments->options.species, "Species of the reference trees")
-      ->type_name("NAME,...")
-      ->delimiter(',');
-  command
-      .add_option("--dbh",
-                  arguments->dbh,
-                  "DBH of the reference trees [cm] (default: the most frequent in the inventory)")
-      ->type_name("SPECIES=CM,...")
-      ->delimiter(',');
-  command
-      .add_option("--group",
-                  arguments->options.group,
-                  "Predict with the random effects of this plot (default: none)")
-      ->type_name("PLOT");
-  command.add_option("--role", arguments->options.role, "Which models of a study to use")
-      ->check(CLI::IsMember({"ols", "covariates", "nlme"}))
-      ->capture_default_str();
-  command
-      .add_option("--uniform-angle",
-                  arguments->options.uniform_angle_index,
-                  "W of the scenes if the models do not depend on it")
-      ->capture_default_str();
-  command
-      .add_option("--spacing",
-                  arguments->options.spacing_m,
-                  "Distance between the centers of the scenes [m]")
-      ->capture_default_str();
+  each_setting(arguments->options, SettingOptions(command, "Scenes"));
   add_common_options(command, arguments->common);
   add_example(command,
               "silvafit library scenes shanxia-2023 --species SM --out scenes.csv\n"

@@ -15,6 +15,7 @@
 #include "command.hpp"
 #include "command_line_mistakes.hpp"
 #include "desktop.hpp"
+#include "help.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/ranks.hpp"
@@ -76,6 +77,7 @@ int run_command(const std::vector<std::string>& words) {
   CLI::App program("Turns a forest inventory into height and crown models and 3D trees.",
                    "silvafit");
   add_version_options(program);
+  add_short_help(program);
   program.require_subcommand(1);
   // A slash begins a path on all systems.
   program.allow_windows_style_options(false);

@@ -7,10 +7,10 @@
 
 #include "command.hpp"
 #include "csv_with_columns.hpp"
+#include "help.hpp"
 #include "inventory_options.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
-#include "prediction_digits.hpp"
 #include "prediction_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/predict_table.hpp"
@@ -126,7 +126,9 @@ void add_predict_command(CLI::App& program) {
   add_reading_options(
       command, reading, {"columns", "missing", "fill_down", "case_sensitive", "trust_units"});
   add_equation_options(command, arguments->settings.equations);
-  command.add_option("--out", arguments->out, kTableOutputHelp)->type_name("FILE");
+  command.add_option("--out", arguments->out, kTableOutputHelp)
+      ->type_name("FILE")
+      ->group(kOutputSection);
   command.add_flag("--stream", arguments->stream, kStreamHelp);
   add_common_options(command, arguments->common);
   add_example(command,

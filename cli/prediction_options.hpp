@@ -7,8 +7,14 @@
 
 namespace silvafit::cli {
 
-/// Adds --level, --new-groups, --seen-groups, --interval, --interval-kind, --standard-errors and
-/// --role.
+/// Significant digits of predictions in CSV files: a height to a tenth of a millimeter, far below
+/// any prediction's error.
+inline constexpr int kPredictedDigits = 6;
+
+/// Adds --digits.
+void add_digits_option(CLI::App& command, int& digits);
+
+/// Adds the options of predictions.
 void add_prediction_options(CLI::App& command, study::PredictionSettings& settings);
 
 /// Refuses those options that have no effect.

@@ -8,14 +8,17 @@
 #include <vector>
 
 #include "command.hpp"
+#include "help.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
+#include "setting_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/data/ordered_rows.hpp"
 #include "silvafit/source/write_layers.hpp"
 #include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
 #include "stand_output.hpp"
@@ -163,40 +166,6 @@ void run(const StandArguments& arguments) {
   }
 }
 
-void add_figure_options(CLI::App& command, StandArguments& arguments) {
-  stand::StandReportOptions& report = arguments.options.report;
-  command
-      .add_option("--layers", report.species.layers.bounds_m, "Limits of the height layers in m")
-      ->delimiter(',')
-      ->capture_default_str();
-  command
-      .add_option("--quadrat",
-                  report.species.quadrat_m,
-                  "Side of the quadrats for species frequencies in m (default: the plots; 10 m if "
-                  "there is one plot)")
-      ->type_name("M");
-  command
-      .add_option("--dominant-trees",
-                  report.species.dominant_trees_per_ha,
-                  "Number of thickest trees per ha for the dominant height")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command.add_option("--class-width", report.diameter_class_cm, "Width of a diameter class in cm")
-      ->capture_default_str();
-  command
-      .add_option(
-          "--plot-area", report.plot_area_m2, "Area of every plot in m2, instead of a window")
-      ->type_name("M2");
-  command.add_option("--stratum", report.stratum, "Column with the stratum of each plot")
-      ->type_name("COLUMN");
-  command
-      .add_option("--stratum-area",
-                  arguments.options.stratum_areas,
-                  "Areas of the strata in ha, for totals, such as A=120,B=33.5")
-      ->delimiter(',')
-      ->type_name("STRATUM=HA,...");
-}
-
 }  // namespace
 
 void add_stand_command(CLI::App& program) {
@@ -206,7 +175,7 @@ void add_stand_command(CLI::App& program) {
       "Print stand tables: density, basal area, heights, diameters, importance values, structure");
   add_inventory_options(
       command, arguments->inventory, arguments->options.reading, arguments->table);
-  add_figure_options(command, *arguments);
+  each_setting(arguments->options, SettingOptions(command, "Stand figures"));
   add_unit_options(command, arguments->options.units);
   add_window_layer_option(command, arguments->table);
   add_sampling_options(command, arguments->options.sampling, arguments->plots);
@@ -220,7 +189,8 @@ void add_stand_command(CLI::App& program) {
                   arguments->out,
                   "Write the tables as CSV files to this folder, or as sheets of a workbook "
                   "(.xlsx, .ods)")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->group(kOutputSection);
   command.add_flag(
       "--stream",
       arguments->options.stream,

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "command.hpp"
+#include "help.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
@@ -243,13 +244,16 @@ void add_study_command(CLI::App& program, std::string command_line) {
       "study", "Run all steps: indices, models at three levels, library, predictions, report");
   add_inventory_options(
       *command, arguments->inventory, arguments->settings.reading, arguments->table);
-  command->add_option("--out", arguments->out, "Folder for the results")->type_name("DIR");
+  command->add_option("--out", arguments->out, "Folder for the results")
+      ->type_name("DIR")
+      ->group(kOutputSection);
   command
       ->add_option("--workbook",
                    arguments->workbook,
                    "Also write the tables as sheets of this workbook (.xlsx, .ods), or the trees "
                    "and plots as layers (.gpkg, .fgb)")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kOutputSection);
   command
       ->add_option("--config",
                    arguments->configuration,

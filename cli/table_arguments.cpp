@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "help.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/stand/window.hpp"
 
@@ -24,16 +25,20 @@ void add_layer_options(CLI::App& command, TableArguments& arguments) {
                       arguments.choice.layer,
                       "Sheet of a workbook, layer of a GIS file or table of a database (default: "
                       "the only one)")
-          ->type_name("NAME");
+          ->type_name("NAME")
+          ->group(kInputSection);
   command
       .add_option("--sql",
                   arguments.choice.sql,
                   "Query that makes the table, such as \"select * from trees where year = 2024\"")
       ->type_name("QUERY")
-      ->excludes(layer);
-  command.add_flag("--allow-network",
-                   arguments.choice.allow_network,
-                   "Files may be addresses of the network (https://, /vsicurl/)");
+      ->excludes(layer)
+      ->group(kInputSection);
+  command
+      .add_flag("--allow-network",
+                arguments.choice.allow_network,
+                "Files may be addresses of the network (https://, /vsicurl/)")
+      ->group(kInputSection);
 }
 
 void add_window_layer_option(CLI::App& command, TableArguments& arguments) {
@@ -42,7 +47,8 @@ void add_window_layer_option(CLI::App& command, TableArguments& arguments) {
                   arguments.window_layer,
                   "Layer of --window (default: its only layer of polygons)")
       ->type_name("NAME")
-      ->needs(command.get_option("--window"));
+      ->needs(command.get_option("--window"))
+      ->group("Structural units");
 }
 
 TreeTable open_trees(const std::string& name,

@@ -18,12 +18,13 @@
 #include "inventory_options.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
-#include "prediction_digits.hpp"
 #include "prediction_options.hpp"
+#include "setting_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/fingerprint.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "standard_output.hpp"
 
@@ -96,15 +97,7 @@ void add_plan_command(CLI::App& tiles) {
       ->type_name("INVENTORY.csv")
       ->required();
   study::TileSettings& settings = arguments->settings;
-  command.add_option("--size", settings.size_m, "Side of a tile in m")
-      ->type_name("M")
-      ->capture_default_str();
-  command
-      .add_option("--halo",
-                  settings.halo_m,
-                  "Width of the strip around a tile in m, whose trees are its neighbors")
-      ->type_name("M")
-      ->capture_default_str();
+  each_setting(settings, SettingOptions(command, "Tiles"));
   command.add_option("--out", arguments->out, "Folder of the tiles")->type_name("DIR")->required();
   add_reading_options(command, settings.reading);
   add_common_options(command, arguments->common);
@@ -174,6 +167,7 @@ study::TileResult run_grow(const RunArguments& arguments,
   for (const char* const name : {"morphology",
                                  "--scene",
                                  "--out",
+                                 "--manifest",
                                  "--resolve-overlaps",
                                  "--by",
                                  "--animate",

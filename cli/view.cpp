@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "command.hpp"
+#include "help.hpp"
 #include "inventory_options.hpp"
-#include "name_list.hpp"
 #include "output_files.hpp"
+#include "setting_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/base/system.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/view_page.hpp"
 #include "standard_output.hpp"
 #include "table_arguments.hpp"
@@ -124,32 +126,16 @@ void add_view_command(CLI::App& program) {
           "--out",
           arguments->out,
           "Page to write (default: view.html in the folder, or the name of the file with .html)")
-      ->type_name("FILE.html");
+      ->type_name("FILE.html")
+      ->group(kOutputSection);
   add_layer_options(command, arguments->table);
-  add_names_option(command, "--plot", arguments->settings.view.plots, "Show these plots only");
-  command.add_option("--title", arguments->settings.view.title, "Headline (default: the name)");
-  study::ReadingSettings& reading = arguments->settings.reading;
-  add_drawn_table_options(command, reading);
-  const CLI::Option* models =
-      command
-          .add_option("--models",
-                      arguments->settings.view.models_per_preset,
-                      "Number of models that the trees of a species preset share")
-          ->capture_default_str();
-  const CLI::Option* levels = command
-                                  .add_option("--lod",
-                                              arguments->settings.view.levels,
-                                              "Levels of detail in the page, 0 (finest) to 3")
-                                  ->delimiter(',')
-                                  ->capture_default_str();
-  command.add_flag("--plain",
-                   arguments->settings.view.plain,
-                   "Leaves as polygons in plain colors, instead of pictures of bark and shoots");
+  each_setting(arguments->settings.view, SettingOptions(command, "Page"));
+  add_drawn_table_options(command, arguments->settings.reading);
   command.add_flag("--no-open", arguments->does_not_open, "Do not open the page in a browser");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit view study --plot 3");
-  command.callback([arguments, models, levels] {
-    arguments->chooses_models = models->count() > 0 || levels->count() > 0;
+  command.callback([arguments, &command] {
+    arguments->chooses_models = is_given(command, "models") || is_given(command, "lod");
     run(*arguments);
   });
 }

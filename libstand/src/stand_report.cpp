@@ -36,7 +36,7 @@ ReportMaker::ReportMaker(const StandReportOptions& options,
       sample_(sample),
       is_part_(is_only_plot.has_value()),
       is_only_plot_(is_only_plot.value_or(false)),
-      diameters_(options.diameter_class_cm) {
+      diameters_(options.class_width_cm) {
   options_.units.is_part = is_part_;
   options_.units.plot_area_m2 = options_.plot_area_m2;
   stratum_sizes_ = options_.stratum_areas_ha;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What --help says that the program takes: commands, and the options of each."""
+"""What --help-all says that the program takes: commands, and the options of each."""
 
 import re
 import subprocess
@@ -8,7 +8,7 @@ from silvafit_program import PROGRAM
 
 
 def help_of(*words):
-    return subprocess.run([PROGRAM, *words, "--help"], capture_output=True, text=True, check=True).stdout
+    return subprocess.run([PROGRAM, *words, "--help-all"], capture_output=True, text=True, check=True).stdout
 
 
 def section(text, heading):

@@ -303,7 +303,7 @@ class Failures(ProgramTest):
             ("--formula", "y ~ x"): "nothing to estimate",
             ("--formula", "y ~ a*x", "--parameter", "q ~ 1"): "unknown parameter 'q'",
             ("--formula", "y ~ a*x", "--random", "a + q | x"): "column 5: unknown coefficient 'q'",
-            ("--formula", "y ~ a*x", "--method", "magic"): "available: ols, gnls, lb",
+            ("--formula", "y ~ a*x", "--method", "magic"): "is not one of ols, gnls, lb",
             ("--formula", "y ~ a*x", "--method", "laplace"): "needs random effects",
             ("--formula", "y ~ a*x", "--reml"): "available for lb and gnls only",
             ("--formula", "y ~ a*x", "--fix", "q=1"): "unknown coefficient 'q'",

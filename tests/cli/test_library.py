@@ -131,7 +131,7 @@ class Libraries(ProgramTest):
         error = self.run_program("library", "scenes", "nowhere.json", status=3).stderr
         self.assertIn("shanxia-2023", error)
         error = self.run_program("library", "scenes", "shanxia-2023", "--dbh", "SM", status=2).stderr
-        self.assertIn("SM=25.9", error)
+        self.assertIn("SPECIES=CM", error)
 
 
 if __name__ == "__main__":

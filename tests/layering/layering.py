@@ -28,7 +28,7 @@ MAY_INCLUDE = {
 # The folders below src of a library, lowest first: a file includes files of its own folder and of the folders above
 # it in this list. A public header belongs to the folder of the source of the same name. Tests may include everything.
 FOLDERS = {
-    "data": ["json", "table", "expression", "program", "columns"],
+    "data": ["json", "table", "expression", "program", "columns", "settings"],
     "fit": ["text", "variance", "model", "optimization", "result", "conditional_modes", "likelihood", "least_squares",
             "mixed_effects", "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference",
             "prediction", "resampling", "shared_fit", "summary"],
@@ -47,7 +47,8 @@ TEXT = re.compile(r'"(?:[^"\\]|\\.)*"')
 OPTION = re.compile(r"(?<![\w-])--[a-z]")
 SETTING = re.compile(r"`([a-z_]+)[`=]")
 # The lists of settings, whose helps the program prints, and the source that adds other settings and writes options.
-SETTING_LISTS = ["libstudy/include/silvafit/study/setting_list.hpp", "libstudy/include/silvafit/study/grow_setting_list.hpp"]
+SETTING_LISTS = ["libfit/include/silvafit/fit/setting_list.hpp",
+                 *(f"libstudy/include/silvafit/study/{name}setting_list.hpp" for name in ("", "analysis_", "grow_"))]
 SETTING_NAMES = "libstudy/src/study/setting_names.cpp"
 
 LICENCE = re.compile(r"(//|#|/\*|<!--) SPDX-License-Identifier: MIT")

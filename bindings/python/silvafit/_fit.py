@@ -144,7 +144,9 @@ def _check(arguments: Dict[str, Any]) -> None:
 
 def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Frame]:
     model, formula = formula_of(arguments["formula"])
-    texts = {name: arguments[name] for name in ("random", "covariance", "variance")}
+    texts = {name: arguments[name] for name in ("random", "variance")}
+    form = arguments["covariance"]
+    texts["covariance"] = [form] if isinstance(form, str) else form
     texts.update({"parameters": _texts(arguments["parameters"]), "model" if model else "formula": model or formula})
     options = {name: value for name, value in arguments.items()
                if name not in texts and name != "formula" and value is not None}

@@ -38,7 +38,7 @@ class Inference(Estimates):
         check_text("method", method, is_optional=False)
         check_number("level", level)
         check_count("threads", threads)
-        found = _core.intervals(self._core, frame.table, method, level, threads)
+        found = _core.intervals(self._core, frame.table, {"method": method, "level": level, "threads": threads})
         columns = ["name", "kind", "estimate", "lower", "upper", "note"]
         result = pd.DataFrame(found["parameters"], columns=columns).set_index("name")
         result.attrs.update(likelihood=found["likelihood"], method=method, level=level)

@@ -74,7 +74,7 @@ class Predictions(Estimates):
                 self._check_groups(frame)
             if level == "calibrated":
                 self._check_measured(frame)
-        keywords = {"level": level, "interval": word("interval", interval, is_optional=True), "coverage": coverage,
+        keywords = {"level": level, "interval": word("interval", interval, is_optional=True), "coverage": coverage if interval else None,
                     "standard_errors": standard_errors, "new_groups": new_groups or "population",
                     "seen_groups": seen_groups, "threads": threads}
         with located_in(frame.index):

@@ -40,7 +40,7 @@ def sampling_arguments(options: Dict[str, Any]) -> Dict[str, Any]:
         equations = result["equations"]
         result["equations"] = [f"{species}={name}" if species else name for species, name in equations.items()] \
             if isinstance(equations, Mapping) else [equations] if isinstance(equations, str) else list(equations)
-        result["models"] = _location.models_directory()
+        result["models_folder"] = _location.models_directory()
     if isinstance(result.get("circles"), Mapping):
         result["circles"] = [f"{dbh!r}={radius!r}" for dbh, radius in result["circles"].items()]
     return result
@@ -372,7 +372,7 @@ class Library:
             ``volume_m3``, and ``flag``, with the index of `trees`. Rows of dead trees are not in it.
         """
         source, frame = source_of(trees)
-        keywords = {"level": level, "interval": interval, "coverage": coverage, "standard_errors": standard_errors,
+        keywords = {"level": level, "interval": interval, "coverage": coverage if interval else None, "standard_errors": standard_errors,
                     "new_groups": new_groups, "seen_groups": seen_groups, "role": role, "threads": threads,
                     **sampling_arguments(options)}
         with Listener(index=_index(frame)) as listener, located_in(_index(frame)):

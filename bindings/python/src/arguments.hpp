@@ -22,15 +22,17 @@ class Arguments {
   explicit Arguments(const py::dict& values) : values_(values.attr("copy")()) {}
 
   /// Does not change the field if the argument is absent or None.
-  /// \throws UsageError if the value has another type
+  /// \return whether there is a value
+  /// \throws UsageError if it has another type
   template <class Field>
-  void take(const char* name, Field& field) {
+  bool take(const char* name, Field& field) {
     known_.emplace_back(name);
-    if (!values_.contains(name)) return;
+    if (!values_.contains(name)) return false;
     const py::object value = values_.attr("pop")(name);
-    if (value.is_none()) return;
+    if (value.is_none()) return false;
     try {
       field = value.cast<Field>();
+      return true;
     } catch (const py::cast_error&) {
       throw UsageError(
           fmt::format("{} is a value of the wrong type", py::repr(value).cast<std::string>()),

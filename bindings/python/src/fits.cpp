@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "arguments.hpp"
 #include "errors.hpp"
 #include "fit_options.hpp"
 #include "random_terms.hpp"
+#include "setting_keywords.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_json.hpp"
-#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/parameter_values.hpp"
 #include "silvafit/fit/response.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
 #include "silvafit/study/structure_columns.hpp"
@@ -34,31 +34,11 @@ struct Request {
 
 Request request_of(const py::dict& keywords) {
   Arguments arguments(keywords);
-  Request request;
-  std::string covariance;
+  Request request{.texts = settings_of<fit::ModelTexts>(arguments)};
   arguments.take("model", request.model);
-  arguments.take("formula", request.texts.formula);
-  arguments.take("parameters", request.texts.sub_models);
-  arguments.take("random", request.texts.random);
-  arguments.take("covariance", covariance);
-  arguments.take("variance", request.texts.variance);
   arguments.take("columns", request.texts.columns);
   arguments.finish();
-  if (!covariance.empty()) request.texts.covariance = {covariance};
   return request;
-}
-
-/// Checks the data of a model of the catalogue, and uses its formula and its start values.
-void use_catalogue(const study::BaseModel& model,
-                   const data::Table& table,
-                   Request& request,
-                   fit::FitModelOptions& options) {
-  study::require_domain(model, table);
-  study::require_possible(model.response, table);
-  request.texts.formula = model.formula;
-  const std::vector<double> starts = study::start_values(model, table);
-  for (std::size_t k = 0; k < starts.size(); ++k)
-    options.rule[model.parameters[k].name] = starts[k];
 }
 
 FitPointer fit_of(const TablePointer& table,
@@ -73,7 +53,7 @@ FitPointer fit_of(const TablePointer& table,
     options.stop = work.stop();
     if (traces) options.trace = [&work](const std::string& line) { work.line(line); };
     if (!request.model.empty()) {
-      use_catalogue(catalogue->find(request.model), *table, request, options);
+      study::use_base_model(catalogue->find(request.model), *table, request.texts, options);
     }
     const fit::ModelSpecification specification = fit::specify_model(request.texts, *table);
     fit::FittedModel fit = fit::fit_model(specification, *table, options).fit;

@@ -6,14 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "arguments.hpp"
 #include "errors.hpp"
 #include "fit_options.hpp"
 #include "fits.hpp"
-#include "silvafit/fit/bootstrap.hpp"
+#include "setting_keywords.hpp"
 #include "silvafit/fit/comparison.hpp"
-#include "silvafit/fit/cross_validation.hpp"
-#include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/term_tests.hpp"
 #include "tables.hpp"
 #include "work.hpp"
@@ -37,13 +35,11 @@ const char* kind_text(fit::ParameterKind kind) {
   return "sigma";
 }
 
-py::dict intervals(const FitPointer& fit,
-                   const TablePointer& table,
-                   const std::string& method,
-                   double level,
-                   unsigned threads) {
-  fit::IntervalOptions options{
-      .method = fit::parse_interval_method(method), .level = level, .threads = threads};
+py::dict intervals(const FitPointer& fit, const TablePointer& table, const py::dict& keywords) {
+  Arguments arguments(keywords);
+  auto options = settings_of<fit::IntervalOptions>(arguments);
+  arguments.take("threads", options.threads);
+  arguments.finish();
   const fit::Intervals found = run(py::none(), [&](Work& work) {
     options.stop = work.stop();
     return fit::confidence_intervals(*fit, *table, options);
@@ -97,16 +93,10 @@ py::dict bootstrap(const FitPointer& fit,
                    const py::dict& refit,
                    const py::object& listener) {
   Arguments arguments(keywords);
-  fit::BootstrapOptions options;
-  std::string resample;
-  arguments.take("replicates", options.replicates);
-  arguments.take("resample", resample);
-  arguments.take("level", options.level);
+  auto options = settings_of<fit::BootstrapOptions>(arguments);
   arguments.take("seed", options.seed);
-  arguments.take("group", options.group);
   arguments.take("threads", options.threads);
   arguments.finish();
-  if (!resample.empty()) options.resample = fit::parse_resample(resample);
   options.refit = fit_options(refit);
   return bootstrap_result(run(listener, [&](Work& work) {
     options.refit.stop = work.stop();
@@ -140,10 +130,7 @@ py::dict cross_validate(const FitPointer& fit,
                         const py::dict& refit,
                         const py::object& listener) {
   Arguments arguments(keywords);
-  fit::CrossValidationOptions options;
-  arguments.take("folds", options.folds);
-  arguments.take("group", options.group);
-  arguments.take("measured", options.measured);
+  auto options = settings_of<fit::CrossValidationOptions>(arguments);
   arguments.take("seed", options.seed);
   arguments.take("threads", options.threads);
   arguments.finish();

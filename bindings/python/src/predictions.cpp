@@ -5,57 +5,32 @@
 #include <optional>
 #include <string>
 
-#include "arguments.hpp"
 #include "fits.hpp"
+#include "setting_keywords.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/residuals.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
-#include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "tables.hpp"
 #include "work.hpp"
 
 namespace silvafit::python {
 namespace {
 
-struct PredictionRequest {
-  fit::Level level = fit::Level::kPopulation;
-  fit::PredictionOptions options{};
-};
-
-PredictionRequest prediction_request(const py::dict& keywords) {
-  Arguments arguments(keywords);
-  PredictionRequest request;
-  study::PredictionSettings words;
-  std::string interval;
-  double coverage = 0.95;
-  arguments.take("level", words.level);
-  arguments.take("new_groups", words.new_groups);
-  arguments.take("seen_groups", words.seen_groups);
-  arguments.take("interval", interval);
-  arguments.take("coverage", coverage);
-  arguments.take("standard_errors", request.options.standard_errors);
-  arguments.take("threads", request.options.threads);
-  arguments.finish();
-  request.level = study::level_of(words.level);
-  request.options.new_groups = study::new_groups_of(words.new_groups);
-  request.options.seen_groups = study::seen_groups_of(words.seen_groups);
-  if (!interval.empty()) {
-    request.options.interval_kind = study::interval_kind_of(interval);
-    request.options.interval = coverage;
-  }
-  return request;
-}
-
 py::dict predict(const FitPointer& fit,
                  const TablePointer& table,
                  const py::dict& keywords,
                  const py::object& listener) {
-  const PredictionRequest request = prediction_request(keywords);
-  const fit::Prediction prediction = run(listener, [&](Work& /*work*/) {
-    return fit::predict(*fit, *table, request.level, request.options);
-  });
-  const bool is_confidence = request.options.interval_kind == fit::IntervalKind::kConfidence;
+  Arguments arguments(keywords);
+  auto settings = settings_of<study::PredictionSettings>(arguments);
+  arguments.take("threads", settings.threads);
+  arguments.finish();
+  const fit::Level level = study::level_of(settings.level);
+  const fit::PredictionOptions options = study::prediction_options(settings);
+  const fit::Prediction prediction =
+      run(listener, [&](Work& /*work*/) { return fit::predict(*fit, *table, level, options); });
+  const bool is_confidence = options.interval_kind == fit::IntervalKind::kConfidence;
   py::dict result;
   result["value"] = prediction.value;
   result["is_new_group"] = prediction.is_new_group;

@@ -4,12 +4,12 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "setting_keywords.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/setting_list.hpp"
 #include "tables.hpp"
 
@@ -34,16 +34,13 @@ stand::Polygon polygon_of(const std::vector<Ring>& rings) {
 }  // namespace
 
 study::ReadingSettings take_reading(Arguments& arguments) {
-  study::ReadingSettings reading;
-  each_setting(reading, SettingKeywords(arguments));
-  return reading;
+  return settings_of<study::ReadingSettings>(arguments);
 }
 
 study::UnitSettings take_units(Arguments& arguments) {
-  study::UnitSettings units;
   py::object windows = py::none();
   arguments.take("windows", windows);
-  each_setting(units, SettingKeywords(arguments));
+  auto units = settings_of<study::UnitSettings>(arguments);
   units.windows = windows_of(windows);
   return units;
 }
@@ -53,16 +50,13 @@ study::SamplingSettings take_sampling(Arguments& arguments) {
   py::object plots = py::none();
   arguments.take("plots", plots);
   if (!plots.is_none()) sampling.plots = source_of(plots);
-  each_setting(sampling, SettingKeywords(arguments));
-  return sampling;
+  return settings_of(arguments, std::move(sampling));
 }
 
 study::EquationSettings take_equations(Arguments& arguments) {
-  study::EquationSettings settings;
+  auto settings = settings_of<study::EquationSettings>(arguments);
   std::string models;
-  arguments.take("equations", settings.equations);
-  arguments.take("equation_files", settings.files);
-  arguments.take("models", models);
+  arguments.take("models_folder", models);
   settings.models = models;
   return settings;
 }

@@ -14,19 +14,11 @@
 
 namespace silvafit::python {
 
-/// Takes the arguments of ReadingSettings: columns (a dictionary), trust_units, missing, fill_down,
-/// dead, case_sensitive.
+/// Take the settings of docs/settings.md: columns are a dictionary; a window may also be in memory
+/// (windows), plots a Table, and equations need the catalogue (models_folder).
 study::ReadingSettings take_reading(Arguments& arguments);
-
-/// Takes the arguments of UnitSettings: window (a file), windows (in memory), circle, edge, buffer,
-/// per, neighbors, alpha, dominance, crowding, further, competition_radius, open_grown.
 study::UnitSettings take_units(Arguments& arguments);
-
-/// Takes the arguments of SamplingSettings: plots (a file or Table), plots_columns (a dictionary),
-/// circles (texts), angle_count, smallest_dbh, expansion, subplots, subplot, slope_correction.
 study::SamplingSettings take_sampling(Arguments& arguments);
-
-/// Takes the arguments of EquationSettings: equations, equation_files, models (a folder).
 study::EquationSettings take_equations(Arguments& arguments);
 
 /// Windows from a list of (plot or None, polygons), a polygon being a list of rings (N x 2), the

@@ -11,14 +11,14 @@
 #include <utility>
 #include <vector>
 
-#include "arguments.hpp"
 #include "fits.hpp"
 #include "reading.hpp"
+#include "setting_keywords.hpp"
 #include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/impute_table.hpp"
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/model_library.hpp"
-#include "silvafit/study/predict_table.hpp"
 #include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
 #include "silvafit/study/study_files.hpp"
@@ -56,18 +56,13 @@ py::dict structural_units(const py::object& trees,
 }
 
 study::StandOptions stand_options(Arguments& arguments) {
-  study::StandOptions options{.reading = take_reading(arguments),
-                              .units = take_units(arguments),
-                              .sampling = take_sampling(arguments)};
-  double plot_area_m2 = 0.0;
-  arguments.take("plot_area", plot_area_m2);
-  arguments.take("stratum", options.report.stratum);
-  arguments.take("stratum_areas", options.report.stratum_areas_ha);
-  arguments.take("class_width", options.report.diameter_class_cm);
-  arguments.take("threads", options.threads);
+  auto options = settings_of<study::StandOptions>(arguments);
+  options.reading = take_reading(arguments);
+  options.units = take_units(arguments);
+  options.sampling = take_sampling(arguments);
   options.equations = take_equations(arguments);
+  arguments.take("threads", options.threads);
   arguments.finish();
-  if (plot_area_m2 != 0.0) options.report.plot_area_m2 = plot_area_m2;
   return options;
 }
 
@@ -105,29 +100,14 @@ py::dict stand_growth(const py::object& trees,
   return results_of(stand::tables_of(found.report), study::json_of(found));
 }
 
-study::ImputeOptions impute_options(Arguments& arguments) {
-  study::ImputeOptions options;
-  arguments.take("response", options.response);
-  arguments.take("group", options.group);
-  arguments.take("by", options.by);
-  arguments.take("minimum_trees", options.minimum_trees);
-  arguments.take("formula", options.formula);
-  arguments.take("models", options.models);
-  arguments.take("random", options.random);
-  arguments.take("variance", options.variance);
-  arguments.take("method", options.method);
-  arguments.take("add_residual", options.add_residual);
-  arguments.take("seed", options.seed);
-  arguments.take("threads", options.threads);
-  return options;
-}
-
 py::dict impute(const py::object& trees,
                 const study::Catalogue& catalogue,
                 const py::dict& keywords,
                 const py::object& listener) {
   Arguments arguments(keywords);
-  const study::ImputeOptions options = impute_options(arguments);
+  auto options = settings_of<study::ImputeOptions>(arguments);
+  arguments.take("seed", options.seed);
+  arguments.take("threads", options.threads);
   const study::ReadingSettings reading = take_reading(arguments);
   arguments.finish();
   const data::TableSource source = source_of(trees);
@@ -170,23 +150,11 @@ study::ModelLibrary library_of(const std::vector<FitPointer>& fits) {
 
 study::PredictionSettings prediction_settings(const py::dict& keywords) {
   Arguments arguments(keywords);
-  study::PredictionSettings settings{.reading = take_reading(arguments),
-                                     .equations = take_equations(arguments)};
-  double coverage = 0.95;
-  std::string interval;
-  arguments.take("level", settings.level);
-  arguments.take("new_groups", settings.new_groups);
-  arguments.take("seen_groups", settings.seen_groups);
-  arguments.take("interval", interval);
-  arguments.take("coverage", coverage);
-  arguments.take("standard_errors", settings.standard_errors);
-  arguments.take("role", settings.role);
+  auto settings = settings_of<study::PredictionSettings>(arguments);
+  settings.reading = take_reading(arguments);
+  settings.equations = take_equations(arguments);
   arguments.take("threads", settings.threads);
   arguments.finish();
-  if (!interval.empty()) {
-    settings.interval_kind = interval;
-    settings.interval = coverage;
-  }
   return settings;
 }
 

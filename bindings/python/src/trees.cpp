@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "arguments.hpp"
 #include "reading.hpp"
 #include "setting_keywords.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/view_page.hpp"
 #include "studies.hpp"
@@ -18,8 +18,8 @@ namespace {
 
 study::GrowSettings grow_settings(const py::dict& keywords) {
   Arguments arguments(keywords);
-  study::GrowSettings settings{.reading = take_reading(arguments)};
-  each_setting(settings, SettingKeywords(arguments));
+  auto settings = settings_of<study::GrowSettings>(arguments);
+  settings.reading = take_reading(arguments);
   arguments.take("seed", settings.seed);
   arguments.take("threads", settings.threads);
   arguments.finish();
@@ -47,11 +47,8 @@ std::string view(const py::object& trees,
                  const py::dict& keywords,
                  const py::object& listener) {
   Arguments arguments(keywords);
-  study::ViewPageSettings settings{.reading = take_reading(arguments)};
-  arguments.take("title", settings.view.title);
-  arguments.take("plots", settings.view.plots);
-  arguments.take("models", settings.view.models_per_preset);
-  arguments.take("lod", settings.view.levels);
+  study::ViewPageSettings settings{.reading = take_reading(arguments),
+                                   .view = settings_of<study::ViewOptions>(arguments)};
   arguments.take("seed", settings.view.seed);
   arguments.take("threads", settings.view.threads);
   arguments.finish();

@@ -64,7 +64,7 @@ print_notes <- function(notes) {
 parameter_intervals <- function(object, level, method, threads = 1) {
   needs_data(object, "confidence intervals")
   if (!is.numeric(level) || length(level) != 1 || !isTRUE(level > 0 && level < 1)) stop_usage("`level` has to be between 0 and 1")
-  result <- engine(.Call(C_intervals_of_fit, object$handle, plain_columns(object$frame, names(object$frame)), method, level, threads))
+  result <- engine(.Call(C_intervals_of_fit, object$handle, plain_columns(object$frame, names(object$frame)), list(method = method, level = level, threads = threads)))
   result$name <- r_names(object, result$name)
   result$note <- r_names(object, in_words_of_r(result$note))
   # NaN is a limit that is not known.

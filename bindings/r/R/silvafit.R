@@ -37,7 +37,7 @@
 #' A fit that has not converged gives a warning with the reason; [convergence()] has the evidence. A fit can be
 #' interrupted.
 #'
-#' @param formula model, such as `h ~ 1.3 + a * (1 - exp(-b * dbh))`
+#' @param formula model, such as `h ~ 1.3 + a * (1 - exp(-b * dbh))`, or the id of a model of the catalogue, such as `"M4"`
 #' @param data data frame, tibble, or points of class `sf`
 #' @param parameters formula or list of formulas with the linear sub-models of parameters
 #' @param random formula, list of formulas, `pdMat` object of nlme, or text; see Details
@@ -86,6 +86,8 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   for (name in names(own$values)) assign(name, own$values[[name]])
   if (missing(formula)) stop_usage("`formula` is missing: the model with its parameters, such as h ~ 1.3 + a * (1 - exp(-b * dbh)), or h ~ b0 + b1 * dbh")
   # update() has to find the formulas, not the names of variables that had them.
+  id <- if (is.character(formula) && length(formula) == 1 && !grepl("~", formula, fixed = TRUE)) trimws(formula)
+  if (!is.null(id)) formula <- engine(.Call(C_formula_of_model, id, data_folder()))
   formula <- as_formula(formula, "formula")
   call$formula <- formula
   if (length(formula) != 3) stop_formula("the formula needs a response: h ~ ...")
@@ -108,7 +110,10 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   check_options(options)
   frame <- model$frame
   omit <- check_missing(frame, na.action)
-  result <- engine(.Call(C_fit_model, plain_columns(frame, names(frame)), model$texts, options))
+  # The domain of a model of the catalogue may have a condition on these.
+  columns <- c(frame, if (!is.null(id)) rows_of(data, rows)[setdiff(intersect(c("dbh", "h"), names(data)), names(frame))])
+  texts <- c(model$texts, if (!is.null(id)) list(model = id, data_folder = data_folder()))
+  result <- engine(.Call(C_fit_model, plain_columns(columns, names(columns)), texts, options))
   object <- new_fit(result, model, call, options, na.action = omit)
   # What update() and getData() need: the values of the call, and the data with all columns.
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))
@@ -178,7 +183,7 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance)), names(data))))
   labels <- subs$labels
   list(formula = formula, frame = data[columns], labels = labels, coefficients = subs$coefficients, contrasts = contrasts, response = formula[[2]],
-       texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), sub_models = subs$texts,
+       texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), parameters = subs$texts,
                     factors = subs$factors, columns = names(data), random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
                     variance = variance))
 }

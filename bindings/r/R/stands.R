@@ -39,7 +39,6 @@ tree_source <- function(trees) {
 }
 
 setting_names <- function(...) engine(.Call(C_setting_names, c(...)))
-equation_arguments <- c("equations", "equation_files")
 
 unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, further = list(),
                            also = NULL) {
@@ -83,8 +82,12 @@ named_columns <- function(columns, argument) {
   paste0(names(columns), "=", columns)
 }
 
-reading_arguments <- function(columns, dead = NULL, trust_units = FALSE) {
-  list(columns = named_columns(columns, "columns"), dead = dead, trust_units = trust_units)
+# \param further  list(...) of the caller, with further settings of these parts
+reading_arguments <- function(columns, dead = NULL, trust_units = FALSE, further = list(), parts = "reading") {
+  caller <- sys.function(sys.parent())
+  # The scene of grow_trees() is its argument `file`.
+  if (length(further) > 0) no_further(further, setdiff(setting_names(parts), "scene"), accepted = formals(caller))
+  c(list(columns = named_columns(columns, "columns"), dead = dead, trust_units = trust_units), further)
 }
 
 # Polygons of sf as lists of rings.
@@ -187,17 +190,11 @@ stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer
                           circle = NULL, class_width = 4, dominant_trees = 100, stratum = "", stratum_areas = NULL, dead = "leave-out",
                           trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...),
-                             c(setting_names("sampling"), equation_arguments))
-  settings <- c(settings, stratum_arguments(stratum, stratum_areas),
-                list(plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees))
+                             setting_names("sampling", "stand", "equations"))
+  settings <- c(settings, list(stratum = stratum, stratum_areas = stratum_areas, plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees))
   result <- engine(.Call(C_stand_summary, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
-}
-
-stratum_arguments <- function(stratum, stratum_areas) {
-  areas <- if (!is.null(stratum_areas)) paste0(names(stratum_areas), "=", vapply(stratum_areas, number_text, ""))
-  list(stratum = stratum, stratum_areas = areas)
 }
 
 #' Growth between repeated measurements
@@ -216,8 +213,8 @@ stratum_arguments <- function(stratum, stratum_areas) {
 stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL, circle = NULL, stratum = "", stratum_areas = NULL,
                          trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   settings <- unit_arguments(columns, window, circle, NULL, NULL, NULL, NULL, NULL, trust_units, threads, progress, list(...),
-                             c(setting_names("sampling"), equation_arguments))
-  settings <- c(settings, stratum_arguments(stratum, stratum_areas), list(plot_area = plot_area))
+                             setting_names("sampling", "stand", "equations"))
+  settings <- c(settings, list(stratum = stratum, stratum_areas = stratum_areas, plot_area = plot_area))
   result <- engine(.Call(C_stand_growth, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
@@ -254,7 +251,8 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' @param method method, as in [silvafit()]
 #' @param add_residual add random residuals to imputed values, so that they vary as measured ones do
 #' @param seed seed of the random residuals
-#' @param alive_codes,dead_codes,cut_codes values of the column of the status that mean alive, dead and cut, such as `dead_codes = "DS"`
+#' @param ... further settings of the table: `missing`, `fill_down`, `case_sensitive`, and `alive_codes`, `dead_codes` and `cut_codes`, values of the column of
+#'   the status that mean alive, dead and cut, such as `dead_codes = "DS"`
 #' @return `trees` with the response filled in and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level` (plot, stand, population)
 #'   and `RESPONSE_flag`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
 #' @export
@@ -265,11 +263,10 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' filled <- impute(trees, "h", formula = h ~ 1.3 + a * (1 - exp(-b * dbh)), trust_units = TRUE)
 #' head(filled)
 impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 30, formula = NULL, models = NULL, random = "", variance = NULL, method = "",
-                   add_residual = FALSE, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(),
-                   alive_codes = NULL, dead_codes = NULL, cut_codes = NULL) {
+                   add_residual = FALSE, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   if (inherits(formula, "formula")) formula <- paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]]))
-  settings <- c(reading_arguments(columns, dead, trust_units),
-                list(alive_codes = alive_codes, dead_codes = dead_codes, cut_codes = cut_codes, response = response, group = group, by = by, minimum_trees = minimum_trees, formula = formula, models = models, random = random,
+  settings <- c(reading_arguments(columns, dead, trust_units, list(...)),
+                list(response = response, group = group, by = by, minimum_trees = minimum_trees, formula = formula, models = models, random = random,
                      variance = variance_text(variance), method = method, add_residual = add_residual, seed = seed, threads = threads,
                      progress = progress, data_folder = data_folder()))
   result <- engine(.Call(C_impute_table, tree_source(trees), settings))
@@ -357,7 +354,7 @@ print.silvafit_study <- function(x, ...) {
 #' @param role `"ols"`, `"covariates"` or `"nlme"`; by default `"nlme"`, or the next simpler model if a column is missing
 #' @param equations,equation_files equations of volume, biomass and carbon, as in [stand_summary()]; predicted heights are used where none is measured
 #' @param columns,trust_units,progress as in [structural_units()]
-#' @param ... no further arguments; unknown names stop
+#' @param ... further settings of the table: `missing`, `fill_down`, `case_sensitive`; `print()` has none
 #' @return `read_library()`: list of class `silvafit_library` with the data frame `models` and, for each of its rows, an object of class
 #'   `silvafit` in the list `fits`, such as `fits[["SM h nlme"]]`; these have no data (see [read_fit()]). `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
 #'   `h_upper`, `h_se`, `h_trees`, those of equations such as `volume_m3`, and `flag`.
@@ -399,9 +396,10 @@ print.silvafit_library <- function(x, ...) {
 predict.silvafit_library <- function(object, newdata, level = "population", interval = c("none", "prediction", "confidence"), coverage = 0.95, se.fit = FALSE,
                                      new_groups = "population", seen_groups = "fitted", role = "", equations = NULL, equation_files = NULL, columns = NULL,
                                      trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  no_further(list(...), instead = c(conf.level = "use coverage"))
+  further <- list(...)
+  no_further(further, setting_names("reading"), c(conf.level = "use coverage"))
   interval <- match.arg(interval)
-  settings <- c(reading_arguments(columns, NULL, trust_units),
+  settings <- c(reading_arguments(columns, NULL, trust_units, further),
                 list(level = level, new_groups = new_groups, seen_groups = seen_groups, coverage = if (interval != "none") coverage,
                      interval = if (interval == "none") "prediction" else interval, standard_errors = se.fit, role = role,
                      equations = if (!is.null(equations)) equation_names(equations), equation_files = equation_files,
@@ -417,7 +415,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #' Grow trees into a 3D file
 #'
 #' @inheritParams inventory-arguments
-#' @param file file of the scene, with the ending .glb, .gltf, .obj or .ply
+#' @param file file of the scene, with the ending .glb, .gltf, .obj or .ply; without it, `out` is a folder for a file of each tree
 #' @param plots plots to grow; all by default
 #' @param use source of h, hcb and cw: `"observed"`, `"ols"`, `"population"` or `"conditional"`
 #' @param builder `"segment"`, `"lsystem"`, `"ifs"` or `"bamboo"`
@@ -425,8 +423,8 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #' @param lod level of detail, 0 (finest) to 3, or 4 for pictures of crowns; several levels are written to files of their own
 #' @param share trees of similar shape share a model
 #' @param seed seed of the random numbers
-#' @param ... further settings, as the options of the program: `format`, `resolve_overlaps`, `ground`, `models`, `instancing`, `quantize`, `compress`,
-#'   `textures`, `grammar`, `unfitted`, `by`, `animate`, `seconds`, `per`, `ascii`
+#' @param ... further settings, as the options of the program: `out`, `format`, `resolve_overlaps`, `ground`, `models`, `instancing`, `quantize`, `compress`,
+#'   `textures`, `grammar`, `unfitted`, `by`, `animate`, `seconds`, `per`, `ascii`, `manifest`, and of the table `missing`, `fill_down`, `dead`, `case_sensitive`
 #' @return Data frame with a row for each tree, invisibly: its file and the measurements of its mesh.
 #' @export
 #' @examples
@@ -437,12 +435,11 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #' file.size(file) > 0
 grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "segment", preset = "", lod = 0, share = FALSE, seed = 1, columns = NULL,
                        trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  if (missing(file)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
   further <- list(...)
-  no_further(further, setdiff(setting_names("grow"), c("scene", names(formals()))))
-  settings <- c(reading_arguments(columns, NULL, trust_units),
-                list(scene = path.expand(file), plots = if (!is.null(plots)) as.character(plots), use = use, builder = builder, preset = preset, lod = lod, share = share, seed = seed,
-                     threads = threads, progress = progress, data_folder = data_folder()), further)
+  if (missing(file) && is.null(further$out)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
+  settings <- c(reading_arguments(columns, NULL, trust_units, further, c("reading", "grow")),
+                list(scene = if (!missing(file)) path.expand(file), plots = if (!is.null(plots)) as.character(plots), use = use, builder = builder, preset = preset, lod = lod, share = share, seed = seed,
+                     threads = threads, progress = progress, data_folder = data_folder()))
   result <- engine(.Call(C_grow_trees, tree_source(trees), settings))
   tell_notes(c(result$notes, result$left_out))
   invisible(grown_trees(result$json))
@@ -468,6 +465,7 @@ grown_trees <- function(json) {
 #' @param plots plots to show; all by default
 #' @param seed seed of the random numbers
 #' @param open open the page
+#' @param ... further settings of the page: `lod`, `models`, `textures`; of the table `missing`, `fill_down`, `dead`, `case_sensitive`
 #' @return The path of the page, invisibly.
 #' @export
 #' @examples
@@ -475,9 +473,9 @@ grown_trees <- function(json) {
 #'                     dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
 #' page <- view_stand(trees, open = FALSE)
 view_stand <- function(trees, file = tempfile("stand", fileext = ".html"), title = "Stand", plots = NULL, seed = 1, columns = NULL, trust_units = FALSE,
-                       open = interactive(), threads = 0, progress = interactive()) {
+                       open = interactive(), threads = 0, progress = interactive(), ...) {
   if (inherits(trees, "silvafit_study")) trees <- trees$out
-  settings <- c(reading_arguments(columns, NULL, trust_units),
+  settings <- c(reading_arguments(columns, NULL, trust_units, list(...), c("reading", "view")),
                 list(file = path.expand(file), title = title, plots = if (!is.null(plots)) as.character(plots), seed = seed, threads = threads, progress = progress,
                      data_folder = data_folder()))
   result <- engine(.Call(C_view_page, tree_source(trees), settings))

@@ -10,6 +10,7 @@ SEXP words_of_messages(SEXP texts);
 
 // Fits
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list);
+SEXP formula_of_model(SEXP id, SEXP folder);
 SEXP read_fit(SEXP json, SEXP file);
 SEXP text_of_fit(SEXP handle);
 /// The fit with other fixed effects.
@@ -17,7 +18,7 @@ SEXP with_estimates(SEXP handle, SEXP estimates);
 /// The complete rows of a table: responses, fitted values and residual standard deviations.
 SEXP rows_of_fit(SEXP handle, SEXP columns);
 SEXP predict_fit(SEXP handle, SEXP columns, SEXP settings);
-SEXP intervals_of_fit(SEXP handle, SEXP columns, SEXP method, SEXP level, SEXP threads);
+SEXP intervals_of_fit(SEXP handle, SEXP columns, SEXP settings);
 SEXP compare_fits(SEXP handles);
 SEXP simulate_fit(SEXP handle, SEXP columns, SEXP replicates, SEXP seed);
 SEXP bootstrap_fit(SEXP handle, SEXP columns, SEXP settings);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cpp11/list.hpp>
 #include <ctime>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
@@ -21,11 +22,13 @@
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/comparison.hpp"
 #include "silvafit/fit/intervals.hpp"
-#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/residuals.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/fit/simulated_responses.hpp"
-#include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/table_checks.hpp"
 
 namespace silvafit::r {
 namespace {
@@ -47,19 +50,22 @@ std::string kind_word(fit::ParameterKind kind) {
 }
 
 fit::ModelTexts model_texts(const Arguments& model) {
-  fit::ModelTexts texts;
-  model.read("formula", texts.formula);
-  model.read("sub_models", texts.sub_models);
-  model.read("random", texts.random);
-  model.read("covariance", texts.covariance);
-  model.read("variance", texts.variance);
+  auto texts = settings_of<fit::ModelTexts>(model);
   model.read("columns", texts.columns);
   return texts;
 }
 
 /// The model, with the factors whose columns the R functions have turned into comparisons.
-fit::ModelSpecification specification_of(const Arguments& model, const data::Table& table) {
-  fit::ModelSpecification specification = fit::specify_model(model_texts(model), table);
+/// \param options  get the start values of a model of the catalogue
+fit::ModelSpecification specification_of(const Arguments& model,
+                                         const data::Table& table,
+                                         fit::FitModelOptions& options) {
+  fit::ModelTexts texts = model_texts(model);
+  if (model.has("model")) {
+    const auto catalogue = study::Catalogue::load(data_folder(model) / "models");
+    study::use_base_model(catalogue.find(text_of(model["model"])), table, texts, options);
+  }
+  fit::ModelSpecification specification = fit::specify_model(texts, table);
   for (const std::string& factor : texts_of(model["factors"])) {
     if (std::ranges::find(specification.factors, factor) == specification.factors.end()) {
       specification.factors.push_back(factor);
@@ -171,9 +177,10 @@ SEXP text_of_fit(SEXP handle) { return json_of(handle); }
 
 SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   const data::Table table = table_of(cpp11::list(columns));
-  const fit::ModelSpecification specification = specification_of(Arguments(model), table);
+  const Arguments texts(model);
   const Arguments arguments(option_list);
   fit::FitModelOptions options = fit_options(arguments);
+  const fit::ModelSpecification specification = specification_of(texts, table, options);
   bool is_traced = false;
   arguments.read("trace", is_traced);
   std::optional<fit::FitResult> fitted;
@@ -190,6 +197,7 @@ SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   // CPU time of the fit itself, which benchmarks compare with that of the whole call.
   const double cpu_seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   fit::FitResult& result = *fitted;
+  texts.read("model", result.fit.model);
   sort_rows(result);
   NamedList list;
   list.add("model", list_of_fit(std::move(result.fit)));
@@ -199,6 +207,11 @@ SEXP fit_model(SEXP columns, SEXP model, SEXP option_list) {
   list.add("residual_sd", value_of(result.residual_sd));
   list.add("cpu_seconds", value_of(std::vector<double>{cpu_seconds}));
   return list.list();
+}
+
+SEXP formula_of_model(SEXP id, SEXP folder) {
+  const std::filesystem::path models = std::filesystem::path(text_of(folder)) / "models";
+  return value_of(study::Catalogue::load(models).find(text_of(id)).formula);
 }
 
 SEXP read_fit(SEXP json, SEXP file) {
@@ -234,26 +247,24 @@ SEXP predict_fit(SEXP handle, SEXP columns, SEXP settings) {
   const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
   const Arguments arguments(settings);
-  const fit::Level level = study::level_of(text_of(arguments["level"]));
-  fit::PredictionOptions options;
-  options.new_groups = study::new_groups_of(text_of(arguments["new_groups"]));
-  options.seen_groups = study::seen_groups_of(text_of(arguments["seen_groups"]));
-  arguments.read("coverage", options.interval);
-  options.interval_kind = study::interval_kind_of(text_of(arguments["interval"]));
-  arguments.read("standard_errors", options.standard_errors);
+  const auto words = settings_of<study::PredictionSettings>(arguments);
+  fit::PredictionOptions options = study::prediction_options(words);
   arguments.read("threads", options.threads);
   fit::Prediction prediction;
   run_in_background(
-      [&](Reports& /*reports*/) { prediction = fit::predict(fit, table, level, options); }, false);
+      [&](Reports& /*reports*/) {
+        prediction = fit::predict(fit, table, study::level_of(words.level), options);
+      },
+      false);
   return list_of(prediction);
 }
 
-SEXP intervals_of_fit(SEXP handle, SEXP columns, SEXP method, SEXP level, SEXP threads) {
+SEXP intervals_of_fit(SEXP handle, SEXP columns, SEXP settings) {
   const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
-  fit::IntervalOptions options{.method = fit::parse_interval_method(text_of(method)),
-                               .level = number_of(level),
-                               .threads = threads_of(threads)};
+  const Arguments arguments(settings);
+  auto options = settings_of<fit::IntervalOptions>(arguments);
+  arguments.read("threads", options.threads);
   fit::Intervals intervals;
   run_in_background(
       [&](Reports& reports) {

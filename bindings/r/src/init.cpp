@@ -41,6 +41,7 @@ extern "C" __attribute__((visibility("default"))) void R_init_silvafit(DllInfo* 
                                              SILVAFIT_ENTRY(with_estimates),
                                              SILVAFIT_ENTRY(text_of_fit),
                                              SILVAFIT_ENTRY(rows_of_fit),
+                                             SILVAFIT_ENTRY(formula_of_model),
                                              SILVAFIT_ENTRY(predict_fit),
                                              SILVAFIT_ENTRY(intervals_of_fit),
                                              SILVAFIT_ENTRY(compare_fits),

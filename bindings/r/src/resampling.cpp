@@ -11,8 +11,7 @@
 #include "entry_points.hpp"
 #include "fit_handle.hpp"
 #include "settings.hpp"
-#include "silvafit/fit/bootstrap.hpp"
-#include "silvafit/fit/cross_validation.hpp"
+#include "silvafit/fit/setting_list.hpp"
 
 namespace silvafit::r {
 namespace {
@@ -72,12 +71,9 @@ SEXP bootstrap_fit(SEXP handle, SEXP columns, SEXP settings) {
   const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
   const Arguments arguments(settings);
-  fit::BootstrapOptions options{.resample = fit::parse_resample(text_of(arguments["resample"]))};
+  auto options = settings_of<fit::BootstrapOptions>(arguments);
   options.refit = fit_options(Arguments(arguments["refit"]));
-  arguments.read("replicates", options.replicates);
-  arguments.read("level", options.level);
   arguments.read("seed", options.seed);
-  arguments.read("group", options.group);
   arguments.read("threads", options.threads);
   fit::Bootstrap found;
   run_in_background(
@@ -101,11 +97,8 @@ SEXP cross_validate_fit(SEXP handle, SEXP columns, SEXP settings) {
   const fit::FittedModel& fit = fit_of(handle);
   const data::Table table = table_of(cpp11::list(columns));
   const Arguments arguments(settings);
-  fit::CrossValidationOptions options;
+  auto options = settings_of<fit::CrossValidationOptions>(arguments);
   options.refit = fit_options(Arguments(arguments["refit"]));
-  arguments.read("folds", options.folds);
-  arguments.read("group", options.group);
-  arguments.read("measured", options.measured);
   arguments.read("seed", options.seed);
   arguments.read("threads", options.threads);
   fit::CrossValidation found;

@@ -5,8 +5,8 @@
 #include "background.hpp"
 #include "conversion.hpp"
 #include "entry_points.hpp"
-#include "setting_arguments.hpp"
 #include "settings.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/view_page.hpp"
 #include "silvafit/tree/builder.hpp"
@@ -17,8 +17,8 @@ SEXP grow_trees(SEXP source, SEXP settings) {
   const Arguments arguments(settings);
   const data::TableSource trees = source_of(source);
   const auto catalogue = tree::BuilderCatalogue::load(data_folder(arguments) / "models");
-  study::GrowSettings options{.reading = reading_settings(arguments)};
-  each_setting(options, SettingArguments(arguments));
+  auto options = settings_of<study::GrowSettings>(arguments);
+  options.reading = reading_settings(arguments);
   arguments.read("threads", options.threads);
   arguments.read("seed", options.seed);
   options.keeps_trees = true;
@@ -40,9 +40,8 @@ SEXP view_page(SEXP source, SEXP settings) {
   const data::TableSource trees = source_of(source);
   const std::filesystem::path folder = data_folder(arguments);
   const auto catalogue = tree::PresetCatalogue::load(folder / "models");
-  study::ViewPageSettings options{.reading = reading_settings(arguments)};
-  arguments.read("title", options.view.title);
-  arguments.read("plots", options.view.plots);
+  study::ViewPageSettings options{.reading = reading_settings(arguments),
+                                  .view = settings_of<study::ViewOptions>(arguments)};
   arguments.read("threads", options.view.threads);
   arguments.read("seed", options.view.seed);
   const std::filesystem::path page = text_of(arguments["file"]);

@@ -2,19 +2,19 @@
 // Arguments of R as settings.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cpp11/list.hpp>
 #include <map>
 #include <string>
-#include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "conversion.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/setting.hpp"
+#include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/study.hpp"
-#include "silvafit/tree/builder.hpp"
 
 namespace silvafit::r {
 
@@ -25,23 +25,18 @@ class SettingArguments {
 
   template <typename T>
   void operator()(const data::Setting<T>& setting) const {
-    const bool is_table = setting.key == "plots" && setting.form == data::SettingForm::kFile;
-    if (!is_table) arguments_.read(setting.key.data(), setting.value);
-  }
-  void operator()(const data::Setting<bool>& setting) const {
-    if (setting.choices.empty()) return arguments_.read(setting.key.data(), setting.value);
-    std::string word(setting.choices[setting.value ? 1 : 0]);
-    arguments_.read(setting.key.data(), word);
-    const auto found = std::ranges::find(setting.choices, word);
-    if (found == setting.choices.end()) {
-      std::string words;
-      for (const std::string_view choice : setting.choices) {
-        words += (words.empty() ? "" : ", ") + std::string(choice);
-      }
-      throw UsageError("'" + word + "' is not one of " + words,
-                       {.column = std::string(setting.key)});
+    const char* const key = setting.key.data();
+    if constexpr (data::HasWords<T>::value) {
+      read_word(setting);
+    } else if constexpr (std::is_arithmetic_v<T> && !std::same_as<T, bool>) {
+      if (!arguments_.has(key)) return;
+      arguments_.read(key, setting.value);
+      data::require_number(setting);
+    } else {
+      const bool is_table = setting.key == "plots" && setting.form == data::SettingForm::kFile;
+      if (!setting.choices.empty()) return read_word(setting);
+      if (!is_table) arguments_.read(key, setting.value);
     }
-    setting.value = found != setting.choices.begin();
   }
   /// A named list of texts.
   void operator()(
@@ -84,19 +79,44 @@ class SettingArguments {
     if (!arguments_.has(setting.key.data())) return;
     setting.value.clear();
     for (const double number : numbers_of(arguments_[setting.key.data()])) {
-      if (number != std::floor(number)) {
-        throw UsageError("has a number that is not whole", {.column = std::string(setting.key)});
-      }
+      if (number != std::floor(number)) data::refuse(setting, "has a number that is not whole");
       setting.value.push_back(static_cast<int>(number));
     }
   }
-  void operator()(const data::Setting<tree::BuilderKind>& setting) const {
-    std::string name;
-    arguments_.read(setting.key.data(), name);
-    if (!name.empty()) setting.value = tree::builder_from_text(name);
+  void operator()(const data::Setting<std::vector<double>>& setting) const {
+    if (arguments_.has(setting.key.data())) {
+      setting.value = numbers_of(arguments_[setting.key.data()]);
+    }
+  }
+  /// A named vector of numbers.
+  void operator()(const data::Setting<std::map<std::string, double>>& setting) const {
+    if (arguments_.has(setting.key.data())) {
+      setting.value = named_numbers(arguments_[setting.key.data()]);
+    }
+  }
+  /// Named vectors of the arguments `lower` and `upper`.
+  void operator()(const data::Setting<std::map<std::string, fit::Bounds>>& setting) const {
+    const auto read = [this, &setting](const char* argument, double fit::Bounds::*end) {
+      if (!arguments_.has(argument)) return;
+      for (const auto& [name, value] : named_numbers(arguments_[argument])) {
+        setting.value[name].*end = value;
+      }
+    };
+    read("lower", &fit::Bounds::low);
+    read("upper", &fit::Bounds::high);
   }
 
  private:
+  template <typename T>
+  void read_word(const data::Setting<T>& setting) const {
+    if constexpr (data::HasWords<T>::value || std::same_as<T, bool> ||
+                  std::same_as<T, std::string>) {
+      std::string word;
+      arguments_.read(setting.key.data(), word);
+      data::set_word(setting, word);
+    }
+  }
+
   const Arguments& arguments_;
 };
 

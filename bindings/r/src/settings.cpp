@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "setting_arguments.hpp"
-#include "silvafit/base/error.hpp"
+#include "silvafit/fit/setting_list.hpp"
 #include "silvafit/stand/window.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/setting_list.hpp"
 
 namespace silvafit::r {
@@ -62,32 +62,13 @@ std::vector<stand::NamedWindow> named_windows(SEXP windows, const std::vector<st
 }  // namespace
 
 fit::FitModelOptions fit_options(const Arguments& options) {
-  fit::FitModelOptions result;
-  const auto numbers = [&options](const char* name) {
-    return options.has(name) ? named_numbers(options[name]) : std::map<std::string, double>();
-  };
-  if (options.has("method")) result.method = fit::parse_method(text_of(options["method"]));
-  result.start = numbers("start");
-  result.fixed = numbers("fixed");
-  for (const auto& [name, low] : numbers("lower")) result.bounds[name].low = low;
-  for (const auto& [name, high] : numbers("upper")) result.bounds[name].high = high;
-  options.read("starts", result.spread_starts);
-  options.read("reml", result.reml);
-  options.read("agq_points", result.quadrature_points);
-  options.read("maximum_iterations", result.maximum_iterations);
+  auto result = settings_of<fit::FitModelOptions>(options);
   options.read("threads", result.threads);
   return result;
 }
 
-study::ReadingSettings reading_settings(const Arguments& arguments) {
-  study::ReadingSettings settings;
-  each_setting(settings, SettingArguments(arguments));
-  return settings;
-}
-
 study::UnitSettings unit_settings(const Arguments& arguments) {
-  study::UnitSettings settings;
-  each_setting(settings, SettingArguments(arguments));
+  auto settings = settings_of<study::UnitSettings>(arguments);
   if (arguments.has("windows")) {
     std::vector<std::string> plots;
     arguments.read("window_plots", plots);
@@ -97,18 +78,17 @@ study::UnitSettings unit_settings(const Arguments& arguments) {
 }
 
 study::SamplingSettings sampling_settings(const Arguments& arguments) {
-  study::SamplingSettings settings;
-  each_setting(settings, SettingArguments(arguments));
+  auto settings = settings_of<study::SamplingSettings>(arguments);
   if (arguments.has("plots")) settings.plots = source_of(arguments["plots"]);
   return settings;
 }
 
 study::StudyConfiguration study_settings(const Arguments& arguments,
                                          const study::Catalogue& catalogue) {
-  study::StudyConfiguration settings{.reading = reading_settings(arguments),
+  study::StudyConfiguration settings{.study = settings_of<study::StudyOptions>(arguments),
+                                     .reading = reading_settings(arguments),
                                      .units = unit_settings(arguments),
                                      .sampling = sampling_settings(arguments)};
-  each_setting(settings.study, SettingArguments(arguments));
   if (!arguments.has("config")) return settings;
   std::vector<std::string> given;
   arguments.read("given", given);
@@ -121,9 +101,7 @@ study::StudyConfiguration study_settings(const Arguments& arguments,
 }
 
 study::EquationSettings equation_settings(const Arguments& arguments) {
-  study::EquationSettings settings;
-  arguments.read("equations", settings.equations);
-  arguments.read("equation_files", settings.files);
+  auto settings = settings_of<study::EquationSettings>(arguments);
   if (arguments.has("data_folder")) settings.models = data_folder(arguments) / "models";
   return settings;
 }

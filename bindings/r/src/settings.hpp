@@ -5,17 +5,27 @@
 #include <filesystem>
 
 #include "conversion.hpp"
+#include "setting_arguments.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/study_configuration.hpp"
 #include "silvafit/study/tree_equations.hpp"
-#include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::r {
 
 /// How a model is fitted, by the arguments of silvafit().
 fit::FitModelOptions fit_options(const Arguments& options);
 
-study::ReadingSettings reading_settings(const Arguments& arguments);
+/// The settings of a list, from the arguments of their keys.
+template <typename Settings>
+Settings settings_of(const Arguments& arguments, Settings settings = {}) {
+  each_setting(settings, SettingArguments(arguments));
+  return settings;
+}
+
+inline study::ReadingSettings reading_settings(const Arguments& arguments) {
+  return settings_of<study::ReadingSettings>(arguments);
+}
 
 /// Windows are a file, or rings of coordinates from an object of sf.
 study::UnitSettings unit_settings(const Arguments& arguments);

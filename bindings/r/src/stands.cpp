@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Analyses of inventories: structural units, stand tables, imputation, studies, libraries.
+#include <algorithm>
 #include <cpp11/list.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -14,6 +15,7 @@
 #include "settings.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/impute_table.hpp"
@@ -38,15 +40,10 @@ cpp11::sexp rows_of(const stand::Inventory& inventory) {
 }
 
 study::StandOptions stand_options(const Arguments& arguments) {
-  study::StandOptions options{.reading = reading_settings(arguments),
-                              .units = unit_settings(arguments),
-                              .sampling = sampling_settings(arguments)};
-  arguments.read("stratum_areas", options.stratum_areas);
-  arguments.read("stratum", options.report.stratum);
-  arguments.read("class_width", options.report.diameter_class_cm);
-  arguments.read("quadrat", options.report.species.quadrat_m);
-  arguments.read("dominant_trees", options.report.species.dominant_trees_per_ha);
-  arguments.read("plot_area", options.report.plot_area_m2);
+  auto options = settings_of<study::StandOptions>(arguments);
+  options.reading = reading_settings(arguments);
+  options.units = unit_settings(arguments);
+  options.sampling = sampling_settings(arguments);
   arguments.read("threads", options.threads);
   options.equations = equation_settings(arguments);
   return options;
@@ -113,17 +110,7 @@ SEXP impute_table(SEXP source, SEXP settings) {
   const data::TableSource trees = source_of(source);
   const study::Catalogue catalogue = catalogue_of(arguments);
   const study::ReadingSettings reading = reading_settings(arguments);
-  study::ImputeOptions options;
-  arguments.read("response", options.response);
-  arguments.read("group", options.group);
-  arguments.read("by", options.by);
-  arguments.read("minimum_trees", options.minimum_trees);
-  arguments.read("formula", options.formula);
-  arguments.read("models", options.models);
-  arguments.read("random", options.random);
-  arguments.read("variance", options.variance);
-  arguments.read("method", options.method);
-  arguments.read("add_residual", options.add_residual);
+  auto options = settings_of<study::ImputeOptions>(arguments);
   arguments.read("threads", options.threads);
   arguments.read("seed", options.seed);
   study::TableImputation result;
@@ -144,19 +131,22 @@ SEXP impute_table(SEXP source, SEXP settings) {
   return list.list();
 }
 
-/// The keys of the settings of some parts: reading, units, sampling, study, grow.
+/// The keys of the settings of some parts.
 SEXP setting_names(SEXP parts) {
-  const study::StudyConfiguration settings;
-  const study::GrowSettings grown;
   std::vector<std::string> names;
-  const auto add = [&names](const auto& setting) { names.emplace_back(setting.key); };
-  for (const std::string& part : texts_of(parts)) {
-    if (part == "reading") each_setting(settings.reading, add);
-    if (part == "units") each_setting(settings.units, add);
-    if (part == "sampling") each_setting(settings.sampling, add);
-    if (part == "study") each_setting(settings.study, add);
-    if (part == "grow") each_setting(grown, add);
-  }
+  const std::vector<std::string> wanted = texts_of(parts);
+  const auto add = [&](std::string_view part, const auto& settings) {
+    if (std::ranges::find(wanted, part) == wanted.end()) return;
+    each_setting(settings, [&names](const auto& setting) { names.emplace_back(setting.key); });
+  };
+  add("reading", study::ReadingSettings());
+  add("units", study::UnitSettings());
+  add("sampling", study::SamplingSettings());
+  add("study", study::StudyOptions());
+  add("stand", study::StandOptions());
+  add("equations", study::EquationSettings());
+  add("grow", study::GrowSettings());
+  add("view", study::ViewOptions());
   return value_of(names);
 }
 
@@ -215,15 +205,9 @@ SEXP predict_library(SEXP library, SEXP source, SEXP settings) {
   const auto& models = object_of<study::ModelLibrary>(library, [](const std::string& json) {
     return study::read_library(data::JsonReader::parse(json, "the library"));
   });
-  study::PredictionSettings options{.reading = reading_settings(arguments),
-                                    .equations = equation_settings(arguments)};
-  arguments.read("level", options.level);
-  arguments.read("new_groups", options.new_groups);
-  arguments.read("seen_groups", options.seen_groups);
-  arguments.read("coverage", options.interval);
-  arguments.read("interval", options.interval_kind);
-  arguments.read("standard_errors", options.standard_errors);
-  arguments.read("role", options.role);
+  auto options = settings_of<study::PredictionSettings>(arguments);
+  options.reading = reading_settings(arguments);
+  options.equations = equation_settings(arguments);
   arguments.read("threads", options.threads);
   study::TablePrediction result;
   const auto notes = run_in_background(

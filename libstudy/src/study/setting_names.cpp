@@ -13,26 +13,33 @@
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
+#include "silvafit/fit/setting_list.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
 
 namespace silvafit::study {
 namespace {
 
-/// Settings without a list, which messages name.
-constexpr auto kFurtherSettings = std::to_array<std::string_view>(
-    {"add_residual", "agq_points", "allow_network", "class_width", "dominant_trees", "equations",
-     "formula",      "growth",     "halo",          "json",        "layer",          "layers",
-     "level",        "manifest",   "method",        "new_groups",  "plot_area",      "plots_sql",
-     "quadrat",      "random",     "resample",      "role",        "seen_groups",    "size",
-     "sql",          "stratum",    "stream",        "target",      "tile",           "trees",
-     "variance",     "where",      "window_layer",  "zoom"});
-/// Options of other names than their settings; `models` are those of impute.
-constexpr auto kOtherOptions = std::to_array<std::pair<std::string_view, std::string_view>>(
-    {{"coverage", "--interval"},
-     {"interval", "--interval-kind"},
-     {"models", "--model"},
-     {"parameters", "--parameter"},
-     {"stratum_areas", "--stratum-area"}});
+/// Settings that only the program has, which messages name.
+constexpr auto kSettingsOfProgram = std::to_array<std::string_view>({"allow_network",
+                                                                     "growth",
+                                                                     "json",
+                                                                     "layer",
+                                                                     "plots_sql",
+                                                                     "sql",
+                                                                     "stream",
+                                                                     "target",
+                                                                     "tile",
+                                                                     "trees",
+                                                                     "where",
+                                                                     "window_layer",
+                                                                     "zoom"});
+/// Settings for which users of R have another word.
+constexpr auto kWordsOfR = std::to_array<std::pair<std::string_view, std::string_view>>(
+    {{"bounds", "lower, upper"},
+     {"maximum_iterations", "max_iterations"},
+     {"scene", "file"},
+     {"standard_errors", "se.fit"}});
 /// Commands that are functions in R and in Python.
 struct Function {
   std::string_view command{};
@@ -63,12 +70,22 @@ SettingNames all_names() {
     add(setting.key, setting.option_name, setting.form == data::SettingForm::kMapping);
   };
   // The first one of a name counts: `plots` is the table of plots, not those of grown trees.
-  for (const auto& [key, option] : kOtherOptions) add(key, option, false);
-  const StudyConfiguration study;
-  const GrowSettings grown;
-  each_setting(study, add_setting);
-  each_setting(grown, add_setting);
-  for (const std::string_view key : kFurtherSettings) add(key, "", false);
+  const auto add_list = [&add_setting](const auto&... lists) {
+    (each_setting(lists, add_setting), ...);
+  };
+  add_list(StudyConfiguration(),
+           fit::ModelTexts(),
+           fit::FitModelOptions(),
+           PredictionSettings(),
+           ImputeOptions(),
+           StandOptions(),
+           EquationSettings(),
+           GrowSettings(),
+           ViewOptions(),
+           TileSettings(),
+           fit::BootstrapOptions(),
+           fit::CrossValidationOptions());
+  for (const std::string_view key : kSettingsOfProgram) add(key, "", false);
   return names;
 }
 
@@ -108,9 +125,10 @@ std::string setting_text(const SettingNames::value_type& setting,
     if (is_flag) return name.option;
     return fmt::format("{} {}", name.option, is_word ? std::string(value) : in_quotes(value));
   }
-  if (value.empty()) return fmt::format("`{}`", key);
   const bool is_r = front == Front::kR;
-  return fmt::format("{}{}{}", key, is_r ? " = " : "=", argument_value(name, value, is_r));
+  const std::string_view argument = is_r ? argument_of_r(key) : key;
+  if (value.empty()) return fmt::format("`{}`", argument);
+  return fmt::format("{}{}{}", argument, is_r ? " = " : "=", argument_value(name, value, is_r));
 }
 
 /// What replaces the words between backquotes, and these; nothing if they are no setting.
@@ -158,6 +176,11 @@ std::string with_setting_names(std::string_view text, Front front) {
     text.remove_prefix(words ? end + 1 : begin + 1);
   }
   return result.append(text);
+}
+
+std::string_view argument_of_r(std::string_view key) {
+  const auto other = std::ranges::find(kWordsOfR, key, [](const auto& pair) { return pair.first; });
+  return other == kWordsOfR.end() ? key : other->second;
 }
 
 std::string name_of_place(std::string_view column) {

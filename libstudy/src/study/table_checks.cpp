@@ -165,6 +165,25 @@ void require_possible(const std::string& response, const data::Table& table) {
   }
 }
 
+void use_base_model(const BaseModel& model,
+                    const data::Table& table,
+                    fit::ModelTexts& texts,
+                    fit::FitModelOptions& options) try {
+  require_domain(model, table);
+  require_possible(model.response, table);
+  texts.formula = model.formula;
+  const std::vector<double> starts = start_values(model, table);
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    options.rule[model.parameters[k].name] = starts[k];
+  }
+} catch (const UsageError& error) {
+  // Too few rows are an error of the table.
+  Place place = error.place();
+  place.file = table.file();
+  place.model = model.id;
+  throw InputError(error.message(), place);
+}
+
 void require_domain_of_covariates(const BaseModel& model, const data::Table& table) {
   for (const data::Expression& condition : model.domain) {
     const std::vector<std::string> names = condition.variables();

@@ -58,7 +58,7 @@ std::vector<tree::SceneTree> grown_models(const tree::SharedModels& shared,
     const tree::SharedModel& model = shared.models[i / levels];
     const tree::GrowOptions grow{
         .seed = options.seed,
-        .mesh = tree::level_of_detail(options.levels[i % levels], {.textured = !options.plain})};
+        .mesh = tree::level_of_detail(options.levels[i % levels], {.textured = options.textures})};
     grown[i] = tree::grow_tree(model.morphology, *model.builder, grow);
   });
   return grown;

@@ -54,13 +54,14 @@ std::optional<double> coverage_of(const PredictionSettings& settings) {
 }
 
 PredictResponsesOptions options_of(const PredictionSettings& settings, const Catalogue& catalogue) {
+  const fit::PredictionOptions words = prediction_options(settings);
   return {.level = level_of(settings.level),
-          .new_groups = new_groups_of(settings.new_groups),
-          .seen_groups = seen_groups_of(settings.seen_groups),
-          .interval = coverage_of(settings),
-          .interval_kind = interval_kind_of(settings.interval_kind),
-          .standard_errors = settings.standard_errors,
-          .threads = settings.threads,
+          .new_groups = words.new_groups,
+          .seen_groups = words.seen_groups,
+          .interval = words.interval,
+          .interval_kind = words.interval_kind,
+          .standard_errors = words.standard_errors,
+          .threads = words.threads,
           .role = settings.role.empty() ? "nlme" : settings.role,
           .other_roles = settings.role.empty(),
           .catalogue = &catalogue};
@@ -288,14 +289,17 @@ ordered_json unused_json(const std::vector<UnusedModel>& models) {
 }  // namespace
 
 fit::Level level_of(const std::string& word) { return meaning_of(word, kLevels, "`level`"); }
-fit::NewGroups new_groups_of(const std::string& word) {
-  return meaning_of(word, kNewGroups, "`new_groups`");
-}
 fit::SeenGroups seen_groups_of(const std::string& word) {
   return meaning_of(word, kSeenGroups, "`seen_groups`");
 }
-fit::IntervalKind interval_kind_of(const std::string& word) {
-  return meaning_of(word, kIntervalKinds, "`interval`");
+
+fit::PredictionOptions prediction_options(const PredictionSettings& settings) {
+  return {.new_groups = meaning_of(settings.new_groups, kNewGroups, "`new_groups`"),
+          .seen_groups = seen_groups_of(settings.seen_groups),
+          .interval = coverage_of(settings),
+          .interval_kind = meaning_of(settings.interval_kind, kIntervalKinds, "`interval`"),
+          .standard_errors = settings.standard_errors,
+          .threads = settings.threads};
 }
 
 TablePrediction predict_table(const data::TableSource& trees,

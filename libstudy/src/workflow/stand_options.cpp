@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "workflow/stand_options.hpp"
 
-#include <fmt/format.h>
-
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -10,18 +8,7 @@
 namespace silvafit::study {
 namespace {
 
-void add_stratum_areas(const std::vector<std::string>& areas, stand::StandReportOptions& options) {
-  for (const std::string& part : areas) {
-    const std::size_t sign = part.rfind('=');
-    double hectares = 0.0;
-    const bool is_pair = sign != std::string::npos &&
-                         data::parse_number(std::string_view(part).substr(sign + 1), hectares);
-    if (!is_pair) {
-      throw UsageError(fmt::format("'{}' is not STRATUM=HECTARES, such as A=120", part),
-                       {.column = "`stratum_areas`"});
-    }
-    options.stratum_areas_ha[part.substr(0, sign)] = hectares;
-  }
+void check_stratum_areas(const stand::StandReportOptions& options) {
   const bool has_strata =
       !options.stratum.empty() || (options.design.plots && options.design.plots->has_stratum);
   if (!options.stratum_areas_ha.empty() && !has_strata) {
@@ -39,7 +26,7 @@ stand::StandReportOptions report_options(const StandOptions& options) {
   report.units = unit_options(options.units, options.threads);
   report.design = sampling_design(options.sampling);
   report.trust_units = options.reading.trust_units;
-  add_stratum_areas(options.stratum_areas, report);
+  check_stratum_areas(report);
   return report;
 }
 

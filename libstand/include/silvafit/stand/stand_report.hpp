@@ -23,7 +23,7 @@ namespace silvafit::stand {
 struct StandReportOptions {
   StructuralUnitOptions units{};
   SpeciesTableOptions species{};  ///< quadrat_m 0 in a stand of one plot: quadrats of 10 m
-  double diameter_class_cm = 4.0;
+  double class_width_cm = 4.0;
   /// How trees and plots were chosen. A table of plots gives strata, too, and areas if there are
   /// neither windows nor plot_area_m2.
   SamplingDesign design{};

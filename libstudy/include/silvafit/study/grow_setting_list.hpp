@@ -58,7 +58,8 @@ void each_setting(S& settings, Visit&& visit) {
             .option("--plain"));
   visit(Setting("builder",
                 settings.builder,
-                "Builder of the trees (for its presets: silvafit models --builders)"));
+                "Builder of the trees (for its presets: silvafit models --builders)")
+            .one_of({"segment", "lsystem", "ifs", "bamboo"}));
   visit(Setting("grammar",
                 settings.grammar,
                 "L-system grammar for all trees, with the builder lsystem; the preset gives crown, "
@@ -82,6 +83,11 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("seconds",
                 settings.seconds_per_unit,
                 "Duration of the animation per unit of the time, or per step if it is text"));
+  visit(Setting("manifest",
+                settings.manifest,
+                "Write plot, tree, species, preset, level, file, triangles and bytes of each tree "
+                "to this CSV file")
+            .type("FILE.csv"));
 }
 
 }  // namespace silvafit::study

@@ -38,9 +38,9 @@ struct PredictionSettings {
 /// The values of words of PredictionSettings.
 /// \throws UsageError that lists the words if there is no such word
 fit::Level level_of(const std::string& word);
-fit::NewGroups new_groups_of(const std::string& word);
 fit::SeenGroups seen_groups_of(const std::string& word);
-fit::IntervalKind interval_kind_of(const std::string& word);
+/// The settings of a single fit's predictions, except the level.
+fit::PredictionOptions prediction_options(const PredictionSettings& settings);
 
 struct TablePrediction {
   PredictionSettings settings{};

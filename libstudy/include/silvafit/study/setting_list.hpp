@@ -2,17 +2,12 @@
 // The settings of inventories, structural units, sampled plots and studies, each described once.
 #pragma once
 
-#include <concepts>
-#include <type_traits>
-
 #include "silvafit/data/setting.hpp"
 #include "silvafit/study/study_configuration.hpp"
 
 namespace silvafit::study {
 
-/// T itself or a const T.
-template <typename S, typename T>
-concept Same = std::same_as<std::remove_const_t<S>, T>;
+using data::Same;
 
 template <Same<ReadingSettings> S, typename Visit>
 void each_setting(S& settings, Visit&& visit) {

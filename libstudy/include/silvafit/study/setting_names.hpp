@@ -20,6 +20,9 @@ enum class Front { kProgram, kR, kPython };
 /// Other words in backquotes stay.
 std::string with_setting_names(std::string_view text, Front front);
 
+/// The argument of R for a setting: the key, unless users of R have another word.
+std::string_view argument_of_r(std::string_view key);
+
 /// Place::column without the backquotes of a setting: the name of an argument of R or Python.
 std::string name_of_place(std::string_view column);
 

@@ -22,8 +22,6 @@ struct StandOptions {
   SamplingSettings sampling{};
   EquationSettings equations{};        ///< of volume, biomass and carbon
   stand::StandReportOptions report{};  ///< its `units` and `design` come from the settings
-  /// Areas of strata in ha, `A=120`, besides those of `report`.
-  std::vector<std::string> stratum_areas{};
   /// Reads plot by plot, so that memory grows with the number of plots, not of trees; if the rows
   /// of a plot are not contiguous, they are sorted on disk.
   bool stream = false;

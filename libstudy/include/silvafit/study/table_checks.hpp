@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/catalogue.hpp"
 
@@ -43,7 +45,15 @@ void require_possible(const std::string& response, const data::Table& table);
 ///   outside the model's domain
 void require_domain(const BaseModel& model, const data::Table& table);
 
-/// The same for predictions: the conditions on the covariates only.
+/// Makes texts and options those of a model of the catalogue: its formula, and start values by its
+/// rules.
+/// \throws as require_domain and require_possible; InputError if rows are too few for start values
+void use_base_model(const BaseModel& model,
+                    const data::Table& table,
+                    fit::ModelTexts& texts,
+                    fit::FitModelOptions& options);
+
+/// The same as require_domain for predictions: the conditions on the covariates only.
 void require_domain_of_covariates(const BaseModel& model, const data::Table& table);
 
 }  // namespace silvafit::study

@@ -24,7 +24,7 @@ struct ViewOptions {
   std::vector<std::string> plots{};   ///< plots to show; empty: all
   std::size_t models_per_preset = 6;  ///< number of models of a species preset
   std::vector<int> levels{0, 1, 2, 3};
-  bool plain = false;  ///< leaves as polygons instead of pictures of bark and shoots
+  bool textures = true;  ///< pictures of bark and shoots, else leaves as polygons in plain colors
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one for each core
 };
