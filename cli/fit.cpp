@@ -107,9 +107,8 @@ study::ReadTable read_data(const FitArguments& arguments,
   for (const std::string& note : study::add_structure_columns(indices, table)) {
     say(arguments.common, "note: " + note);
   }
-  if (!arguments.formula.empty()) {
-    fit::add_response(fit::response_of(arguments.formula), table);
-  }
+  const std::string& formula = arguments.texts.formula;
+  if (!formula.empty()) fit::add_response(fit::response_of(formula), table);
   if (!arguments.where.empty()) table = data::rows_where(arguments.where, table);
   return {.table = std::move(table), .recognized = std::move(read.recognized)};
 }
