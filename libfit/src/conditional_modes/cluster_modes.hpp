@@ -28,8 +28,8 @@ class ClusterModes {
   /// \param modes    (layout) of the model, in: starts; out: modes
   /// \param effects  (r x G), out: changes of the coefficients of each group
   /// \param known    (layout) modes of the model, or null: a search that comes near them ends
-  /// there; others only have to be distinguished from them \returns false if the search of a
-  /// cluster failed, which ends the others
+  ///   there, and others only have to be distinguished from them
+  /// \returns false if the search of a cluster failed, which ends the others
   bool search(const GroupPriors& priors,
               Eigen::VectorXd& modes,
               Eigen::MatrixXd& effects,

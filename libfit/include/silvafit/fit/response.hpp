@@ -19,9 +19,8 @@ std::vector<std::string> response_columns(const std::string& response);
 
 /// Adds a response to a table under its text, if it is an expression and the table has its columns,
 /// but not itself. Does nothing otherwise.
-/// \throws InputError if a column has text, or if the expression has no value where its columns
-/// have
-///   values, such as the logarithm of a negative number
+/// \throws InputError if a column has text, or if the expression has no value in a row with values
+///   in its columns, such as the logarithm of a negative number
 void add_response(const std::string& response, data::Table& table);
 
 }  // namespace silvafit::fit
