@@ -26,9 +26,9 @@ deps:
 	@./scripts/install-dependencies
 
 test-deps: deps
-	@./scripts/install-dependencies packages-debian12-test.txt
-	@./scripts/install-dependencies packages-debian12-gis.txt
-	@./scripts/install-dependencies packages-debian12-mpi.txt
+	@./scripts/install-dependencies packages/debian12-test.txt
+	@./scripts/install-dependencies packages/debian12-gis.txt
+	@./scripts/install-dependencies packages/debian12-mpi.txt
 
 configure: deps
 	@test -f build/build.ninja || cmake --preset release -DSILVAFIT_BUILD_TESTS=OFF
@@ -48,7 +48,7 @@ test: configure-tests
 	@ctest --preset release -j 2
 
 r-deps: deps
-	@./scripts/install-dependencies packages-debian12-r.txt
+	@./scripts/install-dependencies packages/debian12-r.txt
 
 r-package: r-deps build
 	@./scripts/r-package
@@ -58,7 +58,7 @@ test-r: r-package
 
 # Uses the pages of build/ and the options of build/r.makevars.
 r-source: r-package
-	@./scripts/install-dependencies packages-debian12-static.txt
+	@./scripts/install-dependencies packages/debian12-static.txt
 	@./scripts/r-source
 
 check-r: r-source
@@ -73,12 +73,12 @@ sanitize-threads: test-deps
 	@cmake --preset tsan && cmake --build --preset tsan && ctest --preset tsan -j 2
 
 tidy: test-deps
-	@./scripts/install-dependencies packages-debian12-tidy.txt
+	@./scripts/install-dependencies packages/debian12-tidy.txt
 	@cmake --preset tidy && cmake --build --preset tidy
 
 # Every reader of files from elsewhere, so many seconds each; docs/hardening.md.
 fuzz: test-deps
-	@./scripts/install-dependencies packages-debian12-tidy.txt
+	@./scripts/install-dependencies packages/debian12-tidy.txt
 	@cmake --preset fuzz && cmake --build --preset fuzz
 	@scripts/fuzz $(or $(SECONDS),60)
 
@@ -92,7 +92,7 @@ coverage: test-deps
 	@./scripts/coverage build-coverage
 
 bench-deps: deps
-	@./scripts/install-dependencies packages-debian12-bench.txt
+	@./scripts/install-dependencies packages/debian12-bench.txt
 
 bench: deps
 	@bench/run
@@ -104,25 +104,25 @@ scorecard: build
 
 # The program for jobs of several processes, build-mpi/bin/silvafit. docs/large-inventories.md.
 mpi: deps
-	@./scripts/install-dependencies packages-debian12-mpi.txt
+	@./scripts/install-dependencies packages/debian12-mpi.txt
 	@cmake --preset mpi && cmake --build --preset mpi
 
 # The program as one file, build-static/bin/silvafit. docs/install.md.
 static: deps
-	@./scripts/install-dependencies packages-debian12-static.txt
+	@./scripts/install-dependencies packages/debian12-static.txt
 	@./scripts/static-libraries build-static/libraries
 	@cmake --preset static && cmake --build --preset static
 
 # Skipped where the sources of the static libraries cannot be fetched.
 test-static: build
-	@./scripts/install-dependencies packages-debian12-static.txt
+	@./scripts/install-dependencies packages/debian12-static.txt
 	@status=0; ./scripts/static-libraries build-static/libraries || status=$$?; \
 	  if [ $$status = 77 ]; then echo "skipped: the static program"; exit 0; fi; \
 	  [ $$status = 0 ] && cmake --preset static && cmake --build --preset static && ./scripts/test-static
 
 # The program as one file for Windows, build-windows/silvafit.exe, and with the examples as a ZIP file. docs/install.md.
 windows: deps
-	@./scripts/install-dependencies packages-debian12-windows.txt
+	@./scripts/install-dependencies packages/debian12-windows.txt
 	@./scripts/static-libraries build-windows/libraries cmake/windows.cmake
 	@cmake --preset windows && cmake --build --preset windows
 	@x86_64-w64-mingw32-strip -o build-windows/silvafit.exe build-windows/bin/silvafit.exe
@@ -133,7 +133,7 @@ test-windows: build windows
 	@./scripts/test-windows
 
 package: build
-	@./scripts/install-dependencies packages-debian12-package.txt
+	@./scripts/install-dependencies packages/debian12-package.txt
 	@cd build && cpack
 	@./scripts/debian-source
 
@@ -142,13 +142,13 @@ release: static windows package python-package r-source
 	@./scripts/release
 
 check-package: build
-	@./scripts/install-dependencies packages-debian12-package.txt
+	@./scripts/install-dependencies packages/debian12-package.txt
 	@./scripts/check-package
 
 # docs/python.md
 python-package: configure
-	@./scripts/install-dependencies packages-debian12-python.txt
-	@./scripts/install-dependencies packages-debian12-static.txt
+	@./scripts/install-dependencies packages/debian12-python.txt
+	@./scripts/install-dependencies packages/debian12-static.txt
 	@./scripts/python-package
 
 test-python: python-package
@@ -156,11 +156,11 @@ test-python: python-package
 	@PYTHONPATH=$(CURDIR)/build/python /usr/bin/python3 -m pytest -q -p no:cacheprovider bindings/python/tests
 
 check-python: python-package
-	@./scripts/install-dependencies packages-debian12-package.txt
+	@./scripts/install-dependencies packages/debian12-package.txt
 	@./scripts/check-python
 
 docs:
-	@./scripts/install-dependencies packages-debian12-docs.txt
+	@./scripts/install-dependencies packages/debian12-docs.txt
 	@./scripts/build-site
 
 format: test-deps
