@@ -1,4 +1,4 @@
-# silvafit in a container, from the Debian package that `make package` makes; docs/install.md says how to use it.
+# silvafit in a container, from the Debian package that `make package` makes; docs/download.md says how to use it.
 FROM debian:12-slim
 COPY build/silvafit_*.deb /tmp/
 # Slim images leave out what packages bring to read; the examples stay.

@@ -107,7 +107,7 @@ mpi: deps
 	@./scripts/install-dependencies packages/debian12-mpi.txt
 	@cmake --preset mpi && cmake --build --preset mpi
 
-# The program as one file, build-static/bin/silvafit. docs/install.md.
+# The program as one file, build-static/bin/silvafit. docs/download.md.
 static: deps
 	@./scripts/install-dependencies packages/debian12-static.txt
 	@./scripts/static-libraries build-static/libraries
@@ -120,14 +120,14 @@ test-static: build
 	  if [ $$status = 77 ]; then echo "skipped: the static program"; exit 0; fi; \
 	  [ $$status = 0 ] && cmake --preset static && cmake --build --preset static && ./scripts/test-static
 
-# The program as one file for Windows, build-windows/silvafit.exe, and with the examples as a ZIP file. docs/install.md.
+# The program as one file for Windows, build-windows/silvafit.exe, and with the examples as a ZIP file. docs/download.md.
 windows: deps
 	@./scripts/install-dependencies packages/debian12-windows.txt
 	@./scripts/static-libraries build-windows/libraries cmake/windows.cmake
 	@cmake --preset windows && cmake --build --preset windows
 	@x86_64-w64-mingw32-strip -o build-windows/silvafit.exe build-windows/bin/silvafit.exe
 	@cd build-windows && rm -rf silvafit silvafit.zip && mkdir silvafit && \
-	  cp -r silvafit.exe ../LICENSE ../examples silvafit && cp ../docs/windows.md silvafit/READ-ME.txt && zip -qr silvafit.zip silvafit
+	  cp -r silvafit.exe ../LICENSE ../examples silvafit && awk '/^## / { keep = /Windows$$/ && !/macOS/ } keep' ../docs/download.md >silvafit/READ-ME.txt && zip -qr silvafit.zip silvafit
 
 test-windows: build windows
 	@./scripts/test-windows

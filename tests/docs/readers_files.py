@@ -35,6 +35,8 @@ MADE_BY = {
     # A plot that no fit has seen, with every fourth height measured.
     "new.csv": f"awk -F, -v OFS=, 'NR == 1 || $1 == 1 {{ if (NR > 1) {{ $1 = \"new\"; if (NR % 4) $8 = \"\" }} print }}' "
                f"{EXAMPLE} > new.csv",
+    # Three plots with every fourth height measured.
+    "heights.csv": f"awk -F, -v OFS=, 'NR == 1 || $1 < 4 {{ if (NR > 1 && NR % 4) $8 = \"\"; print }}' {EXAMPLE} > heights.csv",
     "plots.geojson": PLOTS,
     "plots.csv": """awk 'BEGIN { print "plot,area,stratum"; for (p = 1; p <= 10; p++) print p ",5000," (p < 6 ? "a" : "b") }' > plots.csv""",
     "one.json": f"silvafit fit {EXAMPLE} {CURVE} > one.json",
