@@ -16,7 +16,7 @@ from mkdocs.structure.files import File
 log = logging.getLogger("mkdocs.plugins.site_hooks")
 
 # Of scripts/python-pages; the notebook is there only where it was run.
-PYTHON_PAGES = {"python-reference.md": "Reference", "python-notebook.md": "Notebook"}
+PYTHON_PAGES = {"python-reference.md": "Python reference", "python-notebook.md": "Python notebook"}
 KATEX = Path("/usr/share/javascript/katex")
 RENDER = """document.addEventListener("DOMContentLoaded", () => {
   for (const element of document.querySelectorAll(".arithmatex")) {
@@ -44,12 +44,11 @@ def generated(config):
 
 
 def on_config(config):
-    # The manual and the vignettes of the package for R, if they were made.
+    # The references of the packages for R and Python, and the vignettes, if they were made.
     made = [f"r/{path.name}" for path in sorted((generated(config) / "r").glob("*.md"))]
-    for section in config["nav"]:
-        section.get("R", []).extend(made)
-    python = next(entry["Python"] for entry in config["nav"] if "Python" in entry)
-    python += [{title: name} for name, title in PYTHON_PAGES.items() if (generated(config) / "python" / name).exists()]
+    made += [{title: name} for name, title in PYTHON_PAGES.items() if (generated(config) / "python" / name).exists()]
+    if made:
+        config["nav"].append({"R and Python": made})
     pages = {str(path.relative_to(config["docs_dir"])) for path in Path(config["docs_dir"]).rglob("*.md")}
     others = sorted(pages - names_in(config["nav"]))
     if others:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sampled plots and growth from the built program (docs/plots.md, docs/growth.md)."""
+"""Sampled plots and growth from the built program (docs/plots.md)."""
 
 import csv
 import json

@@ -23,7 +23,7 @@ class RExport(ProgramTest):
         fit = self.run_json("fit", SPATI, "--columns", "dbh=d", "--model", "M1", "--random", "a + b | plot", "--variance", "power")
         self.assertEqual(fit["n"], 1678)
         self.assertEqual(len(fit["random"][0]["eblup"]), 56)
-        # nlme 3.1-162 stops at -2388.83 (docs/tutorial-public-data.md), to the digits that its tolerance leaves.
+        # nlme 3.1-162 stops at -2388.83 (docs/quick-start.md), to the digits that its tolerance leaves.
         self.assertAlmostEqual(fit["log_likelihood"], -2388.83, delta=0.01)
 
     def test_an_inventory_and_its_filled_copy_keep_the_row_names(self):

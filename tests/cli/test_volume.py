@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Volume, biomass and carbon by equations of the catalogue and of files (docs/volume.md)."""
+"""Volume, biomass and carbon by equations of the catalogue and of files (docs/stand.md)."""
 
 import csv
 import json

@@ -171,7 +171,7 @@ def stand_summary(
         Areas of strata [ha].
     equations, equation_files : list of str, optional
         Equations of volume, biomass and carbon, such as ["jenkins-pine", "ipcc-carbon"] or {"A": "taper"},
-        and files of further ones (docs/volume.md).
+        and files of further ones (docs/stand.md).
     class_width : float
         Width of diameter classes [cm].
     """
@@ -199,7 +199,7 @@ def stand_growth(
     ----------
     trees : DataFrame, dict of arrays, or path of a CSV file
         A row for each tree and time, with a column year or date; a column of the status says which
-        trees are dead or cut (docs/growth.md).
+        trees are dead or cut (docs/plots.md).
     window, plot_area, stratum, stratum_areas, threads, **options
         As in `stand_summary`.
 

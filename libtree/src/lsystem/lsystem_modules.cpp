@@ -26,7 +26,7 @@ constexpr std::string_view kSymbols = "+-&^\\/|$!'%@[]{}";
     refuse_grammar(begin, "'*' is not a module; leave an empty successor blank");
   }
   refuse_grammar(begin,
-                 shown(c) + " is not a module; see the list of symbols in docs/lsystem-trees.md");
+                 shown(c) + " is not a module; see the list of symbols in docs/tree-builders.md");
 }
 
 /// The open branches [ ] and outlines { } at a position of a word.

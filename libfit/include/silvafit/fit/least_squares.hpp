@@ -45,7 +45,7 @@ struct LeastSquaresFit : Estimates {
 /// search, scaled by the data, give several. Levenberg-Marquardt minimizes from the best,
 /// and Newton steps add the last digits. A model with covariates starts from the fit without them,
 /// so that it never fits worse. A failed fit is a result with converged = false and a convergence
-/// message, not an exception; docs/least-squares.md lists the messages. For a formula whose
+/// message, not an exception; docs/mixed-effects.md lists the messages. For a formula whose
 /// coefficients are all held, only sigma is estimated.
 /// \throws DomainError with the row if its mean or derivative is not finite for any coefficients
 LeastSquaresFit fit_least_squares(const NonlinearModel& model,

@@ -119,7 +119,7 @@ GrowthReport growth_report(const Inventory& inventory, const StandReportOptions&
 /// growth_trees, growth_plots and growth_strata (a row for each value and part).
 std::vector<std::pair<std::string, data::Table>> tables_of(const GrowthReport& report);
 
-/// Numbers of trees by fate, plots and strata, as docs/growth.md describes them.
+/// Numbers of trees by fate, plots and strata, as docs/plots.md describes them.
 nlohmann::ordered_json json_of(const GrowthReport& report);
 
 }  // namespace silvafit::stand

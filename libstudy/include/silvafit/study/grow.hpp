@@ -116,7 +116,7 @@ GrowResult grow(const data::TableSource& trees,
                 const GrowSettings& settings,
                 const Callbacks& callbacks = {});
 
-/// As JSON, schema silvafit-grow/1 (docs/grow.md).
+/// As JSON, schema silvafit-grow/1 (docs/json.md).
 nlohmann::ordered_json json_of(const GrowResult& result);
 
 /// The largest differences between trees and the models that they share.

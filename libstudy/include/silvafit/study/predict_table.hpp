@@ -94,7 +94,7 @@ PredictionSummary predict_in_parts(const data::TableSource& trees,
                                    const PredictionSink& sink,
                                    const Callbacks& callbacks = {});
 
-/// A summary as JSON, schema silvafit-predict/1 (docs/predict.md).
+/// A summary as JSON, schema silvafit-predict/1 (docs/json.md).
 /// \param out  file that the predictions were written to; may be empty
 nlohmann::ordered_json json_of(const PredictionSummary& summary, const std::string& out = {});
 

@@ -28,7 +28,7 @@ GrowthSummary stand_growth(const data::TableSource& inventory,
                            const StandOptions& options = {},
                            const Callbacks& callbacks = {});
 
-/// As JSON, schema silvafit-growth/1 (docs/growth.md).
+/// As JSON, schema silvafit-growth/1 (docs/plots.md).
 nlohmann::ordered_json json_of(const GrowthSummary& summary);
 
 }  // namespace silvafit::study

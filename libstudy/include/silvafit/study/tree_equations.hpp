@@ -46,7 +46,7 @@ struct TreeEquation {
   std::string file{};
 };
 
-/// The equations of models/equations, and of further files of the same form (docs/volume.md).
+/// The equations of models/equations, and of further files of the same form (docs/stand.md).
 class TreeEquations {
  public:
   /// \param models  the catalogue's folder

@@ -118,7 +118,7 @@ struct BambooPreset {
 /// With MeshOptions::textured a spray of leaves is a card, or two crossed ones, with the image of
 /// its grade; without, each of its leaves is drawn as polygons.
 ///
-/// Source: Liu et al. 2022, visual modeling of Phyllostachys pubescens; see docs/bamboo.md.
+/// Source: Liu et al. 2022, visual modeling of Phyllostachys pubescens; see docs/tree-builders.md.
 class BambooBuilder : public Builder {
  public:
   explicit BambooBuilder(BambooPreset preset);

@@ -92,7 +92,7 @@ struct GrammarRules;
 /// A parametric L-system G = (V, P, w, R): alphabet, parameters, axiom and productions
 /// `predecessor : condition -> successor`. A module that no production matches does not change.
 ///
-/// The language: docs/lsystem-trees.md. Immutable and cheap to copy; safe to share among threads.
+/// The language: docs/tree-builders.md. Immutable and cheap to copy; safe to share among threads.
 /// Source: Prusinkiewicz and Lindenmayer 1990, The Algorithmic Beauty of Plants, section 1.10.
 class Grammar {
  public:

@@ -31,7 +31,7 @@ struct LsystemPreset {
 class LsystemBuilder : public Builder {
  public:
   /// \param models  folder with taper/ and grammars/
-  /// \param file    a preset, as docs/lsystem-trees.md describes it
+  /// \param file    a preset, as docs/tree-builders.md describes it
   /// \throws InputError naming file and field, or file and line of the grammar
   static std::unique_ptr<LsystemBuilder> load(const std::filesystem::path& models,
                                               const std::filesystem::path& file);
