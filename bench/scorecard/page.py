@@ -67,7 +67,6 @@ def write(score, before, root):
     parts = {
         "overview": overview(score, before),
         "worst": bad_list(score),
-        "accuracy": summary.accuracy_tables(score),
         "degenerate": degenerate_table(score),
         "inventories": studies(score, before),
     }
