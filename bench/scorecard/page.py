@@ -3,40 +3,24 @@
 
 import re
 
-import cases
-import fitting
 import inventories
 import summary
 
-BASELINE = cases.FOLDER / "recorded" / "baseline.csv"
 SHOWN = 40
 
 
-def keep_baseline(results):
-    """What later results are compared with, without the estimates; verdicts only of studies."""
-    for one in results:
-        one.estimates = {}
-        if one.method != "study":
-            one.verdict = ""
-    fitting.write(BASELINE, results)
-
-
-def overview(score, before):
+def overview(score):
     rows = []
     for family, method in score.kinds():
         if method == "study":
             continue
         chosen = score.select(family, method)
-        old = chosen if method == "nlme" else before.select(family, method)
         beside = [value for value in map(score.beside_nlme, chosen) if value is not None] if method in summary.LIKE_NLME else None
-        rows.append([family, method, len(chosen),
-                     sum(one.converged for one in old) if old else "", sum(one.converged for one in chosen),
-                     sum(before.below(one) > 0 for one in old) if old else "", sum(score.below(one) > 0 for one in chosen),
+        rows.append([family, method, len(chosen), sum(one.converged for one in chosen), sum(score.below(one) > 0 for one in chosen),
                      "" if beside is None else sum(value > summary.TOLERANCE for value in beside),
                      "" if beside is None else sum(value < -summary.TOLERANCE for value in beside),
                      *summary.seconds([summary.time_of(one) for one in chosen])])
-    return summary.table(["family", "method", "cases", "converged before", "now", "below the best known before", "now", "above nlme", "below nlme",
-                          "median [s]", "90 % [s]", "longest [s]"], rows)
+    return summary.table(["family", "method", "cases", "converged", "below the best known", "above nlme", "below nlme", "median [s]", "90 % [s]", "longest [s]"], rows)
 
 
 def bad_list(score):
@@ -56,19 +40,12 @@ def degenerate_table(score):
     return summary.table(["case", *methods], [[case, *(by.get(method, "") for method in methods)] for case, by in ends.items()])
 
 
-def studies(score, before):
-    parts = [inventories.report(score.results) or "Not run."]
-    if inventories.studies(before.results):
-        parts.append("Before:\n\n" + inventories.table_of(before.results))
-    return "\n\n".join(parts)
-
-
-def write(score, before, root):
+def write(score, root):
     parts = {
-        "overview": overview(score, before),
+        "overview": overview(score),
         "worst": bad_list(score),
         "degenerate": degenerate_table(score),
-        "inventories": studies(score, before),
+        "inventories": inventories.report(score.results) or "Not run.",
     }
     path = root / "docs" / "scorecard.md"
     text = path.read_text(encoding="utf-8")

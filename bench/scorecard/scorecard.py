@@ -70,7 +70,6 @@ def options():
     parser.add_argument("--results", metavar="RESULTS", help="for --best: fits without a start that need not be made again")
     parser.add_argument("--compare", nargs=2, metavar=("BEFORE", "AFTER"), help="files of results")
     parser.add_argument("--summary", metavar="RESULTS", help="print the tables of a file of results, without running anything")
-    parser.add_argument("--baseline", nargs="+", metavar="RESULTS", help="keep these results as what the page calls before")
     parser.add_argument("--page", metavar="RESULTS", help="write the tables of docs/scorecard.md from a file of results")
     chosen = parser.parse_args()
     here = ROOT / "build" / "scorecard"
@@ -174,12 +173,8 @@ def main():
     if chosen.compare:
         compare(chosen, known)
         return
-    if chosen.baseline:
-        page.keep_baseline([one for path in chosen.baseline for one in fitting.read(path)])
-        return
     if chosen.page:
-        before = summary.Score(fitting.read(page.BASELINE), known, summary.read_best())
-        page.write(score_of(fitting.read(chosen.page), known, chosen.seed), before, ROOT)
+        page.write(score_of(fitting.read(chosen.page), known, chosen.seed), ROOT)
         return
     if chosen.join:
         results = joined([fitting.read(path) for path in sorted(chosen.join, key=by_number)])
