@@ -295,7 +295,7 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #'   groups
 #' @param minimum_trees number of measured trees that a species needs
 #' @param config path of a study.json (`silvafit study --init`); arguments of the call have priority over it
-#' @param ... any other setting of docs/study.md, such as `candidates = list(h = c("M4", "h ~ 1.3 + a*dbh^b"))`, `criteria = "cv"` or
+#' @param ... any other setting of docs/settings.md, such as `candidates = list(h = c("M4", "h ~ 1.3 + a*dbh^b"))`, `criteria = "cv"` or
 #'   `maximum_random_effects = 1`, of sampled plots and of structural units
 #' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `notes`; the paths `out` and `report`.
 #'   `read_library(study)` has its models.

@@ -49,7 +49,7 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("method",
                 settings.method,
                 "Method of the fit (default: lb with random effects, gnls with a variance "
-                "function, else ols); see docs/scorecard.md for which to choose")
+                "function, else ols); see docs/fit-command.md for which to choose")
             .one_of({"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"}));
   visit(Setting("agq_points",
                 settings.quadrature_points,

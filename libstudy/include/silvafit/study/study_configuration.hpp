@@ -30,7 +30,7 @@ struct GivenSettings {
   std::function<bool(std::string_view key)> is_given{};
 };
 
-/// Reads a study.json; docs/study.md lists its keys. Missing keys have their defaults.
+/// Reads a study.json; docs/settings.md lists its keys. Missing keys have their defaults.
 /// A window and a table of plots are relative to the folder of the file. Comments (`//`) are
 /// allowed. The run.json of a study serves as well: its options are settings. \param catalogue  has
 /// the models that candidates may name; null: they are not looked up \throws InputError that names
