@@ -32,12 +32,16 @@ def bad_list(score):
 
 
 def degenerate_table(score):
-    """By case: each method's end."""
+    """How many cases end as they should by all methods, and each method's end of the others."""
     ends = {}
     for one, judgement in summary.degenerate_rows(score):
         ends.setdefault(one.case, {})[one.method] = judgement
     methods = ["lb", "laplace", "focei", "agq"]
-    return summary.table(["case", *methods], [[case, *(by.get(method, "") for method in methods)] for case, by in ends.items()])
+    others = {case: by for case, by in ends.items() if set(by.values()) != {"sound"}}
+    text = f"{len(ends) - len(others)} of {len(ends)} cases are sound by all methods"
+    if not others:
+        return text + "."
+    return f"{text}. The others:\n\n" + summary.table(["case", *methods], [[case, *(by.get(method, "") for method in methods)] for case, by in others.items()])
 
 
 def write(score, root):
