@@ -93,7 +93,10 @@ bool has_understated_error(const FittedModel& fit,
   return std::ranges::any_of(std::vector{step, -step}, [&](double change) {
     const HeldValues held{
         {fit.coefficient_names[static_cast<std::size_t>(widest)], fit.estimate[widest] + change}};
-    return held_fit(held, &fit).fit.log_likelihood > fit.log_likelihood - kFlat;
+    double height = held_fit(held, &fit).fit.log_likelihood;
+    // The search along the ridge from nearby may fail.
+    if (!std::isfinite(height)) height = held_fit(held, nullptr).fit.log_likelihood;
+    return height > fit.log_likelihood - kFlat;
   });
 }
 

@@ -138,9 +138,11 @@ MarginalEnd marginal_from(const NonlinearModel& model,
 MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
                                        const VectorXd& coefficients,
                                        Integration integration,
-                                       const MarginalOptions& options) {
+                                       const MarginalOptions& options,
+                                       const MarginalEffort& effort) {
   MarginalSearch search(model, integration, options, coefficients);
   search.limit_search();
+  search.stop_below(effort.known);
   search.try_pooled(coefficients);
   return end_of(search, model, integration, options, false);
 }
