@@ -13,6 +13,7 @@
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/simpler_model.hpp"
+#include "optimization/tolerances.hpp"
 #include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
@@ -22,8 +23,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Smaller differences of log-likelihoods are rounding errors.
-constexpr double kSameLikelihood = 1e-7;
 // Most converging runs need fewer passes over the data; most others never converge.
 constexpr int kPassesOfOneRun = 500;
 constexpr int kPassesOfAllRuns = 2000;
@@ -35,8 +34,6 @@ constexpr double kTolerance = 1e-14;
 
 // For a start, an accuracy of a hundredth of a standard error is sufficient.
 constexpr double kRoughTolerance = 1e-4;
-// The likelihoods of two linearizations at nearly the same point, one of them rough.
-constexpr double kSlack = 0.01;
 
 /// One run, and further ones from the interior if it stopped at a singular covariance while the
 /// likelihood increases towards the interior.
@@ -48,7 +45,8 @@ LindstromBatesOutcome run_from(LindstromBates& engine,
   constexpr int kAttempts = 3;
   for (int attempt = 0; attempt < kAttempts && engine.leave_boundary(outcome, inside); ++attempt) {
     LindstromBatesOutcome moved = engine.run(inside, how);
-    if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + kSameLikelihood) break;
+    if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + kRoundedLikelihood)
+      break;
     outcome = std::move(moved);
   }
   return outcome;
@@ -57,13 +55,13 @@ LindstromBatesOutcome run_from(LindstromBates& engine,
 bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   if (!a.is_valid || !b.is_valid) return a.is_valid;
   if (a.converged != b.converged) return a.converged;
-  return a.log_likelihood > b.log_likelihood + kSameLikelihood;
+  return a.log_likelihood > b.log_likelihood + kRoundedLikelihood;
 }
 
 /// The log-likelihood that a fit must reach: that of the pooled fit, unless a held exponent makes
 /// it unreachable.
 double least_likelihood(const VarianceFunction& function, const PooledFit& pooled) {
-  return contains_constant(function) ? pooled.log_likelihood - kSameLikelihood
+  return contains_constant(function) ? pooled.log_likelihood - kRoundedLikelihood
                                      : -std::numeric_limits<double>::infinity();
 }
 
@@ -185,7 +183,7 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
     search.consider(engine->start_from(*smaller, factors_of), Alternation::kInterleaved);
   }
   const bool is_below = smaller && smaller->converged &&
-                        search.best().log_likelihood < smaller->log_likelihood - kSlack;
+                        search.best().log_likelihood < smaller->log_likelihood - kHigher;
   if (!search.best().converged || is_below) {
     persistence == Persistence::kOnce ? search.try_once(spread) : search.try_all_starts();
   }

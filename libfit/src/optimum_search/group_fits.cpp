@@ -29,8 +29,8 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kMostGroups = 40;
 constexpr double kClearlyLower = 0.99;
-// Searches in single groups, which are many, have a third of the usual effort.
-constexpr std::size_t kBrief = 3;
+// Searches in single groups, which are many, have half of the usual effort.
+constexpr std::size_t kBrief = 2;
 
 bool is_clearly_lower(const GroupFits& found, const std::optional<GroupFits>& usual) {
   return !usual || found.fitted > usual->fitted ||

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "model/symmetric_eigen.hpp"
-#include "optimum_search/chosen_optimum.hpp"
+#include "optimization/tolerances.hpp"
 #include "optimum_search/group_fits.hpp"
-#include "optimum_search/search_tolerances.hpp"
 #include "silvafit/base/random.hpp"
 
 namespace silvafit::fit {
@@ -20,6 +20,7 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr std::string_view kMaximumOrigin = "maximum of the marginal likelihood";
 constexpr Integration kFirst = Integration::kInteraction;
 constexpr double kNone = -std::numeric_limits<double>::infinity();
 
@@ -78,8 +79,7 @@ void LocalOptima::search(bool is_result) {
 
 /// Whether a fixed point is about as high as the highest maximum.
 bool LocalOptima::has_high_end() const {
-  return has_converged(ends_) &&
-         !(highest_converged(maxima_) > best_of(ends_).rank + kDoubtful);
+  return has_converged(ends_) && !(highest_converged(maxima_) > best_of(ends_).rank + kDoubtful);
 }
 
 /// Where no fixed point was reached from the highest maxima of the first-order likelihood, one may
@@ -310,8 +310,7 @@ void LocalOptima::compare_with(const SmallerStructure& smaller) {
   }
   if (!is_higher && !(rank > best.rank + kHigher) && !has_several()) return;
   const std::string origin = "the fit " + smaller.text;
-  const MixedEffectsFit start =
-      enlarged(*found, smaller, small_deviation(model_, smaller, *found));
+  const MixedEffectsFit start = enlarged(*found, smaller, small_deviation(model_, smaller, *found));
   auto again = fixed_point_from(model_, start);
   if (again) add_end(*std::move(again), origin);
   run_from({.coefficients = found->estimate, .origin = origin});

@@ -8,8 +8,8 @@
 
 #include "mixed_effects/degenerate_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "optimization/tolerances.hpp"
 #include "optimum_search/exchanged_fits.hpp"
-#include "optimum_search/search_tolerances.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -116,10 +116,16 @@ void MarginalMaxima::compare_with(const SmallerStructure& smaller) {
   if (!std::isfinite(best.log_likelihood)) return;
   MarginalEffort effort;
   if (!found_.has_several()) effort.known = best.log_likelihood;
+  // With few points of quadrature the maximum is near that with more.
+  MarginalOptions coarse = options_;
+  coarse.quadrature_points = std::min(coarse.quadrature_points, 3);
   const MarginalEnd end =
-      marginal_from(smaller.model, reduced(best, smaller), integration_, options_, effort);
+      marginal_from(smaller.model, reduced(best, smaller), integration_, coarse, effort);
   if (!end.fit || !end.fit->convergence.converged()) return;
-  const double height = end.fit->log_likelihood;
+  const double height =
+      integration_ == Integration::kQuadrature
+          ? marginal_log_likelihood(smaller.model, *end.fit, integration_, options_)
+          : end.fit->log_likelihood;
   const bool is_higher = height > best.log_likelihood + kHigher;
   if (is_higher) {
     contained_.push_back({.text = smaller.text, .log_likelihood = height, .rank = height});

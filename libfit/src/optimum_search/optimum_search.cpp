@@ -8,11 +8,11 @@
 
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "optimization/tolerances.hpp"
 #include "optimum_search/candidate_fits.hpp"
 #include "optimum_search/local_optima.hpp"
 #include "optimum_search/marginal_maxima.hpp"
 #include "optimum_search/representative_rows.hpp"
-#include "optimum_search/search_tolerances.hpp"
 #include "optimum_search/search_verdict.hpp"
 #include "silvafit/base/constants.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "model/simpler_model.hpp"
-#include "optimum_search/search_tolerances.hpp"
+#include "optimization/tolerances.hpp"
 
 namespace silvafit::fit {
 
@@ -36,10 +36,9 @@ double rank_of(const LocalOptimum& optimum) {
 
 /// The note on another optimum with a similar likelihood.
 const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
-  constexpr double kClose = 2.0;
   const auto found =
       std::find_if(fit.optima.begin() + 1, fit.optima.end(), [&](const LocalOptimum& optimum) {
-        return rank_of(optimum) > rank_of(fit.optima.front()) - kClose;
+        return rank_of(optimum) > rank_of(fit.optima.front()) - kDoubtful;
       });
   return found == fit.optima.end() ? nullptr : &*found;
 }
