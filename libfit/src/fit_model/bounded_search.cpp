@@ -7,17 +7,13 @@
 #include <cmath>
 #include <utility>
 
+#include "optimization/tolerances.hpp"
 #include "optimum_search/chosen_optimum.hpp"
 
 namespace silvafit::fit {
 namespace {
 
 constexpr double kNone = -std::numeric_limits<double>::infinity();
-/// Log-likelihoods that differ by less are treated as equal.
-constexpr double kSame = 1e-8;
-/// A fit that did not converge is better if its log-likelihood is higher by more than this, which
-/// is far above rounding.
-constexpr double kClearly = 1e-4;
 /// Maximum number of sets of held coefficients: all 3^4 of four coefficients, of more the most
 /// promising.
 constexpr std::size_t kMostSets = 81;
@@ -53,7 +49,7 @@ FitResult BoundedSearch::run() {
     // A fit at a lower one of several maxima gives no limit for other sets.
     const Outcome& free = outcomes_.begin()->second;  // the empty set is the first
     const double limit = free.converged ? std::min(free.value, branch.limit) : branch.limit;
-    if (found.converged() && found.point.value > limit + kSame) limits_hold_ = false;
+    if (found.converged() && found.point.value > limit + kRoundedLikelihood) limits_hold_ = false;
     const bool is_limit = found.converged() && !branch.held.empty();
     if (branch.held.empty() && !found.is_inside() && inside_) {
       if (auto inside = inside_(found.result.fit)) keep(candidate({}, *std::move(inside)));
@@ -128,7 +124,7 @@ BoundedSearch::Branch BoundedSearch::take_most_promising() {
 }
 
 bool BoundedSearch::can_be_better(double limit) const {
-  return !best_ || !limits_hold_ || !(limit <= best_->point.value + kSame);
+  return !best_ || !limits_hold_ || !(limit <= best_->point.value + kRoundedLikelihood);
 }
 
 void BoundedSearch::keep(Candidate candidate) {
@@ -174,7 +170,7 @@ bool BoundedSearch::release(const FittedModel& from, const HeldValues& held) {
 /// increases from the other end, or is lower there. This may also hold if the other end is infinite
 /// or has no fit.
 bool BoundedSearch::has_maximum_between(const Candidate& end, const std::string& name) const {
-  if (best_ && end.point.value > best_->point.value + kSame) return true;
+  if (best_ && end.point.value > best_->point.value + kRoundedLikelihood) return true;
   const auto inner = outcomes_.find(without(end.held, name));
   if (inner != outcomes_.end() && inner->second.converged) {
     if (!can_be_better(inner->second.value)) return false;
@@ -298,7 +294,7 @@ FitResult BoundedSearch::conclusion() {
   const auto end = std::ranges::max_element(ends_, {}, value_of);
   const double end_value = end == ends_.end() ? kNone : value_of(*end);
   const double unfinished_value = unfinished_ ? value_of(*unfinished_) : kNone;
-  if (best_ && std::max(end_value, unfinished_value) <= value_of(*best_) + kClearly) {
+  if (best_ && std::max(end_value, unfinished_value) <= value_of(*best_) + kSameLikelihood) {
     return on_bounds(std::move(*best_));
   }
   if (unfinished_ && (end == ends_.end() || unfinished_value >= end_value)) {

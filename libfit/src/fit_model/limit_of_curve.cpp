@@ -8,6 +8,7 @@
 #include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/expected_information.hpp"
 #include "model/coefficient_frame.hpp"
+#include "optimization/tolerances.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
@@ -58,14 +59,12 @@ bool is_flat_towards(const FittedModel& fit,
                      Index coefficient,
                      double sign,
                      const HeldFit& held_fit) {
-  // Searches end within this difference of a likelihood that increases ever more slowly.
-  constexpr double kResolved = 1e-3;
   for (const double decades : {3.0, 2.0, 1.0, 0.3}) {
     const double value = fit.estimate[coefficient] * std::pow(10.0, sign * decades);
     const HeldValues held{{fit.coefficient_names[static_cast<std::size_t>(coefficient)], value}};
     for (const FittedModel* const nearby : {&fit, static_cast<const FittedModel*>(nullptr)}) {
       const FittedModel far = held_fit(held, nearby).fit;
-      if (far.log_likelihood >= fit.log_likelihood - kResolved) return true;
+      if (far.log_likelihood >= fit.log_likelihood - kSameLikelihood) return true;
       if (far.convergence.converged() && nearby == nullptr) return false;
     }
   }
@@ -93,7 +92,10 @@ bool has_understated_error(const FittedModel& fit,
   return std::ranges::any_of(std::vector{step, -step}, [&](double change) {
     const HeldValues held{
         {fit.coefficient_names[static_cast<std::size_t>(widest)], fit.estimate[widest] + change}};
-    return held_fit(held, &fit).fit.log_likelihood > fit.log_likelihood - kFlat;
+    double height = held_fit(held, &fit).fit.log_likelihood;
+    // The search along the ridge from nearby may fail.
+    if (!std::isfinite(height)) height = held_fit(held, nullptr).fit.log_likelihood;
+    return height > fit.log_likelihood - kFlat;
   });
 }
 

@@ -98,7 +98,7 @@ class StartSearch {
 
   std::vector<VectorXd> run() {
     scan();
-    std::vector<Candidate> starts = best_of(candidates_, kDescents, kCandidateFactor);
+    std::vector<Candidate> starts = best_of(candidates_, effort(kDescents), kCandidateFactor);
     if (rule_) starts.push_back(*rule_);
     std::vector<Candidate> reached;
     reached.reserve(starts.size());
@@ -118,6 +118,8 @@ class StartSearch {
   }
 
  private:
+  std::size_t effort(std::size_t usual) const { return usual / options_.divisor; }
+
   bool are_near(double a, double b, std::size_t k, double factor) const {
     if (factor == kCandidateFactor) {
       if (periodic_[k]) return periodic_[k]->are_near(a, b);
@@ -179,7 +181,7 @@ class StartSearch {
     if (q == 1) {
       scan_line();
     } else {
-      const std::size_t count = kCandidatesPerCoefficient * static_cast<std::size_t>(q);
+      const std::size_t count = effort(kCandidatesPerCoefficient) * static_cast<std::size_t>(q);
       for (std::size_t i = 1; i <= count; ++i) try_candidate(placed(points(i), i));
     }
     scan_frequencies(points);
@@ -295,10 +297,11 @@ class StartSearch {
   /// zero.
   void hop(std::vector<Candidate>& reached) {
     constexpr Index kFew = 2;
-    constexpr int kHopsPerCoefficient = 15;
+    constexpr std::size_t kHopsPerCoefficient = 15;
     const Index q = projected_.size();
     if (q == 0 || reached.empty()) return;
-    const int usual = q > kFew ? kHopsPerCoefficient * static_cast<int>(q) : 0;
+    const int usual =
+        q > kFew ? static_cast<int>(effort(kHopsPerCoefficient)) * static_cast<int>(q) : 0;
     Candidate lowest = *std::ranges::min_element(reached, {}, &Candidate::sum_of_squares);
     const int hops = usual + options_.further_hops;
     const std::vector<Candidate> others =

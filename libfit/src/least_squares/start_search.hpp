@@ -20,7 +20,8 @@ struct StartSearchOptions {
   /// Number of requested starts. Frequencies of a wave with a given phase that fit nearly as well
   /// as the best one are added.
   std::size_t count = 3;
-  int further_hops = 0;  ///< in addition to those of formulas with many coefficients
+  std::size_t divisor = 1;  ///< of the usual numbers of candidates, descents and hops
+  int further_hops = 0;     ///< in addition to those of formulas with many coefficients
 };
 
 /// Good starts, best first, each near another minimum.

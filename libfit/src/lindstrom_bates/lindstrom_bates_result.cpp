@@ -103,8 +103,7 @@ MixedEffectsFit LindstromBates::result(const LindstromBatesOutcome& outcome) {
   }
   fit.convergence.status =
       outcome.converged ? ConvergenceStatus::kConverged : outcome.obstacle.status;
-  fit.convergence.newton_decrement =
-      outcome.converged ? outcome.decrement : std::max(outcome.decrement, outcome.curve_decrement);
+  fit.convergence.newton_decrement = std::max(outcome.decrement, outcome.curve_decrement);
   fit.convergence.iterations = outcome.iterations;
   fit.floored_variances = variance_.floored(at.mean);
   return fit;

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "model/simpler_model.hpp"
+#include "optimization/tolerances.hpp"
 #include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
@@ -23,8 +23,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Smaller differences of log-likelihoods are rounding errors.
-constexpr double kSameLikelihood = 1e-7;
 // Most converging runs need fewer passes over the data; most others never converge.
 constexpr int kPassesOfOneRun = 500;
 constexpr int kPassesOfAllRuns = 2000;
@@ -33,6 +31,9 @@ constexpr int kPassesOfAllRuns = 2000;
 constexpr int kPassesFromFit = 1500;
 // Converged: the next iteration would change theta by less than 1e-6 standard errors.
 constexpr double kTolerance = 1e-14;
+
+// For a start, an accuracy of a hundredth of a standard error is sufficient.
+constexpr double kRoughTolerance = 1e-4;
 
 /// One run, and further ones from the interior if it stopped at a singular covariance while the
 /// likelihood increases towards the interior.
@@ -44,7 +45,8 @@ LindstromBatesOutcome run_from(LindstromBates& engine,
   constexpr int kAttempts = 3;
   for (int attempt = 0; attempt < kAttempts && engine.leave_boundary(outcome, inside); ++attempt) {
     LindstromBatesOutcome moved = engine.run(inside, how);
-    if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + kSameLikelihood) break;
+    if (!moved.is_valid || moved.log_likelihood <= outcome.log_likelihood + kRoundedLikelihood)
+      break;
     outcome = std::move(moved);
   }
   return outcome;
@@ -53,13 +55,13 @@ LindstromBatesOutcome run_from(LindstromBates& engine,
 bool is_better(const LindstromBatesOutcome& a, const LindstromBatesOutcome& b) {
   if (!a.is_valid || !b.is_valid) return a.is_valid;
   if (a.converged != b.converged) return a.converged;
-  return a.log_likelihood > b.log_likelihood + kSameLikelihood;
+  return a.log_likelihood > b.log_likelihood + kRoundedLikelihood;
 }
 
 /// The log-likelihood that a fit must reach: that of the pooled fit, unless a held exponent makes
 /// it unreachable.
 double least_likelihood(const VarianceFunction& function, const PooledFit& pooled) {
-  return contains_constant(function) ? pooled.log_likelihood - kSameLikelihood
+  return contains_constant(function) ? pooled.log_likelihood - kRoundedLikelihood
                                      : -std::numeric_limits<double>::infinity();
 }
 
@@ -115,125 +117,21 @@ class Search {
   LindstromBatesOutcome best_;
 };
 
-/// A variance function nested in a larger one.
-struct Contained {
-  VarianceFunction function{};
-  std::vector<std::size_t> factors_of{};  ///< for each factor, its index in the larger function
-};
-
 bool is_held(const VarianceFactor& factor) {
   return factor.delta && (!kind_of(factor).has_constant() || factor.constant);
 }
 
-/// One step simpler: without a constant, without strata, without a factor.
-std::vector<Contained> contained_functions(const VarianceFunction& function) {
-  Contained whole{.function = function};
-  for (std::size_t k = 0; k < function.factors.size(); ++k) whole.factors_of.push_back(k);
-  std::vector<Contained> result;
+/// The factors of a variance function that have no free parameters, and their indices.
+std::pair<VarianceFunction, std::vector<std::size_t>> held_factors(
+    const VarianceFunction& function) {
+  std::pair<VarianceFunction, std::vector<std::size_t>> result{function, {}};
+  std::erase_if(result.first.factors,
+                [](const VarianceFactor& factor) { return !is_held(factor); });
   for (std::size_t k = 0; k < function.factors.size(); ++k) {
-    const VarianceFactor& factor = function.factors[k];
-    if (is_held(factor)) continue;
-    Contained simpler = whole;
-    const std::optional<VarianceFactor::Kind> without_constant = kind_of(factor).without_constant();
-    if (without_constant && !factor.constant) {
-      simpler.function.factors[k].kind = *without_constant;
-      result.push_back(simpler);
-    } else if (kind_of(factor).reads_value() && !factor.stratum.empty()) {
-      simpler.function.factors[k].stratum.clear();
-      result.push_back(simpler);
-      continue;
-    }
-    if (factor.delta || factor.constant) continue;
-    Contained without = whole;
-    without.function.factors.erase(without.function.factors.begin() + static_cast<Index>(k));
-    without.factors_of.erase(without.factors_of.begin() + static_cast<Index>(k));
-    result.push_back(without);
+    if (is_held(function.factors[k])) result.second.push_back(k);
   }
   return result;
 }
-
-/// Searches with a variance function and with those nested in it, each once.
-class NestedVarianceSearch {
- public:
-  NestedVarianceSearch(const NonlinearModel& model,
-                       const VectorXd& start,
-                       const MixedEffectsOptions& options,
-                       Persistence persistence,
-                       double spread)
-      : model_(model),
-        options_(options),
-        persistence_(persistence),
-        spread_(spread),
-        pooled_(pooled_fit(model, start, options)) {}
-
-  LindstromBatesSearch climb(const VarianceFunction& function, double tolerance) {
-    // The smaller fits are computed first, so that only their results are in memory with the
-    // larger.
-    const std::vector<Contained> contained = contained_functions(function);
-    // For a start, an accuracy of a hundredth of a standard error is sufficient.
-    constexpr double kRough = 1e-4;
-    for (const Contained& smaller : contained) add(smaller.function, kRough);
-    auto engine = std::make_unique<LindstromBates>(model_, pooled_, function, options_);
-    engine->set_tolerance(tolerance);
-    engine->set_passes(persistence_ == Persistence::kOnce ? kPassesOfOneRun : kPassesOfAllRuns);
-    Search search(*engine, least_likelihood(function, pooled_));
-    for (const Contained& smaller : contained) {
-      const auto& found = known_.at(smaller.function.text()).start;
-      if (!found) continue;
-      search.consider(engine->start_from(*found, smaller.factors_of), Alternation::kInterleaved);
-    }
-    if (!search.best().converged || is_below(contained, search.best(), tolerance)) {
-      if (persistence_ == Persistence::kOnce) {
-        search.try_once(spread_);
-      } else {
-        search.try_all_starts();
-      }
-    }
-    work_ += engine->work();
-    return {.engine = std::move(engine), .outcome = search.best(), .work = work_};
-  }
-
- private:
-  struct Known {
-    double tolerance = 0.0;
-    std::optional<SmallerVariance> start{};
-  };
-
-  void add(const VarianceFunction& function, double tolerance) {
-    Known& known = known_[function.text()];
-    if (known.start && known.tolerance <= tolerance) return;
-    const LindstromBatesSearch found = climb(function, tolerance);
-    known.tolerance = tolerance;
-    if (found.outcome.is_valid) known.start = found.engine->variance_of(found.outcome);
-  }
-
-  /// Whether a fit has a lower likelihood than a nested one.
-  bool is_below(const std::vector<Contained>& contained,
-                const LindstromBatesOutcome& outcome,
-                double tolerance) {
-    // Tolerance for an approximate fit, and for two linearizations at nearly the same point.
-    constexpr double kRoughSlack = 0.01;
-    constexpr double kSlack = 1e-5;
-    return std::ranges::any_of(contained, [&](const Contained& smaller) {
-      const Known& known = known_.at(smaller.function.text());
-      if (!known.start || !known.start->converged ||
-          outcome.log_likelihood > known.start->log_likelihood + kRoughSlack) {
-        return false;
-      }
-      add(smaller.function, tolerance);
-      return known.start->converged &&
-             outcome.log_likelihood < known.start->log_likelihood - kSlack;
-    });
-  }
-
-  const NonlinearModel& model_;
-  const MixedEffectsOptions& options_;
-  Persistence persistence_;
-  double spread_;
-  PooledFit pooled_;
-  std::map<std::string, Known> known_;
-  LindstromBatesWork work_;
-};
 
 /// Whether coefficients are equal except for rounding, so that another search is useless.
 bool is_same_start(const VectorXd& a, const VectorXd& b) {
@@ -261,8 +159,36 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
                                            const MixedEffectsOptions& options,
                                            Persistence persistence,
                                            double spread) {
-  return NestedVarianceSearch(model, start, options, persistence, spread)
-      .climb(model.specification().variance, kTolerance);
+  const PooledFit pooled = pooled_fit(model, start, options);
+  const int passes = persistence == Persistence::kOnce ? kPassesOfOneRun : kPassesOfAllRuns;
+  const VarianceFunction& function = model.specification().variance;
+  const auto [constant, factors_of] = held_factors(function);
+  LindstromBatesWork work;
+  std::optional<SmallerVariance> smaller;
+  if (constant.factors.size() < function.factors.size()) {
+    // The engine of the smaller fit is released before that of the larger uses memory.
+    LindstromBates engine(model, pooled, constant, options);
+    engine.set_tolerance(kRoughTolerance);
+    engine.set_passes(passes);
+    Search search(engine, least_likelihood(constant, pooled));
+    search.try_once(spread);
+    work += engine.work();
+    if (search.best().is_valid) smaller = engine.variance_of(search.best());
+  }
+  auto engine = std::make_unique<LindstromBates>(model, pooled, function, options);
+  engine->set_tolerance(kTolerance);
+  engine->set_passes(passes);
+  Search search(*engine, least_likelihood(function, pooled));
+  if (smaller) {
+    search.consider(engine->start_from(*smaller, factors_of), Alternation::kInterleaved);
+  }
+  const bool is_below = smaller && smaller->converged &&
+                        search.best().log_likelihood < smaller->log_likelihood - kHigher;
+  if (!search.best().converged || is_below) {
+    persistence == Persistence::kOnce ? search.try_once(spread) : search.try_all_starts();
+  }
+  work += engine->work();
+  return {.engine = std::move(engine), .outcome = search.best(), .work = work};
 }
 
 LindstromBatesSearch search_lindstrom_bates(const NonlinearModel& model,

@@ -11,6 +11,7 @@
 #include "marginal_likelihood/marginal_search.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "model/simpler_model.hpp"
+#include "optimization/tolerances.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -33,8 +34,7 @@ MixedEffectsFit result_of(MarginalSearch& search,
   anew.try_fit(fit);
   if (!anew.has_optimum()) return fit;
   MixedEffectsFit again = anew.result();
-  constexpr double kRounding = 1e-6;
-  const bool is_as_good = again.log_likelihood > fit.log_likelihood - kRounding;
+  const bool is_as_good = again.log_likelihood > fit.log_likelihood - kRoundedLikelihood;
   return is_as_good && (anew.has_converged() || !search.has_converged()) ? again : fit;
 }
 
@@ -138,9 +138,11 @@ MarginalEnd marginal_from(const NonlinearModel& model,
 MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
                                        const VectorXd& coefficients,
                                        Integration integration,
-                                       const MarginalOptions& options) {
+                                       const MarginalOptions& options,
+                                       const MarginalEffort& effort) {
   MarginalSearch search(model, integration, options, coefficients);
   search.limit_search();
+  search.stop_below(effort.known);
   search.try_pooled(coefficients);
   return end_of(search, model, integration, options, false);
 }

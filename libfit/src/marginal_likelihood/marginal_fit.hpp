@@ -48,7 +48,8 @@ MarginalEnd marginal_from(const NonlinearModel& model,
 MarginalEnd marginal_from_coefficients(const NonlinearModel& model,
                                        const Eigen::VectorXd& coefficients,
                                        Integration integration,
-                                       const MarginalOptions& options);
+                                       const MarginalOptions& options,
+                                       const MarginalEffort& effort = {});
 
 /// The maximum of one search from a fit, with standard errors and convergence message.
 /// \returns no value if it does not converge

@@ -10,6 +10,7 @@
 #include "mixed_effects/degenerate_fit.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "optimization/quasi_newton.hpp"
+#include "optimization/tolerances.hpp"
 #include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 
@@ -26,8 +27,6 @@ constexpr double kConvergedDecrement = 1e-10;
 constexpr double kStopDecrement = 1e-11;
 // The same if the descent is below rounding earlier.
 constexpr double kRoundedStop = 1e-8;
-// Smaller differences of log-likelihoods are rounding errors.
-constexpr double kSameLikelihood = 1e-6;
 
 Curvature curvature_of(Integration integration) {
   switch (integration) {
@@ -225,7 +224,7 @@ void MarginalSearch::run(const VectorXd& start, VectorXd modes) {
     const VectorXd inside = inside_of(optimum);
     if (inside.size() == 0) break;
     Optimum other = searched(inside);
-    if (!(other.value < optimum.value - kSameLikelihood)) break;
+    if (!(other.value < optimum.value - kRoundedLikelihood)) break;
     optimum = std::move(other);
   }
   constexpr int kCorrections = 3;
@@ -234,9 +233,9 @@ void MarginalSearch::run(const VectorXd& start, VectorXd modes) {
     optimum = searched(optimum.x);
   }
   if (is_too_slow_) return;
-  const bool is_same = optimum.value < best_.value + kSameLikelihood;
+  const bool is_same = optimum.value < best_.value + kRoundedLikelihood;
   const bool is_surer = is_same && optimum.decrement < best_.decrement;
-  if (optimum.value < best_.value - kSameLikelihood || is_surer) best_ = std::move(optimum);
+  if (optimum.value < best_.value - kRoundedLikelihood || is_surer) best_ = std::move(optimum);
 }
 
 bool MarginalSearch::finds_higher_modes(const Optimum& optimum) {
@@ -340,7 +339,7 @@ VectorXd MarginalSearch::lower_point(const Optimum& optimum,
   for (const double size : {1.0, 0.3, 0.1, 0.03}) {
     for (const double sign : {1.0, -1.0}) {
       VectorXd x = optimum.x + sign * size * direction;
-      if (value_at(x, nullptr) < optimum.value - kSameLikelihood) return x;
+      if (value_at(x, nullptr) < optimum.value - kRoundedLikelihood) return x;
       likelihood_.set_modes(optimum.modes);
     }
   }
@@ -356,7 +355,7 @@ VectorXd MarginalSearch::inside_of(const Optimum& optimum) {
       for (const double size : {0.1, 1e-3}) {
         VectorXd inside = coordinates_.widened(optimum.x, term, of.vectors.col(k), size);
         likelihood_.set_modes(optimum.modes);
-        if (value_at(inside, nullptr) < optimum.value - kSameLikelihood) return inside;
+        if (value_at(inside, nullptr) < optimum.value - kRoundedLikelihood) return inside;
       }
     }
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/symmetric_eigen.hpp"
+#include "optimization/tolerances.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -136,7 +137,6 @@ PowerUse power_use(const std::vector<Index>& rows, const VectorXd& share, const 
   constexpr double kNothing = 1e-6;
   // Without the power at these observations the log-likelihood falls by at most the sum of the
   // squared shares, since its slope is zero.
-  constexpr double kSameLikelihood = 1e-3;
   PowerUse result;
   const Index top = *std::ranges::max_element(rows, {}, [&](Index i) { return share[i]; });
   result.is_absent = !(share[top] > kNothing);

@@ -7,13 +7,11 @@
 #include <limits>
 #include <utility>
 
+#include "optimization/tolerances.hpp"
 namespace silvafit::fit {
 namespace {
 
 using Eigen::VectorXd;
-
-// Smaller differences of log-likelihoods of two methods or linearizations are ignored.
-constexpr double kSameLikelihood = 1e-3;
 
 /// A sortable rank: fits without a rank or without convergence are last.
 std::pair<bool, double> place_of(const Candidate& candidate) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optimization/tolerances.hpp"
+
 namespace silvafit::fit {
 namespace {
 

@@ -11,11 +11,6 @@
 
 namespace silvafit::fit {
 
-/// A difference of log-likelihoods that is very strong evidence by Kass and Raftery
-/// (1995, JASA 90: 773-795, section 3.2: twice the difference above 10): more than start values or
-/// bounds can ask to overlook.
-inline constexpr double kVeryStrong = 5.0;
-
 /// What the user wants of the coefficients, by name.
 struct CoefficientWishes {
   std::map<std::string, double> start{};

@@ -29,6 +29,8 @@ using Eigen::VectorXd;
 
 constexpr std::size_t kMostGroups = 40;
 constexpr double kClearlyLower = 0.99;
+// Searches in single groups, which are many, have half of the usual effort.
+constexpr std::size_t kBrief = 2;
 
 bool is_clearly_lower(const GroupFits& found, const std::optional<GroupFits>& usual) {
   return !usual || found.fitted > usual->fitted ||
@@ -216,7 +218,7 @@ class SingleGroups {
       const NonlinearModel& group = *groups[k];
       if (ProjectedModel(group).size() < 2) break;
       const double near = descended(group, start).sum_of_squares;
-      for (const VectorXd& found : search_starts(group, {.count = 1})) {
+      for (const VectorXd& found : search_starts(group, {.count = 1, .divisor = kBrief})) {
         const bool is_lower = descended(group, found).sum_of_squares < kClearlyLower * near;
         result.push_back(
             {.parameters = with_nearest_phases(group, found, start), .is_lower = is_lower});
@@ -312,7 +314,7 @@ std::optional<GroupFits> fit_varying(const NonlinearModel& model,
     const NonlinearModel part = of_groups.subset(rows_of(model, group));
     const std::vector<VectorXd> starts = extent == Extent::kNear
                                              ? std::vector<VectorXd>{VectorXd(parameters(places))}
-                                             : search_starts(part, {.count = 1});
+                                             : search_starts(part, {.count = 1, .divisor = kBrief});
     for (const VectorXd& start : starts) {
       const Descent descent = descended(part, start);
       if (descent.coefficients.size() == 0 || !descent.coefficients.allFinite()) continue;

@@ -1,76 +1,59 @@
 // SPDX-License-Identifier: MIT
-// Maxima of a marginal likelihood, searched from fixed points of Lindstrom and Bates' method.
+// Maxima of the marginal likelihood of a method, searched from local optima.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "optimum_search/candidate_fits.hpp"
-#include "optimum_search/fixed_points.hpp"
-#include "optimum_search/optimum_search.hpp"
-#include "optimum_search/search_budget.hpp"
+#include "optimum_search/local_optima.hpp"
 #include "optimum_search/search_verdict.hpp"
 
 namespace silvafit::fit {
 
-/// Searches from the best fixed points, from the maxima of cheaper likelihoods, and from smaller
-/// structures.
+/// Searches from the best local optima, and from smaller structures.
 class MarginalMaxima {
  public:
-  /// \param integration  of the likelihood; `options` has that of the fit
+  /// \param pooled  (p) coefficients of the pooled fit
   MarginalMaxima(const NonlinearModel& model,
-                 const LeastSquaresFit& pooled,
-                 const OptimumSearchOptions& options,
+                 const Eigen::VectorXd& pooled,
                  Integration integration,
-                 FixedPoints& points);
+                 const MarginalOptions& options,
+                 const LocalOptima& found);
 
-  void search();
-  /// Adds the findings of a finished search from other fixed points.
-  void absorb(MarginalMaxima&& other);
+  /// \param most  number of starts
+  void search(std::size_t most);
   const std::vector<Candidate>& all() const { return maxima_; }
   /// The highest maximum, or a point far above it at which a search has not converged.
   const Candidate& best() const;
   SearchEvidence evidence(const Candidate& best) const;
 
  private:
-  bool is_first_order() const;
-  bool is_quadrature() const;
-  MarginalOptions coarse_options() const;
   double value_at(const MixedEffectsFit& fit, Integration integration) const;
-  std::vector<Candidate> starts();
-  void add_first_order_maximum(std::vector<Candidate>& starts);
-  void add_laplace_maxima(std::vector<Candidate>& starts);
-  void follow(const std::vector<Candidate>& starts);
-  void search_longer();
+  std::vector<Candidate> starts() const;
+  void add_laplace_maxima(std::vector<Candidate>& starts) const;
+  void follow(const std::vector<Candidate>& all, std::size_t most);
+  void try_from(const MixedEffectsFit& start, const std::string& origin);
+  void add(MarginalEnd end, const std::string& origin);
   void compare_with_smaller();
+  void compare_with(const SmallerStructure& smaller);
   void try_exchanged();
+  void search_longer();
   void finish_highest();
   void prefer_exact_fit();
   void rank_ends();
   const Candidate* unfinished_above(const MixedEffectsFit& fit, double difference) const;
-  void add(Candidate candidate);
-  MarginalEnd search_from(const NonlinearModel& model,
-                          const MixedEffectsFit& start,
-                          Integration integration,
-                          const MarginalOptions& options,
-                          const MarginalEffort& effort = {});
-  void try_from(const MixedEffectsFit& start, const std::string& origin);
 
   const NonlinearModel& model_;
-  const LeastSquaresFit& pooled_;
-  const OptimumSearchOptions& options_;
+  const Eigen::VectorXd& pooled_;
   Integration integration_;
-  FixedPoints& points_;
-  SearchBudget budget_;
+  bool is_first_order_;
+  const MarginalOptions& options_;
+  const LocalOptima& found_;
   std::vector<Candidate> maxima_;
   std::vector<ContainedModel> contained_;
-  bool has_searched_longer_ = false;                         ///< whether the longer search was done
-  bool is_preliminary_ = false;                              ///< whether its maxima are only starts
-  double known_ = -std::numeric_limits<double>::infinity();  ///< the highest value at a start
-  bool has_laplace_maximum_ = false;                         ///< at which quadrature can start
-  /// Of the first-order likelihood, if Laplace's is not valid at all fixed points.
-  double first_order_maximum_ = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace silvafit::fit

@@ -8,8 +8,9 @@
 
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
+#include "optimization/tolerances.hpp"
 #include "optimum_search/candidate_fits.hpp"
-#include "optimum_search/fixed_points.hpp"
+#include "optimum_search/local_optima.hpp"
 #include "optimum_search/marginal_maxima.hpp"
 #include "optimum_search/representative_rows.hpp"
 #include "optimum_search/search_verdict.hpp"
@@ -33,49 +34,49 @@ class OptimumSearch {
 
   MixedEffectsFit run() {
     if (model_.observations() >= kManyObservations) learn_from_part();
-    std::vector<FixedPoints> searches = search_fixed_points();
-    if (searches.empty()) return usual_fit();
-    if (model_.specification().random.empty()) return best_without_random_effects(searches);
-    return options_.integration ? marginal_maximum(searches, *options_.integration)
-                                : best_fixed_point(searches);
+    LocalOptima found = local_optima();
+    if (found.ends().empty()) return usual_fit();
+    if (model_.specification().random.empty()) return best_without_random_effects(found);
+    return options_.integration ? marginal_maximum(found, *options_.integration)
+                                : best_fixed_point(found);
   }
 
   /// The coefficients of the best fit, without standard errors and message; none without a fit.
   std::optional<VectorXd> best_coefficients() {
-    std::vector<FixedPoints> searches = search_fixed_points();
-    if (searches.empty()) return std::nullopt;
-    if (model_.specification().random.empty()) {
-      return best_without_random_effects(searches).estimate;
-    }
-    compare(searches);
-    return best_of(searches.front().all()).fit.estimate;
+    const LocalOptima found = local_optima();
+    if (found.ends().empty()) return std::nullopt;
+    return best_of(found.ends()).fit.estimate;
   }
 
  private:
-  /// Searches that have led to fits. Those from the user's starts and from the program's own are
-  /// separate, so that a start changes nothing in the search without it.
-  std::vector<FixedPoints> search_fixed_points() {
-    std::vector<FixedPoints> result;
-    // Of equal fits, such as those of an alias of a frequency, the first is reported.
-    for (const Starts starts : {Starts::kGiven, Starts::kFound}) {
-      if (starts == Starts::kGiven && options_.linearized.starts.empty()) continue;
-      FixedPoints points(model_, pooled_, options_, from_part_, starts);
-      points.search();
-      if (!points.all().empty()) result.push_back(std::move(points));
+  /// Those from the user's starts and from the program's own are searched separately, so that a
+  /// start changes nothing in the search without it. Of equal fits the first is reported.
+  LocalOptima local_optima() const {
+    std::vector<StartingPoint> given;
+    for (const VectorXd& start : options_.linearized.starts) {
+      given.push_back({.coefficients = start, .origin = std::string(kStartValues)});
     }
+    std::vector<StartingPoint> own = own_starts();
+    if (given.empty()) return searched(std::move(own));
+    LocalOptima result = searched(std::move(given));
+    result.add(searched(std::move(own)));
     return result;
   }
 
-  /// Compares the fixed points of each search; then the first one has those of all.
-  static void compare(std::vector<FixedPoints>& searches) {
-    for (FixedPoints& points : searches) points.compare();
-    for (std::size_t k = 1; k < searches.size(); ++k) {
-      searches.front().absorb(std::move(searches[k]));
-    }
+  std::vector<StartingPoint> own_starts() const {
+    if (from_part_.size() == 0) return starting_points(model_, pooled_, options_.spread_starts);
+    return {{.coefficients = pooled_.estimate, .origin = std::string(kPooledFit)},
+            {.coefficients = from_part_, .origin = "a part of the observations"}};
+  }
+
+  LocalOptima searched(std::vector<StartingPoint> starts) const {
+    LocalOptima result(model_, options_.linearized, options_.marginal, std::move(starts));
+    result.search(!options_.integration.has_value());
+    return result;
   }
 
   /// The result if no start leads to a fit.
-  MixedEffectsFit usual_fit() {
+  MixedEffectsFit usual_fit() const {
     return options_.integration
                ? fit_marginal(model_, pooled_.estimate, *options_.integration, options_.marginal)
                : fit_lindstrom_bates(model_, pooled_.estimate, options_.linearized);
@@ -94,38 +95,64 @@ class OptimumSearch {
     }
   }
 
-  MixedEffectsFit best_without_random_effects(std::vector<FixedPoints>& searches) {
-    std::vector<Candidate> all;
-    for (FixedPoints& points : searches) {
-      for (Candidate& candidate : points.all()) add_candidate(all, std::move(candidate));
-    }
-    for (Candidate& candidate : all) candidate.rank = candidate.fit.log_likelihood;
-    return judged(chosen(all, best_of(all)), all, {});
+  MixedEffectsFit best_without_random_effects(const LocalOptima& found) const {
+    return judged(chosen(found.ends(), best_of(found.ends())), found.ends(), {});
   }
 
-  MixedEffectsFit best_fixed_point(std::vector<FixedPoints>& searches) {
-    compare(searches);
-    FixedPoints& points = searches.front();
-    const Candidate& best = best_of(points.all());
-    const Candidate& shown = chosen(points.all(), best);
-    return judged(shown, points.all(), of_shown(points.evidence(shown), shown, best));
+  MixedEffectsFit best_fixed_point(LocalOptima& found) const {
+    const Candidate& best = best_of(found.ends());
+    const Candidate& shown = chosen(found.ends(), best);
+    const SearchEvidence evidence = of_shown(linearization_evidence(found, shown), shown, best);
+    polish(found.ends()[static_cast<std::size_t>(&shown - found.ends().data())]);
+    return judged(shown, found.ends(), evidence);
   }
 
-  MixedEffectsFit marginal_maximum(std::vector<FixedPoints>& searches, Integration integration) {
-    std::optional<MarginalMaxima> maxima;
-    for (FixedPoints& points : searches) {
-      points.has_several_ends() ? points.compare() : points.compare_briefly();
-      MarginalMaxima found(model_, pooled_, options_, integration, points);
-      found.search();
-      if (maxima) {
-        maxima->absorb(std::move(found));
-      } else {
-        maxima.emplace(std::move(found));
-      }
+  /// An end that was reached by careful steps has fewer digits than the method can give.
+  void polish(Candidate& candidate) const {
+    constexpr double kExact = 1e-12;  // squared standard errors
+    const Convergence& reached = candidate.fit.convergence;
+    if (!reached.converged() || reached.newton_decrement <= kExact) return;
+    MixedEffectsOptions options = options_.linearized;
+    options.starts.clear();
+    const LindstromBatesEnd end = lindstrom_bates_from(model_, candidate.fit, options);
+    const bool is_better = end.fit && end.fit->convergence.converged() &&
+                           end.fit->convergence.newton_decrement < reached.newton_decrement;
+    if (is_better && is_same(*end.fit, candidate.fit)) candidate.fit = *end.fit;
+  }
+
+  /// What the marginal likelihood says about an end of Lindstrom and Bates' method.
+  SearchEvidence linearization_evidence(const LocalOptima& found, const Candidate& shown) const {
+    SearchEvidence result;
+    std::vector<ContainedModel> higher = found.contained();
+    if (!options_.linearized.reml) {
+      std::erase_if(higher, [&](const ContainedModel& model) {
+        return !(model.log_likelihood > shown.fit.log_likelihood + kHigher);
+      });
     }
-    const Candidate& best = maxima->best();
-    const Candidate& shown = chosen(maxima->all(), best);
-    return judged(shown, maxima->all(), of_shown(maxima->evidence(shown), shown, best));
+    result.contained = higher_than(shown.rank, higher);
+    result.is_restricted = options_.linearized.reml;
+    result.marginal = Integration::kInteraction;
+    result.marginal_here = shown.rank;
+    result.marginal_maximum = std::max(shown.rank, highest_converged(found.maxima()));
+    const double laplace =
+        marginal_log_likelihood(model_, shown.fit, Integration::kLaplace, options_.marginal);
+    if (!std::isfinite(laplace)) return result;
+    const MarginalEnd end =
+        marginal_from(model_, shown.fit, Integration::kLaplace, options_.marginal);
+    if (!end.fit || !end.fit->convergence.converged()) return result;
+    result.marginal = Integration::kLaplace;
+    result.marginal_here = laplace;
+    result.marginal_maximum = std::max(laplace, end.fit->log_likelihood);
+    return result;
+  }
+
+  MixedEffectsFit marginal_maximum(const LocalOptima& found, Integration integration) const {
+    const std::size_t asked = static_cast<std::size_t>(options_.spread_starts) / 4;
+    MarginalMaxima maxima(model_, pooled_.estimate, integration, options_.marginal, found);
+    maxima.search(found.has_several() ? kClimbs + 3 * asked : 1);
+    const Candidate& best = maxima.best();
+    const Candidate& shown = chosen(maxima.all(), best);
+    return judged(shown, maxima.all(), of_shown(maxima.evidence(shown), shown, best));
   }
 
   const Candidate& chosen(const std::vector<Candidate>& all, const Candidate& best) const {

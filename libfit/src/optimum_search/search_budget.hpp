@@ -9,25 +9,27 @@
 
 namespace silvafit::fit {
 
-/// Approximate seconds of a search, counted by its steps so that the result does not depend on the
-/// machine.
+/// The work of a search in operations, counted by its steps so that the result does not depend on
+/// the machine.
 class SearchBudget {
  public:
-  /// \param points   of quadrature a random effect
-  /// \param seconds  of the search
-  SearchBudget(const NonlinearModel& model, int points, double seconds) : left_(seconds) {
-    const ModelSpecification& specification = model.specification();
-    double effects = 0.0;
-    for (const RandomEffects& term : specification.random) {
-      effects += static_cast<double>(term.coefficients.size());
+  /// \param points      of quadrature a random effect
+  /// \param operations  of the search
+  SearchBudget(const NonlinearModel& model, int points, double operations) : left_(operations) {
+    double q = 0.0;
+    for (const RandomEffects& term : model.specification().random) {
+      q += static_cast<double>(term.coefficients.size());
     }
-    const auto p = static_cast<double>(model.coefficient_count());
     const auto n = static_cast<double>(model.observations());
-    // Measured times.
-    pass_ = 8e-9 * n * (p + effects + 2.0);
-    alternation_ = 25e-9 * static_cast<double>(model.group_count()) * std::pow(p + effects + 1, 3);
-    evaluation_ = n * (2.5e-8 * (1.0 + effects) * (1.0 + effects) +
-                       (points > 1 ? 1e-8 * std::pow(points, effects) : 0.0));
+    const auto p = static_cast<double>(model.coefficient_count());
+    const auto groups = static_cast<double>(model.group_count());
+    constexpr double kStep = 1e4;  // of any step: as much as the rows of a small data set
+    pass_ = kStep + n * (p + q + 2.0);
+    // The cross products of the linear models of all groups.
+    alternation_ = kStep + groups * std::pow(p + q + 1.0, 3);
+    // The modes, with about three sums of second derivatives, and the density at the points.
+    evaluation_ =
+        kStep + n * (3.0 * (1.0 + q) * (1.0 + q) + (points > 1 ? std::pow(points, q) : 0.0));
   }
 
   void spend_work(const LindstromBatesWork& work) {
@@ -37,7 +39,7 @@ class SearchBudget {
   bool is_spent() const { return left_ < 0.0; }
 
  private:
-  double pass_ = 0.0;         ///< of Lindstrom and Bates' method over the data, in seconds
+  double pass_ = 0.0;         ///< of Lindstrom and Bates' method over the data
   double alternation_ = 0.0;  ///< of its variance components
   double evaluation_ = 0.0;   ///< of a marginal likelihood
   double left_ = 0.0;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/simpler_model.hpp"
+#include "optimization/tolerances.hpp"
 
 namespace silvafit::fit {
 
@@ -16,10 +17,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
-
-// Tolerance for a likelihood below that of a nested model: linearizations at nearly the same point
-// differ by this much.
-constexpr double kContainedSlack = 0.05;
 
 /// "a = 1.2, b = 3".
 std::string estimates_text(const MixedEffectsFit& fit, const VectorXd& estimate) {
@@ -39,10 +36,9 @@ double rank_of(const LocalOptimum& optimum) {
 
 /// The note on another optimum with a similar likelihood.
 const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
-  constexpr double kClose = 2.0;
   const auto found =
       std::find_if(fit.optima.begin() + 1, fit.optima.end(), [&](const LocalOptimum& optimum) {
-        return rank_of(optimum) > rank_of(fit.optima.front()) - kClose;
+        return rank_of(optimum) > rank_of(fit.optima.front()) - kDoubtful;
       });
   return found == fit.optima.end() ? nullptr : &*found;
 }
@@ -50,7 +46,7 @@ const LocalOptimum* close_optimum(const MixedEffectsFit& fit) {
 /// The best optimum, if the user's wishes exclude it; else null.
 const LocalOptimum* higher_optimum(const MixedEffectsFit& fit) {
   const auto highest = std::ranges::max_element(fit.optima, {}, rank_of);
-  return rank_of(*highest) > rank_of(fit.optima.front()) + kContainedSlack ? &*highest : nullptr;
+  return rank_of(*highest) > rank_of(fit.optima.front()) + kHigher ? &*highest : nullptr;
 }
 
 /// Difference of the linearized likelihood from the marginal one, at the estimates and at its
@@ -83,10 +79,10 @@ void add_optimum(const LocalOptimum& optimum, Convergence& convergence) {
 std::optional<ContainedModel> higher_than(double rank,
                                           const std::vector<ContainedModel>& contained) {
   const auto highest = std::ranges::max_element(contained, {}, &ContainedModel::rank);
-  if (highest == contained.end() || !(highest->rank > rank + kContainedSlack)) return std::nullopt;
+  if (highest == contained.end() || !(highest->rank > rank + kHigher)) return std::nullopt;
   // The simplest of those that are equally high: they come first.
   return *std::ranges::find_if(contained, [&](const ContainedModel& model) {
-    return model.rank > std::max(rank, highest->rank - kContainedSlack);
+    return model.rank > std::max(rank, highest->rank - kHigher);
   });
 }
 
@@ -95,7 +91,6 @@ void judge_search(const ModelSpecification& specification,
                   MixedEffectsFit& fit) {
   Convergence& convergence = fit.convergence;
   if (!convergence.converged()) return;
-  constexpr double kDoubtful = 2.0;
   constexpr double kUseless = 0.1;  // per observation
   const double useless =
       std::max(10.0 * kDoubtful, kUseless * static_cast<double>(fit.observations));
@@ -107,7 +102,7 @@ void judge_search(const ModelSpecification& specification,
     // A fixed point of the alternation, which nlme reports as well, need not be the highest one.
     const bool is_doubt = !evidence.method && excess < useless;
     if (!is_doubt) convergence.status = ConvergenceStatus::kContainedModelHigher;
-    const bool is_helped = evidence.marginal_maximum > evidence.contained->rank + kContainedSlack;
+    const bool is_helped = evidence.marginal_maximum > evidence.contained->rank + kHigher;
     const std::string found = fmt::format(
         "{}: the model {}, which this one contains, has a higher log-likelihood ({:.2f} against "
         "{:.2f}). Use that model, or {}.",
@@ -138,7 +133,7 @@ void judge_search(const ModelSpecification& specification,
         fit.log_likelihood);
     return;
   }
-  if (evidence.unfinished > fit.log_likelihood + kContainedSlack) {
+  if (evidence.unfinished > fit.log_likelihood + kHigher) {
     convergence.status = ConvergenceStatus::kMaximumNotReached;
     convergence.evidence.push_back(
         {.kind = Evidence::Kind::kHigherEnd, .value = evidence.unfinished});
@@ -214,12 +209,11 @@ void judge_search(const ModelSpecification& specification,
 }
 
 void judge_kinks(MixedEffectsFit& fit, const Kinks& kinks, const SearchEvidence& evidence) {
-  constexpr double kClose = 0.05;  // one shows the same likelihood to the digits that are compared
   Convergence& convergence = fit.convergence;
   if (kinks.coefficients.empty() || !convergence.converged()) return;
   const bool is_quadrature = evidence.method == Integration::kQuadrature;
   const double error = std::abs(kinks.by_quadrature - fit.log_likelihood);
-  if (is_quadrature && !(error > kClose)) return;
+  if (is_quadrature && !(error > kHigher)) return;
   std::string text = fmt::format(
       "the formula has a kink in {}, {}",
       fmt::join(kinks.coefficients, ", "),
