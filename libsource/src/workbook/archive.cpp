@@ -5,6 +5,8 @@
 #include <zip.h>
 
 #include <algorithm>
+#include <new>
+#include <utility>
 
 #include "silvafit/base/error.hpp"
 
@@ -13,6 +15,10 @@ namespace {
 
 struct CloseZipFile {
   void operator()(zip_file_t* file) const { zip_fclose(file); }
+};
+
+struct FreeSource {
+  void operator()(zip_source_t* source) const { zip_source_free(source); }
 };
 
 ZipArchive open_archive(std::string_view bytes) {
@@ -117,6 +123,48 @@ void Archive::check_unread_parts() {
   for (Part& part : parts_) {
     if (!part.is_read) unpack(part, [](std::string_view /*block*/) {});
   }
+}
+
+std::string packed(const ArchiveParts& parts) {
+  // Nothing but memory can be missing.
+  const auto require = [](bool is_done) {
+    if (!is_done) throw std::bad_alloc();
+  };
+  const std::unique_ptr<zip_source_t, FreeSource> target(
+      zip_source_buffer_create(nullptr, 0, 0, nullptr));
+  require(target != nullptr);
+  ZipArchive archive(zip_open_from_source(target.get(), ZIP_CREATE | ZIP_TRUNCATE, nullptr));
+  require(archive != nullptr);
+  // The archive frees it, too.
+  zip_source_keep(target.get());
+  for (const auto& [name, text] : parts) {
+    zip_source_t* const source = zip_source_buffer(archive.get(), text.data(), text.size(), 0);
+    require(source != nullptr);
+    const zip_int64_t index = zip_file_add(archive.get(), name.c_str(), source, ZIP_FL_ENC_UTF_8);
+    if (index < 0) zip_source_free(source);
+    require(index >= 0);
+    const auto part = static_cast<zip_uint64_t>(index);
+    // Files of the same content have the same bytes: 1 January 1980, the first day of ZIP.
+    constexpr zip_uint16_t kFirstDay = (1U << 5U) + 1U;
+    require(zip_file_set_dostime(archive.get(), part, 0, kFirstDay, 0) == 0);
+    // OpenDocument asks for an unpacked first part, by which its files are recognized. Others get
+    // the usual level: libzip's own, 9, takes three times as long for 3 % fewer bytes.
+    constexpr zip_uint32_t kLevel = 6;
+    const bool is_packed = name != "mimetype";
+    require(zip_set_file_compression(archive.get(),
+                                     part,
+                                     is_packed ? ZIP_CM_DEFLATE : ZIP_CM_STORE,
+                                     is_packed ? kLevel : 0) == 0);
+  }
+  require(zip_close(archive.get()) == 0);
+  static_cast<void>(archive.release());
+  zip_stat_t status{};
+  require(zip_source_open(target.get()) == 0 && zip_source_stat(target.get(), &status) == 0);
+  std::string bytes(static_cast<std::size_t>(status.size), '\0');
+  const zip_int64_t count = zip_source_read(target.get(), bytes.data(), bytes.size());
+  zip_source_close(target.get());
+  require(count == static_cast<zip_int64_t>(bytes.size()));
+  return bytes;
 }
 
 }  // namespace silvafit::source

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 struct zip;
@@ -58,5 +59,11 @@ class Archive {
   std::vector<Part> parts_{};  // by name
   std::uint64_t unpacked_bytes_ = 0;
 };
+
+/// The names and texts of parts, in the order of an archive.
+using ArchiveParts = std::vector<std::pair<std::string, std::string>>;
+
+/// The bytes of an archive, which depend on its parts only.
+std::string packed(const ArchiveParts& parts);
 
 }  // namespace silvafit::source

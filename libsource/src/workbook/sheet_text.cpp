@@ -14,13 +14,15 @@ namespace {
 
 constexpr char kSeparator = ';';
 
-/// A number as spreadsheets show it: with 15 digits, 0.3 instead of 0.30000000000000004.
+/// A number as spreadsheets show it: with 15 digits, 0.3 instead of 0.30000000000000004, and 1
+/// instead of 1.0, because it may be a label.
 std::optional<std::string> shown_number(std::string_view cell) {
   constexpr std::ptrdiff_t kDigitsShown = 15;
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   // Long numbers without a point or exponent are names, such as those of records.
-  if (std::ranges::count_if(cell, is_digit) <= kDigitsShown ||
-      cell.find_first_of(".eE") == std::string_view::npos) {
+  if (cell.find_first_of(".eE") == std::string_view::npos) return std::nullopt;
+  const bool is_short = std::ranges::count_if(cell, is_digit) <= kDigitsShown;
+  if (is_short && !cell.ends_with('0') && cell.find_first_of("eE") == std::string_view::npos) {
     return std::nullopt;
   }
   double value = 0.0;

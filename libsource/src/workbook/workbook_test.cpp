@@ -14,6 +14,7 @@
 #include "silvafit/source/open_table.hpp"
 #include "silvafit/source/write_layers.hpp"
 #include "workbook/excel_formats.hpp"
+#include "workbook/sheet_text.hpp"
 #include "workbook/write_workbook.hpp"
 
 namespace silvafit::source {
@@ -73,6 +74,17 @@ TEST_CASE("cells of each kind, as LibreOffice saves them in both formats") {
         data::read_csv_table(open_table(book(name), {.layer = "Codes"}).table);
     CHECK(texts_of(codes, "species") == Texts{"fir"});
   }
+}
+
+TEST_CASE("numbers are those that spreadsheets show, however their files spell them") {
+  SheetBudget budget = sheet_budget(0);
+  SheetText sheet("a", budget);
+  std::size_t column = 0;
+  for (const char* const number :
+       {"1.0", "0.30000000000000004", "1E3", "2.50", "100", "12345678901234567890", "-.5"}) {
+    sheet.add(1, column++, number, CellKind::kNumber);
+  }
+  CHECK(sheet.text()->text == "1;0.3;1000;2.5;100;12345678901234567890;-.5\n");
 }
 
 TEST_CASE("formulas without values, and days since 1904, as openpyxl writes them") {

@@ -2,12 +2,9 @@
 #include "workbook/write_workbook.hpp"
 
 #include <fmt/format.h>
-#include <zip.h>
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <new>
 #include <span>
 #include <utility>
 
@@ -20,9 +17,6 @@ namespace silvafit::source {
 namespace {
 
 constexpr std::string_view kXml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
-
-/// The names and texts of parts, in the order of the archive.
-using Parts = std::vector<std::pair<std::string, std::string>>;
 
 /// UTF-8 with the escapes of XML. Control characters, which XML cannot contain, become U+FFFD.
 std::string escaped(std::string_view text) {
@@ -115,10 +109,12 @@ void append_rows(std::string& xml, const data::Table& table, const SheetFormat& 
 
 /// A text that looks like an escaped character, such as _x000D_, has its first sign escaped.
 std::string with_escaped_escapes(std::string_view text) {
-  std::string result;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool is_escape = text.substr(i, 2) == "_x" && i + 6 < text.size() && text[i + 6] == '_';
-    result += is_escape ? "_x005F_" : std::string(1, text[i]);
+  std::string result(text);
+  for (std::size_t i = 0; (i = result.find("_x", i)) != std::string::npos; ++i) {
+    constexpr std::string_view kUnderscore = "x005F_";
+    if (i + 6 >= result.size() || result[i + 6] != '_') continue;
+    result.insert(i + 1, kUnderscore);
+    i += kUnderscore.size();
   }
   return result;
 }
@@ -176,7 +172,7 @@ constexpr SheetFormat kOpenDocument{
               with_blanks(escaped(text)));
         }};
 
-Parts parts_of_excel(const std::vector<Layer>& sheets) {
+ArchiveParts parts_of_excel(const std::vector<Layer>& sheets) {
   constexpr std::string_view kPackage = "http://schemas.openxmlformats.org/package/2006/";
   constexpr std::string_view kRelations =
       "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
@@ -185,7 +181,7 @@ Parts parts_of_excel(const std::vector<Layer>& sheets) {
   std::string types;
   std::string list;
   std::string relations;
-  Parts parts(4);
+  ArchiveParts parts(4);
   const std::vector<std::string> names = names_of(sheets);
   for (std::size_t i = 0; i < sheets.size(); ++i) {
     const std::string part = fmt::format("worksheets/sheet{}.xml", i + 1);
@@ -231,7 +227,7 @@ Parts parts_of_excel(const std::vector<Layer>& sheets) {
   return parts;
 }
 
-Parts parts_of_open_document(const std::vector<Layer>& sheets) {
+ArchiveParts parts_of_open_document(const std::vector<Layer>& sheets) {
   constexpr std::string_view kNames = "urn:oasis:names:tc:opendocument:xmlns:";
   constexpr std::string_view kType = "application/vnd.oasis.opendocument.spreadsheet";
   std::string content = fmt::format(
@@ -263,48 +259,6 @@ Parts parts_of_open_document(const std::vector<Layer>& sheets) {
           {"content.xml", std::move(content)}};
 }
 
-struct FreeSource {
-  void operator()(zip_source_t* source) const { zip_source_free(source); }
-};
-
-std::string archive_of(const Parts& parts) {
-  // Nothing but memory can be missing.
-  const auto require = [](bool is_done) {
-    if (!is_done) throw std::bad_alloc();
-  };
-  const std::unique_ptr<zip_source_t, FreeSource> target(
-      zip_source_buffer_create(nullptr, 0, 0, nullptr));
-  require(target != nullptr);
-  ZipArchive archive(zip_open_from_source(target.get(), ZIP_CREATE | ZIP_TRUNCATE, nullptr));
-  require(archive != nullptr);
-  // The archive frees it, too.
-  zip_source_keep(target.get());
-  for (const auto& [name, text] : parts) {
-    zip_source_t* const source = zip_source_buffer(archive.get(), text.data(), text.size(), 0);
-    require(source != nullptr);
-    const zip_int64_t index = zip_file_add(archive.get(), name.c_str(), source, ZIP_FL_ENC_UTF_8);
-    if (index < 0) zip_source_free(source);
-    require(index >= 0);
-    const auto part = static_cast<zip_uint64_t>(index);
-    // Files of the same content have the same bytes: 1 January 1980, the first day of ZIP.
-    constexpr zip_uint16_t kFirstDay = (1U << 5U) + 1U;
-    require(zip_file_set_dostime(archive.get(), part, 0, kFirstDay, 0) == 0);
-    // OpenDocument asks for an unpacked first part, by which its files are recognized.
-    const bool is_packed = name != "mimetype";
-    require(zip_set_file_compression(
-                archive.get(), part, is_packed ? ZIP_CM_DEFLATE : ZIP_CM_STORE, 0) == 0);
-  }
-  require(zip_close(archive.get()) == 0);
-  static_cast<void>(archive.release());
-  zip_stat_t status{};
-  require(zip_source_open(target.get()) == 0 && zip_source_stat(target.get(), &status) == 0);
-  std::string bytes(static_cast<std::size_t>(status.size), '\0');
-  const zip_int64_t count = zip_source_read(target.get(), bytes.data(), bytes.size());
-  zip_source_close(target.get());
-  require(count == static_cast<zip_int64_t>(bytes.size()));
-  return bytes;
-}
-
 void require_size(const Layer& sheet, const std::filesystem::path& file) {
   // Of a cell, in characters.
   constexpr std::size_t kLongestText = 32767;
@@ -330,7 +284,7 @@ void require_size(const Layer& sheet, const std::filesystem::path& file) {
 std::string workbook_of(const std::vector<Layer>& sheets, const std::filesystem::path& file) {
   for (const Layer& sheet : sheets) require_size(sheet, file);
   const bool is_excel = ending_of(file.string()) == "xlsx";
-  return archive_of(is_excel ? parts_of_excel(sheets) : parts_of_open_document(sheets));
+  return packed(is_excel ? parts_of_excel(sheets) : parts_of_open_document(sheets));
 }
 
 }  // namespace silvafit::source
