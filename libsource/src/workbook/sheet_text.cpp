@@ -126,6 +126,13 @@ std::string_view SheetText::text_of(std::size_t cell) const {
   return std::string_view(texts_).substr(begin, cells_[cell].end - begin);
 }
 
+/// Up to the last one with content.
+std::size_t SheetText::used_columns() const {
+  std::size_t used = columns_.size();
+  while (used > 0 && columns_[used - 1].cells == 0) --used;
+  return used;
+}
+
 /// Comments are lines of one field.
 bool SheetText::is_comment(std::size_t first) const {
   const bool is_alone = first + 1 == cells_.size() || cells_[first + 1].row != cells_[first].row;
@@ -146,31 +153,33 @@ void SheetText::require_near_cells() const {
     if (cells_[i].row - cells_[i - 1].row > kMostEmptyRows) refuse(cells_[i].row, cells_[i].column);
   }
   std::size_t last = 0;
-  for (std::size_t column = 0; column < columns_.size(); ++column) {
+  const std::size_t columns = used_columns();
+  for (std::size_t column = 0; column < columns; ++column) {
     if (columns_[column].cells == 0) continue;
     if (column - last > kMostEmptyColumns) {
       refuse(std::ranges::find(cells_, column, &Cell::column)->row, column);
     }
     last = column;
   }
-  if (rows_ <= budget_->fields / std::max<std::size_t>(columns_.size(), 1)) return;
+  if (rows_ <= budget_->fields / std::max<std::size_t>(columns, 1)) return;
   throw InputError(
       fmt::format("a sheet has {} rows and {} columns, nearly all of them without content; delete "
                   "the cells that are far from the table, and save the workbook again",
                   rows_,
-                  columns_.size()),
+                  columns),
       {.file = place_});
 }
 
 std::shared_ptr<const data::TableText> SheetText::text() const {
   require_near_cells();
   std::string text;
-  text.reserve(texts_.size() + rows_ * columns_.size());
+  const std::size_t columns = used_columns();
+  text.reserve(texts_.size() + rows_ * columns);
   std::size_t line = 1;
   for (std::size_t i = 0; i < cells_.size();) {
     const std::size_t row = cells_[i].row;
     text.append(row - line, '\n');
-    const std::size_t fields = is_comment(i) ? 1 : columns_.size();
+    const std::size_t fields = is_comment(i) ? 1 : columns;
     for (std::size_t column = 0; column < fields; ++column) {
       if (column > 0) text += kSeparator;
       if (i == cells_.size() || cells_[i].row != row || cells_[i].column != column) continue;

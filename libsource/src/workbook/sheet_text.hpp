@@ -89,6 +89,7 @@ class SheetText {
 
   std::string_view text_of(std::size_t cell) const;
   bool is_comment(std::size_t first) const;
+  std::size_t used_columns() const;
   void require_near_cells() const;
   void count(std::size_t row, std::size_t column, std::string_view text, CellKind kind);
 
