@@ -262,9 +262,7 @@ void Dataset::require_sound(std::optional<std::size_t> row) const {
   }
   if (!kind_.is_workbook || !messages_.has_errors()) return;
   throw InputError(
-      "the sheet cannot be read completely; save the workbook again as .xlsx, or the sheet as CSV "
-      "in "
-      "UTF-8",
+      "the sheet cannot be read completely; save the workbook again as .xlsx, or as CSV in UTF-8",
       {.file = place_, .line = row});
 }
 

@@ -107,10 +107,12 @@ class DocumentReader : public XmlHandler {
   bool has_formula_ = false;
   std::string content_{};
   int paragraphs_ = 0;
-  int foreign_ = 0;  // depth in comments and drawings of a cell
+  int foreign_ = 0;  // depth in comments and drawings
 };
 
 void DocumentReader::begin(const XmlTag& tag) {
+  const bool is_drawing = is_sheet_ && !is_cell_ && (tag.name == "shapes" || tag.name == "forms");
+  if (foreign_ > 0 || is_drawing) return void(++foreign_);
   if (is_cell_) return begin_in_cell(tag);
   if (tag.name == "spreadsheet") has_spreadsheet = true;
   if (tag.name == "style") style_ = tag.attribute("style:1.0|name");
@@ -125,14 +127,11 @@ void DocumentReader::begin(const XmlTag& tag) {
 }
 
 void DocumentReader::end(std::string_view name) {
-  if (is_cell_) {
-    if (foreign_ > 0) {
-      --foreign_;
-    } else if (name == "p") {
-      --paragraphs_;
-    } else if (name == "table-cell" || name == "covered-table-cell") {
-      end_cell();
-    }
+  if (foreign_ > 0) {
+    --foreign_;
+  } else if (is_cell_) {
+    if (name == "p") --paragraphs_;
+    if (name == "table-cell" || name == "covered-table-cell") end_cell();
   } else if (name == "table-row" && is_row_) {
     end_row();
   } else if (name == "table") {
@@ -173,14 +172,14 @@ void DocumentReader::begin_cell(const XmlTag& tag) {
     if (value_.empty()) value_ = tag.attribute(name);
   }
   content_.clear();
-  paragraphs_ = foreign_ = 0;
+  paragraphs_ = 0;
   is_cell_ = true;
 }
 
 void DocumentReader::begin_in_cell(const XmlTag& tag) {
   // Comments and drawings have paragraphs of their own.
   const bool is_own = tag.name == "p" || paragraphs_ > 0;
-  if (foreign_ > 0 || !is_own || tag.name == "annotation" || tag.name == "ruby-text") {
+  if (!is_own || tag.name == "annotation" || tag.name == "ruby-text") {
     ++foreign_;
   } else if (tag.name == "p") {
     if (!content_.empty()) content_ += '\n';

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <span>
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -49,41 +50,29 @@ std::vector<Sheet> sheets_of(Archive& archive,
 }
 
 /// "'Trees' (49 rows), 'Codes' (12 rows, hidden)".
-std::string list_of(const std::vector<Sheet>& sheets) {
+std::string list_of(std::span<const Sheet> sheets) {
   constexpr std::size_t kMost = 40;
   std::vector<std::string> texts;
-  for (std::size_t i = 0; i < std::min(kMost, sheets.size()); ++i) {
-    texts.push_back(fmt::format("'{}' ({} rows{})",
-                                sheets[i].name,
-                                sheets[i].text.rows(),
-                                sheets[i].is_hidden ? ", hidden" : ""));
+  for (const Sheet& sheet : sheets.first(std::min(kMost, sheets.size()))) {
+    texts.push_back(fmt::format(
+        "'{}' ({} rows{})", sheet.name, sheet.text.rows(), sheet.is_hidden ? ", hidden" : ""));
   }
   if (sheets.size() > kMost) texts.push_back(fmt::format("{} more", sheets.size() - kMost));
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
-/// The only visible sheet with rows.
-const Sheet& only_sheet(const std::vector<Sheet>& sheets,
-                        const std::string& file,
-                        std::vector<std::string>& notes) {
-  std::vector<Sheet> with_rows = sheets;
-  std::erase_if(with_rows, [](const Sheet& sheet) { return sheet.text.rows() == 0; });
-  if (with_rows.empty()) throw InputError("contains no sheet with rows", {.file = file});
-  const auto is_visible = [](const Sheet& sheet) {
-    return !sheet.is_hidden && sheet.text.rows() > 0;
-  };
-  if (std::ranges::count_if(sheets, is_visible) != 1) {
-    const bool are_hidden = std::ranges::none_of(sheets, is_visible);
+/// Leaves the sheets with rows, first the only visible one.
+void keep_only_sheet(std::vector<Sheet>& sheets, const std::string& file) {
+  std::erase_if(sheets, [](const Sheet& sheet) { return sheet.text.rows() == 0; });
+  if (sheets.empty()) throw InputError("contains no sheet with rows", {.file = file});
+  const auto visible = std::ranges::count(sheets, false, &Sheet::is_hidden);
+  if (visible != 1) {
     throw InputError(fmt::format("has {} sheets; choose one with `layer` NAME: {}",
-                                 are_hidden ? "only hidden" : "several",
-                                 list_of(with_rows)),
+                                 visible == 0 ? "only hidden" : "several",
+                                 list_of(sheets)),
                      {.file = file});
   }
-  std::erase_if(with_rows, is_visible);
-  if (!with_rows.empty()) {
-    notes.push_back(fmt::format("hidden sheets are not read: {}", list_of(with_rows)));
-  }
-  return *std::ranges::find_if(sheets, is_visible);
+  std::ranges::stable_sort(sheets, {}, &Sheet::is_hidden);
 }
 
 }  // namespace
@@ -99,18 +88,22 @@ OpenedTable read_workbook(std::string_view bytes,
   require_archive(bytes, file, kind);
   Archive archive(bytes, std::string(kind.format), file);
   SheetBudget budget = sheet_budget(archive.unpacked_bytes());
-  const std::vector<Sheet> sheets = sheets_of(archive, kind, layer, budget);
+  std::vector<Sheet> sheets = sheets_of(archive, kind, layer, budget);
   archive.check_unread_parts();
-  if (!layer.empty() && sheets.empty()) {
+  if (layer.empty()) {
+    keep_only_sheet(sheets, file);
+  } else if (sheets.empty()) {
     throw InputError(fmt::format("unknown sheet '{}'; available: {}",
                                  layer,
                                  list_of(sheets_of(archive, kind, {}, budget))),
                      {.file = file});
   }
-  OpenedTable opened;
-  const Sheet& sheet = layer.empty() ? only_sheet(sheets, file, opened.notes) : sheets.front();
-  opened.table = sheet.text.text();
-  for (std::string& note : sheet.text.notes()) opened.notes.push_back(std::move(note));
+  OpenedTable opened{.table = sheets.front().text.text(), .notes = sheets.front().text.notes()};
+  if (sheets.size() > 1) {
+    if (!layer.empty()) archive.refuse(fmt::format("it has two sheets '{}'", layer));
+    opened.notes.push_back(
+        fmt::format("hidden sheets are not read: {}", list_of(std::span(sheets).subspan(1))));
+  }
   return opened;
 }
 
