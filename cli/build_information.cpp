@@ -32,7 +32,7 @@ std::string build_as_text() {
       "render               {}\n",
       kRenderer.empty() ? std::string_view("no, built without Embree or libpng") : kRenderer);
   const std::string gdal = source::gdal_version();
-  text += fmt::format("workbooks and layers {}\n",
+  text += fmt::format("layers and databases {}\n",
                       gdal.empty() ? "no, built without GDAL" : "GDAL " + gdal);
   text += fmt::format("vector instructions  {}", data::vector_instructions());
   return text;

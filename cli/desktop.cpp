@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "silvafit/base/system.hpp"
+#include "silvafit/source/open_table.hpp"
 #include "standard_output.hpp"
 
 namespace silvafit::cli {
@@ -13,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFirstSteps =
-    "Drop the table of your trees, a CSV file, on silvafit.exe. It fits the models and writes\n"
+    "Drop the table of your trees (CSV or workbook) on silvafit.exe. It fits models and writes\n"
     "tables and a report into a folder beside the file, and opens the report.\n"
     "\n"
     "Or open a terminal in the folder of the table, and type:\n"
@@ -27,9 +28,10 @@ fs::path folder_of_dropped(const std::vector<std::string>& words) {
   const fs::path file = words.back();
   const std::string ending = file.extension().string();
   std::error_code ignored;
-  const bool is_table =
-      (ending == ".csv" || ending == ".CSV") && fs::is_regular_file(file, ignored);
-  return is_table ? fs::path(file).replace_extension() += "-study" : fs::path();
+  const bool is_table = ending == ".csv" || ending == ".CSV" || source::is_layered(words.back());
+  return is_table && fs::is_regular_file(file, ignored)
+             ? fs::path(file).replace_extension() += "-study"
+             : fs::path();
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 namespace silvafit::cli {
 
-/// Runs the program on the words of the command line. For a CSV file that was dropped on it, this
+/// Runs the program on the words of the command line. For a table that was dropped on it, this
 /// is a study beside the file, whose report is then opened. Without words in a console window of
 /// its own, it explains the first command. Such a window stays open until the user has read it.
 /// \return the exit status

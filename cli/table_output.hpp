@@ -23,7 +23,7 @@ inline constexpr char kTableOutputHelp[] =
 bool is_layer_output(const std::string& out);
 
 /// Checks, before anything is computed, that such a file can be written.
-/// \throws UsageError if silvafit was built without GDAL
+/// \throws as source::require_layer_output
 void require_table_output(const std::string& out);
 
 /// The table of a CSV text. Positions are read as from an inventory: x and y by their usual names

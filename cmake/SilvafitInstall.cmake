@@ -12,6 +12,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/silvafitConfigVersion.cma
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/silvafitConfig.cmake
               ${PROJECT_BINARY_DIR}/silvafitConfigVersion.cmake
+              cmake/FindLibZip.cmake
         DESTINATION ${package_dir} COMPONENT development)
 file(RELATIVE_PATH SILVAFIT_PREFIX_OF_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(cmake/silvafit.pc.in ${PROJECT_BINARY_DIR}/silvafit.pc @ONLY)

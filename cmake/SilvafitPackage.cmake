@@ -30,7 +30,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libsilvafit-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 # What silvafitConfig.cmake looks for.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libboost-dev, libfmt-dev, libhwy-dev, nlohmann-json3-dev, libtbb-dev, libnanoflann-dev, \
-libmeshoptimizer-dev, libpng-dev, libceres-dev")
+libmeshoptimizer-dev, libpng-dev, libexpat1-dev, libzip-dev, libceres-dev")
 if(SILVAFIT_HAS_RENDER)
   string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libembree-dev")
 endif()

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// CSV files are read without GDAL; its module is loaded when another source needs it.
+// CSV files and workbooks are read and written without GDAL; its module is loaded when another
+// source needs it.
 #include "silvafit/source/open_table.hpp"
 
 #include <fmt/format.h>
@@ -13,6 +14,8 @@
 #include "silvafit/base/module_function.hpp"
 #include "silvafit/source/write_layers.hpp"
 #include "source_kind.hpp"
+#include "workbook/read_workbook.hpp"
+#include "workbook/write_workbook.hpp"
 
 namespace silvafit::source {
 namespace {
@@ -28,11 +31,12 @@ LoadedModule load_module() {
   if (!loaded) {
     return {.problem =
                 "this silvafit was built without GDAL; install libgdal-dev and build it with make "
-                "build, or use CSV"};
+                "build, or use CSV or .xlsx"};
   }
   if (loaded->address == nullptr) {
-    return {.problem = fmt::format("GDAL cannot be loaded ({}); install libgdal32, or use CSV",
-                                   loaded->problem)};
+    return {.problem =
+                fmt::format("GDAL cannot be loaded ({}); install libgdal32, or use CSV or .xlsx",
+                            loaded->problem)};
   }
   return {.functions = reinterpret_cast<const GdalModule* (*)()>(loaded->address)()};
 }
@@ -56,6 +60,7 @@ OpenedTable open_table(const std::string& name,
     }
     return {.table = std::filesystem::path(name)};
   }
+  if (kind->drivers.empty()) return open_workbook(name, *kind, choice);
   if (module().functions == nullptr) {
     throw InputError(fmt::format("{} cannot be read: {}", kind->format, module().problem),
                      {.file = shown_name(name)});
@@ -64,7 +69,7 @@ OpenedTable open_table(const std::string& name,
 }
 
 void require_layer_output(const std::filesystem::path& file) {
-  if (module().functions != nullptr) return;
+  if (is_written_as_workbook(file) || module().functions != nullptr) return;
   throw UsageError(
       fmt::format(
           "files ending in .{} cannot be written: {}", ending_of(file.string()), module().problem),
@@ -80,6 +85,10 @@ void write_layers(const std::filesystem::path& file,
   require_layer_output(file);
   // The target is opened first, so that a folder without write permission is reported at once.
   AtomicFile target(file);
+  if (is_written_as_workbook(file)) {
+    target.stream() << workbook_of(layers, file);
+    return target.commit();
+  }
   const TemporaryFolder folder("silvafit-layers");
   const std::filesystem::path draft = folder.path() / ("draft." + ending_of(file.string()));
   module().functions->write_draft(draft, file, layers, coordinates);

@@ -15,10 +15,10 @@ namespace {
 constexpr std::string_view kPostgres = "PG:";
 
 constexpr std::array<SourceKind, 15> kKinds{{
-    {.ending = "xlsx", .drivers = "XLSX", .format = "an Excel workbook", .is_workbook = true},
-    {.ending = "xlsm", .drivers = "XLSX", .format = "an Excel workbook", .is_workbook = true},
+    {.ending = "xlsx", .format = "an Excel workbook", .is_workbook = true},
+    {.ending = "xlsm", .format = "an Excel workbook", .is_workbook = true},
     {.ending = "xls", .drivers = "XLS", .format = "an Excel 97 workbook", .is_workbook = true},
-    {.ending = "ods", .drivers = "ODS", .format = "an OpenDocument workbook", .is_workbook = true},
+    {.ending = "ods", .format = "an OpenDocument workbook", .is_workbook = true},
     {.ending = "gpkg", .drivers = "GPKG", .format = "a GeoPackage", .has_own_sql = true},
     {.ending = "shp", .drivers = "ESRI Shapefile", .format = "a shapefile"},
     {.ending = "dbf", .drivers = "ESRI Shapefile", .format = "a dBase table"},
@@ -97,9 +97,13 @@ std::string shown_name(const std::string& name) {
   return begins_with_postgres(name) ? without_password(name) : name;
 }
 
-bool is_written_as_layers(const std::filesystem::path& file) {
+bool is_written_as_workbook(const std::filesystem::path& file) {
   const std::string ending = ending_of(file.string());
-  return ending == "xlsx" || ending == "ods" || has_geometries(file);
+  return ending == "xlsx" || ending == "ods";
+}
+
+bool is_written_as_layers(const std::filesystem::path& file) {
+  return is_written_as_workbook(file) || has_geometries(file);
 }
 
 bool has_geometries(const std::filesystem::path& file) {

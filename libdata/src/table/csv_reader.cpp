@@ -186,7 +186,7 @@ void CsvReader::State::refuse_other_formats() const {
     fail(1, "the file is compressed (gzip); unpack it first, for example with gunzip");
   }
   if (start.starts_with("PK\x03\x04")) {
-    fail(1, "the file is a spreadsheet workbook or a ZIP archive; save it as CSV in UTF-8");
+    fail(1, "the file is a ZIP archive; the name of a workbook must end in .xlsx or .ods");
   }
   if (start.find('\0') != std::string_view::npos) {
     fail(1, "there are zero bytes in it: " + advice_on_utf16(start, file));

@@ -12,7 +12,6 @@
 #include <limits>
 
 #include "gdal/own_data.hpp"
-#include "gdal/workbook_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 #include "silvafit/data/csv.hpp"
@@ -262,14 +261,8 @@ void Dataset::require_sound(std::optional<std::size_t> row) const {
     fail("needs more work than a table of this size should; does a view repeat its rows?");
   }
   if (!kind_.is_workbook || !messages_.has_errors()) return;
-  const bool is_complete = !has_cells_behind_gap_ &&
-                           std::ranges::all_of(messages_.errors(), [](const std::string& text) {
-                             return text.find("number-rows-repeated") != std::string::npos;
-                           });
-  if (is_complete) return;
   throw InputError(
-      "the sheet cannot be read completely: it is damaged, or has cells far from the table; delete "
-      "these, and save the workbook again, or save the sheet as CSV in UTF-8",
+      "the sheet cannot be read completely; save the workbook again as .xlsx, or as CSV in UTF-8",
       {.file = place_, .line = row});
 }
 
@@ -291,19 +284,10 @@ Dataset::Dataset(const std::string& name, const TableChoice& choice)
     require_own(choice);
   }
   if (!choice.allow_network) settings_.emplace_back("OGR_SQLITE_STATIC_VIRTUAL_OGR", "NO");
-  if (kind_.is_workbook) {
-    if (!is_remote) {
-      require_readable_workbook(name, kind_, place_);
-      has_cells_behind_gap_ = require_whole_workbook(name, kind_, place_);
-    }
+  if (kind_.is_workbook && choice.sql.empty()) {
     // Headers and types are detected as in CSV files; a query needs those that GDAL detects.
-    for (const char* const format : {"XLSX", "ODS", "XLS"}) {
-      const bool is_query = !choice.sql.empty();
-      settings_.emplace_back(fmt::format("OGR_{}_HEADERS", format).c_str(),
-                             is_query ? "AUTO" : "DISABLE");
-      settings_.emplace_back(fmt::format("OGR_{}_FIELD_TYPES", format).c_str(),
-                             is_query ? "AUTO" : "STRING");
-    }
+    settings_.emplace_back("OGR_XLS_HEADERS", "DISABLE");
+    settings_.emplace_back("OGR_XLS_FIELD_TYPES", "STRING");
   }
   CPLStringList drivers(CSLTokenizeString2(std::string(kind_.drivers).c_str(), ",", 0));
   // Tables without geometry are inventories, too.

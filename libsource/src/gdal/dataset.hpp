@@ -65,7 +65,6 @@ class Dataset {
   std::uintmax_t bytes_ = 0;  // of the file
   std::uintmax_t steps_ = 0;  // of SQLite, in thousands
   bool is_beyond_limit_ = false;
-  bool has_cells_behind_gap_ = false;  // of a workbook
   KeptMessages messages_{};
   std::list<Setting> settings_{};  // outlive the dataset, which reads sheets when they are used
   GDALDatasetUniquePtr dataset_{};

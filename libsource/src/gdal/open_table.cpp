@@ -16,9 +16,9 @@
 #include "gdal/dataset.hpp"
 #include "gdal/functions.hpp"
 #include "gdal/geometries.hpp"
-#include "gdal/workbook.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "workbook/sheet_text.hpp"
 
 namespace silvafit::source {
 namespace {
@@ -232,6 +232,23 @@ void LayerReader::read_areas() {
   }
 }
 
+/// A workbook of Excel 97 is read as text, like those that are read without GDAL.
+OpenedTable read_sheet(const Dataset& workbook, OGRLayer& layer) {
+  SheetBudget budget = sheet_budget(workbook.most_values());
+  SheetText sheet(workbook.place(), budget);
+  for (const auto& feature : layer) {
+    for (int i = 0; i < feature->GetFieldCount(); ++i) {
+      if (feature->IsFieldSetAndNotNull(i) == 0) continue;
+      sheet.add(static_cast<std::size_t>(feature->GetFID()),
+                static_cast<std::size_t>(i),
+                feature->GetFieldAsString(i),
+                CellKind::kText);
+    }
+  }
+  workbook.require_sound();
+  return {.table = sheet.text(), .notes = sheet.notes()};
+}
+
 }  // namespace
 
 OpenedTable open_with_gdal(const std::string& name,
@@ -240,11 +257,7 @@ OpenedTable open_with_gdal(const std::string& name,
                            const std::optional<CoordinateSystem>& target) {
   Dataset dataset(name, choice);
   OGRLayer& layer = dataset.choose(choice, use);
-  if (dataset.kind().is_workbook && choice.sql.empty()) {
-    OpenedTable opened;
-    opened.table = text_of_sheet(dataset, layer, opened.notes);
-    return opened;
-  }
+  if (dataset.kind().is_workbook && choice.sql.empty()) return read_sheet(dataset, layer);
   return LayerReader(dataset, layer, target).read(use);
 }
 

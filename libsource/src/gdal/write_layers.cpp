@@ -26,10 +26,7 @@ namespace {
 constexpr const char* kNoDate = "2000-01-01T00:00:00.000Z";
 
 const char* driver_of(const std::string& ending) {
-  if (ending == "gpkg") return "GPKG";
-  if (ending == "fgb") return "FlatGeobuf";
-  if (ending == "xlsx") return "XLSX";
-  return "ODS";
+  return ending == "gpkg" ? "GPKG" : "FlatGeobuf";
 }
 
 /// A name that no other field of the layer has; databases ignore case.
@@ -99,7 +96,6 @@ class Writer {
 
 std::vector<Writer::Field> Writer::add_fields(OGRLayer& target, const Layer& layer) const {
   std::set<std::string> taken{"fid", "geom"};
-  if (!has_geometries(target_)) taken.clear();
   std::vector<Field> fields;
   for (const std::string& name : layer.table.names()) {
     if (layer.geometry == LayerGeometry::kAreas && name == "wkt") continue;
@@ -123,12 +119,7 @@ void Writer::fill(OGRFeature& feature,
     if (!table.is_numeric(field.column)) {
       const data::TextColumn& texts = table.text(field.column);
       if (texts.is_missing(row)) continue;
-      std::string text(texts[row]);
-      // A workbook would compute it as a formula.
-      if (!has_geometries(target_) && !text.empty() && text.front() == '=') {
-        text.insert(0, 1, '\'');
-      }
-      feature.SetField(field.index, text.c_str());
+      feature.SetField(field.index, std::string(texts[row]).c_str());
       continue;
     }
     const double value = table.numbers(field.column)[row];

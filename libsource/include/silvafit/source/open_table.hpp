@@ -30,9 +30,9 @@ struct OpenedTable {
   std::vector<std::string> notes{};               ///< conversions, and columns that are not read
 };
 
-/// Whether a name is that of a source which open_table reads with GDAL: a file that ends in xlsx,
-/// xlsm, xls, ods, gpkg, shp, dbf, fgb, sqlite, sqlite3, db, geojson or geojsonl, or `PG:...`.
-/// Everything else is a CSV file.
+/// Whether a name is that of a workbook, layer or database: a file that ends in xlsx, xlsm, ods
+/// or, to be read with GDAL, xls, gpkg, shp, dbf, fgb, sqlite, sqlite3, db, geojson or geojsonl,
+/// or `PG:...`. Everything else is a CSV file.
 bool is_layered(const std::string& name);
 
 /// Whether a name is that of a remote or virtual file, which only GDAL can read.

@@ -39,15 +39,15 @@ bool is_written_as_layers(const std::filesystem::path& file);
 /// Whether such a file can have geometries: gpkg, fgb.
 bool has_geometries(const std::filesystem::path& file);
 
-/// \throws UsageError if silvafit was built without GDAL
+/// \throws UsageError if silvafit was built without GDAL and the file is no workbook
 void require_layer_output(const std::filesystem::path& file);
 
 /// Writes a file with one layer or sheet for each table, completely or not at all. A FlatGeobuf
-/// file has only the first one. Texts that a spreadsheet may read as a formula get an apostrophe,
-/// as in CSV files.
+/// file has only the first one. In workbooks texts are texts, also those that look like formulas.
 /// \param coordinates  of x, y and wkt
-/// \throws UsageError for another ending, or if silvafit was built without GDAL; IoError if the
-///   file cannot be written
+/// \throws UsageError for another ending, as require_layer_output(), or if a table does not fit
+/// into
+///   a sheet; IoError if the file cannot be written
 void write_layers(const std::filesystem::path& file,
                   const std::vector<Layer>& layers,
                   const std::optional<CoordinateSystem>& coordinates);
