@@ -179,6 +179,8 @@ double LocalOptima::add_end(MixedEffectsFit fit, const std::string& origin, Obst
 
 /// Searches the maxima of the first-order likelihood near the best ends, and runs from there.
 void LocalOptima::climb() {
+  // The linearization of a linear model is exact.
+  if (model_.is_linear()) return;
   for (int round = 0; round < kRounds && !budget_.is_spent() && !ends_.empty(); ++round) {
     const std::size_t known = ends_.size();
     const Candidate best = best_of(ends_);

@@ -33,7 +33,7 @@ class OptimumSearch {
       : model_(model), pooled_(pooled), options_(options) {}
 
   MixedEffectsFit run() {
-    if (model_.observations() >= kManyObservations) learn_from_part();
+    if (model_.observations() >= kManyObservations && !model_.is_linear()) learn_from_part();
     LocalOptima found = local_optima();
     if (found.ends().empty()) return usual_fit();
     if (model_.specification().random.empty()) return best_without_random_effects(found);
@@ -64,6 +64,11 @@ class OptimumSearch {
   }
 
   std::vector<StartingPoint> own_starts() const {
+    // The likelihood of a linear model with constant variance has one maximum, which any start
+    // reaches.
+    if (model_.is_linear() && model_.specification().variance.factors.empty()) {
+      return {{.coefficients = pooled_.estimate, .origin = std::string(kPooledFit)}};
+    }
     if (from_part_.size() == 0) return starting_points(model_, pooled_, options_.spread_starts);
     return {{.coefficients = pooled_.estimate, .origin = std::string(kPooledFit)},
             {.coefficients = from_part_, .origin = "a part of the observations"}};
@@ -134,6 +139,7 @@ class OptimumSearch {
     result.marginal = Integration::kInteraction;
     result.marginal_here = shown.rank;
     result.marginal_maximum = std::max(shown.rank, highest_converged(found.maxima()));
+    if (model_.is_linear()) return result;
     const double laplace =
         marginal_log_likelihood(model_, shown.fit, Integration::kLaplace, options_.marginal);
     if (!std::isfinite(laplace)) return result;
