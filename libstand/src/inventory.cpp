@@ -10,6 +10,7 @@
 #include "inventory_columns.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 
 namespace silvafit::stand {
@@ -84,12 +85,7 @@ data::Table to_table(const Inventory& inventory) {
     if (!values.empty()) table.set(known_measure(i).name, values);
   }
   for (const std::string& name : inventory.other.names()) {
-    if (inventory.other.is_numeric(name)) {
-      const std::span<const double> values = inventory.other.numbers(name);
-      table.set(name, std::vector<double>(values.begin(), values.end()));
-    } else {
-      table.set(name, inventory.other.text(name));
-    }
+    data::copy_column(name, inventory.other, name, table);
   }
   table.set_origin(inventory.file, inventory.lines);
   return table;

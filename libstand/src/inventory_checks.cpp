@@ -8,7 +8,6 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr double kBreastHeightMeters = 1.3;
 // Larger than the coordinates of any map; the cells of the neighbor search are numbered up to it.
 constexpr double kFarthestMeters = 1e9;
 
@@ -21,8 +20,7 @@ class RowChecker {
   void check_finite();
   void check_position();
   void check_required(bool needs_coordinates);
-  void check_stem();
-  void check_crown(bool is_cw_from_radii);
+  void check_ranges(bool is_cw_from_radii);
   std::vector<Problem> take() { return std::move(problems_); }
 
  private:
@@ -61,39 +59,21 @@ void RowChecker::check_required(bool needs_coordinates) {
   if (!is_known(row_[kY])) add(kY, "is missing, so the tree has no position");
 }
 
-void RowChecker::check_stem() {
-  if (row_[kDbh] <= 0.0) add(kDbh, fmt::format("{} cm is not above 0", row_[kDbh]));
-  const double h = row_[kH];
-  if (h <= kBreastHeightMeters) {
-    add(kH, fmt::format("{} m is not above breast height, {} m", h, kBreastHeightMeters));
+void RowChecker::check_ranges(bool is_cw_from_radii) {
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const TreeColumn& column = known_measure(i);
+    if (!is_known(row_[i]) || column.is_possible(row_[i])) continue;
+    if (i == kCw && is_cw_from_radii) {
+      add(kCrE, fmt::format("the four crown radii make a width of {} m", row_[i]));
+    } else {
+      add(i, fmt::format("{} {} is not {}", row_[i], column.unit, column.range.text));
+    }
   }
-}
-
-void RowChecker::check_crown(bool is_cw_from_radii) {
   const double hcb = row_[kHcb];
-  if (hcb < 0.0) add(kHcb, fmt::format("{} m is below the ground", hcb));
   if (hcb >= row_[kH]) add(kHcb, fmt::format("{} m is not below h {} m", hcb, row_[kH]));
-  for (const Measure radius : kRadii) {
-    if (row_[radius] < 0.0) add(radius, fmt::format("{} m is below 0", row_[radius]));
-  }
-  if (row_[kCw] > 0.0 || !is_known(row_[kCw])) return;
-  if (is_cw_from_radii) {
-    add(kCrE, fmt::format("the four crown radii make a width of {} m", row_[kCw]));
-  } else {
-    add(kCw, fmt::format("{} m is not above 0", row_[kCw]));
-  }
 }
 
 }  // namespace
-
-bool is_missing_number_of(std::string_view name, double value) {
-  if (value == -9999.0 || value == -99999.0) return true;
-  // A tree may stand 999 m to the west of the origin.
-  if (name == "x" || name == "y" || name == "z") return false;
-  return value == -9.0 || value == -99.0 || value == -999.0;
-}
-
-bool is_zero_missing(std::string_view name) { return name == "dbh" || name == "h" || name == "cw"; }
 
 double crown_width_m(const Measures& row) {
   return ((row[kCrE] + row[kCrW]) + (row[kCrS] + row[kCrN])) / 2.0;
@@ -106,8 +86,7 @@ std::vector<Problem> problems_of(const Measures& row,
   checker.check_finite();
   checker.check_position();
   checker.check_required(needs_coordinates);
-  checker.check_stem();
-  checker.check_crown(is_cw_from_radii);
+  checker.check_ranges(is_cw_from_radii);
   return checker.take();
 }
 

@@ -45,7 +45,7 @@ class OddValues {
     std::string first{};  ///< place and value
     std::size_t count = 0;
   };
-  std::array<Beyond, 3> beyond_{};  ///< dbh, h, cw
+  std::array<Beyond, kMeasureCount> beyond_{};
 };
 
 }  // namespace silvafit::stand

@@ -5,109 +5,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
 #include <utility>
 
+#include "column_sources.hpp"
 #include "fia_columns.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/near_names.hpp"
 #include "silvafit/data/column_reference.hpp"
-#include "usual_names.hpp"
 
 namespace silvafit::stand {
 namespace {
-
-constexpr std::string_view kStatus = "status";
-
-constexpr std::array<KnownColumn, kLabelCount> kLabels{
-    {{"plot", "plot"}, {"tree", "tree number"}, {"species", "species"}}};
-
-constexpr std::array<KnownColumn, kMeasureCount> kMeasures{
-    {{"x", "position to the east in m"},
-     {"y", "position to the north in m"},
-     {"z", "elevation in m"},
-     {"dbh", "diameter at breast height in cm"},
-     {"h", "total height in m"},
-     {"hcb", "height to crown base in m"},
-     {"cw", "crown width in m"},
-     {"cr_e", "crown radius to the east in m"},
-     {"cr_w", "crown radius to the west in m"},
-     {"cr_s", "crown radius to the south in m"},
-     {"cr_n", "crown radius to the north in m"}}};
-
-constexpr std::array<std::vector<double> Inventory::*, kMeasureCount> kMembers{&Inventory::x,
-                                                                               &Inventory::y,
-                                                                               &Inventory::z,
-                                                                               &Inventory::dbh_cm,
-                                                                               &Inventory::h_m,
-                                                                               &Inventory::hcb_m,
-                                                                               &Inventory::cw_m,
-                                                                               &Inventory::cr_e_m,
-                                                                               &Inventory::cr_w_m,
-                                                                               &Inventory::cr_s_m,
-                                                                               &Inventory::cr_n_m};
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::ranges::transform(
-      result, result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
-/// The field of a standard column under another usual spelling.
-/// \throws UsageError if there are two such fields; of several status columns the first is used
-std::optional<std::size_t> usual_field(std::string_view name,
-                                       const std::vector<std::string>& header,
-                                       const std::string& file) {
-  std::optional<std::size_t> found;
-  std::optional<std::size_t> other;
-  NameFit best = NameFit::kVague;
-  for (std::size_t i = 0; i < header.size(); ++i) {
-    const std::optional<MeantName> meant = meant_name(header[i]);
-    if (!meant || meant->name != name) continue;
-    if (found && (meant->fit > best || (meant->fit == best && name == kStatus))) continue;
-    other = found && meant->fit == best ? found : std::nullopt;
-    found = i;
-    best = meant->fit;
-  }
-  if (other) {
-    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with `columns={}={}`",
-                                 header[*other],
-                                 header[*found],
-                                 name,
-                                 name,
-                                 header[*other]),
-                     {.file = file});
-  }
-  return found;
-}
-
-/// The unit of a column, by its header or by a row of units.
-std::optional<LengthUnit> unit_of(std::size_t field,
-                                  const std::vector<std::string>& header,
-                                  const std::vector<std::string>& units) {
-  if (const auto unit = unit_in_header(header[field])) return unit;
-  if (field < units.size()) {
-    if (const auto unit = unit_of_length(units[field])) return unit;
-  }
-  return is_fia_tree_table(header) ? unit_of_length(fia_unit(header[field])) : std::nullopt;
-}
-
-/// A column, converted to the standard unit if it has another one.
-std::string in_our_unit(std::string_view name,
-                        const std::string& column,
-                        const std::optional<LengthUnit>& unit) {
-  constexpr double kCentimeter = 0.01;
-  if (!unit || !is_measure(name)) return column;
-  const double ours_m = name == kMeasures[kDbh].name ? kCentimeter : 1.0;
-  if (unit->meters == ours_m) return column;
-  const std::string text = data::Expression::variable(column).text();
-  const double divisor = std::round(ours_m / unit->meters);
-  const bool is_decimal_part = unit->name != "in" && unit->name != "ft" && divisor > 1.0;
-  if (is_decimal_part) return fmt::format("{}/{}", text, divisor);
-  return fmt::format("{}*{:.6g}", text, unit->meters / ours_m);
-}
 
 /// Builds the plan; an object, because most functions need the header and the file.
 class Planner {
@@ -116,29 +23,20 @@ class Planner {
           const std::vector<std::string>& units,
           const InventoryOptions& options,
           const std::string& file)
-      : header_(header),
-        units_(units),
-        options_(options),
-        file_(file),
-        fia_(fia_columns(header, options.keeps_measurements || !options.period.empty())) {}
+      : header_(header), units_(units), options_(options), file_(file) {}
 
   ColumnPlan plan();
 
  private:
   std::optional<std::size_t> field_named(std::string_view name) const;
-  const ColumnMapping* mapping_to(std::string_view name) const;
-  Source source_of(const KnownColumn& column);
-  Source guessed(const KnownColumn& column);
+  std::optional<std::size_t> mapped_field(std::string_view name) const;
+  Source source_of(const std::string& name);
   Source mapped(const ColumnMapping& mapping) const;
-  Source recognized(const ColumnMapping& mapping);
-  void require_column(const ColumnMapping& mapping, const std::optional<std::size_t>& field) const;
   void add_expansion(ColumnPlan& plan) const;
-  Source source_in_our_unit(std::string_view name, std::size_t field);
   std::optional<std::size_t> time_field() const;
   std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
-  std::optional<std::size_t> status_field();
   std::vector<std::size_t> filled_down(const ColumnPlan& plan) const;
-  void require(const Source& source, const KnownColumn& column) const;
+  void require(const ColumnPlan& plan, Measure measure) const;
   void require_needed(const ColumnPlan& plan) const;
   void collect_expression_fields(ColumnPlan& plan) const;
   void refuse_unread(const std::string& name) const;
@@ -149,32 +47,9 @@ class Planner {
   const std::vector<std::string>& units_;
   const InventoryOptions& options_;
   const std::string& file_;
-  std::vector<ColumnMapping> fia_;
+  std::vector<ColumnMapping> found_{};  ///< usual_columns()
   std::vector<ColumnMapping> usual_{};
 };
-
-const ColumnMapping* mapping_named(std::string_view name,
-                                   const std::vector<ColumnMapping>& mappings) {
-  const auto found = std::ranges::find(mappings, name, &ColumnMapping::name);
-  return found == mappings.end() ? nullptr : &*found;
-}
-
-bool is_label_name(std::string_view name) {
-  return std::ranges::find(kLabels, name, &KnownColumn::name) != kLabels.end();
-}
-
-/// Whether FIA's columns are used for a standard column: `plot` in lower case is FIA's PLOT, which
-/// is unique within a county only.
-bool is_fia_preferred(std::string_view name, const std::vector<std::string>& header) {
-  return is_label_name(name) || std::ranges::find(header, name) == header.end();
-}
-
-std::optional<std::size_t> field_in_any_case(std::string_view name,
-                                             const std::vector<std::string>& header) {
-  const auto found = std::ranges::find(header, name, &lower);
-  if (found == header.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header.begin());
-}
 
 std::optional<std::size_t> Planner::field_named(std::string_view name) const {
   const auto found = std::ranges::find(header_, name);
@@ -182,14 +57,17 @@ std::optional<std::size_t> Planner::field_named(std::string_view name) const {
   return static_cast<std::size_t>(found - header_.begin());
 }
 
-const ColumnMapping* Planner::mapping_to(std::string_view name) const {
-  return mapping_named(name, options_.columns);
+/// Field of the column that is mapped to a name; none if there is no such mapping.
+std::optional<std::size_t> Planner::mapped_field(std::string_view name) const {
+  const ColumnMapping* const mapping = mapping_to(name, options_.columns);
+  if (mapping == nullptr) return std::nullopt;
+  require_column(*mapping, header_, file_);
+  return field_named(mapping->source);
 }
 
 Source Planner::mapped(const ColumnMapping& mapping) const {
-  const std::vector<std::string> parts = is_label_name(mapping.name)
-                                             ? joined_columns(mapping.source, header_)
-                                             : std::vector<std::string>();
+  const std::vector<std::string> parts =
+      is_label(mapping.name) ? joined_columns(mapping.source, header_) : std::vector<std::string>();
   if (!parts.empty()) {
     Source source{.text = mapping.source};
     for (const std::string& part : parts) source.joined.push_back(*field_named(part));
@@ -202,57 +80,18 @@ Source Planner::mapped(const ColumnMapping& mapping) const {
   return source;
 }
 
-/// A field of the file, converted if its header or the row of units names a nonstandard unit.
-Source Planner::source_in_our_unit(std::string_view name, std::size_t field) {
-  const std::string text = in_our_unit(name, header_[field], unit_of(field, header_, units_));
-  const bool is_ours = text == name;
-  if (!is_ours) usual_.push_back({std::string(name), text});
-  if (text == header_[field]) return {.text = text, .field = field};
-  return {.text = text, .expression = data::Expression::parse(text)};
-}
-
-/// A column of FIA.
-Source Planner::recognized(const ColumnMapping& mapping) {
-  if (const auto field = field_named(mapping.source)) {
-    return source_in_our_unit(mapping.name, *field);
+/// As mapped, or as found; a measure in our unit.
+Source Planner::source_of(const std::string& name) {
+  if (const ColumnMapping* const mapping = mapping_to(name, options_.columns)) {
+    ColumnMapping ours = in_our_unit(*mapping, header_, units_);
+    if (ours.source != mapping->source) usual_.push_back(ours);
+    return mapped(ours);
   }
-  usual_.push_back(mapping);
-  return mapped(mapping);
-}
-
-Source Planner::guessed(const KnownColumn& column) {
-  const ColumnMapping* const fia = mapping_named(column.name, fia_);
-  if (fia != nullptr && is_fia_preferred(column.name, header_)) return recognized(*fia);
-  std::optional<std::size_t> field = field_named(column.name);
-  if (!field) field = usual_field(column.name, header_, file_);
-  return field ? source_in_our_unit(column.name, *field) : Source{};
-}
-
-Source Planner::source_of(const KnownColumn& column) {
-  const ColumnMapping* const mapping = mapping_to(column.name);
-  if (mapping == nullptr) return guessed(column);
-  const auto field = field_named(mapping->source);
-  const bool is_converted =
-      field && in_our_unit(column.name, header_[*field], unit_of(*field, header_, units_)) !=
-                   header_[*field];
-  return is_converted ? source_in_our_unit(column.name, *field) : mapped(*mapping);
-}
-
-/// Times and statuses are columns, because expressions make numbers.
-void Planner::require_column(const ColumnMapping& mapping,
-                             const std::optional<std::size_t>& field) const {
-  if (field) return;
-  const std::string remedy =
-      mapping.name == kStatus
-          ? "name the column and explain its values, such as `columns=status=COLUMN` and "
-            "`dead_codes=DS`"
-          : fmt::format("name the column: `columns={}=COLUMN`", mapping.name);
-  throw UsageError(fmt::format("{} must be a column, not the expression '{}'; {}; available: {}",
-                               mapping.name,
-                               mapping.source,
-                               remedy,
-                               data::list_of(header_)),
-                   {.file = file_, .column = "`columns`"});
+  if (const ColumnMapping* const found = mapping_to(name, found_)) {
+    usual_.push_back(*found);
+    return mapped(*found);
+  }
+  return field_named(name) ? mapped({.name = name, .source = name}) : Source{};
 }
 
 /// Field of the column year, else date, or of the source mapped to such a name.
@@ -263,55 +102,28 @@ std::optional<std::size_t> Planner::time_field() const {
                      {.file = file_, .column = "`period`"});
   }
   for (const std::string_view name : {"year", "date"}) {
-    if (const ColumnMapping* const mapping = mapping_to(name)) {
-      const auto field = field_named(mapping->source);
-      require_column(*mapping, field);
-      return field;
-    }
+    if (const auto field = mapped_field(name)) return field;
     if (const auto field = field_in_any_case(name, header_)) return field;
   }
-  const ColumnMapping* const fia = mapping_named("year", fia_);
-  return fia == nullptr ? std::nullopt : field_named(fia->source);
+  const auto column = usual_time_column(header_);
+  return column ? field_named(*column) : std::nullopt;
 }
 
 /// Field of the column stand, unless it is read as a standard label.
 std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
-  if (const ColumnMapping* const mapping = mapping_to("stand")) {
-    const auto field = field_named(mapping->source);
-    require_column(*mapping, field);
-    return field;
-  }
-  for (std::size_t i = 0; i < header_.size(); ++i) {
-    const auto holds = [i](const Source& source) { return source.field == i; };
-    if (lower(header_[i]) == "stand" && std::ranges::none_of(plan.labels, holds)) return i;
-  }
-  return std::nullopt;
-}
-
-/// Field of the status column (alive, dead, cut).
-std::optional<std::size_t> Planner::status_field() {
-  std::optional<std::size_t> field;
-  if (const ColumnMapping* const mapping = mapping_to(kStatus)) {
-    field = field_named(mapping->source);
-    require_column(*mapping, field);
-  } else {
-    field = usual_field(kStatus, header_, file_);
-  }
-  if (!field && !options_.status_codes.empty()) {
-    throw UsageError(
-        fmt::format("no column of the status was found; name it with `columns=status=COLUMN`; "
-                    "available: {}",
-                    data::list_of(header_)),
-        {.file = file_, .column = "`dead_codes`"});
-  }
-  return field;
+  if (const auto field = mapped_field("stand")) return field;
+  const auto field = field_in_any_case("stand", header_);
+  const auto holds = [&field](const Source& source) { return field && source.field == field; };
+  return std::ranges::any_of(plan.labels, holds) ? std::nullopt : field;
 }
 
 /// FIA's factors become a column per hectare.
 void Planner::add_expansion(ColumnPlan& plan) const {
   constexpr char kName[] = "trees_per_ha";
-  const ColumnMapping* const factor = mapping_named("expansion", fia_);
-  if (factor == nullptr || field_named(kName) || mapping_to(kName) != nullptr) return;
+  const std::vector<ColumnMapping> fia = fia_columns(header_, true);
+  const ColumnMapping* const factor = mapping_to("expansion", fia);
+  const bool is_taken = field_named(kName) || mapping_to(kName, options_.columns) != nullptr;
+  if (factor == nullptr || is_taken) return;
   plan.expansion = kName;
   if (options_.keeps_expansion) plan.others.push_back({.name = kName, .source = factor->source});
 }
@@ -320,10 +132,9 @@ void Planner::add_expansion(ColumnPlan& plan) const {
 std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
   std::vector<std::size_t> fields;
   for (const std::string& name : options_.fill_down) {
-    const auto label = std::ranges::find(kLabels, name, &KnownColumn::name);
     std::optional<std::size_t> field = field_named(name);
-    if (!field && label != kLabels.end()) {
-      field = plan.labels[static_cast<std::size_t>(label - kLabels.begin())].field;
+    for (std::size_t i = 0; i < kLabelCount && !field; ++i) {
+      if (known_label(i).name == name) field = plan.labels[i].field;
     }
     if (!field) throw UsageError(data::no_such_column(name, header_), {.column = "`fill_down`"});
     fields.push_back(*field);
@@ -331,32 +142,32 @@ std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
   return fields;
 }
 
-void Planner::require(const Source& source, const KnownColumn& column) const {
-  if (source.exists()) return;
+void Planner::require(const ColumnPlan& plan, Measure measure) const {
+  if (plan.measures[measure].exists()) return;
+  const TreeColumn& column = known_measure(measure);
   throw InputError(
       fmt::format("no column {} ({}) was found; name it with `columns={}=COLUMN`; available: {}",
                   column.name,
-                  column.meaning,
+                  column.meaning_with_unit(),
                   column.name,
                   data::list_of(header_)),
       {.file = file_});
 }
 
 void Planner::require_needed(const ColumnPlan& plan) const {
-  require(plan.measures[kDbh], kMeasures[kDbh]);
+  require(plan, kDbh);
   if (options_.needs_coordinates) {
-    require(plan.measures[kX], kMeasures[kX]);
-    require(plan.measures[kY], kMeasures[kY]);
+    require(plan, kX);
+    require(plan, kY);
   }
   for (const std::string& name : options_.needs) {
-    const auto measure = std::ranges::find(kMeasures, name, &KnownColumn::name);
-    if (measure == kMeasures.end()) {
+    if (!is_measure(name)) {
       throw UsageError(fmt::format("'{}' is not a column of an inventory", name));
     }
     const bool has_radii = std::ranges::all_of(
         kRadii, [&plan](Measure radius) { return plan.measures[radius].exists(); });
     if (name == "cw" && has_radii) continue;
-    require(plan.measures[static_cast<std::size_t>(measure - kMeasures.begin())], *measure);
+    require(plan, measure_named(name));
   }
 }
 
@@ -364,7 +175,7 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan.measures[i];
     if (!source.expression) continue;
-    const bool is_position = i == kX || i == kY || i == kZ;
+    const bool is_position = known_measure(i).is_position();
     for (const std::string& variable : source.expression->variables()) {
       data::TextMatch match;
       const bool is_text = data::is_text_match(variable, match);
@@ -392,9 +203,8 @@ bool Planner::is_used(const ColumnPlan& plan, std::string_view name) const {
 
 /// A name that nothing reads is a misspelt one.
 void Planner::refuse_unread(const std::string& name) const {
-  std::vector<std::string> read{std::string(kStatus), "year", "date", "stand"};
-  for (const KnownColumn& column : kLabels) read.emplace_back(column.name);
-  for (const KnownColumn& column : kMeasures) read.emplace_back(column.name);
+  std::vector<std::string> read{"year", "date", "stand"};
+  for (const TreeColumn& column : tree_columns()) read.emplace_back(column.name);
   read.insert(read.end(), options_.keep.begin(), options_.keep.end());
   if (std::ranges::find(read, name) != read.end()) return;
   throw UsageError(
@@ -403,10 +213,7 @@ void Planner::refuse_unread(const std::string& name) const {
 }
 
 void Planner::collect_others(ColumnPlan& plan) const {
-  const auto is_ours = [](std::string_view name) {
-    return std::ranges::find(kLabels, name, &KnownColumn::name) != kLabels.end() ||
-           std::ranges::find(kMeasures, name, &KnownColumn::name) != kMeasures.end();
-  };
+  const auto is_ours = [](std::string_view name) { return is_label(name) || is_measure(name); };
   for (const ColumnMapping& mapping : options_.columns) {
     if (is_ours(mapping.name)) continue;
     if (options_.refuses_unread) refuse_unread(mapping.name);
@@ -427,27 +234,37 @@ void Planner::collect_others(ColumnPlan& plan) const {
 
 ColumnPlan Planner::plan() {
   ColumnPlan plan;
+  const auto is_looked_for = [this](const std::string& name) {
+    return mapping_to(name, options_.columns) == nullptr;
+  };
+  const bool by_location = options_.keeps_measurements || !options_.period.empty();
+  found_ = usual_columns(header_, is_looked_for, file_, units_, by_location);
   for (std::size_t i = 0; i < kLabelCount; ++i) {
-    plan.labels[i] = source_of(kLabels[i]);
+    const std::string name(known_label(i).name);
+    plan.labels[i] = source_of(name);
     if (plan.labels[i].expression) {
       throw UsageError(fmt::format("{} must be a column, or columns joined as in SUBP+TREE, not "
                                    "'{}'; available: {}",
-                                   kLabels[i].name,
+                                   name,
                                    plan.labels[i].text,
                                    data::list_of(header_)),
                        {.file = file_, .column = "`columns`"});
     }
   }
-  for (std::size_t i = 0; i < kMeasureCount; ++i) plan.measures[i] = source_of(kMeasures[i]);
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    plan.measures[i] = source_of(std::string(known_measure(i).name));
+  }
   plan.time_field = time_field();
   plan.stand_field = stand_field(plan);
-  plan.status_field = status_field();
+  const auto status = status_column(header_, options_.columns, options_.status_codes, file_);
+  if (status) plan.status_field = field_named(*status);
   plan.filled_down = filled_down(plan);
   require_needed(plan);
   collect_expression_fields(plan);
   collect_others(plan);
   add_expansion(plan);
-  const ColumnMapping* const place = mapping_named("x", fia_);
+  const std::vector<ColumnMapping> fia = fia_columns(header_, by_location);
+  const ColumnMapping* const place = mapping_to("x", fia);
   plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source;
   plan.usual = std::move(usual_);
   return plan;
@@ -455,121 +272,8 @@ ColumnPlan Planner::plan() {
 
 }  // namespace
 
-std::vector<std::string> joined_columns(std::string_view source,
-                                        const std::vector<std::string>& header) {
-  const auto is_column = [&header](std::string_view name) {
-    return std::ranges::find(header, name) != header.end();
-  };
-  std::vector<std::string> columns;
-  if (is_column(source) || source.find('+') == std::string_view::npos) return columns;
-  for (std::size_t begin = 0; begin <= source.size();) {
-    const std::size_t end = std::min(source.find('+', begin), source.size());
-    std::string_view name = data::trimmed(source.substr(begin, end - begin));
-    const bool is_quoted = name.size() > 2 && name.front() == '`' && name.back() == '`';
-    if (is_quoted) name = name.substr(1, name.size() - 2);
-    if (!is_column(name)) return {};
-    columns.emplace_back(name);
-    begin = end + 1;
-  }
-  return columns;
-}
-
-std::string joined_label(const std::vector<std::string_view>& fields) {
-  std::string label;
-  for (const std::string_view field : fields) {
-    const std::string_view text = data::trimmed(field);
-    if (data::is_missing_field(text)) return {};
-    if (!label.empty()) label += '-';
-    label += text;
-  }
-  return label;
-}
-
-std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
-                                         const std::function<bool(const std::string&)>& is_wanted,
-                                         const std::string& file,
-                                         const std::vector<std::string>& units) {
-  std::vector<ColumnMapping> found;
-  const std::vector<ColumnMapping> fia_table = fia_columns(header, false);
-  const auto look = [&](const KnownColumn& column) {
-    std::string name(column.name);
-    if (!is_wanted(name)) return;
-    const ColumnMapping* const fia = mapping_named(name, fia_table);
-    if (fia != nullptr && is_fia_preferred(name, header)) {
-      found.push_back(in_our_unit(*fia, header, units));
-      return;
-    }
-    const auto own = std::ranges::find(header, name);
-    const auto field = own == header.end() ? usual_field(name, header, file)
-                                           : static_cast<std::size_t>(own - header.begin());
-    if (!field) return;
-    std::string source = in_our_unit(name, header[*field], unit_of(*field, header, units));
-    if (source != name) found.push_back({std::move(name), std::move(source)});
-  };
-  std::ranges::for_each(kLabels, look);
-  std::ranges::for_each(kMeasures, look);
-  return found;
-}
-
-ColumnMapping in_our_unit(ColumnMapping mapping,
-                          const std::vector<std::string>& header,
-                          const std::vector<std::string>& units) {
-  const auto field = std::ranges::find(header, mapping.source);
-  if (field == header.end()) return mapping;
-  const auto index = static_cast<std::size_t>(field - header.begin());
-  mapping.source = in_our_unit(mapping.name, mapping.source, unit_of(index, header, units));
-  return mapping;
-}
-
-std::optional<std::string> usual_time_column(const std::vector<std::string>& header) {
-  for (const std::string_view name : {"year", "date"}) {
-    if (const auto field = field_in_any_case(name, header)) return header[*field];
-  }
-  const std::vector<ColumnMapping> fia_table = fia_columns(header, false);
-  const ColumnMapping* const fia = mapping_named("year", fia_table);
-  return fia == nullptr ? std::nullopt : std::optional(fia->source);
-}
-
-std::optional<std::string> usual_status_column(const std::vector<std::string>& header) {
-  const auto field = usual_field(kStatus, header, {});
-  return field ? std::optional(header[*field]) : std::nullopt;
-}
-
-bool is_measure(std::string_view name) {
-  return std::ranges::find(kMeasures, name, &KnownColumn::name) != kMeasures.end();
-}
-
-std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
-                                   const std::vector<std::string>& header) {
-  constexpr std::size_t kLongest = 60;
-  std::string text;
-  for (ColumnMapping column : columns) {
-    if (column.source.size() > kLongest) {
-      const std::vector<std::string> names = data::Expression::parse(column.source).variables();
-      column.source = fmt::format("{}", fmt::join(names, ", "));
-    }
-    const bool has_comma = column.source.find(',') != std::string::npos;
-    text += fmt::format("{}{}{}{}{}{}",
-                        text.empty() ? "" : ", ",
-                        column.name,
-                        text.empty() ? " is read from column " : " from ",
-                        has_comma ? "'" : "",
-                        column.source,
-                        has_comma ? "'" : "");
-  }
-  if (text.empty() || !is_fia_tree_table(header)) return text;
-  return "the table is FIA's TREE, in inches and feet: " + text;
-}
-
-const KnownColumn& known_label(std::size_t label) { return kLabels[label]; }
-const KnownColumn& known_measure(std::size_t measure) { return kMeasures[measure]; }
-
-std::vector<double>& values_of(Inventory& inventory, std::size_t measure) {
-  return inventory.*kMembers[measure];
-}
-
-const std::vector<double>& values_of(const Inventory& inventory, std::size_t measure) {
-  return inventory.*kMembers[measure];
+Measure measure_named(std::string_view name) {
+  return static_cast<Measure>(tree_column(name) - tree_columns().data() - kLabelCount);
 }
 
 ColumnPlan plan_columns(const std::vector<std::string>& header,

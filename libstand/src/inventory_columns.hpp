@@ -33,18 +33,20 @@ enum Measure : std::size_t {
 
 inline constexpr std::array<Measure, 4> kRadii{kCrE, kCrW, kCrS, kCrN};
 
-/// A standard column and its meaning in messages.
-struct KnownColumn {
-  std::string_view name;
-  std::string_view meaning;
-};
-
-const KnownColumn& known_label(std::size_t label);
-const KnownColumn& known_measure(std::size_t measure);
+/// The standard columns of labels and measures; `tree_columns()` has them in this order.
+inline const TreeColumn& known_label(std::size_t label) { return tree_columns()[label]; }
+inline const TreeColumn& known_measure(std::size_t measure) {
+  return tree_columns()[kLabelCount + measure];
+}
+Measure measure_named(std::string_view name);
 
 /// The member of the inventory for a measure.
-std::vector<double>& values_of(Inventory& inventory, std::size_t measure);
-const std::vector<double>& values_of(const Inventory& inventory, std::size_t measure);
+inline std::vector<double>& values_of(Inventory& inventory, std::size_t measure) {
+  return inventory.*known_measure(measure).values;
+}
+inline const std::vector<double>& values_of(const Inventory& inventory, std::size_t measure) {
+  return inventory.*known_measure(measure).values;
+}
 
 /// The source of a value: a field of the record, or an expression of several.
 struct Source {

@@ -5,6 +5,7 @@
 
 #include "inventory_reader.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/program.hpp"
 
 namespace silvafit::stand {
@@ -86,11 +87,8 @@ void InventoryReader::set_other_columns(const data::Table& source) {
   for (const ColumnMapping& other : plan_.others) {
     if (std::ranges::find(csv_.header(), other.source) == csv_.header().end()) {
       table.set(other.name, data::evaluate(data::Expression::parse(other.source), source));
-    } else if (source.is_numeric(other.source)) {
-      const std::span<const double> values = source.numbers(other.source);
-      table.set(other.name, std::vector<double>(values.begin(), values.end()));
     } else {
-      table.set(other.name, source.text(other.source));
+      data::copy_column(other.name, source, other.source, table);
     }
   }
 }

@@ -125,7 +125,7 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan_.measures[i];
-    const bool is_position = i == kX || i == kY || i == kZ;
+    const bool is_position = known_measure(i).is_position();
     row.measures[i] = data::kMissing;
     if (!source.field) continue;
     const std::size_t field = *source.field;

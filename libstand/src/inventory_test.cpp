@@ -74,9 +74,9 @@ TEST_CASE("all problems of all rows are reported, and these rows are skipped") {
         std::vector<std::string>{
             "3 dbh: 'twenty' is not a number; leave missing values empty or write NA, or name "
             "other codes with `missing`",
-            "4 dbh: -3 cm is not above 0",
+            "4 dbh: -3 cm is not above 0 cm",
             "4 h: 1.3 m is not above breast height, 1.3 m",
-            "4 hcb: -1 m is below the ground",
+            "4 hcb: -1 m is not 0 m or more",
             "5 hcb: 15 m is not below h 15 m",
             "7 x: the value is not finite",
             "8 x: is missing, so the tree has no position",
@@ -346,7 +346,7 @@ TEST_CASE("a missing crown width is computed from four radii") {
   CHECK(checked.inventory.cw_m[1] == 5.0);
   CHECK(std::isnan(checked.inventory.cw_m[2]));
   CHECK(std::isnan(checked.inventory.cw_m[3]));
-  CHECK(problems(checked) == std::vector<std::string>{"6 cr_w: -2 m is below 0"});
+  CHECK(problems(checked) == std::vector<std::string>{"6 cr_w: -2 m is not 0 m or more"});
   CHECK(has_note(checked, "four crown radii"));
   CHECK(has_note(checked, "cr_e 1 (0), cr_w 1 (0), cr_s 1 (0), cr_n 1 (0)"));
 }

@@ -12,7 +12,6 @@
 #include "inventory_checks.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/median.hpp"
-#include "silvafit/stand/mixed_units.hpp"
 #include "silvafit/stand/size_units.hpp"
 
 namespace silvafit::stand {
@@ -36,14 +35,19 @@ std::string convertible(const Source& source) {
 /// The measures of sizes that are in the file; cw from radii is not, as these are checked.
 void check_sizes(const Inventory& inventory, const ColumnPlan& plan) {
   std::vector<SizeColumn> columns;
-  for (const Measure measure : {kDbh, kH, kHcb, kCw, kCrE, kCrW, kCrS, kCrN}) {
+  for (std::size_t measure = 0; measure < kMeasureCount; ++measure) {
     const Source& source = plan.measures[measure];
-    if (!source.exists()) continue;
+    if (!source.exists() || known_measure(measure).is_position()) continue;
     columns.push_back({.name = known_measure(measure).name,
                        .source = convertible(source),
                        .values = values_of(inventory, measure)});
   }
-  check_size_units(columns, inventory.file);
+  check_units_of_trees({.plot = inventory.plot,
+                        .species = &inventory.species,
+                        .dbh_cm = inventory.dbh_cm,
+                        .h_m = inventory.h_m},
+                       columns,
+                       inventory.file);
 }
 
 void check_crown_base(const Inventory& inventory,
@@ -134,53 +138,40 @@ void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
   }
 }
 
-/// More than any tree has.
-struct Limit {
-  std::size_t measure = 0;
-  double most = 0.0;
-  std::string_view unit{};
-};
-constexpr std::array<Limit, 3> kLimits{{{kDbh, 1000.0, "cm"}, {kH, 120.0, "m"}, {kCw, 60.0, "m"}}};
-
 }  // namespace
 
 void check_units(const Inventory& inventory,
                  const ColumnPlan& plan,
                  std::size_t crown_base_above_top) {
-  // First, because messages about whole columns would be wrong for a part of the plots.
-  const std::string mixed = describe_mixed_units(find_mixed_units({.plot = inventory.plot,
-                                                                   .species = &inventory.species,
-                                                                   .dbh_cm = inventory.dbh_cm,
-                                                                   .h_m = inventory.h_m}));
-  if (!mixed.empty()) throw InputError(mixed, {.file = inventory.file, .column = "dbh, h"});
   check_sizes(inventory, plan);
   check_crown_base(inventory, plan, crown_base_above_top);
   check_positions(inventory, plan);
 }
 
 void OddValues::add(const Inventory& inventory) {
-  for (std::size_t i = 0; i < kLimits.size(); ++i) {
-    const Limit& limit = kLimits[i];
-    const std::vector<double>& values = values_of(inventory, limit.measure);
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const TreeColumn& column = known_measure(i);
+    if (column.range.largest == 0.0) continue;
+    const std::vector<double>& values = values_of(inventory, i);
     for (std::size_t row = 0; row < values.size(); ++row) {
-      if (!(values[row] > limit.most)) continue;
-      if (beyond_[i].count++ > 0) continue;
+      if (!(values[row] > column.range.largest) || beyond_[i].count++ > 0) continue;
       Place place = inventory.place(row);
-      place.column = known_measure(limit.measure).name;
-      beyond_[i].first = describe(place, fmt::format("{} {} is odd", values[row], limit.unit));
+      place.column = column.name;
+      beyond_[i].first = describe(place, fmt::format("{} {} is odd", values[row], column.unit));
     }
   }
 }
 
 std::vector<std::string> OddValues::notes() const {
   std::vector<std::string> notes;
-  for (std::size_t i = 0; i < kLimits.size(); ++i) {
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const std::size_t count = beyond_[i].count;
     if (count == 0) continue;
     std::string note = beyond_[i].first;
     if (count > 1) {
+      const TreeColumn& column = known_measure(i);
       note += fmt::format(
-          ", and {} more values above {} {}", count - 1, kLimits[i].most, kLimits[i].unit);
+          ", and {} more values above {} {}", count - 1, column.range.largest, column.unit);
     }
     notes.push_back(std::move(note));
   }

@@ -247,6 +247,15 @@ void Judge::check() const {
 
 }  // namespace
 
+void check_units_of_trees(const TreeSizes& trees,
+                          const std::vector<SizeColumn>& columns,
+                          const std::string& file) {
+  // First, because messages about whole columns would be wrong for a part of the plots.
+  const std::string mixed = describe_mixed_units(find_mixed_units(trees));
+  if (!mixed.empty()) throw InputError(mixed, {.file = file, .column = "dbh, h"});
+  check_size_units(columns, file);
+}
+
 void check_size_units(const std::vector<SizeColumn>& columns, const std::string& file) {
   Judge(columns, file).check();
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The table of usual column names: English, German, French, Spanish, Portuguese, Italian, Swedish,
-// Finnish, Polish, Chinese and Japanese.
+// Headers of columns: their names and units.
 #include "usual_names.hpp"
 
 #include <algorithm>
@@ -10,95 +9,10 @@
 
 #include "folded_text.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/stand/tree_columns.hpp"
 
 namespace silvafit::stand {
 namespace {
-
-/// Spellings of a standard name in the form of folded_letters, with blanks between them.
-struct UsualNames {
-  std::string_view name{};
-  std::string_view usual{};
-  std::string_view vague{};  ///< ambiguous names, used only if no column has a usual name
-};
-
-constexpr std::array<UsualNames, 15> kNames{{
-    {"plot",
-     "plotid plotno plotnr plotnum plotnumber plotname plotcode sampleplot sampleplotid "
-     "probeflache probeflaeche probeflachennr probeflaechennr probeflachenid probekreis "
-     "probekreisnr stichprobe stichprobennr stichprobenr versuchsflache versuchsflaeche "
-     "placette placetteid idplacette numplacette noplacette nplacette numeroplacette "
-     "parcela parcelaid idparcela numparcela nparcela noparcela numeroparcela "
-     "koeala koealaid koealanro koealanumero provyta provytanr powierzchnia "
-     "样地 样地号 样地编号 样地名称 样方 样方号 样方编号 樣地 樣區 標準地 プロット",
-     "parzelle parzellennr parcelle parcella 标准地 标准地号"},
-    {"tree",
-     "treeid treeno treenr treenum treenumber treename treetag baum baumnr baumid baumno "
-     "baumnummer arbre arbreid idarbre numarbre noarbre narbre numeroarbre "
-     "arbol arbolid idarbol numarbol noarbol narbol numeroarbol arvore idarvore numarvore albero "
-     "puu puunro puuid puunumero tradnr tradid drzewo nrdrzewa "
-     "树号 树编号 木号 单木号 样木号 立木号 林木编号 树木编号 株号 樹號 立木番号",
-     "nr no num numero nummer id lfdnr lfnr laufendenummer stammnr 编号 序号"},
-    {"species",
-     "speciescode speciesid speciesname speciesabbr treespecies spp spcd speccode scientificname "
-     "latinname baumart baumartnr baumartcode baumartencode baumartenkurzel holzart "
-     "essence essenceforestiere espece especearbre especie especies nombrecientifico "
-     "nombreespecie specie puulaji puulajit puulajikoodi tradslag gatunek "
-     "树种 树种名 树种名称 树种代码 树种编号 樹種",
-     "sp art taxon pl 种名"},
-    {"x",
-     "xcoord xcoordinate xcoordinates xkoord xkoordinate xkoordinaatti coordx coordonneex "
-     "coordenadax xpos xposition posx xutm utmx easting rechtswert x坐标 横坐标",
-     "xk 横坐标x"},
-    {"y",
-     "ycoord ycoordinate ycoordinates ykoord ykoordinate ykoordinaatti coordy coordonneey "
-     "coordenaday ypos yposition posy yutm utmy northing hochwert y坐标 纵坐标",
-     "yk 纵坐标y"},
-    {"z", "zcoord zcoordinate zkoord zkoordinate coordz zpos posz z坐标", ""},
-    {"dbh",
-     "dbhob d13 d130 dbh13 dbh130 diameterbreastheight diameteratbreastheight "
-     "diameter13 diameter13m diameter130 diameter130cm diameterat13m diametre13 diametre130 "
-     "diametre130m diametrea130 diametrea130m diametro13 diametro130 diametroa130 diametroa130m "
-     "bhd brusthohendurchmesser brusthoehendurchmesser dhp diametrehauteurpoitrine "
-     "diametreahauteurdepoitrine dap diametronormal dnormal diametroalaalturadelpecho "
-     "diametroaltezzapetto diametroalturadopeito lapimitta rinnankorkeuslapimitta "
-     "brosthojdsdiameter piersnica 胸径 胸徑 胸高直径",
-     "d dia diam diameter durchmesser diametre diametro dn 直径"},
-    {"h",
-     "height treeheight totalheight heighttotal hohe hoehe baumhohe baumhoehe gesamthohe "
-     "gesamthoehe hauteur hauteurtotale htot htotal hauteurarbre altura alturatotal alturaarbol "
-     "altezza altezzatotale pituus puunpituus hojd tradhojd wysokosc 树高 樹高 全高",
-     "ht haut 高度"},
-    {"hcb",
-     "crownbase crownbaseheight heighttocrownbase heighttolivecrown livecrownbase hblc hlc "
-     "kronenansatz kronenansatzhohe kronenansatzhoehe kronenbasis hauteurbasehouppier "
-     "hauteurdebaseduhouppier basehouppier alturabasecopa alturabasedecopa "
-     "alturabasedelacopa basecopa latvusraja latvusrajankorkeus elavanlatvuksenalaraja "
-     "枝下高 活枝下高 冠基高 枝下高度",
-     "kah"},
-    {"cw",
-     "crownwidth crowndiameter crowndiam crownwidthmean meancrownwidth kronenbreite "
-     "kronendurchmesser diametrehouppier largeurhouppier diametrocopa diametrodecopa anchocopa "
-     "latvuksenleveys latvusleveys latvuslapimitta 冠幅 平均冠幅 樹冠幅",
-     ""},
-    {"cr_e",
-     "crownradiuse crownradiuseast kronenradiuso kronenradiusost rayonest 东冠幅 东半径",
-     ""},
-    {"cr_w",
-     "crownradiusw crownradiuswest kronenradiusw kronenradiuswest rayonouest 西冠幅 西半径",
-     ""},
-    {"cr_s",
-     "crownradiuss crownradiussouth kronenradiuss kronenradiussud rayonsud 南冠幅 南半径",
-     ""},
-    {"cr_n",
-     "crownradiusn crownradiusnorth kronenradiusn kronenradiusnord rayonnord 北冠幅 北半径",
-     ""},
-    {"status",
-     "treestatus treestate statuscd vitality alive living live dead deadalive aliveordead "
-     "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut vivant "
-     "mort estado estadoarbol vivo muerto tila puuntila elossa kuollut "
-     "状态 状况 生长状态 立木类型 存活 存活状态",
-     ""},
-}};
 
 constexpr std::array<LengthUnit, 6> kUnits{
     {{"mm", 0.001}, {"cm", 0.01}, {"dm", 0.1}, {"m", 1.0}, {"in", 0.0254}, {"ft", 0.3048}}};
@@ -196,20 +110,16 @@ std::string without_remark(const std::string& name) {
 
 std::optional<MeantName> look_up(const std::string& key) {
   if (key.empty()) return std::nullopt;
-  for (const UsualNames& names : kNames) {
-    if (key == folded_letters(names.name)) return MeantName{names.name, NameFit::kSpelling};
+  for (const TreeColumn& column : tree_columns()) {
+    if (key == folded_letters(column.name)) return MeantName{column.name, NameFit::kSpelling};
   }
-  for (const UsualNames& names : kNames) {
-    if (has_word(names.usual, key)) return MeantName{names.name, NameFit::kUsual};
+  for (const TreeColumn& column : tree_columns()) {
+    if (has_word(column.usual, key)) return MeantName{column.name, NameFit::kUsual};
   }
-  for (const UsualNames& names : kNames) {
-    if (has_word(names.vague, key)) return MeantName{names.name, NameFit::kVague};
+  for (const TreeColumn& column : tree_columns()) {
+    if (has_word(column.vague, key)) return MeantName{column.name, NameFit::kVague};
   }
   return std::nullopt;
-}
-
-bool is_label(std::string_view name) {
-  return name == "plot" || name == "tree" || name == "species" || name == "status";
 }
 
 }  // namespace
@@ -229,7 +139,7 @@ std::optional<MeantName> meant_name(std::string_view header) {
   if (parts.has_other_unit) return std::nullopt;
   std::optional<MeantName> meant = look_up(folded_letters(parts.name));
   if (!meant) meant = look_up(folded_letters(without_remark(parts.name)));
-  if (meant && parts.unit && is_label(meant->name)) return std::nullopt;
+  if (meant && parts.unit && !is_measure(meant->name)) return std::nullopt;
   return meant;
 }
 
