@@ -66,7 +66,7 @@ struct Inventory {
   data::TextColumn time{};
   std::vector<TreeStatus> status{};
   /// With InventoryOptions::period only: the plot of each row in the file, as `plot` is then the
-  /// plot at a time, by label_at_time().
+  /// plot at a time, "7 (2019)".
   data::TextColumn measured_plot{};
 
   /// Plots of the file all of whose rows were skipped: their trees are unknown.
