@@ -35,7 +35,7 @@ std::optional<std::size_t> usual_field(std::string_view name,
                                        const std::string& file) {
   std::optional<std::size_t> found;
   std::optional<std::size_t> other;
-  NameFit best = NameFit::kVague;
+  NameFit best = NameFit::kConverted;
   for (std::size_t i = 0; i < header.size(); ++i) {
     const std::optional<MeantName> meant = meant_name(header[i]);
     if (!meant || meant->name != name) continue;
@@ -150,6 +150,19 @@ std::string joined_label(const std::vector<std::string_view>& fields) {
   return label;
 }
 
+data::TextColumn joined_labels(const data::Table& table, const std::vector<std::string>& columns) {
+  std::vector<data::TextColumn> fields;
+  for (const std::string& column : columns) fields.push_back(table.labels(column));
+  data::TextColumn labels;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    std::vector<std::string_view> texts;
+    for (const data::TextColumn& field : fields) texts.push_back(field[row]);
+    const std::string label = joined_label(texts);
+    label.empty() ? labels.append_missing() : labels.append(label);
+  }
+  return labels;
+}
+
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::function<bool(const std::string&)>& is_wanted,
                                          const std::string& file,
@@ -170,6 +183,11 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                            : static_cast<std::size_t>(own - header.begin());
     if (!field) continue;
     std::string source = in_our_unit(name, header[*field], unit_of(*field, header, units));
+    const auto meant = meant_name(header[*field]);
+    if (own == header.end() && meant && !meant->conversion.empty()) {
+      if (source == header[*field]) source = data::Expression::variable(source).text();
+      source += meant->conversion;
+    }
     if (source != name) found.push_back({std::move(name), std::move(source)});
   }
   return found;
@@ -221,13 +239,17 @@ std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
       column.source = fmt::format("{}", fmt::join(names, ", "));
     }
     const bool has_comma = column.source.find(',') != std::string::npos;
-    text += fmt::format("{}{}{}{}{}{}",
+    const char* const remark = column.source.ends_with("/pi")  ? " (a circumference)"
+                               : column.source.ends_with("*2") ? " (a radius)"
+                                                               : "";
+    text += fmt::format("{}{}{}{}{}{}{}",
                         text.empty() ? "" : ", ",
                         column.name,
                         text.empty() ? " is read from column " : " from ",
                         has_comma ? "'" : "",
                         column.source,
-                        has_comma ? "'" : "");
+                        has_comma ? "'" : "",
+                        remark);
   }
   if (text.empty() || !is_fia_tree_table(header)) return text;
   return "the table is FIA's TREE, in inches and feet: " + text;

@@ -23,7 +23,7 @@ constexpr std::array<TreeColumn, 15> kColumns{{
               "parcela parcelaid idparcela numparcela nparcela noparcela numeroparcela "
               "koeala koealaid koealanro koealanumero provyta provytanr powierzchnia "
               "样地 样地号 样地编号 样地名称 样方 样方号 样方编号 樣地 樣區 標準地 プロット",
-     .vague = "parzelle parzellennr parcelle parcella 标准地 标准地号"},
+     .vague = "subplotid subplot parzelle parzellennr parcelle parcella 标准地 标准地号"},
     {.name = "tree",
      .meaning = "tree number",
      .usual = "treeid treeno treenr treenum treenumber treename treetag baum baumnr baumid baumno "
@@ -32,10 +32,10 @@ constexpr std::array<TreeColumn, 15> kColumns{{
               "albero "
               "puu puunro puuid puunumero tradnr tradid drzewo nrdrzewa "
               "树号 树编号 木号 单木号 样木号 立木号 林木编号 树木编号 株号 樹號 立木番号",
-     .vague = "nr no num numero nummer id lfdnr lfnr laufendenummer stammnr 编号 序号"},
+     .vague = "tag nr no num numero nummer id lfdnr lfnr laufendenummer stammnr 编号 序号"},
     {.name = "species",
      .meaning = "species",
-     .usual = "speciescode speciesid speciesname speciesabbr treespecies spp spcd speccode "
+     .usual = "speciescode spcode speciesid speciesname speciesabbr treespecies spp spcd speccode "
               "scientificname "
               "latinname baumart baumartnr baumartcode baumartencode baumartenkurzel holzart "
               "essence essenceforestiere espece especearbre especie especies nombrecientifico "
@@ -45,14 +45,16 @@ constexpr std::array<TreeColumn, 15> kColumns{{
     {.name = "x",
      .meaning = "position to the east",
      .unit = "m",
-     .usual = "xcoord xcoordinate xcoordinates xkoord xkoordinate xkoordinaatti coordx coordonneex "
+     .usual = "gx xfield utmeast utmeasting utme xcoord xcoordinate xcoordinates xkoord "
+              "xkoordinate xkoordinaatti coordx coordonneex "
               "coordenadax xpos xposition posx xutm utmx easting rechtswert x坐标 横坐标",
      .vague = "xk 横坐标x",
      .values = &Inventory::x},
     {.name = "y",
      .meaning = "position to the north",
      .unit = "m",
-     .usual = "ycoord ycoordinate ycoordinates ykoord ykoordinate ykoordinaatti coordy coordonneey "
+     .usual = "gy yfield utmnorth utmnorthing utmn ycoord ycoordinate ycoordinates ykoord "
+              "ykoordinate ykoordinaatti coordy coordonneey "
               "coordenaday ypos yposition posy yutm utmy northing hochwert y坐标 纵坐标",
      .vague = "yk 纵坐标y",
      .values = &Inventory::y},
@@ -75,27 +77,32 @@ constexpr std::array<TreeColumn, 15> kColumns{{
          "diametroaltezzapetto diametroalturadopeito lapimitta rinnankorkeuslapimitta "
          "brosthojdsdiameter piersnica 胸径 胸徑 胸高直径",
      .vague = "d dia diam diameter durchmesser diametre diametro dn 直径",
-     .values = &Inventory::dbh_cm},
+     .values = &Inventory::dbh_cm,
+     .converted =
+         "cbh gbh girth circumference circumferencebreastheight girthbreastheight circonference "
+         "circunferencia circunferencianormal umfang stammumfang brusthohenumfang cap c13 c130",
+     .conversion = "/pi"},
     {.name = "h",
      .meaning = "total height",
      .unit = "m",
      .range = {.text = "above breast height, 1.3 m", .lowest = 1.3, .largest = 120.0},
-     .usual = "height treeheight totalheight heighttotal hohe hoehe baumhohe baumhoehe gesamthohe "
+     .usual = "treeht height treeheight totalheight heighttotal hohe hoehe baumhohe baumhoehe "
+              "gesamthohe "
               "gesamthoehe hauteur hauteurtotale htot htotal hauteurarbre altura alturatotal "
               "alturaarbol "
               "altezza altezzatotale pituus puunpituus hojd tradhojd wysokosc 树高 樹高 全高",
-     .vague = "ht haut 高度",
+     .vague = "th ht haut 高度",
      .values = &Inventory::h_m},
     {.name = "hcb",
      .meaning = "height to crown base",
      .unit = "m",
      .range = {.text = "0 m or more", .allows_lowest = true},
-     .usual =
-         "crownbase crownbaseheight heighttocrownbase heighttolivecrown livecrownbase hblc hlc "
-         "kronenansatz kronenansatzhohe kronenansatzhoehe kronenbasis hauteurbasehouppier "
-         "hauteurdebaseduhouppier basehouppier alturabasecopa alturabasedecopa "
-         "alturabasedelacopa basecopa latvusraja latvusrajankorkeus elavanlatvuksenalaraja "
-         "枝下高 活枝下高 冠基高 枝下高度",
+     .usual = "hbase crownbase crownbaseheight heighttocrownbase heighttolivecrown livecrownbase "
+              "hblc hlc "
+              "kronenansatz kronenansatzhohe kronenansatzhoehe kronenbasis hauteurbasehouppier "
+              "hauteurdebaseduhouppier basehouppier alturabasecopa alturabasedecopa "
+              "alturabasedelacopa basecopa latvusraja latvusrajankorkeus elavanlatvuksenalaraja "
+              "枝下高 活枝下高 冠基高 枝下高度",
      .vague = "kah",
      .values = &Inventory::hcb_m},
     {.name = "cw",
@@ -106,12 +113,15 @@ constexpr std::array<TreeColumn, 15> kColumns{{
          "crownwidth crowndiameter crowndiam crownwidthmean meancrownwidth kronenbreite "
          "kronendurchmesser diametrehouppier largeurhouppier diametrocopa diametrodecopa anchocopa "
          "latvuksenleveys latvusleveys latvuslapimitta 冠幅 平均冠幅 樹冠幅",
-     .values = &Inventory::cw_m},
+     .values = &Inventory::cw_m,
+     .converted = "crad crownradius crownrad meancrownradius kronenradius rayonhouppier radiocopa",
+     .conversion = "*2"},
     {.name = "cr_e",
      .meaning = "crown radius to the east",
      .unit = "m",
      .range = {.text = "0 m or more", .allows_lowest = true},
      .usual = "crownradiuse crownradiuseast kronenradiuso kronenradiusost rayonest 东冠幅 东半径",
+     .vague = "re",
      .values = &Inventory::cr_e_m},
     {.name = "cr_w",
      .meaning = "crown radius to the west",
@@ -119,12 +129,14 @@ constexpr std::array<TreeColumn, 15> kColumns{{
      .range = {.text = "0 m or more", .allows_lowest = true},
      .usual =
          "crownradiusw crownradiuswest kronenradiusw kronenradiuswest rayonouest 西冠幅 西半径",
+     .vague = "rw",
      .values = &Inventory::cr_w_m},
     {.name = "cr_s",
      .meaning = "crown radius to the south",
      .unit = "m",
      .range = {.text = "0 m or more", .allows_lowest = true},
      .usual = "crownradiuss crownradiussouth kronenradiuss kronenradiussud rayonsud 南冠幅 南半径",
+     .vague = "rs",
      .values = &Inventory::cr_s_m},
     {.name = "cr_n",
      .meaning = "crown radius to the north",
@@ -132,6 +144,7 @@ constexpr std::array<TreeColumn, 15> kColumns{{
      .range = {.text = "0 m or more", .allows_lowest = true},
      .usual =
          "crownradiusn crownradiusnorth kronenradiusn kronenradiusnord rayonnord 北冠幅 北半径",
+     .vague = "rn",
      .values = &Inventory::cr_n_m},
     {.name = "status",
      .meaning = "status (alive, dead, cut)",

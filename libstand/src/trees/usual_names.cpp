@@ -47,7 +47,7 @@ struct HeaderParts {
 
 bool is_separator(char c) {
   return c == ' ' || c == '_' || c == '.' || c == '/' || c == ',' || c == '-' || c == '(' ||
-         c == '[' || c == ')' || c == ']' || c == ':' || c == ';';
+         c == '[' || c == ')' || c == ']' || c == ':' || c == ';' || c == '`';
 }
 
 /// Where a Latin word at the end of a text begins.
@@ -111,13 +111,17 @@ std::string without_remark(const std::string& name) {
 std::optional<MeantName> look_up(const std::string& key) {
   if (key.empty()) return std::nullopt;
   for (const TreeColumn& column : tree_columns()) {
-    if (key == folded_letters(column.name)) return MeantName{column.name, NameFit::kSpelling};
+    if (key == folded_letters(column.name)) return MeantName{column.name, NameFit::kSpelling, ""};
   }
   for (const TreeColumn& column : tree_columns()) {
-    if (has_word(column.usual, key)) return MeantName{column.name, NameFit::kUsual};
+    if (has_word(column.usual, key)) return MeantName{column.name, NameFit::kUsual, ""};
   }
   for (const TreeColumn& column : tree_columns()) {
-    if (has_word(column.vague, key)) return MeantName{column.name, NameFit::kVague};
+    if (has_word(column.vague, key)) return MeantName{column.name, NameFit::kVague, ""};
+  }
+  for (const TreeColumn& column : tree_columns()) {
+    if (!has_word(column.converted, key)) continue;
+    return MeantName{column.name, NameFit::kConverted, column.conversion};
   }
   return std::nullopt;
 }

@@ -9,12 +9,13 @@
 namespace silvafit::stand {
 
 /// How well the name of a column matches a standard name; smaller is better.
-enum class NameFit { kSpelling, kUsual, kVague };
+enum class NameFit { kSpelling, kUsual, kVague, kConverted };
 
 /// A standard name that the header of a column may mean.
 struct MeantName {
   std::string_view name{};  ///< plot, dbh, status ...
   NameFit fit = NameFit::kSpelling;
+  std::string_view conversion{};  ///< TreeColumn::conversion, of a kConverted name
 };
 
 /// The standard name that a header means, independent of case, accents, blanks, underscores and

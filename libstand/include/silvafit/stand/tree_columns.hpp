@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/data/table.hpp"
 #include "silvafit/stand/tree_status.hpp"
 
 namespace silvafit::stand {
@@ -33,6 +34,10 @@ struct TreeColumn {
   std::string_view usual{};
   std::string_view vague{};                          ///< used only if no column has a usual name
   std::vector<double> Inventory::*values = nullptr;  ///< of a measure
+  /// Names of another measure, used only if no column has one of the names above: dbh is
+  /// circumference/pi.
+  std::string_view converted{};
+  std::string_view conversion{};  ///< what makes it this measure: "/pi"
 
   bool is_measure() const { return values != nullptr; }
   bool is_position() const { return name == "x" || name == "y" || name == "z"; }
@@ -82,6 +87,8 @@ std::vector<std::string> joined_columns(std::string_view source,
                                         const std::vector<std::string>& header);
 /// The label of these fields; empty if one is missing.
 std::string joined_label(const std::vector<std::string_view>& fields);
+/// The same for all rows of a table.
+data::TextColumn joined_labels(const data::Table& table, const std::vector<std::string>& columns);
 
 /// Standard columns that a file has under another usual name, such as dbh as BHD, or in another
 /// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
