@@ -48,25 +48,28 @@ void InventoryReader::check_not_finished(const InventoryRow& row) const {
 }
 
 void InventoryReader::prepare_batches() {
-  const auto* const path = std::get_if<std::filesystem::path>(&source_);
+  const auto* const path = std::get_if<std::filesystem::path>(&prepared_.table);
   std::error_code ignored;
   const bool is_file = path != nullptr && std::filesystem::is_regular_file(*path, ignored);
   const bool has_others = !plan_.others.empty();
-  if (has_others && !is_file) {
-    throw UsageError("columns beyond the inventory's own need a file that can be read twice",
-                     {.file = csv_.file()});
+  const bool has_condition = !options_.where.empty();
+  if ((has_others || has_condition) && !is_file) {
+    throw UsageError(
+        "columns beyond the inventory's own, and `where`, need a file that can be read twice",
+        {.file = csv_.file()});
   }
   // Without a column of tree numbers, trees are numbered in the order of the rows.
   const bool can_sort = is_file && plan_.labels[kPlot].field && plan_.labels[kTree].exists();
-  if (!can_sort && !has_others) return;
+  if (!can_sort && !has_others && !has_condition) return;
   data::TableParts parts(*path,
                          {.group = can_sort ? plan_.labels[kPlot].field : std::nullopt,
                           .missing = options_.missing,
                           .fill_down = plan_.filled_down,
-                          .finds_kinds = has_others});
-  if (!parts.is_sorted() && !has_others) return;
+                          .finds_kinds = has_others || has_condition});
+  if (!parts.is_sorted() && !has_others && !has_condition) return;
   parts_.emplace(std::move(parts));
-  csv_ = data::CsvReader(parts_->next(), options_.missing);
+  open_next_part();
+  if (has_condition) prepared_.note = "rows are chosen by the condition " + options_.where;
   find_fields_of_others();
 }
 
@@ -128,7 +131,7 @@ struct InventoryBatches::State {
 InventoryBatches::InventoryBatches(const std::filesystem::path& path,
                                    const InventoryOptions& options,
                                    std::size_t trees)
-    : state_(std::make_unique<State>(State{InventoryReader(path, options), trees})) {
+    : state_(std::make_unique<State>(State{InventoryReader(path, options, true), trees})) {
   state_->reader.prepare_batches();
 }
 

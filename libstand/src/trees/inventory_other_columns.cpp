@@ -37,7 +37,7 @@ void InventoryReader::read_other_columns() {
   if (plan_.others.empty()) return;
   const data::CsvTableOptions options{
       .columns = sources_of_others(), .missing = options_.missing, .fill_down = plan_.filled_down};
-  set_other_columns(data::read_csv_table(source_, options).select(kept_rows_));
+  set_other_columns(data::read_csv_table(prepared_.table, options).select(kept_rows_));
 }
 
 /// Of a file in parts: fields and types.

@@ -153,13 +153,34 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
 /// The fields of the next row of the file or of its parts.
 bool InventoryReader::next_fields(std::vector<std::string_view>& fields) {
   while (!csv_.next(fields)) {
-    const auto part = parts_ ? parts_->next() : nullptr;
-    if (!part) {
-      require_clear_marks();
-      return false;
-    }
-    csv_ = data::CsvReader(part, options_.missing);
+    if (open_next_part()) continue;
+    require_clear_marks();
+    return false;
   }
+  return true;
+}
+
+RowPreparation InventoryReader::preparation() const {
+  return {.where = options_.where,
+          .visits = options_.visits,
+          .columns = options_.columns,
+          .missing = options_.missing,
+          .fill_down = options_.fill_down};
+}
+
+ColumnPlan InventoryReader::plan(bool in_parts) const {
+  if (in_parts && preparation().makes_columns(csv_.header(), csv_.file())) {
+    throw UsageError("columns of visits or of texts are made of the whole table; omit `stream`",
+                     {.file = csv_.file(), .column = "`stream`"});
+  }
+  return plan_columns(csv_.header(), csv_.layout().units, options_, csv_.file());
+}
+
+/// The next part of a file in parts; false if there is none.
+bool InventoryReader::open_next_part() {
+  const auto part = parts_ ? parts_->next() : nullptr;
+  if (!part) return false;
+  csv_ = data::CsvReader(prepared_table(part, preparation(), true).table, options_.missing);
   return true;
 }
 
@@ -426,6 +447,7 @@ std::string InventoryReader::note_on_empty_plots() const {
 
 std::vector<std::string> InventoryReader::recognized() const {
   std::vector<std::string> texts{data::describe_layout(csv_.layout()),
+                                 prepared_.note,
                                  describe_usual_columns(plan_.usual, csv_.header())};
   if (!codes_.empty()) texts.push_back("codes read as missing values: " + codes_.text());
   texts.push_back(spellings_.note());

@@ -18,6 +18,7 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/data/table_parts.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/species_spellings.hpp"
 #include "silvafit/stand/tree_status.hpp"
 #include "trees/inventory_checks.hpp"
@@ -44,11 +45,13 @@ struct InventoryRow {
 /// Reader of a file, either at once or plot by plot.
 class InventoryReader {
  public:
-  InventoryReader(data::TableSource source, InventoryOptions options)
-      : source_(std::move(source)),
-        csv_(source_, options.missing),
-        options_(std::move(options)),
-        plan_(plan_columns(csv_.header(), csv_.layout().units, options_, csv_.file())) {
+  /// \param in_parts  the rows are prepared part by part, by prepare_batches
+  InventoryReader(const data::TableSource& source, InventoryOptions options, bool in_parts = false)
+      : options_(std::move(options)),
+        prepared_(in_parts ? PreparedTable{.table = source}
+                           : prepared_table(source, preparation())),
+        csv_(prepared_.table, options_.missing),
+        plan_(plan(in_parts)) {
     result_.inventory.file = csv_.file();
     result_.inventory.expansion = plan_.expansion;
     for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
@@ -87,6 +90,9 @@ class InventoryReader {
   void finish_plots();
   void check_not_finished(const InventoryRow& row) const;
   bool read_block();
+  RowPreparation preparation() const;
+  ColumnPlan plan(bool in_parts) const;
+  bool open_next_part();
   bool next_fields(std::vector<std::string_view>& fields);
   void read_row(const std::vector<std::string_view>& fields,
                 InventoryRow& row,
@@ -121,10 +127,10 @@ class InventoryReader {
   void find_plot_lines();
   [[noreturn]] void refuse_empty(const std::string& excluded) const;
 
-  data::TableSource source_;
+  InventoryOptions options_;
+  PreparedTable prepared_;
   data::CsvReader csv_;
   std::optional<data::TableParts> parts_{};  ///< csv_ reads one of them, if there are parts
-  InventoryOptions options_;
   ColumnPlan plan_;
   CheckedInventory result_{};
   std::vector<InventoryRow> block_ = std::vector<InventoryRow>(kBlockRows);

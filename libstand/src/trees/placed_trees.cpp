@@ -13,7 +13,7 @@ struct PlacedTrees::State {
 PlacedTrees::PlacedTrees(const std::filesystem::path& path,
                          const InventoryOptions& options,
                          std::size_t trees)
-    : state_(std::make_unique<State>(State{InventoryReader(path, options), trees})) {}
+    : state_(std::make_unique<State>(State{InventoryReader(path, options, true), trees})) {}
 
 PlacedTrees::~PlacedTrees() = default;
 PlacedTrees::PlacedTrees(PlacedTrees&&) noexcept = default;

@@ -61,7 +61,9 @@ class TableReader {
  public:
   TableReader(const data::TableSource& source, const Wishes& wishes)
       : wishes_(wishes),
-        reader_(source, wishes.settings.missing),
+        prepared_(stand::prepared_table(
+            source, row_preparation(wishes.settings), wishes.state != nullptr)),
+        reader_(prepared_.table, wishes.settings.missing),
         state_(wishes.state == nullptr ? own_state_ : *wishes.state) {
     result_.mapped = wishes.mapped;
   }
@@ -91,6 +93,7 @@ class TableReader {
   }
 
   const Wishes& wishes_;
+  stand::PreparedTable prepared_;
   data::CsvReader reader_;
   Mappings usual_{};
   Mappings joined_{};     ///< labels of several columns, by the settings
@@ -177,16 +180,7 @@ void TableReader::add_column(const stand::ColumnMapping& column) {
   data::Table& table = result_.table;
   const Names parts = stand::joined_columns(column.source, reader_.header());
   if (stand::is_label(column.name) && !parts.empty()) {
-    std::vector<data::TextColumn> fields;
-    for (const std::string& part : parts) fields.push_back(table.labels(part));
-    data::TextColumn labels;
-    for (std::size_t row = 0; row < table.rows(); ++row) {
-      std::vector<std::string_view> texts;
-      for (const data::TextColumn& field : fields) texts.push_back(field[row]);
-      const std::string label = stand::joined_label(texts);
-      label.empty() ? labels.append_missing() : labels.append(label);
-    }
-    table.set(column.name, std::move(labels));
+    table.set(column.name, stand::joined_labels(table, parts));
   } else if (!table.has(column.source)) {
     std::vector<data::TextCell> cells;
     const auto reference =
@@ -289,6 +283,7 @@ TableReader::Result TableReader::read() {
   find_columns();
   read_table();
   note(data::describe_layout(reader_.layout()));
+  note(prepared_.note);
   Mappings renamed = usual_;
   renamed.insert(renamed.end(), converted_.begin(), converted_.end());
   note(stand::describe_usual_columns(renamed, reader_.header()));

@@ -111,6 +111,8 @@ enum class DeadTrees {
 
 struct InventoryOptions {
   std::vector<ColumnMapping> columns{};
+  std::string where{};                  ///< as RowPreparation::where
+  std::vector<ColumnMapping> visits{};  ///< as RowPreparation::visits
   /// Columns of the file to keep in Inventory::other if they are not standard columns. Mappings to
   /// other names are kept there too.
   std::vector<std::string> keep{};
