@@ -10,6 +10,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/near_names.hpp"
 #include "silvafit/data/column_reference.hpp"
+#include "silvafit/stand/described_columns.hpp"
 #include "trees/column_sources.hpp"
 #include "trees/fia_columns.hpp"
 
@@ -144,14 +145,7 @@ std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
 
 void Planner::require(const ColumnPlan& plan, Measure measure) const {
   if (plan.measures[measure].exists()) return;
-  const TreeColumn& column = known_measure(measure);
-  throw InputError(
-      fmt::format("no column {} ({}) was found; name it with `columns={}=COLUMN`; available: {}",
-                  column.name,
-                  column.meaning_with_unit(),
-                  column.name,
-                  data::list_of(header_)),
-      {.file = file_});
+  throw InputError(no_standard_column(known_measure(measure), header_), {.file = file_});
 }
 
 void Planner::require_needed(const ColumnPlan& plan) const {
