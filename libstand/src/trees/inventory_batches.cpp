@@ -69,7 +69,7 @@ void InventoryReader::prepare_batches() {
   if (!parts.is_sorted() && !has_others && !has_condition) return;
   parts_.emplace(std::move(parts));
   open_next_part();
-  if (has_condition) prepared_.note = "rows are chosen by the condition " + options_.where;
+  if (has_condition) prepared_.note = "rows are chosen, by the condition " + options_.where;
   find_fields_of_others();
 }
 

@@ -386,10 +386,10 @@ void Preparation::choose_rows() {
     throw InputError(fmt::format("no row satisfies the condition {}", wanted_.where),
                      {.file = text_->name});
   }
-  notes_.push_back(fmt::format("{} of {} rows are used, by the condition {}",
-                               chosen.lines.size(),
-                               text_->lines.size(),
-                               wanted_.where));
+  const std::string rows_used =
+      is_part_ ? "rows are chosen"
+               : fmt::format("{} of {} rows are used", chosen.lines.size(), text_->lines.size());
+  notes_.push_back(rows_used + ", by the condition " + wanted_.where);
   text_ = std::make_shared<const data::TableText>(std::move(chosen));
 }
 
