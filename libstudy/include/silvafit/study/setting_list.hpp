@@ -17,7 +17,7 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.where,
                 "Rows to use, such as 'species == \"SM\" && dbh > 7'; the other rows are left out "
                 "before anything is computed")
-            .type("CONDITION"));
+            .as(SettingForm::kText, "CONDITION"));
   visit(Setting("visits",
                 settings.visits,
                 "Columns of one measure at several times, which become a row for each time with a "
