@@ -98,6 +98,7 @@ std::string version();
 
 // One function per subcommand, each in a file of its own (study.cpp, indices.cpp, ...): it adds the
 // subcommand with its options and the callback that runs it.
+void add_columns_command(CLI::App& program);
 void add_indices_command(CLI::App& program);
 void add_stand_command(CLI::App& program);
 void add_tiles_command(CLI::App& program);

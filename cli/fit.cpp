@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "command.hpp"
@@ -344,6 +345,8 @@ void report(const std::vector<fit::FittedModel>& fits,
 
 void run(const CLI::App& command, FitArguments arguments) {
   arguments.has_intervals = command.count("--intervals") > 0;
+  // Structural indices in it are computed from all rows first.
+  arguments.where = std::exchange(arguments.reading.rows.where, "");
   arguments.resampling.cross_validates = command.count("--cross-validate") > 0;
   refuse_idle_options(command, arguments);
   refuse_same_files({{"DATA.csv", arguments.data}},
@@ -386,11 +389,6 @@ void add_model_options(CLI::App& command, FitArguments& arguments) {
       ->allow_extra_args(false)
       ->group(model);
   each_setting(arguments.texts, SettingOptions(command, model));
-  command
-      .add_option(
-          "--where", arguments.where, R"(Rows to use, such as 'species == "SM" && core == 1')")
-      ->type_name("CONDITION")
-      ->group(model);
   each_setting(arguments.options, SettingOptions(command, fit));
   command.add_flag("--trace", arguments.trace, "Show the iterations on stderr")->group(fit);
   command

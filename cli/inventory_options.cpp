@@ -14,6 +14,7 @@ void add_reading_options(CLI::App& command,
                          study::ReadingSettings& settings,
                          std::vector<std::string_view> only) {
   each_setting(settings, SettingOptions(command, kInputSection, std::move(only)));
+  each_setting(settings.rows, SettingOptions(command, kInputSection));
 }
 
 void add_drawn_table_options(CLI::App& command, study::ReadingSettings& settings) {

@@ -84,6 +84,7 @@ int run_command(const std::vector<std::string>& words) {
   program.failure_message(CLI::FailureMessage::simple);
 
   add_study_command(program, shown_command(words));
+  add_columns_command(program);
   add_indices_command(program);
   add_stand_command(program);
   add_tiles_command(program);

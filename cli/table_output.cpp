@@ -78,11 +78,8 @@ data::Table table_of_csv(std::string text,
       data::TableText{.name = file, .text = std::move(text), .separator = ','});
   const std::vector<std::string> labels{"plot", "tree", "species"};
   const data::CsvReader header(csv);
-  const auto is_label = [&labels](const std::string& name) {
-    return std::ranges::find(labels, name) != labels.end();
-  };
   std::vector<std::string> texts = labels;
-  for (const auto& usual : stand::usual_columns(header.header(), is_label, file)) {
+  for (const auto& usual : stand::usual_columns(header.header(), stand::is_label, file)) {
     texts.push_back(usual.source);
   }
   data::Table table = data::read_csv_table(csv, {.text_columns = std::move(texts)});

@@ -25,6 +25,7 @@
 #include "silvafit/base/fingerprint.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "standard_output.hpp"
 
@@ -99,7 +100,8 @@ void add_plan_command(CLI::App& tiles) {
   study::TileSettings& settings = arguments->settings;
   each_setting(settings, SettingOptions(command, "Tiles"));
   command.add_option("--out", arguments->out, "Folder of the tiles")->type_name("DIR")->required();
-  add_reading_options(command, settings.reading);
+  // Tiles are read at their places in the file, so that no rows are made or left out before.
+  each_setting(settings.reading, SettingOptions(command, kInputSection));
   add_common_options(command, arguments->common);
   add_example(command, "silvafit tiles plan inventory.csv --size 500 --halo 30 --out tiles");
   command.callback([arguments] { run_plan(*arguments); });

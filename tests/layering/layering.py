@@ -32,6 +32,7 @@ FOLDERS = {
     "fit": ["text", "variance", "model", "optimization", "result", "conditional_modes", "likelihood", "least_squares",
             "mixed_effects", "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference",
             "prediction", "resampling", "shared_fit", "summary"],
+    "stand": ["trees", "windows", "units", "sampling", "figures", "growth"],
     "tree": ["morphology", "pictures", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
              "builders", "impostors", "stand", "files"],
     "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],

@@ -314,7 +314,7 @@ fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"
                       minimum_trees = 100, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL, dead = "leave-out",
                       trust_units = FALSE, config = NULL, threads = 0, progress = interactive(), ...) {
   if (missing(out)) stop_usage("`out` is missing: the folder for the results")
-  settings <- c(unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), setting_names("sampling", "study")),
+  settings <- c(unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), setting_names("rows", "sampling", "study")),
                 list(species = species, responses = responses, covariates = covariates, group = group, period = period, minimum_trees = minimum_trees,
                      config = config, given = names(match.call()), out = path.expand(out), data_folder = data_folder()))
   result <- engine(.Call(C_study_of, tree_source(trees), settings))

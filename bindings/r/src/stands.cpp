@@ -140,6 +140,7 @@ SEXP setting_names(SEXP parts) {
     each_setting(settings, [&names](const auto& setting) { names.emplace_back(setting.key); });
   };
   add("reading", study::ReadingSettings());
+  add("rows", study::RowSettings());
   add("units", study::UnitSettings());
   add("sampling", study::SamplingSettings());
   add("study", study::StudyOptions());

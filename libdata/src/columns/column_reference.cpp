@@ -132,4 +132,10 @@ std::vector<double> numbers_of(const Table& table,
   return numbers_of_expression(table, *reference.expression, text_cells);
 }
 
+void copy_column(std::string_view name, const Table& from, std::string_view source, Table& to) {
+  if (!from.is_numeric(source)) return to.set(name, TextColumn(from.text(source)));
+  const std::span<const double> values = from.numbers(source);
+  to.set(name, std::vector<double>(values.begin(), values.end()));
+}
+
 }  // namespace silvafit::data

@@ -30,7 +30,7 @@ std::string lower_case(std::string_view text) {
 }
 
 bool is_ours(const std::string& column) {
-  return stand::is_measure(column) || column == "plot" || column == "tree" || column == "species";
+  return stand::is_measure(column) || stand::is_label(column);
 }
 
 /// `ID` or `SPECIES=ID`.

@@ -88,6 +88,12 @@ void each_list(Visit&& visit) {
                           "Library.predict, grow, view",
                 .is_in_file = true},
         study.reading);
+  visit(Section{.heading = "Rows of the table of trees",
+                .commands = "study, indices, stand, fit, predict, impute, grow, view, columns",
+                .r = "fit_study",
+                .python = "study",
+                .is_in_file = true},
+        study.reading.rows);
   visit(Section{.heading = "Structural units",
                 .commands = "study, indices, stand",
                 .r = inventories,

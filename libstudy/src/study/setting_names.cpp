@@ -31,7 +31,6 @@ constexpr auto kSettingsOfProgram = std::to_array<std::string_view>({"allow_netw
                                                                      "target",
                                                                      "tile",
                                                                      "trees",
-                                                                     "where",
                                                                      "window_layer",
                                                                      "zoom"});
 /// Settings for which users of R have another word.

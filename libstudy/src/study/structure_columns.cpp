@@ -70,15 +70,9 @@ stand::Inventory inventory_of(const data::Table& table) {
   inventory.plot = labels_or(table, "plot", [](std::size_t) { return "1"; });
   inventory.tree =
       labels_or(table, "tree", [](std::size_t row) { return fmt::format("{}", row + 1); });
-  inventory.x = numbers_or_none(table, "x");
-  inventory.y = numbers_or_none(table, "y");
-  inventory.dbh_cm = numbers_or_none(table, "dbh");
-  inventory.h_m = numbers_or_none(table, "h");
-  inventory.cw_m = numbers_or_none(table, "cw");
-  inventory.cr_e_m = numbers_or_none(table, "cr_e");
-  inventory.cr_w_m = numbers_or_none(table, "cr_w");
-  inventory.cr_s_m = numbers_or_none(table, "cr_s");
-  inventory.cr_n_m = numbers_or_none(table, "cr_n");
+  for (const stand::TreeColumn& column : stand::tree_columns()) {
+    if (column.is_measure()) inventory.*column.values = numbers_or_none(table, column.name);
+  }
   const data::TextColumn species =
       table.has("species") ? table.labels("species") : data::TextColumn();
   const data::TextColumn plots = table.has("plot") ? table.labels("plot") : data::TextColumn();

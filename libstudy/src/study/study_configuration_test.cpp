@@ -109,7 +109,7 @@ TEST_CASE("the generated configuration has the default settings") {
   CHECK_THAT(text, Contains("SM (240)"));
   CHECK_THAT(text, Contains("\"M4\",  // Meyer: h ~ 1.3 + a*(1 - exp(-b*dbh))"));
   const StudyConfiguration configuration = read(text);
-  CHECK(data::JsonReader::parse(text, "study.json", true).members_by_name().size() == 47);
+  CHECK(data::JsonReader::parse(text, "study.json", true).members_by_name().size() == 49);
   const StudyOptions& study = configuration.study;
   CHECK(study.species.empty());
   CHECK(study.responses == std::vector<std::string>{"h"});  // the stand has no other response

@@ -11,6 +11,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/fit/variance_function.hpp"
 #include "study/representative_rows.hpp"
 
@@ -137,12 +138,7 @@ data::Table with_columns(const data::Table& table, const std::vector<std::string
   data::Table part(table.rows());
   for (const std::string& name : names) {
     if (!table.has(name) || part.has(name)) continue;
-    if (table.is_numeric(name)) {
-      const std::span<const double> values = table.numbers(name);
-      part.set(name, std::vector<double>(values.begin(), values.end()));
-    } else {
-      part.set(name, table.text(name));
-    }
+    data::copy_column(name, table, name, part);
   }
   std::vector<std::uint32_t> lines(table.rows());
   for (std::size_t row = 0; row < lines.size(); ++row) {

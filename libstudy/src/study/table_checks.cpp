@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "silvafit/data/checked_columns.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/stand/inventory.hpp"
@@ -18,18 +19,6 @@
 
 namespace silvafit::study {
 namespace {
-
-/// The possible measured values of a response.
-struct Limit {
-  std::string_view response{};
-  double lowest_m = 0.0;
-  bool is_itself_possible = false;
-  std::string_view text{};
-};
-
-constexpr Limit kLimits[] = {{"h", 1.3, false, "above breast height, 1.3 m"},
-                             {"hcb", 0.0, true, "0 m or more"},
-                             {"cw", 0.0, false, "above 0 m"}};
 
 /// "", or " (and 3 more)".
 std::string others(std::size_t count) {
@@ -107,11 +96,8 @@ std::vector<std::string> add_columns(std::string_view text,
     }
     // C=C asks for the index under its own name.
     if (mapping.name == mapping.source && table.has(mapping.name)) continue;
-    if (table.has(mapping.source) && !table.is_numeric(mapping.source)) {
-      table.set(mapping.name, data::TextColumn(table.text(mapping.source)));
-    } else if (table.has(mapping.source)) {
-      const auto values = table.numbers(mapping.source);
-      table.set(mapping.name, std::vector<double>(values.begin(), values.end()));
+    if (table.has(mapping.source)) {
+      data::copy_column(mapping.name, table, mapping.source, table);
     } else {
       table.set(mapping.name, data::checked_values(mapping.source, table));
     }
@@ -149,17 +135,16 @@ void require_domain(const BaseModel& model, const data::Table& table) {
 }
 
 void require_possible(const std::string& response, const data::Table& table) {
-  const auto limit = std::ranges::find(kLimits, response, &Limit::response);
-  if (limit == std::end(kLimits) || !table.has(response)) return;
+  const stand::TreeColumn* const column = stand::tree_column(response);
+  const bool is_checked = response == "h" || response == "hcb" || response == "cw";
+  if (!is_checked || !table.has(response)) return;
   require_numbers(table, {response});
   const std::span<const double> values = table.numbers(response);
   for (std::size_t row = 0; row < values.size(); ++row) {
-    const bool is_lowest = values[row] == limit->lowest_m;
-    if (std::isnan(values[row]) || values[row] > limit->lowest_m) continue;
-    if (is_lowest && limit->is_itself_possible) continue;
+    if (std::isnan(values[row]) || column->is_possible(values[row])) continue;
     throw DomainError(fmt::format("{} m is not {}; leave the field empty if {} was not measured",
                                   values[row],
-                                  limit->text,
+                                  column->range.text,
                                   response),
                       data::place_of(table, row, response));
   }

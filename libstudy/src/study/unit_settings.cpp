@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
@@ -123,10 +124,23 @@ stand::StatusCodes status_codes(const ReadingSettings& settings) {
   return {.alive = settings.alive_codes, .dead = settings.dead_codes, .cut = settings.cut_codes};
 }
 
+stand::RowPreparation row_preparation(const ReadingSettings& settings) {
+  const auto mappings = [](const std::vector<std::string>& entries) {
+    return stand::parse_column_mappings(fmt::format("{}", fmt::join(entries, ",")));
+  };
+  return {.where = settings.rows.where,
+          .visits = mappings(settings.rows.visits),
+          .columns = mappings(settings.columns),
+          .missing = settings.missing,
+          .fill_down = settings.fill_down};
+}
+
 stand::InventoryOptions inventory_options(const ReadingSettings& settings,
                                           stand::InventoryOptions options) {
-  options.columns =
-      stand::parse_column_mappings(fmt::format("{}", fmt::join(settings.columns, ",")));
+  stand::RowPreparation rows = row_preparation(settings);
+  options.columns = std::move(rows.columns);
+  options.where = std::move(rows.where);
+  options.visits = std::move(rows.visits);
   options.trust_units = settings.trust_units;
   options.missing = settings.missing;
   options.fill_down = settings.fill_down;

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -146,23 +145,6 @@ std::string describe_first(const Copy& copy, const data::Table& table, const Pla
                   line > 0 ? fmt::format("copy of line {}", line) : "copy of an earlier row");
 }
 
-/// The measures by which trees with the same number are distinguished.
-struct Member {
-  const char* name;
-  std::vector<double> stand::Inventory::*values;
-};
-constexpr std::array<Member, 11> kMembers{{{"x", &stand::Inventory::x},
-                                           {"y", &stand::Inventory::y},
-                                           {"z", &stand::Inventory::z},
-                                           {"dbh", &stand::Inventory::dbh_cm},
-                                           {"h", &stand::Inventory::h_m},
-                                           {"hcb", &stand::Inventory::hcb_m},
-                                           {"cw", &stand::Inventory::cw_m},
-                                           {"cr_e", &stand::Inventory::cr_e_m},
-                                           {"cr_w", &stand::Inventory::cr_w_m},
-                                           {"cr_s", &stand::Inventory::cr_s_m},
-                                           {"cr_n", &stand::Inventory::cr_n_m}}};
-
 /// The rows with a plot and a tree, and the values needed to compare them.
 stand::Inventory inventory_of(const data::Table& table,
                               const Rows& rows,
@@ -174,10 +156,11 @@ stand::Inventory inventory_of(const data::Table& table,
     inventory.plot.append(plot[row]);
     inventory.tree.append(tree[row]);
   }
-  for (const Member& member : kMembers) {
-    const std::vector<double> values = measure(member.name);
+  for (const stand::TreeColumn& column : stand::tree_columns()) {
+    if (!column.is_measure()) continue;
+    const std::vector<double> values = measure(std::string(column.name));
     if (values.size() != table.rows()) continue;
-    for (const std::size_t row : rows) (inventory.*member.values).push_back(values[row]);
+    for (const std::size_t row : rows) (inventory.*column.values).push_back(values[row]);
   }
   inventory.dbh_cm.resize(rows.size(), data::kMissing);
   return inventory;
@@ -269,26 +252,25 @@ RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
   const auto repeated =
       stand::repeated_trees(inventory_of(table, rows, plot, tree, measure), times_of(table, rows));
   if (repeated.empty()) return {};
+  RepeatedTreeCounts counts;
+  std::vector<char> is_kept(table.rows(), 1);
   std::map<std::size_t, std::string> new_ids;
-  std::set<std::size_t> same_trees;
   for (const stand::RepeatedTree& one : repeated) {
-    if (one.is_same_tree) same_trees.insert(rows[one.row]);
-    if (!one.is_same_tree) new_ids.emplace(rows[one.row], one.new_id);
-  }
-  RepeatedTreeCounts counts{.same = same_trees.size(), .others = new_ids.size()};
-  if (!same_trees.empty()) {
-    const stand::RepeatedTree& first =
-        *std::ranges::find_if(repeated, &stand::RepeatedTree::is_same_tree);
-    const std::size_t line = table.line(rows[first.first_row]);
+    const std::size_t row = rows[one.row];
+    const Place place = place_in(table, plot, tree, row);
+    if (!one.is_same_tree) {
+      if (counts.others++ == 0) counts.first_other = describe(place, "now " + one.new_id);
+      new_ids.emplace(row, one.new_id);
+      continue;
+    }
+    is_kept[row] = 0;
+    if (counts.same++ > 0) continue;
+    const std::size_t line = table.line(rows[one.first_row]);
     counts.first_same =
-        describe(place_in(table, plot, tree, rows[first.row]),
+        describe(place,
                  fmt::format("the same tree is {}{}",
                              line > 0 ? fmt::format("on line {}", line) : "in an earlier row",
-                             first.is_later ? ", measured at another time" : ""));
-  }
-  if (!new_ids.empty()) {
-    const auto& [row, id] = *new_ids.begin();
-    counts.first_other = describe(place_in(table, plot, tree, row), "now " + id);
+                             one.is_later ? ", measured at another time" : ""));
   }
   Rows kept;
   data::TextColumn ids;
@@ -299,10 +281,10 @@ RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
     } else {
       tree.is_missing(row) ? ids.append_missing() : ids.append(tree[row]);
     }
-    if (!same_trees.contains(row)) kept.push_back(row);
+    if (is_kept[row] != 0) kept.push_back(row);
   }
   table.set(tree_column, std::move(ids));
-  if (!same_trees.empty()) table = table.select(kept);
+  if (counts.same > 0) table = table.select(kept);
   return counts;
 }
 

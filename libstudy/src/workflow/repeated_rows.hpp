@@ -39,7 +39,7 @@ std::vector<Value> of_all_rows(const std::vector<Value>& values,
 }
 
 /// The numbers of a measure (x, dbh ...), NaN where unknown; empty if the table has no such column.
-using MeasureOf = std::function<std::vector<double>(const char* name)>;
+using MeasureOf = std::function<std::vector<double>(const std::string& name)>;
 
 /// Keeps one row for each tree at one time, by the rule for inventories
 /// (stand::repeated_trees()): copies and later measurements are removed, other trees of the same

@@ -74,7 +74,7 @@ TEST_CASE("the copies are those found by comparing all pairs") {
 TEST_CASE("trees keep one row each, other trees of one number get a new one") {
   data::Table table = table_of(
       {"1", "1", "1", "2", "1"}, {"a", "a", "a", "a", "b"}, {20.0, 21.0, 20.0, 20.0, 20.0});
-  const auto measure = [&table](const char* name) {
+  const auto measure = [&table](const std::string& name) {
     if (!table.has(name)) return std::vector<double>();
     const auto values = table.numbers(name);
     return std::vector<double>(values.begin(), values.end());

@@ -24,16 +24,13 @@ std::vector<char> columns_of_numbers(const data::TableSource& source) {
     const auto field = static_cast<std::size_t>(&name - header.data());
     return reader.is_text(field) || reader.is_numbers(field);
   });
-  const auto is_label = [](const std::string& name) {
-    return name == "plot" || name == "tree" || name == "species";
-  };
   std::vector<char> is_number(header.size(), 1);
   const auto keep = [&](const std::string& name) {
     const auto found = std::ranges::find(header, name);
     if (found != header.end()) is_number[static_cast<std::size_t>(found - header.begin())] = 0;
   };
   for (const char* name : {"plot", "tree", "species"}) keep(name);
-  for (const auto& usual : stand::usual_columns(header, is_label, reader.file()))
+  for (const auto& usual : stand::usual_columns(header, stand::is_label, reader.file()))
     keep(usual.source);
   if (is_part) {
     // The column may be numeric in this part although it is text in the file.
@@ -79,9 +76,14 @@ void write_rows_with_columns(const data::TableSource& in,
                              const AddedColumns& columns,
                              const ReadingSettings& reading,
                              const RecordSink& sink) {
-  const std::vector<char> is_number = columns_of_numbers(in);
-  data::CsvReader reader(in);
-  const auto& header = reader.header();
+  const auto* const text = std::get_if<std::shared_ptr<const data::TableText>>(&in);
+  const bool is_part = text != nullptr && (*text)->head;
+  const stand::PreparedTable prepared =
+      stand::prepared_table(in, row_preparation(reading), is_part);
+  const std::vector<char> is_number = columns_of_numbers(prepared.table);
+  data::CsvReader reader(prepared.table);
+  std::vector<std::string> header = reader.header();
+  header.resize(header.size() - prepared.made);
   for (const std::size_t field : filled_fields(header, reading, reader.file())) {
     reader.fill_down(field);
   }
@@ -100,6 +102,7 @@ void write_rows_with_columns(const data::TableSource& in,
   end_record(0);
   std::vector<std::string_view> fields;
   for (std::size_t row = 0; reader.next(fields); ++row) {
+    fields.resize(header.size());
     std::string own;
     if (replaced < std::ssize(fields) && columns.is_replaced(row)) {
       own = field_of(columns.table, columns.replaced, row, columns.digits);

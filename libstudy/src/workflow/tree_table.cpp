@@ -16,7 +16,6 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/stand/inventory.hpp"
-#include "silvafit/stand/mixed_units.hpp"
 #include "silvafit/stand/similar_plots.hpp"
 #include "silvafit/stand/size_units.hpp"
 #include "silvafit/stand/species_spellings.hpp"
@@ -35,11 +34,6 @@ bool contains(const Names& names, const std::string& name) {
 }
 
 std::string joined(const Names& entries) { return fmt::format("{}", fmt::join(entries, ",")); }
-
-const stand::ColumnMapping* mapping_to(const Mappings& mappings, const std::string& name) {
-  const auto found = std::ranges::find(mappings, name, &stand::ColumnMapping::name);
-  return found == mappings.end() ? nullptr : &*found;
-}
 
 /// The treatment of rows with the plot and tree of an earlier row.
 enum class RepeatedRows {
@@ -67,7 +61,9 @@ class TableReader {
  public:
   TableReader(const data::TableSource& source, const Wishes& wishes)
       : wishes_(wishes),
-        reader_(source, wishes.settings.missing),
+        prepared_(stand::prepared_table(
+            source, row_preparation(wishes.settings), wishes.state != nullptr)),
+        reader_(prepared_.table, wishes.settings.missing),
         state_(wishes.state == nullptr ? own_state_ : *wishes.state) {
     result_.mapped = wishes.mapped;
   }
@@ -97,6 +93,7 @@ class TableReader {
   }
 
   const Wishes& wishes_;
+  stand::PreparedTable prepared_;
   data::CsvReader reader_;
   Mappings usual_{};
   Mappings joined_{};     ///< labels of several columns, by the settings
@@ -127,8 +124,8 @@ void TableReader::find_columns() {
     mapping = std::move(ours);
   }
   const auto is_looked_for = [this](const std::string& name) {
-    return wishes_.is_wanted(name) && mapping_to(result_.mapped, name) == nullptr &&
-           mapping_to(joined_, name) == nullptr;
+    return wishes_.is_wanted(name) && stand::mapping_to(name, result_.mapped) == nullptr &&
+           stand::mapping_to(name, joined_) == nullptr;
   };
   usual_ = stand::usual_columns(header, is_looked_for, reader_.file(), units);
   usual_.insert(usual_.end(), joined_.begin(), joined_.end());
@@ -182,34 +179,21 @@ void TableReader::find_missing_values(const std::string& name,
 void TableReader::add_column(const stand::ColumnMapping& column) {
   data::Table& table = result_.table;
   const Names parts = stand::joined_columns(column.source, reader_.header());
-  const bool is_label = column.name == "plot" || column.name == "tree" || column.name == "species";
-  if (is_label && !parts.empty()) {
-    std::vector<data::TextColumn> fields;
-    for (const std::string& part : parts) fields.push_back(table.labels(part));
-    data::TextColumn labels;
-    for (std::size_t row = 0; row < table.rows(); ++row) {
-      std::vector<std::string_view> texts;
-      for (const data::TextColumn& field : fields) texts.push_back(field[row]);
-      const std::string label = stand::joined_label(texts);
-      label.empty() ? labels.append_missing() : labels.append(label);
-    }
-    table.set(column.name, std::move(labels));
+  if (stand::is_label(column.name) && !parts.empty()) {
+    table.set(column.name, stand::joined_labels(table, parts));
   } else if (!table.has(column.source)) {
     std::vector<data::TextCell> cells;
     const auto reference =
         data::column_reference(column.name, column.source, table.names(), reader_.file());
     require_numbers(table, reference.expression->variables());
     table.set(column.name, data::numbers_of(table, reference, cells));
-  } else if (table.is_numeric(column.source)) {
-    const auto values = table.numbers(column.source);
-    table.set(column.name, std::vector<double>(values.begin(), values.end()));
   } else {
-    table.set(column.name, data::TextColumn(table.text(column.source)));
+    data::copy_column(column.name, table, column.source, table);
   }
 }
 
 void TableReader::unify_spellings() {
-  const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, "species");
+  const stand::ColumnMapping* const mapping = stand::mapping_to("species", result_.mapped);
   const std::string name = mapping == nullptr ? "species" : mapping->source;
   data::Table& table = result_.table;
   if (wishes_.settings.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
@@ -222,26 +206,8 @@ void TableReader::unify_spellings() {
 
 /// Excludes the trees that are dead or cut, or notes that they are used.
 void TableReader::read_status() {
-  const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, "status");
-  const auto column =
-      mapping == nullptr ? stand::usual_status_column(reader_.header()) : mapping->source;
   const stand::StatusCodes codes = status_codes(wishes_.settings);
-  if (mapping != nullptr && !result_.table.has(*column)) {
-    throw UsageError(
-        fmt::format("status must be a column, not the expression '{}'; name the column "
-                    "and explain its values, such as `columns=status=COLUMN` "
-                    "and `dead_codes=DS`; available: {}",
-                    *column,
-                    data::list_of(reader_.header())),
-        {.file = reader_.file(), .column = "`columns`"});
-  }
-  if (!column && !codes.empty()) {
-    throw UsageError(
-        "no column of the status was found; name it with `columns=status=COLUMN`; "
-        "available: " +
-            data::list_of(reader_.header()),
-        {.file = reader_.file(), .column = "`dead_codes`"});
-  }
+  const auto column = stand::status_column(reader_.header(), result_.mapped, codes, reader_.file());
   if (!column || !result_.table.has(*column)) return;
   if (!state_.status) state_.status.emplace(*column, codes);
   stand::StatusColumn& status = *state_.status;
@@ -286,9 +252,9 @@ void TableReader::describe_labels() {
 /// The rule for rows of one tree (docs/inventory.md).
 void TableReader::resolve_repeated_rows() {
   data::Table& table = result_.table;
-  const auto column_of = [this](const char* name) {
-    const stand::ColumnMapping* const mapping = mapping_to(result_.mapped, name);
-    return mapping == nullptr ? std::string(name) : mapping->source;
+  const auto column_of = [this](const std::string& name) {
+    const stand::ColumnMapping* const mapping = stand::mapping_to(name, result_.mapped);
+    return mapping == nullptr ? name : mapping->source;
   };
   const std::string plot = column_of("plot");
   const std::string tree = column_of("tree");
@@ -300,9 +266,9 @@ void TableReader::resolve_repeated_rows() {
     result_.distinct = std::move(rows.distinct);
     result_.place = std::move(rows.place);
   } else if (wishes_.repeated == RepeatedRows::kOneOfEachTree) {
-    const auto measure = [&](const char* name) -> std::vector<double> {
+    const auto measure = [&](const std::string& name) -> std::vector<double> {
       const std::string column = column_of(name);
-      const bool is_mapped = mapping_to(result_.mapped, name) != nullptr;
+      const bool is_mapped = stand::mapping_to(name, result_.mapped) != nullptr;
       if (!is_mapped && !table.has(column)) return {};
       std::vector<data::TextCell> cells;
       return data::numbers_of(
@@ -317,6 +283,7 @@ TableReader::Result TableReader::read() {
   find_columns();
   read_table();
   note(data::describe_layout(reader_.layout()));
+  note(prepared_.note);
   Mappings renamed = usual_;
   renamed.insert(renamed.end(), converted_.begin(), converted_.end());
   note(stand::describe_usual_columns(renamed, reader_.header()));
@@ -325,14 +292,14 @@ TableReader::Result TableReader::read() {
     find_missing_values(column.name, column.source, true);
   }
   for (const stand::ColumnMapping& mapping : result_.mapped) {
-    const bool is_known = mapping_to(converted_, mapping.name) != nullptr;
+    const bool is_known = stand::mapping_to(mapping.name, converted_) != nullptr;
     if (!is_known && stand::is_measure(mapping.name) && wishes_.is_wanted(mapping.name)) {
       find_missing_values(mapping.name, mapping.source, result_.table.has(mapping.source));
     }
   }
   for (const std::string& name : reader_.header()) {
-    const bool is_elsewhere =
-        mapping_to(result_.mapped, name) != nullptr || mapping_to(usual_, name) != nullptr;
+    const bool is_elsewhere = stand::mapping_to(name, result_.mapped) != nullptr ||
+                              stand::mapping_to(name, usual_) != nullptr;
     if (!name.empty() && !is_elsewhere && wishes_.is_wanted(name) && stand::is_measure(name)) {
       find_missing_values(name, name, true);
     }
@@ -348,40 +315,37 @@ TableReader::Result TableReader::read() {
   return std::move(result_);
 }
 
-/// \throws InputError if some plots have other units than the others
-void check_mixed_units(const data::Table& table) {
-  for (const char* name : {"plot", "dbh", "h"}) {
-    if (!table.has(name)) return;
-  }
-  if (!table.is_numeric("dbh") || !table.is_numeric("h")) return;
-  const data::TextColumn plot = table.labels("plot");
-  std::optional<data::TextColumn> species;
-  if (table.has("species")) species = table.labels("species");
-  const std::string mixed =
-      stand::describe_mixed_units(stand::find_mixed_units({.plot = plot,
-                                                           .species = species ? &*species : nullptr,
-                                                           .dbh_cm = table.numbers("dbh"),
-                                                           .h_m = table.numbers("h")}));
-  if (!mixed.empty()) throw InputError(mixed, {.file = table.file(), .column = "dbh, h"});
-}
-
 /// Only tables with dbh are of trees for certain; `h` may be anything in others.
 /// \throws InputError if a column or a plot has another unit
 void check_table_units(const data::Table& table, const Mappings& mapped) {
-  if (!table.has("dbh") || !table.is_numeric("dbh")) return;
-  check_mixed_units(table);
+  const auto has_numbers = [&table](std::string_view name) {
+    return table.has(name) && table.is_numeric(name);
+  };
+  if (!has_numbers("dbh")) return;
   std::vector<stand::SizeColumn> sizes;
-  for (const char* name : {"dbh", "h", "hcb", "cw", "cr_e", "cr_w", "cr_s", "cr_n"}) {
-    if (!table.has(name) || !table.is_numeric(name)) continue;
-    const stand::ColumnMapping* const mapping = mapping_to(mapped, name);
-    std::string source = name;
+  for (const stand::TreeColumn& column : stand::tree_columns()) {
+    const bool is_size = column.is_measure() && !column.is_position();
+    if (!is_size || !has_numbers(column.name)) continue;
+    const stand::ColumnMapping* const mapping = stand::mapping_to(column.name, mapped);
+    std::string source(column.name);
     if (mapping != nullptr) {
       const bool is_column = data::Expression::variable(mapping->source).text() == mapping->source;
       source = is_column ? mapping->source : "(" + mapping->source + ")";
     }
-    sizes.push_back({.name = name, .source = std::move(source), .values = table.numbers(name)});
+    sizes.push_back(
+        {.name = column.name, .source = std::move(source), .values = table.numbers(column.name)});
   }
-  stand::check_size_units(sizes, table.file());
+  const auto labels = [&table](const char* name) {
+    return table.has(name) ? table.labels(name) : data::TextColumn();
+  };
+  const data::TextColumn plot = labels("plot");
+  const data::TextColumn species = labels("species");
+  stand::TreeSizes trees{.plot = plot, .species = table.has("species") ? &species : nullptr};
+  if (table.has("plot") && has_numbers("h")) {
+    trees.dbh_cm = table.numbers("dbh");
+    trees.h_m = table.numbers("h");
+  }
+  stand::check_units_of_trees(trees, sizes, table.file());
 }
 
 }  // namespace
@@ -441,7 +405,7 @@ ReadTable read_tree_table(const data::TableSource& source,
   TableReader::Result result = TableReader(source, wishes).read();
   // Joined labels are columns of our names now.
   std::erase_if(columns, [&result](const auto& entry) {
-    return mapping_to(result.mapped, entry.first) == nullptr;
+    return stand::mapping_to(entry.first, result.mapped) == nullptr;
   });
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
   // The status does not affect a tree's shape.

@@ -53,4 +53,8 @@ std::vector<double> numbers_of(const Table& table,
                                const ColumnReference& reference,
                                std::vector<TextCell>& text_cells);
 
+/// Adds a copy of a column of this or another table, or replaces the one with this name.
+/// \throws UsageError if there is no such column, or its length differs from that of the table
+void copy_column(std::string_view name, const Table& from, std::string_view source, Table& to);
+
 }  // namespace silvafit::data

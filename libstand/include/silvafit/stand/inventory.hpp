@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <optional>
@@ -16,6 +15,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/stand/tree_columns.hpp"
 #include "silvafit/stand/tree_status.hpp"
 
 namespace silvafit::stand {
@@ -66,7 +66,7 @@ struct Inventory {
   data::TextColumn time{};
   std::vector<TreeStatus> status{};
   /// With InventoryOptions::period only: the plot of each row in the file, as `plot` is then the
-  /// plot at a time, by label_at_time().
+  /// plot at a time, "7 (2019)".
   data::TextColumn measured_plot{};
 
   /// Plots of the file all of whose rows were skipped: their trees are unknown.
@@ -102,66 +102,6 @@ struct Inventory {
   Place place(std::size_t row) const;
 };
 
-/// `name=source`: the source of a standard column.
-struct ColumnMapping {
-  std::string name{};    ///< plot, tree, species, x, y, z, dbh, h, hcb, cw, cr_e ..., or any other
-  std::string source{};  ///< a column of the file, spelled as in its header, or an expression
-};
-
-/// Reads `dbh=DBH_cm,h=Height,x=xk/10`. Commas inside parentheses, double quotes or backquotes do
-/// not separate.
-/// \throws UsageError if a part is not `name=source` or a name comes twice
-std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
-
-/// The columns of a label that is joined of several, such as `SUBP+TREE`: the label of a row is
-/// then `1-4`. None if the text is a column, or one of the parts is none.
-std::vector<std::string> joined_columns(std::string_view source,
-                                        const std::vector<std::string>& header);
-/// The label of these fields; empty if one is missing.
-std::string joined_label(const std::vector<std::string_view>& fields);
-
-/// Standard columns that a file has under another usual name, such as dbh as BHD, or in another
-/// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
-/// In FIA's table TREE, columns have FIA's meaning and units. Labels may be joined_columns().
-/// \param header     of the file
-/// \param is_wanted  whether a standard name is searched for
-/// \param file       for messages
-/// \param units      of each column, from a row below the header; none if there is no such row
-/// \throws UsageError if two columns of the file could be the same standard column
-std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
-                                         const std::function<bool(const std::string&)>& is_wanted,
-                                         const std::string& file,
-                                         const std::vector<std::string>& units = {});
-
-/// The column that says whether trees are alive, if the file has one.
-std::optional<std::string> usual_status_column(const std::vector<std::string>& header);
-
-/// The column of the time of measurement: year, else date, in upper or lower case; INVYR in FIA's
-/// table TREE.
-std::optional<std::string> usual_time_column(const std::vector<std::string>& header);
-
-/// A mapping of a whole column to a measure, converted if the column's header or the row of units
-/// names another unit; any other mapping is unchanged.
-ColumnMapping in_our_unit(ColumnMapping mapping,
-                          const std::vector<std::string>& header,
-                          const std::vector<std::string>& units);
-
-/// The note on such columns: "dbh is read from column DBH_cm, h from Height". Long expressions are
-/// named by their columns.
-/// \param header  of the file: a table of FIA is named; empty: not known
-std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
-                                   const std::vector<std::string>& header = {});
-
-/// Whether a name is that of a measure: x, y, z, dbh, h, hcb, cw or a crown radius.
-bool is_measure(std::string_view name);
-
-/// Whether a number in a standard column is a missing-value code: -9, -99, -999, -9999 or -99999;
-/// in positions the last two only.
-bool is_missing_number_of(std::string_view name, double value);
-
-/// Whether a measure cannot be 0, so that 0 is a missing-value code: dbh, h and cw.
-bool is_zero_missing(std::string_view name);
-
 /// The treatment of trees that are dead and standing by the status column.
 enum class DeadTrees {
   kLeaveOut,   ///< they are skipped
@@ -171,6 +111,8 @@ enum class DeadTrees {
 
 struct InventoryOptions {
   std::vector<ColumnMapping> columns{};
+  std::string where{};                  ///< as RowPreparation::where
+  std::vector<ColumnMapping> visits{};  ///< as RowPreparation::visits
   /// Columns of the file to keep in Inventory::other if they are not standard columns. Mappings to
   /// other names are kept there too.
   std::vector<std::string> keep{};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -68,5 +69,30 @@ void refuse_shared_window(std::size_t plots);
 std::vector<char> trees_inside(const Inventory& inventory,
                                const PlotWindows& windows,
                                unsigned threads = 0);
+
+/// An inventoried area and the rows of the trees inside.
+struct SampledArea {
+  std::string name{};  ///< of its plot; empty for a stand of several plots
+  double area_m2 = 0.0;
+  std::optional<Window> window{};  ///< none if only the area is known
+  std::vector<std::size_t> trees{};
+  /// False for designs without area, such as angle counts: area_m2 is then 1 ha, or the share of it
+  /// in the population.
+  bool has_area = true;
+  /// Area of the whole plot, of which area_m2 is the share in the population; NaN: the same.
+  double whole_m2 = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// The domains of the windows with their trees, in the order of the domains, then the given windows
+/// of plots without rows, because plots without trees are counted, too.
+std::vector<SampledArea> sampled_areas(const Inventory& inventory,
+                                       const PlotWindows& windows,
+                                       const std::vector<NamedWindow>& given);
+
+/// Every plot of the inventory with one known area, for inventories without positions.
+std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_area_m2);
+
+/// Every plot of the inventory with an unknown area, NaN: values per hectare are NaN, too.
+std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory);
 
 }  // namespace silvafit::stand

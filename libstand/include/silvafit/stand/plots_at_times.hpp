@@ -3,7 +3,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "silvafit/stand/inventory.hpp"
@@ -18,14 +17,11 @@ struct PlotAtTime {
   std::string time{};
 };
 
-/// The label of a plot at a time, "7 (2019)".
-std::string label_at_time(std::string_view plot, std::string_view time);
-
 /// The plots of an inventory at their times, in the order of their first rows.
 /// \param inventory  read with InventoryOptions::period
 std::vector<PlotAtTime> plots_at_times(const Inventory& inventory);
 
-/// Windows for an inventory whose plots have labels of label_at_time(): the window of a plot
+/// Windows for an inventory whose plots have labels such as "7 (2019)": the window of a plot
 /// belongs to the plot at each of its times. A window without a plot belongs to the only plot.
 /// \throws UsageError if it is given for several plots
 std::vector<NamedWindow> windows_at_times(const std::vector<NamedWindow>& windows,

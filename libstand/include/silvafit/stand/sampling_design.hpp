@@ -11,7 +11,7 @@
 
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/plot_table.hpp"
-#include "silvafit/stand/stand_summary.hpp"
+#include "silvafit/stand/plot_windows.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/window.hpp"
 

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/stand/mixed_units.hpp"
+
 namespace silvafit::stand {
 
 /// A column of sizes of trees.
@@ -15,6 +17,13 @@ struct SizeColumn {
   std::string source{};              ///< column or expression of the file, ready for a conversion
   std::span<const double> values{};  ///< (N), NaN where missing
 };
+
+/// Refuses tables of trees some of whose plots, or whole columns, have another unit.
+/// \param trees  for find_mixed_units
+/// \throws InputError with the remedy
+void check_units_of_trees(const TreeSizes& trees,
+                          const std::vector<SizeColumn>& columns,
+                          const std::string& file);
 
 /// Judges medians by what stands of trees can have: limits of sizes, and the height at which a stem
 /// of the dbh buckles under its own weight, 95 (dbh/m)^(2/3) m (McMahon 1973, Science 179:

@@ -3,9 +3,7 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,31 +12,6 @@
 #include "silvafit/stand/plot_windows.hpp"
 
 namespace silvafit::stand {
-
-/// An inventoried area and the rows of the trees inside.
-struct SampledArea {
-  std::string name{};  ///< of its plot; empty for a stand of several plots
-  double area_m2 = 0.0;
-  std::optional<Window> window{};  ///< none if only the area is known
-  std::vector<std::size_t> trees{};
-  /// False for designs without area, such as angle counts: area_m2 is then 1 ha, or the share of it
-  /// in the population.
-  bool has_area = true;
-  /// Area of the whole plot, of which area_m2 is the share in the population; NaN: the same.
-  double whole_m2 = std::numeric_limits<double>::quiet_NaN();
-};
-
-/// The domains of the windows with their trees, in the order of the domains, then the given windows
-/// of plots without rows, because plots without trees are counted, too.
-std::vector<SampledArea> sampled_areas(const Inventory& inventory,
-                                       const PlotWindows& windows,
-                                       const std::vector<NamedWindow>& given);
-
-/// Every plot of the inventory with one known area, for inventories without positions.
-std::vector<SampledArea> sampled_areas(const Inventory& inventory, double plot_area_m2);
-
-/// Every plot of the inventory with an unknown area, NaN: values per hectare are NaN, too.
-std::vector<SampledArea> plots_of_unknown_area(const Inventory& inventory);
 
 /// Values of an area. NaN if unknown: no tree, no heights, no crowns. Trees count as many times as
 /// they represent others (Inventory::represented), also in means and standard deviations.

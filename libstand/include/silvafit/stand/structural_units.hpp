@@ -15,7 +15,6 @@
 
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/plot_windows.hpp"
-#include "silvafit/stand/stand_summary.hpp"
 #include "silvafit/stand/unit_findings.hpp"
 #include "silvafit/stand/window.hpp"
 

@@ -9,6 +9,22 @@ namespace silvafit::study {
 
 using data::Same;
 
+template <Same<RowSettings> S, typename Visit>
+void each_setting(S& settings, Visit&& visit) {
+  using data::Setting;
+  using data::SettingForm;
+  visit(Setting("where",
+                settings.where,
+                "Rows to use, such as 'species == \"SM\" && dbh > 7'; the other rows are left out "
+                "before anything is computed")
+            .as(SettingForm::kText, "CONDITION"));
+  visit(Setting("visits",
+                settings.visits,
+                "Columns of one measure at several times, which become a row for each time with a "
+                "column year, such as dbh=DBH_{year},h=H_{year}")
+            .as(SettingForm::kMapping, "NAME=PATTERN,..."));
+}
+
 template <Same<ReadingSettings> S, typename Visit>
 void each_setting(S& settings, Visit&& visit) {
   using data::Setting;
@@ -212,6 +228,7 @@ template <Same<StudyConfiguration> S, typename Visit>
 void each_setting(S& settings, Visit&& visit) {
   each_setting(settings.study, visit);
   each_setting(settings.reading, visit);
+  each_setting(settings.reading.rows, visit);
   each_setting(settings.units, visit);
   each_setting(settings.sampling, visit);
 }

@@ -10,10 +10,17 @@
 
 #include "silvafit/data/csv.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/sampling_design.hpp"
 #include "silvafit/stand/structural_units.hpp"
 
 namespace silvafit::study {
+
+/// The rows of a table, as stand::RowPreparation.
+struct RowSettings {
+  std::string where{};                ///< condition for the rows to use; empty: all
+  std::vector<std::string> visits{};  ///< `dbh=DBH_{year}`: columns of several times
+};
 
 /// Settings for reading a table of trees.
 struct ReadingSettings {
@@ -26,6 +33,7 @@ struct ReadingSettings {
   std::vector<std::string> dead_codes{};
   std::vector<std::string> cut_codes{};
   bool case_sensitive = false;  ///< species that differ only in capitals are different
+  RowSettings rows{};
 };
 
 /// Settings of structural units; stand::StructuralUnitOptions explains the values.
@@ -73,6 +81,10 @@ std::vector<std::string> columns_of(const SamplingSettings& settings);
 
 /// The codes of a status column.
 stand::StatusCodes status_codes(const ReadingSettings& settings);
+
+/// The preparation of a table by these settings.
+/// \throws UsageError if a column cannot be read
+stand::RowPreparation row_preparation(const ReadingSettings& settings);
 
 /// The options of an inventory's reader by these settings; a caller may add its own.
 /// \throws UsageError if a column or a word cannot be read

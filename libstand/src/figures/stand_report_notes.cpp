@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// The notes of a stand report.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "figures/report_maker.hpp"
+#include "silvafit/base/text.hpp"
+#include "units/edge.hpp"
+
+namespace silvafit::stand {
+
+void ReportMaker::note_areas() {
+  if (sample_ != nullptr) note(sample_->notes);
+  if (is_hull_) {
+    note(
+        {"areas are those of convex hulls, which are smaller than the plots, so values per "
+         "hectare are too large; give `window`, `circle` or `plot_area`" +
+         offered_});
+  }
+  if (plots_without_window_.empty()) return;
+  note({fmt::format(
+      "{} not counted, with {}: plot {}; fewer than three trees, or trees on one line, have no "
+      "convex hull and therefore no area; give `window`, `circle` or `plot_area`",
+      counted(plots_without_window_count_, "plot is", "plots are"),
+      counted(without_window_, "tree", "trees"),
+      plots_without_window_.text())});
+}
+
+void ReportMaker::note_trees_left_out() {
+  outside_ -= without_window_;
+  if (without_position_ > 0) {
+    note({counted(without_position_,
+                  "tree without position is not counted",
+                  "trees without position are not counted")});
+  }
+  if (outside_ > 0) note({outside_text(is_outside_note_of_units())});
+  if (empty_ > 0) {
+    note({counted(empty_,
+                  "plot with a window has no tree; it is counted as empty",
+                  "plots with a window have no tree; they are counted as empty")});
+  }
+}
+
+/// Their trees are unknown, so they are not plots without trees.
+void ReportMaker::note_plots_left_out() {
+  const std::vector<std::string>& names = plots_left_out_;
+  if (names.empty()) return;
+  note({fmt::format(
+      "plot {} {} treated as unknown and not counted, because all {} rows were skipped. For "
+      "an empty plot, remove {} rows from the file and give {} window with the plot's name",
+      data::list_of(names),
+      names.size() == 1 ? "is" : "are",
+      names.size() == 1 ? "its" : "their",
+      names.size() == 1 ? "its" : "their",
+      names.size() == 1 ? "its" : "their")});
+}
+
+/// Whether the structural units have a note on the trees outside and use them as neighbors.
+bool ReportMaker::is_outside_note_of_units() const {
+  const std::string own = outside_note(outside_, options_.units.edge);
+  return std::ranges::find(notes_on_units_, own) != notes_on_units_.end() &&
+         options_.units.edge != EdgeCorrection::kTorus;
+}
+
+std::string ReportMaker::outside_text(bool are_neighbors) const {
+  std::string text = counted(outside_,
+                             "tree outside the windows is not counted",
+                             "trees outside the windows are not counted");
+  if (!are_neighbors) return text;
+  return text + (outside_ == 1 ? ", but is used as a neighbor" : ", but are used as neighbors");
+}
+
+void ReportMaker::note_strata() {
+  note(notes_on_strata_);
+  if (without_trees_ > 0) {
+    note({counted(without_trees_,
+                  "plot without trees belongs to no stratum and is skipped",
+                  "plots without trees belong to no stratum and are skipped")});
+  }
+  if (without_stratum_.empty()) return;
+  note({fmt::format(
+      "plot {} {} no stratum in the column {}; {} values are in the row '(none)'{}",
+      without_stratum_.text(),
+      without_stratum_count_ == 1 ? "has" : "have",
+      options_.stratum,
+      without_stratum_count_ == 1 ? "its" : "their",
+      options_.stratum_areas_ha.empty() ? "" : ", which the row of all strata does not include")});
+}
+
+void ReportMaker::note_units() {
+  // The number of trees outside is in another note, with how they are used.
+  const std::string outside = outside_note(outside_, options_.units.edge);
+  for (const std::string& text : notes_on_units_) {
+    if (text != outside) note({text});
+  }
+}
+
+/// Why standard errors are missing where a stratum has one plot.
+void ReportMaker::note_single_plots() {
+  std::vector<std::string> names;
+  for (const StratumFigures& stratum : report_.strata) {
+    if (stratum.kind == StratumFigures::Kind::kAll || stratum.plots != 1) continue;
+    const bool is_stratum = stratum.kind == StratumFigures::Kind::kStratum;
+    names.push_back(is_stratum ? stratum.name : "(none)");
+  }
+  if (names.empty()) return;
+  const bool is_one = names.size() == 1;
+  const bool has_total = std::isfinite(report_.strata.back().stems.standard_error);
+  note(
+      {fmt::format("the {} {} {} only one plot; a variance needs two plots, so {} no standard "
+                   "error{}",
+                   is_one ? "stratum" : "strata",
+                   data::list_of(names),
+                   is_one ? "has" : "each have",
+                   is_one ? "it has" : "they have",
+                   has_total ? "" : ", and neither has the total over all strata")});
+}
+
+/// If only some trees were measured, the tallest may not be among them.
+void ReportMaker::note_dominant_height() {
+  std::vector<std::string> names;
+  for (const AreaReport& area : report_.areas) {
+    const StandFigures& figures = area.figures;
+    const bool lacks = figures.dominant_trees_without_height > 0;
+    if (!lacks || !std::isfinite(figures.dominant_height_m)) continue;
+    names.push_back(fmt::format("{} ({} of {})",
+                                area.area.name.empty() ? "stand" : area.area.name,
+                                figures.dominant_trees_without_height,
+                                figures.dominant_trees));
+  }
+  if (names.empty()) return;
+  note(
+      {fmt::format("some of the thickest trees have no height, and dominant height is the mean of "
+                   "the others: {}; to impute heights, use `silvafit impute`",
+                   data::list_of(names))});
+}
+
+void ReportMaker::write_notes() {
+  note_areas();
+  if (sample_ == nullptr) note_trees_left_out();
+  note_plots_left_out();
+  note_strata();
+  note_units();
+  note_single_plots();
+  if (std::string text = note_on_crown_cover(report_.all); !text.empty()) note({std::move(text)});
+  note_dominant_height();
+}
+
+void ReportMaker::note(const std::vector<std::string>& notes) {
+  report_.notes.insert(report_.notes.end(), notes.begin(), notes.end());
+}
+
+}  // namespace silvafit::stand

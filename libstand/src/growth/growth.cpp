@@ -1,0 +1,540 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/growth.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "figures/ratio_estimates.hpp"
+#include "growth/growth_strata.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/plots_at_times.hpp"
+#include "trees/living_trees.hpp"
+#include "trees/measured_plots.hpp"
+#include "trees/measurement_time.hpp"
+#include "units/density_indices.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr std::size_t kNoTreeRow = static_cast<std::size_t>(-1);
+
+double& part_of(GrowthParts& parts, GrowthPart part) {
+  return parts[static_cast<std::size_t>(part)];
+}
+
+/// A plot's name at a time, also for messages.
+std::string label_of(const MeasuredPlot& plot, std::size_t occasion) {
+  return label_at_time(plot.plot, plot.occasions[occasion].text);
+}
+
+/// A tree in a period, with its rows of the living trees.
+struct TreeInPeriod {
+  std::size_t start = kNoTreeRow;
+  std::size_t end = kNoTreeRow;
+  TreeFate fate = TreeFate::kSurvivor;
+};
+
+struct Period {
+  std::size_t plot = 0;      ///< number of the plot
+  std::size_t occasion = 0;  ///< of the start
+  std::vector<TreeInPeriod> trees{};
+};
+
+class GrowthMaker {
+ public:
+  GrowthMaker(const Inventory& inventory, const StandReportOptions& options)
+      : inventory_(inventory), options_(options), design_(design_for(inventory, options.design)) {}
+
+  GrowthReport run();
+
+ private:
+  bool is_alive(std::size_t row) const {
+    return inventory_.status.empty() || inventory_.status[row] == TreeStatus::kAlive;
+  }
+  std::vector<std::size_t> living_rows(const MeasuredPlot& plot,
+                                       const MeasuredTree& tree,
+                                       LivingTrees& living);
+  TreeFate fate_at_end(const std::optional<std::size_t>& row) const;
+  void follow_plot(std::size_t number, LivingTrees& living);
+  void follow_trees();
+  void find_areas();
+  std::vector<PlotAtTime> plots_at_occasions() const;
+  void add_trees();
+  void add_tree(const Period& period, const TreeInPeriod& tree);
+  GrowthParts parts_of_value(const Period& period,
+                             const TreeValue& value,
+                             const SampledArea& start,
+                             const SampledArea& end,
+                             double years) const;
+  bool is_value_missing(const TreeInPeriod& tree, const TreeValue& value) const;
+  void find_missing(const Period& period,
+                    const TreeValue& value,
+                    std::vector<std::string>& places) const;
+  void note_missing();
+  std::vector<TreeValue> values() const;
+  void add_plots();
+  void check_density() const;
+  void find_strata();
+  void add_strata();
+  void add_notes();
+
+  const Inventory& inventory_;
+  const StandReportOptions& options_;
+  SamplingDesign design_;
+  std::vector<MeasuredPlot> plots_{};
+  std::vector<Period> periods_{};
+  Inventory living_{};
+  std::unordered_map<std::string, SampledArea> areas_{};  ///< by label
+  std::vector<char> is_counted_{};                        ///< of the living trees
+  std::set<std::size_t> interpolated_{};
+  std::vector<double> areas_ha_{};  ///< sizes in ratios, of GrowthReport::plots
+  std::vector<double> whole_ha_{};  ///< the same of whole plots
+  std::map<std::string, double> stratum_sizes_{};
+  bool are_weights_ = false;
+  std::vector<std::vector<std::string>> missing_{};  ///< by GrowthReport::values: trees without it
+  std::size_t revived_ = 0;
+  std::string first_revived_{};
+  std::size_t never_alive_ = 0;
+  GrowthReport report_{};
+};
+
+/// The rows of living trees at the occasions between which a tree was alive; none if it never was.
+std::vector<std::size_t> GrowthMaker::living_rows(const MeasuredPlot& plot,
+                                                  const MeasuredTree& tree,
+                                                  LivingTrees& living) {
+  const auto alive_at = [&](std::size_t k) { return tree.rows[k] && is_alive(*tree.rows[k]); };
+  std::vector<std::size_t> alive;
+  for (std::size_t k = 0; k < tree.rows.size(); ++k) {
+    if (alive_at(k)) alive.push_back(k);
+  }
+  std::vector<std::size_t> rows(tree.rows.size(), kNoTreeRow);
+  for (std::size_t i = 0; i < alive.size(); ++i) {
+    const std::size_t k = alive[i];
+    rows[k] = living.add(*tree.rows[k], label_of(plot, k));
+    const std::size_t next = i + 1 < alive.size() ? alive[i + 1] : k;
+    const double years = plot.occasions[next].years - plot.occasions[k].years;
+    for (std::size_t missing = k + 1; missing < next; ++missing) {
+      if (tree.rows[missing] && revived_++ == 0) {
+        first_revived_ =
+            describe(inventory_.place(*tree.rows[missing]), "dead or cut, but alive later");
+      }
+      const double share = (plot.occasions[missing].years - plot.occasions[k].years) / years;
+      rows[missing] =
+          living.add_between(*tree.rows[k], *tree.rows[next], share, label_of(plot, missing));
+      interpolated_.insert(rows[missing]);
+    }
+  }
+  return rows;
+}
+
+TreeFate GrowthMaker::fate_at_end(const std::optional<std::size_t>& row) const {
+  if (!row) return TreeFate::kNotFound;
+  return inventory_.status[*row] == TreeStatus::kDead ? TreeFate::kMortality : TreeFate::kCut;
+}
+
+void GrowthMaker::follow_plot(std::size_t number, LivingTrees& living) {
+  const MeasuredPlot& plot = plots_[number];
+  const std::size_t first_period = periods_.size();
+  for (std::size_t k = 0; k + 1 < plot.occasions.size(); ++k) {
+    periods_.push_back({.plot = number, .occasion = k});
+  }
+  for (const MeasuredTree& tree : plot.trees) {
+    const std::vector<std::size_t> rows = living_rows(plot, tree, living);
+    const auto is_alive_ever = [](std::size_t row) { return row != kNoTreeRow; };
+    if (std::ranges::none_of(rows, is_alive_ever)) ++never_alive_;
+    for (std::size_t k = 0; k + 1 < rows.size(); ++k) {
+      if (rows[k] == kNoTreeRow && rows[k + 1] == kNoTreeRow) continue;
+      TreeInPeriod one{.start = rows[k], .end = rows[k + 1]};
+      if (one.start == kNoTreeRow) one.fate = TreeFate::kIngrowth;
+      if (one.end == kNoTreeRow) one.fate = fate_at_end(tree.rows[k + 1]);
+      periods_[first_period + k].trees.push_back(one);
+    }
+  }
+}
+
+void GrowthMaker::follow_trees() {
+  LivingTrees living(inventory_);
+  std::vector<std::string> once;
+  for (std::size_t i = 0; i < plots_.size(); ++i) {
+    if (plots_[i].occasions.size() < 2) once.push_back(plots_[i].plot);
+    follow_plot(i, living);
+  }
+  living_ = std::move(living).finish();
+  if (periods_.empty()) {
+    throw InputError("no plot was measured twice; growth needs two years or dates of a plot",
+                     {.file = inventory_.file});
+  }
+  if (once.empty()) return;
+  report_.notes.push_back(fmt::format("{}: {}",
+                                      counted(once.size(),
+                                              "plot was measured once and has no growth",
+                                              "plots were measured once and have no growth"),
+                                      data::list_of(once)));
+}
+
+std::vector<PlotAtTime> GrowthMaker::plots_at_occasions() const {
+  std::vector<PlotAtTime> plots;
+  for (const MeasuredPlot& plot : plots_) {
+    for (const Occasion& one : plot.occasions) {
+      plots.push_back({.plot = plot.plot, .time = one.text});
+    }
+  }
+  return plots;
+}
+
+void GrowthMaker::find_areas() {
+  std::vector<SampledArea> areas;
+  // A tree is counted without a dbh, unless the design chooses trees by it.
+  const bool needs_dbh =
+      !options_.design.circles.empty() || options_.design.basal_area_factor > 0.0;
+  if (!needs_dbh) living_.neighbor_only.clear();
+  if (options_.plot_area_m2) {
+    areas = sampled_areas(living_, *options_.plot_area_m2);
+  } else if (!options_.units.windows.empty()) {
+    const std::vector<NamedWindow> given =
+        windows_at_times(options_.units.windows, plots_at_occasions());
+    areas = sampled_areas(living_, plot_windows(living_, given, SearchScope::kPlot), given);
+  } else if (design_.is_given()) {
+    DesignedSample sample = sample_of(living_, design_at_times(design_, plots_at_occasions()));
+    living_.represented = std::move(sample.represented);
+    areas = std::move(sample.areas);
+    report_.notes.insert(report_.notes.end(), sample.notes.begin(), sample.notes.end());
+  } else {
+    areas = plots_of_unknown_area(living_);
+    report_.notes.emplace_back(
+        "areas are unknown, so there are no values per hectare; give `plot_area`, `window`, "
+        "`circle`, `plots` or a sampling design" +
+        offer_of_area_column(inventory_));
+  }
+  is_counted_.assign(living_.size(), 0);
+  for (SampledArea& area : areas) {
+    for (const std::size_t tree : area.trees) is_counted_[tree] = 1;
+    areas_.emplace(area.name, std::move(area));
+  }
+}
+
+void GrowthMaker::add_tree(const Period& period, const TreeInPeriod& tree) {
+  const MeasuredPlot& plot = plots_[period.plot];
+  const Occasion& from = plot.occasions[period.occasion];
+  const Occasion& to = plot.occasions[period.occasion + 1];
+  const std::size_t any = tree.start == kNoTreeRow ? tree.end : tree.start;
+  const auto at = [](const std::vector<double>& values, std::size_t row) {
+    return values.empty() || row == kNoTreeRow ? data::kMissing : values[row];
+  };
+  const double years = to.years - from.years;
+  TreeGrowth growth{.plot = plot.plot,
+                    .tree = std::string(living_.tree[any]),
+                    .species = std::string(living_.species[any]),
+                    .from = from.text,
+                    .to = to.text,
+                    .years = years,
+                    .fate = tree.fate,
+                    .dbh_start_cm = at(living_.dbh_cm, tree.start),
+                    .dbh_end_cm = at(living_.dbh_cm, tree.end),
+                    .h_start_m = at(living_.h_m, tree.start),
+                    .h_end_m = at(living_.h_m, tree.end)};
+  growth.dbh_cm_per_year = (growth.dbh_end_cm - growth.dbh_start_cm) / years;
+  growth.h_m_per_year = (growth.h_end_m - growth.h_start_m) / years;
+  constexpr double kSquareCentimeters = 1e4;
+  growth.basal_area_cm2_per_year =
+      kSquareCentimeters * (basal_area_m2(growth.dbh_end_cm) - basal_area_m2(growth.dbh_start_cm)) /
+      years;
+  for (const TreeQuantity& quantity : living_.quantities) {
+    growth.quantities_per_year.push_back(
+        (at(quantity.values, tree.end) - at(quantity.values, tree.start)) / years);
+  }
+  growth.is_interpolated = interpolated_.contains(tree.start) || interpolated_.contains(tree.end);
+  report_.trees.push_back(std::move(growth));
+}
+
+void GrowthMaker::add_trees() {
+  for (const Period& period : periods_) {
+    for (const TreeInPeriod& tree : period.trees) add_tree(period, tree);
+  }
+}
+
+std::vector<TreeValue> GrowthMaker::values() const {
+  std::vector<TreeValue> values{
+      [](std::size_t) { return 1.0; },
+      [this](std::size_t row) { return basal_area_m2(living_.dbh_cm[row]); }};
+  for (const TreeQuantity& quantity : living_.quantities) {
+    values.emplace_back([&quantity](std::size_t row) { return quantity.values[row]; });
+  }
+  return values;
+}
+
+/// Whether a tree is left out of both sums, because its value, or its dbh where the design needs
+/// it, is not known at one of them.
+bool GrowthMaker::is_value_missing(const TreeInPeriod& tree, const TreeValue& value) const {
+  const auto is_missing = [&](std::size_t row) {
+    return row != kNoTreeRow && (living_.is_neighbor_only(row) || std::isnan(value(row)));
+  };
+  return is_missing(tree.start) || is_missing(tree.end);
+}
+
+void GrowthMaker::find_missing(const Period& period,
+                               const TreeValue& value,
+                               std::vector<std::string>& places) const {
+  const MeasuredPlot& plot = plots_[period.plot];
+  for (const TreeInPeriod& tree : period.trees) {
+    if (!is_value_missing(tree, value)) continue;
+    places.push_back(fmt::format("plot {}, tree {} ({} to {})",
+                                 plot.plot,
+                                 living_.tree[tree.start == kNoTreeRow ? tree.end : tree.start],
+                                 plot.occasions[period.occasion].text,
+                                 plot.occasions[period.occasion + 1].text));
+  }
+}
+
+GrowthParts GrowthMaker::parts_of_value(const Period& period,
+                                        const TreeValue& value,
+                                        const SampledArea& start,
+                                        const SampledArea& end,
+                                        double years) const {
+  GrowthParts parts{};
+  const auto per_ha = [&](std::size_t row, const SampledArea& area) {
+    return living_.trees_represented(row) / (area.area_m2 / kSquareMetersPerHectare);
+  };
+  for (const TreeInPeriod& tree : period.trees) {
+    if (is_value_missing(tree, value)) continue;
+    const bool at_start = tree.start != kNoTreeRow && is_counted_[tree.start] != 0;
+    const bool at_end = tree.end != kNoTreeRow && is_counted_[tree.end] != 0;
+    const double before = at_start ? per_ha(tree.start, start) * value(tree.start) : 0.0;
+    const double after = at_end ? per_ha(tree.end, end) * value(tree.end) : 0.0;
+    part_of(parts, GrowthPart::kStart) += before;
+    part_of(parts, GrowthPart::kEnd) += after;
+    switch (tree.fate) {
+      case TreeFate::kSurvivor:
+        if (at_start) {
+          part_of(parts, GrowthPart::kSurvivorGrowth) +=
+              per_ha(tree.start, start) * (value(tree.end) - value(tree.start)) / years;
+        }
+        break;
+      case TreeFate::kIngrowth:
+        part_of(parts, GrowthPart::kIngrowth) += after / years;
+        break;
+      case TreeFate::kMortality:
+        part_of(parts, GrowthPart::kMortality) += before / years;
+        break;
+      case TreeFate::kCut:
+        part_of(parts, GrowthPart::kCut) += before / years;
+        break;
+      case TreeFate::kNotFound:
+        part_of(parts, GrowthPart::kNotFound) += before / years;
+        break;
+    }
+  }
+  const auto get = [&parts](GrowthPart part) { return parts[static_cast<std::size_t>(part)]; };
+  part_of(parts, GrowthPart::kNetChange) =
+      (get(GrowthPart::kEnd) - get(GrowthPart::kStart)) / years;
+  const double factor_change =
+      get(GrowthPart::kNetChange) -
+      (get(GrowthPart::kSurvivorGrowth) + get(GrowthPart::kIngrowth) - get(GrowthPart::kMortality) -
+       get(GrowthPart::kCut) - get(GrowthPart::kNotFound));
+  // The difference of equal sums is rounding error.
+  const double rounding = 1e-12 * (get(GrowthPart::kStart) + get(GrowthPart::kEnd)) / years;
+  part_of(parts, GrowthPart::kFactorChange) =
+      std::abs(factor_change) <= rounding ? 0.0 : factor_change;
+  return parts;
+}
+
+void GrowthMaker::add_plots() {
+  const std::vector<TreeValue> of_tree = values();
+  missing_.resize(of_tree.size());
+  for (const Period& period : periods_) {
+    const MeasuredPlot& plot = plots_[period.plot];
+    const Occasion& from = plot.occasions[period.occasion];
+    const Occasion& to = plot.occasions[period.occasion + 1];
+    PlotGrowth growth{.plot = plot.plot,
+                      .from = from.text,
+                      .to = to.text,
+                      .period = period.occasion + 1,
+                      .years = to.years - from.years,
+                      .area_ha = data::kMissing};
+    auto start = areas_.find(label_of(plot, period.occasion));
+    auto end = areas_.find(label_of(plot, period.occasion + 1));
+    // Without living trees a plot keeps its area.
+    if (start == areas_.end()) start = end;
+    if (end == areas_.end()) end = start;
+    const bool is_known = start != areas_.end() && !std::isnan(start->second.area_m2);
+    double area_ha = data::kMissing;
+    if (is_known) {
+      area_ha = start->second.area_m2 / kSquareMetersPerHectare;
+      if (start->second.has_area) growth.area_ha = area_ha;
+    }
+    for (std::size_t i = 0; i < of_tree.size(); ++i) {
+      GrowthParts parts;
+      parts.fill(data::kMissing);
+      if (is_known && area_ha > 0.0) {
+        parts = parts_of_value(period, of_tree[i], start->second, end->second, growth.years);
+        find_missing(period, of_tree[i], missing_[i]);
+      }
+      growth.values.push_back(parts);
+    }
+    areas_ha_.push_back(area_ha);
+    const bool is_part = is_known && !std::isnan(start->second.whole_m2);
+    whole_ha_.push_back(is_part ? start->second.whole_m2 / kSquareMetersPerHectare : area_ha);
+    report_.plots.push_back(std::move(growth));
+  }
+}
+
+void GrowthMaker::check_density() const {
+  if (options_.trust_units) return;
+  constexpr std::size_t kNumber = 0;  // of GrowthReport::values
+  constexpr std::size_t kBasalArea = 1;
+  const Place place{.file = inventory_.file,
+                    .column = options_.plot_area_m2 ? "`plot_area`" : "area"};
+  double basal_area_m2 = 0.0;
+  double area_ha = 0.0;
+  for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
+    if (!(areas_ha_[i] > 0.0)) continue;
+    GrowthParts parts = report_.plots[i].values[kBasalArea];
+    basal_area_m2 += part_of(parts, GrowthPart::kStart) * areas_ha_[i];
+    area_ha += areas_ha_[i];
+    if (!living_.represented.empty()) continue;
+    GrowthParts numbers = report_.plots[i].values[kNumber];
+    check_plot_density(report_.plots[i].plot,
+                       std::round(part_of(numbers, GrowthPart::kStart) * areas_ha_[i]),
+                       areas_ha_[i] * kSquareMetersPerHectare,
+                       place);
+  }
+  check_density_is_possible(basal_area_m2 / area_ha, place);
+}
+
+/// By the table of plots, or a column of the trees.
+void GrowthMaker::find_strata() {
+  stratum_sizes_ = options_.stratum_areas_ha;
+  if (!options_.stratum.empty()) {
+    const data::Table table = to_table(inventory_);
+    if (!table.has(options_.stratum)) {
+      throw InputError(data::no_such_column(options_.stratum, table.names()),
+                       {.file = inventory_.file, .column = "`stratum`"});
+    }
+    const data::TextColumn column = table.labels(options_.stratum);
+    std::unordered_map<std::string, std::string> stratum_of;
+    for (std::size_t row = 0; row < inventory_.size(); ++row) {
+      const auto [found, is_new] =
+          stratum_of.try_emplace(std::string(inventory_.plot[row]), std::string(column[row]));
+      if (is_new || found->second == column[row]) continue;
+      Place place = inventory_.place(row);
+      place.column = options_.stratum;
+      throw InputError(
+          fmt::format("the plot belongs to two strata, '{}' and '{}'", found->second, column[row]),
+          place);
+    }
+    for (PlotGrowth& plot : report_.plots) plot.stratum = stratum_of[plot.plot];
+    return;
+  }
+  if (!options_.design.plots || !options_.design.plots->has_stratum) return;
+  std::vector<SampledArea> areas;
+  for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
+    areas.push_back(
+        {.name = report_.plots[i].plot, .area_m2 = areas_ha_[i] * kSquareMetersPerHectare});
+  }
+  DesignStrata strata = strata_of_plots(*options_.design.plots, areas, stratum_sizes_);
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    report_.plots[i].stratum = std::move(strata.stratum_of_area[i]);
+  }
+  stratum_sizes_ = std::move(strata.sizes);
+  are_weights_ = strata.are_weights;
+  std::ranges::move(strata.notes, std::back_inserter(report_.notes));
+}
+
+void GrowthMaker::add_strata() {
+  std::set<std::string> names;
+  std::size_t periods = 0;
+  for (const PlotGrowth& plot : report_.plots) {
+    if (!plot.stratum.empty()) names.insert(plot.stratum);
+    periods = std::max(periods, plot.period);
+  }
+  check_stratum_sizes(names, stratum_sizes_);
+  for (std::size_t period = 1; period <= periods; ++period) {
+    std::vector<StratumGrowth> strata =
+        strata_of_period(report_, areas_ha_, whole_ha_, period, stratum_sizes_, are_weights_);
+    std::ranges::move(strata, std::back_inserter(report_.strata));
+  }
+}
+
+void GrowthMaker::note_missing() {
+  for (std::size_t i = 0; i < missing_.size(); ++i) {
+    if (missing_[i].empty()) continue;
+    report_.notes.push_back(fmt::format(
+        "{} no value at the start or end of a period and {} left out of both sums of {}: {}",
+        counted(missing_[i].size(), "tree has", "trees have"),
+        missing_[i].size() == 1 ? "is" : "are",
+        report_.values[i],
+        data::list_of(missing_[i])));
+  }
+}
+
+void GrowthMaker::add_notes() {
+  note_missing();
+  std::size_t not_found = 0;
+  std::size_t shrunk = 0;
+  std::string first_lost;
+  for (const TreeGrowth& tree : report_.trees) {
+    if (tree.dbh_cm_per_year < 0.0) ++shrunk;
+    if (tree.fate == TreeFate::kNotFound && not_found++ == 0) {
+      first_lost = fmt::format("plot {}, tree {}, {}", tree.plot, tree.tree, tree.to);
+    }
+  }
+  const auto note = [this](std::size_t count, const std::string& text) {
+    if (count > 0) report_.notes.push_back(text);
+  };
+  note(not_found,
+       fmt::format("{} no row at the end of a period and no status of death or cut: 'not found', "
+                   "the first: {}",
+                   counted(not_found, "tree has", "trees have"),
+                   first_lost));
+  note(
+      interpolated_.size(),
+      fmt::format("{} missing between two others of the same tree; dbh and height are interpolated",
+                  counted(interpolated_.size(), "measurement is", "measurements are")));
+  note(revived_,
+       fmt::format("{} not used, the first: {}",
+                   counted(revived_, "status is", "statuses are"),
+                   first_revived_));
+  note(never_alive_,
+       fmt::format("{} not alive at any time and {} no growth",
+                   counted(never_alive_, "tree was", "trees were"),
+                   never_alive_ == 1 ? "has" : "have"));
+  note(shrunk,
+       fmt::format("{} negative and kept: errors of measurement, or bark that was lost",
+                   counted(shrunk, "dbh increment is", "dbh increments are")));
+}
+
+GrowthReport GrowthMaker::run() {
+  const SamplingDesign& design = options_.design;
+  plots_ = measured_plots(inventory_, design.plots ? &*design.plots : nullptr);
+  report_.values = {"stems", "basal_area_m2"};
+  for (const TreeQuantity& quantity : inventory_.quantities) {
+    report_.quantities.push_back(quantity.name + "_" + quantity.unit);
+    report_.values.push_back(report_.quantities.back());
+  }
+  follow_trees();
+  find_areas();
+  add_trees();
+  add_plots();
+  check_density();
+  find_strata();
+  add_strata();
+  add_notes();
+  return std::move(report_);
+}
+
+}  // namespace
+
+GrowthReport growth_report(const Inventory& inventory, const StandReportOptions& options) {
+  return GrowthMaker(inventory, options).run();
+}
+
+}  // namespace silvafit::stand

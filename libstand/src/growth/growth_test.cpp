@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+// Growth between measurements, against values worked out by hand and the balance of its parts.
+#include "silvafit/stand/growth.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <memory>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/stand/inventory.hpp"
+#include "test_support/stand_test_support.hpp"
+#include "trees/measurement_time.hpp"
+
+using namespace silvafit;
+using namespace silvafit::stand;
+using namespace silvafit::stand::test;
+using Catch::Matchers::Contains;
+
+namespace {
+
+data::TableSource csv_of(const std::string& text, const std::string& name = "growth.csv") {
+  return std::make_shared<const data::TableText>(
+      data::TableText{.name = name, .text = text, .separator = ','});
+}
+
+CheckedInventory measured(const std::string& text) {
+  return read_inventory(csv_of(text), {.keeps_measurements = true});
+}
+
+double value_of(const PlotGrowth& plot, std::size_t value, GrowthPart part) {
+  return plot.values[value][static_cast<std::size_t>(part)];
+}
+
+const Estimate& estimate_in(const StratumGrowth& stratum, std::size_t value, GrowthPart part) {
+  return stratum.values[value][static_cast<std::size_t>(part)];
+}
+
+bool tells(const std::vector<std::string>& notes, const std::string& text) {
+  return std::ranges::any_of(
+      notes, [&](const std::string& note) { return note.find(text) != std::string::npos; });
+}
+
+/// End = start + years times the sum of the changes.
+void check_balance(const PlotGrowth& plot) {
+  for (std::size_t value = 0; value < plot.values.size(); ++value) {
+    const double change = value_of(plot, value, GrowthPart::kSurvivorGrowth) +
+                          value_of(plot, value, GrowthPart::kIngrowth) -
+                          value_of(plot, value, GrowthPart::kMortality) -
+                          value_of(plot, value, GrowthPart::kCut) -
+                          value_of(plot, value, GrowthPart::kNotFound) +
+                          value_of(plot, value, GrowthPart::kFactorChange);
+    CHECK(value_of(plot, value, GrowthPart::kEnd) ==
+          Approx(value_of(plot, value, GrowthPart::kStart) + plot.years * change).epsilon(1e-12));
+  }
+}
+
+// A survivor, one that dies, one that is cut, one that is not found, and one that grows in.
+const char* const kFates =
+    "plot,tree,species,year,dbh,h,status\n"
+    "1,1,A,2010,20,15,alive\n1,2,A,2010,10,9,alive\n1,3,B,2010,30,20,alive\n"
+    "1,4,B,2010,12,10,alive\n"
+    "1,1,A,2015,22.5,16,alive\n1,2,A,2015,,,dead\n1,3,B,2015,,,cut\n1,5,A,2015,7,6,alive\n";
+
+}  // namespace
+
+TEST_CASE("Every tree of a period has one fate, and its increments are differences per year") {
+  const CheckedInventory checked = measured(kFates);
+  CHECK(checked.excluded_tree_count == 0);
+  StandReportOptions options;
+  options.plot_area_m2 = 500.0;
+  const GrowthReport report = growth_report(checked.inventory, options);
+  REQUIRE(report.trees.size() == 5);
+  std::vector<std::string> fates;
+  for (const TreeGrowth& tree : report.trees) {
+    fates.push_back(tree.tree + " " + std::string(name_of(tree.fate)));
+  }
+  CHECK(fates == std::vector<std::string>{
+                     "1 survivor", "2 mortality", "3 cut", "4 not found", "5 ingrowth"});
+  const TreeGrowth& survivor = report.trees[0];
+  CHECK(survivor.years == 5.0);
+  CHECK(survivor.dbh_cm_per_year == Approx(0.5).epsilon(1e-14));
+  CHECK(survivor.h_m_per_year == Approx(0.2).epsilon(1e-14));
+  // pi/4 (22.5^2 - 20^2) / 5
+  CHECK(survivor.basal_area_cm2_per_year == Approx(M_PI / 4 * 106.25 / 5).epsilon(1e-13));
+  CHECK(std::isnan(report.trees[4].dbh_cm_per_year));
+  CHECK(tells(report.notes, "1 tree has no row at the end of a period"));
+
+  REQUIRE(report.plots.size() == 1);
+  const PlotGrowth& plot = report.plots[0];
+  // 20 trees per ha each.
+  CHECK(value_of(plot, 0, GrowthPart::kStart) == Approx(80.0).epsilon(1e-14));
+  CHECK(value_of(plot, 0, GrowthPart::kEnd) == Approx(40.0).epsilon(1e-14));
+  CHECK(value_of(plot, 0, GrowthPart::kNetChange) == Approx(-8.0).epsilon(1e-14));
+  CHECK(value_of(plot, 0, GrowthPart::kSurvivorGrowth) == 0.0);
+  for (const GrowthPart part :
+       {GrowthPart::kIngrowth, GrowthPart::kMortality, GrowthPart::kCut, GrowthPart::kNotFound}) {
+    CHECK(value_of(plot, 0, part) == Approx(4.0).epsilon(1e-14));
+  }
+  CHECK(value_of(plot, 1, GrowthPart::kSurvivorGrowth) ==
+        Approx(20 * (basal_area_m2(22.5) - basal_area_m2(20)) / 5).epsilon(1e-12));
+  CHECK(value_of(plot, 1, GrowthPart::kCut) == Approx(20 * basal_area_m2(30) / 5).epsilon(1e-13));
+  CHECK(value_of(plot, 1, GrowthPart::kFactorChange) == 0.0);
+  check_balance(plot);
+}
+
+TEST_CASE("Without keeping measurements an inventory has the first of each tree") {
+  const CheckedInventory first = read_inventory(csv_of(kFates), {});
+  CHECK(first.inventory.size() == 5);
+  CHECK(first.inventory.time.size() == 0);
+}
+
+TEST_CASE("A measurement that is missing between two others is interpolated") {
+  const CheckedInventory checked = measured(
+      "plot,tree,year,dbh\n1,1,2000,10\n1,2,2000,30\n1,2,2004,31\n1,1,2010,20\n1,2,2010,33\n");
+  StandReportOptions options;
+  options.plot_area_m2 = 1000.0;
+  const GrowthReport report = growth_report(checked.inventory, options);
+  REQUIRE(report.trees.size() == 4);
+  CHECK(report.trees[0].dbh_end_cm == Approx(14.0).epsilon(1e-14));
+  CHECK(report.trees[0].is_interpolated);
+  CHECK(report.trees[0].fate == TreeFate::kSurvivor);
+  CHECK(report.plots.size() == 2);
+  CHECK(value_of(report.plots[1], 0, GrowthPart::kIngrowth) == 0.0);
+  CHECK(tells(report.notes, "1 measurement is missing"));
+  for (const PlotGrowth& plot : report.plots) check_balance(plot);
+}
+
+TEST_CASE("A tree that grows over a limit of concentric circles changes its factor") {
+  // Van Deusen and others 1986: growth of survivors by the factor at the start is unbiased; the
+  // rest of the net change is that of factors.
+  const CheckedInventory checked =
+      measured("plot,tree,year,dbh\n1,1,2010,29\n1,2,2010,40\n1,1,2020,31\n1,2,2020,45\n");
+  const GrowthReport report =
+      growth_report(checked.inventory, {.design = {.circles = {{7, 5}, {30, 10}}}});
+  const double small = 1e4 / (M_PI * 25);
+  const double large = 1e4 / (M_PI * 100);
+  const PlotGrowth& plot = report.plots[0];
+  CHECK(value_of(plot, 0, GrowthPart::kStart) == Approx(small + large).epsilon(1e-13));
+  CHECK(value_of(plot, 0, GrowthPart::kEnd) == Approx(2 * large).epsilon(1e-13));
+  CHECK(value_of(plot, 0, GrowthPart::kFactorChange) ==
+        Approx((large - small) / 10).epsilon(1e-12));
+  CHECK(value_of(plot, 1, GrowthPart::kSurvivorGrowth) ==
+        Approx((small * (basal_area_m2(31) - basal_area_m2(29)) +
+                large * (basal_area_m2(45) - basal_area_m2(40))) /
+               10)
+            .epsilon(1e-12));
+  check_balance(plot);
+}
+
+TEST_CASE("Growth of strata has the standard errors of samples, with empty plots") {
+  const CheckedInventory checked = measured(
+      "plot,tree,year,dbh\n1,1,2010,20\n1,1,2020,20\n1,2,2020,20\n2,1,2010,20\n2,1,2020,20\n"
+      "3,1,2012,20\n3,1,2022,20\n3,2,2022,20\n3,3,2022,20\n");
+  StandReportOptions options;
+  options.design.plots = read_plot_table(
+      csv_of("plot,year,area,stratum,stratum_area\n1,2010,1000,A,20\n1,2020,1000,A,20\n"
+             "2,2010,1000,A,20\n2,2020,1000,A,20\n3,2012,1000,B,10\n3,2022,1000,B,10\n"
+             "4,2012,1000,B,10\n4,2022,1000,B,10\n",
+             "plots.csv"));
+  const GrowthReport report = growth_report(checked.inventory, options);
+  REQUIRE(report.plots.size() == 4);
+  REQUIRE(report.strata.size() == 3);
+  // Ingrowth per ha and year: 1 and 0 in A, 2 and 0 in B.
+  const Estimate& a = estimate_in(report.strata[0], 0, GrowthPart::kIngrowth);
+  CHECK(a.per_ha == Approx(0.5).epsilon(1e-13));
+  CHECK(a.standard_error == Approx(0.5).epsilon(1e-13));
+  CHECK(a.total == Approx(10.0).epsilon(1e-13));
+  const StratumGrowth& all = report.strata[2];
+  CHECK(all.from == "2010");
+  CHECK(all.to == "2022");
+  const Estimate& total = estimate_in(all, 0, GrowthPart::kIngrowth);
+  CHECK(total.total == Approx(20.0).epsilon(1e-13));
+  CHECK(total.total_standard_error == Approx(std::hypot(10.0, 10.0)).epsilon(1e-13));
+}
+
+TEST_CASE("With plots outside the population, areas of strata in growth are those of all land") {
+  const CheckedInventory checked =
+      measured("plot,tree,year,dbh\n1,1,2010,20\n1,1,2020,20\n1,2,2020,20\n");
+  const std::string shares = "1,2010,1000,1,A\n1,2020,1000,1,A\n2,2010,1000,0,A\n2,2020,1000,0,A\n";
+  const auto growth = [&](StandReportOptions options) {
+    options.design.plots =
+        read_plot_table(csv_of("plot,year,area,share,stratum\n" + shares, "plots.csv"));
+    return growth_report(checked.inventory, options);
+  };
+  const GrowthReport report = growth({.stratum_areas_ha = {{"A", 20.0}}});
+  // One tree in 10 years on 0.1 ha of the population; of the 20 ha of land, half are population.
+  const Estimate& ingrowth = estimate_in(report.strata[0], 0, GrowthPart::kIngrowth);
+  CHECK(ingrowth.per_ha == Approx(1.0).epsilon(1e-13));
+  CHECK(ingrowth.total == Approx(10.0).epsilon(1e-13));
+  CHECK(tells(report.notes, "areas of strata are taken as those of all land"));
+  CHECK(!tells(growth({}).notes, "all land"));
+}
+
+TEST_CASE("Areas that make impossible basal areas are errors of growth") {
+  const CheckedInventory checked = measured("plot,tree,year,dbh\n1,1,2010,20\n1,1,2020,21\n");
+  // pi / 4 * 0.2^2 m2 on 0.05 m2, 1e4 m2 per ha.
+  CHECK_THROWS_WITH(growth_report(checked.inventory, {.plot_area_m2 = 0.05}),
+                    Contains("6283 m2 of basal area per hectare"));
+  CHECK_NOTHROW(growth_report(checked.inventory, {.plot_area_m2 = 0.05, .trust_units = true}));
+}
+
+TEST_CASE("Copies and second stems are distinguished at each time") {
+  const CheckedInventory checked = measured(
+      "plot,tree,x,y,year,dbh\n1,1,0,0,2010,20\n1,1,0,0,2010,20\n1,1,0,0,2010,12\n"
+      "1,1,0,0,2015,21\n1,1,0,0,2015,13\n");
+  CHECK(checked.excluded_tree_count == 1);
+  CHECK(checked.excluded[0].plot == "1");
+  StandReportOptions options;
+  options.plot_area_m2 = 100.0;
+  const GrowthReport report = growth_report(checked.inventory, options);
+  REQUIRE(report.trees.size() == 2);
+  CHECK(report.trees[0].dbh_end_cm == 21.0);
+  CHECK(report.trees[1].tree == "1#2");
+  CHECK(report.trees[1].dbh_end_cm == 13.0);
+}
+
+TEST_CASE("Years and dates of measurements") {
+  CHECK(years_of("2019") == 2019.0);
+  // A day is 1/365.25 of a year; from 2019-01-01 to 2024-01-01 are 1826 days.
+  CHECK(*years_of("2024-01-01") - *years_of("2019-01-01") == Approx(1826 / 365.25).epsilon(1e-12));
+  CHECK(years_of("30.06.2019") == years_of("2019-06-30"));
+  CHECK(years_of("2019/06/30") == years_of("2019-06-30T12:00:00"));
+  CHECK(!years_of("2019-02-30"));
+  CHECK(!years_of("spring"));
+  CHECK(!years_of("12"));
+}
+
+TEST_CASE("Growth without two times, or with text for them, is an error") {
+  CHECK_THROWS_WITH(growth_report(measured("plot,tree,dbh\n1,1,20\n").inventory, {}),
+                    Contains("`columns=year=COLUMN`"));
+  CHECK_THROWS_WITH(growth_report(measured("plot,tree,year,dbh\n1,1,2010,20\n").inventory, {}),
+                    Contains("no plot was measured twice"));
+  CHECK_THROWS_WITH(
+      growth_report(measured("plot,tree,year,dbh\n1,1,2010,20\n1,1,now,21\n").inventory, {}),
+      Contains("growth.csv:3: year: 'now' is not a year or date"));
+}
+
+TEST_CASE("A survivor without a second diameter is left out of both sums and named") {
+  const CheckedInventory checked = measured(
+      "plot,tree,species,year,dbh\n1,1,A,2010,20\n1,2,A,2010,30\n1,3,A,2010,40\n"
+      "1,1,A,2015,22\n1,2,A,2015,33\n1,3,A,2015,\n");
+  StandReportOptions options;
+  options.plot_area_m2 = 500.0;
+  const GrowthReport report = growth_report(checked.inventory, options);
+  REQUIRE(report.plots.size() == 1);
+  const PlotGrowth& plot = report.plots[0];
+  // pi / 4 (d2^2 - d1^2) of the two trees, 20 plots per hectare, 5 years.
+  const double growth = M_PI / 4e4 * ((484.0 - 400.0) + (1089.0 - 900.0)) * 20.0 / 5.0;
+  CHECK(value_of(plot, 1, GrowthPart::kSurvivorGrowth) == Approx(growth).epsilon(1e-12));
+  CHECK(value_of(plot, 1, GrowthPart::kNetChange) == Approx(growth).epsilon(1e-12));
+  CHECK(value_of(plot, 1, GrowthPart::kFactorChange) == 0.0);
+  // The three stems are known.
+  CHECK(value_of(plot, 0, GrowthPart::kStart) == Approx(60.0).epsilon(1e-12));
+  CHECK(value_of(plot, 0, GrowthPart::kEnd) == Approx(60.0).epsilon(1e-12));
+  check_balance(plot);
+  CHECK(tells(report.notes,
+              "left out of both sums of basal_area_m2: 'plot 1, tree 3 (2010 to 2015)'"));
+}

@@ -1,0 +1,615 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/sampling_design.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/column_reference.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/similar_plots.hpp"
+#include "units/density_indices.hpp"
+#include "windows/coordinate_rounding.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr double kRadiansOfDegree = std::numbers::pi / 180.0;
+/// Distances are measured to centimeters at best.
+constexpr double kDistanceTolerance = 0.01;
+
+double circle_area_m2(double radius_m) { return std::numbers::pi * radius_m * radius_m; }
+
+/// The distance up to which an angle count counts a tree [m].
+double limiting_distance_m(double dbh_cm, double basal_area_factor) {
+  return dbh_cm / (2.0 * std::sqrt(basal_area_factor));
+}
+
+bool is_placed(const Inventory& inventory, std::size_t tree) {
+  return inventory.has_coordinates() && !std::isnan(inventory.x[tree]) &&
+         !std::isnan(inventory.y[tree]);
+}
+
+/// The origin of positions.
+enum class Origin {
+  kNone,    ///< not known
+  kCenter,  ///< the center of the plot or subplot is 0, 0
+  kMap,     ///< centers are those of the table of plots
+};
+
+class SampleMaker {
+ public:
+  SampleMaker(const Inventory& inventory, const SamplingDesign& design)
+      : inventory_(inventory), design_(design) {}
+
+  DesignedSample run();
+
+ private:
+  void join();
+  void note_unmatched();
+  const PlotRecord* record_of(std::size_t tree) const {
+    return records_[inventory_.plot.code(tree)];
+  }
+  void find_expansions();
+  void find_smallest_dbh();
+  std::optional<std::size_t> circle_of(double dbh_cm) const;
+  double reach_m(std::size_t tree) const;
+  double plot_area_m2(const PlotRecord* record) const;
+  std::optional<SampledArea> area_of(const std::string& name, const PlotRecord* record) const;
+  double per_ha_of_whole_plot(std::size_t tree, const PlotRecord* record) const;
+  bool uses_table_areas() const;
+  double slope_cosine(const PlotRecord* record) const;
+  void find_origin();
+  Point center_of(const PlotRecord* record, Origin origin) const;
+  bool is_within_reach(std::size_t tree, Origin origin) const;
+  bool is_counted(std::size_t tree);
+  void add_areas();
+  void add_empty_plots();
+  void add_complete_circles();
+  double complete_radius_m(const PlotRecord* record) const;
+  void check_density() const;
+  void note_counts();
+
+  const Inventory& inventory_;
+  const SamplingDesign& design_;
+  std::vector<const PlotRecord*> records_{};  ///< by code of the plot
+  std::vector<double> expansions_{};          ///< (N) by the column
+  double smallest_dbh_cm_ = 0.0;
+  Origin origin_ = Origin::kNone;
+  std::size_t below_smallest_ = 0;
+  std::size_t outside_ = 0;
+  std::string first_outside_{};
+  std::size_t without_factor_ = 0;
+  std::size_t outside_population_ = 0;
+  std::string first_outside_population_{};
+  DesignedSample sample_{};
+};
+
+/// The labels of a list, and a remark on almost equal labels of another list.
+std::string with_similar(const std::vector<std::string>& names,
+                         const std::vector<std::string>& others) {
+  data::TextColumn both;
+  for (const std::string& name : names) both.append(name);
+  for (const std::string& other : others) both.append(other);
+  const std::string similar = describe_similar_plots(both);
+  return data::list_of(names) + (similar.empty() ? "" : " (" + similar + ")");
+}
+
+bool has_partial_plots(const PlotTable& plots) {
+  return std::ranges::any_of(plots.plots, [](const PlotRecord& record) {
+    return !std::isnan(record.share) && record.share != 1.0 && record.share != 0.0;
+  });
+}
+
+void SampleMaker::join() {
+  const std::vector<std::string>& names = inventory_.plot.levels();
+  records_.assign(names.size(), nullptr);
+  if (!design_.plots) return;
+  std::set<std::string> seen;
+  for (const PlotRecord& record : design_.plots->plots) {
+    const std::uint32_t code = inventory_.plot.code_of(record.plot);
+    if (code != data::TextColumn::kMissingCode) records_[code] = &record;
+    if (seen.insert(record.plot).second) continue;
+    throw InputError(
+        "the plot is listed for two dates; select one measurement, for example with `plots_sql`",
+        {.file = design_.plots->file, .line = record.line, .column = "plot", .plot = record.plot});
+  }
+  note_unmatched();
+}
+
+void SampleMaker::note_unmatched() {
+  std::vector<std::string> without_row;
+  std::vector<std::string> without_trees;
+  for (std::size_t code = 0; code < records_.size(); ++code) {
+    if (records_[code] == nullptr) without_row.push_back(inventory_.plot.levels()[code]);
+  }
+  std::vector<std::string> outside;
+  for (const PlotRecord& record : design_.plots->plots) {
+    if (record.share == 0.0) outside.push_back(record.plot);
+    const bool has_trees = inventory_.plot.code_of(record.plot) != data::TextColumn::kMissingCode;
+    if (!has_trees && record.share != 0.0) without_trees.push_back(record.plot);
+  }
+  if (without_row.size() == records_.size() && !records_.empty()) {
+    std::vector<std::string> of_table;
+    for (const PlotRecord& record : design_.plots->plots) of_table.push_back(record.plot);
+    throw InputError(
+        fmt::format(
+            "no plot of the inventory is in the table of plots; the inventory has {}; the "
+            "table has {}; name the column of the label with `plots_columns=plot=COLUMN` or "
+            "`columns=plot=COLUMN`",
+            data::list_of(without_row),
+            with_similar(of_table, without_row)),
+        {.file = design_.plots->file, .column = "plot"});
+  }
+  if (!without_row.empty()) {
+    sample_.notes.push_back(
+        fmt::format("{} not in the table of plots{}: {}",
+                    counted(without_row.size(), "plot is", "plots are"),
+                    uses_table_areas() ? " and not counted, because the area is unknown" : "",
+                    with_similar(without_row, without_trees)));
+  }
+  if (!without_trees.empty()) {
+    sample_.notes.push_back(
+        fmt::format("{}: {}",
+                    counted(without_trees.size(),
+                            "plot of the table has no tree and is counted as empty",
+                            "plots of the table have no tree and are counted as empty"),
+                    data::list_of(without_trees)));
+  }
+  if (!outside.empty()) {
+    sample_.notes.push_back(
+        fmt::format("{} share 0, no part in the population, and {} with area 0: {}",
+                    counted(outside.size(), "plot of the table has", "plots of the table have"),
+                    outside.size() == 1 ? "counts" : "count",
+                    data::list_of(outside)));
+  }
+}
+
+bool SampleMaker::uses_table_areas() const { return !design_.chooses_trees(); }
+
+/// A column of factors, in the table of other columns.
+void SampleMaker::find_expansions() {
+  if (design_.expansion.empty()) return;
+  const data::Table& other = inventory_.other;
+  if (!other.has(design_.expansion)) {
+    throw InputError(data::no_such_column(design_.expansion, other.names()),
+                     {.file = inventory_.file, .column = "`expansion`"});
+  }
+  std::vector<data::TextCell> texts;
+  expansions_ = data::numbers_of(
+      other,
+      data::column_reference("expansion", design_.expansion, other.names(), inventory_.file),
+      texts);
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    if (inventory_.is_neighbor_only(tree)) continue;
+    if (expansions_[tree] >= 0.0 && std::isfinite(expansions_[tree])) continue;
+    if (std::isnan(expansions_[tree]) && design_.expansion == inventory_.expansion) {
+      // FIA's trees without a factor belong to no sample.
+      expansions_[tree] = 0.0;
+      ++without_factor_;
+      continue;
+    }
+    Place place = inventory_.place(tree);
+    place.column = design_.expansion;
+    throw InputError(std::isnan(expansions_[tree])
+                         ? std::string("the expansion factor is missing or not a number")
+                         : fmt::format("an expansion factor of {} trees per ha must be 0 or more",
+                                       expansions_[tree]),
+                     place);
+  }
+}
+
+void SampleMaker::find_smallest_dbh() {
+  smallest_dbh_cm_ = design_.smallest_dbh_cm;
+  if (!design_.circles.empty()) smallest_dbh_cm_ = design_.circles.front().from_dbh_cm;
+  if (smallest_dbh_cm_ > 0.0 || !(design_.basal_area_factor > 0.0)) return;
+  smallest_dbh_cm_ = std::numeric_limits<double>::infinity();
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    if (!inventory_.is_neighbor_only(tree))
+      smallest_dbh_cm_ = std::min(smallest_dbh_cm_, inventory_.dbh_cm[tree]);
+  }
+}
+
+/// The circle in which a tree is counted.
+std::optional<std::size_t> SampleMaker::circle_of(double dbh_cm) const {
+  std::optional<std::size_t> circle;
+  for (std::size_t i = 0; i < design_.circles.size(); ++i) {
+    if (dbh_cm >= design_.circles[i].from_dbh_cm) circle = i;
+  }
+  return circle;
+}
+
+/// The largest distance from the center at which a tree is counted; NaN if the design has none.
+double SampleMaker::reach_m(std::size_t tree) const {
+  const double dbh_cm = inventory_.dbh_cm[tree];
+  if (design_.basal_area_factor > 0.0) {
+    return limiting_distance_m(dbh_cm, design_.basal_area_factor);
+  }
+  if (!design_.circles.empty()) {
+    const auto circle = circle_of(dbh_cm);
+    return circle ? design_.circles[*circle].radius_m : data::kMissing;
+  }
+  const PlotRecord* const record = record_of(tree);
+  return record == nullptr || !design_.expansion.empty() ? data::kMissing : record->radius_m;
+}
+
+double SampleMaker::slope_cosine(const PlotRecord* record) const {
+  if (!design_.corrects_slope || record == nullptr || std::isnan(record->slope_deg)) return 1.0;
+  return std::cos(record->slope_deg * kRadiansOfDegree);
+}
+
+/// The area of a whole plot before corrections; NaN if it is not known.
+double SampleMaker::plot_area_m2(const PlotRecord* record) const {
+  const auto subplots = static_cast<double>(design_.subplots);
+  if (!design_.circles.empty()) {
+    return subplots * circle_area_m2(design_.circles.back().radius_m);
+  }
+  if (design_.basal_area_factor > 0.0 || record == nullptr) return data::kMissing;
+  if (!std::isnan(record->area_m2)) return record->area_m2;
+  if (!std::isnan(record->radius_m)) return subplots * circle_area_m2(record->radius_m);
+  return kSquareMetersPerHectare / record->expansion;
+}
+
+Point SampleMaker::center_of(const PlotRecord* record, Origin origin) const {
+  if (origin == Origin::kCenter) return {0.0, 0.0};
+  return {record->x, record->y};
+}
+
+bool SampleMaker::is_within_reach(std::size_t tree, Origin origin) const {
+  const PlotRecord* const record = record_of(tree);
+  if (origin == Origin::kMap && record == nullptr) return false;
+  const Point center = center_of(record, origin);
+  const double distance_m =
+      std::hypot(inventory_.x[tree] - center.x, inventory_.y[tree] - center.y);
+  const double rounding_m = coordinate_rounding_m(std::max(std::abs(center.x), std::abs(center.y)));
+  return distance_m <= reach_m(tree) + kDistanceTolerance + rounding_m;
+}
+
+/// Positions are those of a map if more trees are within reach of its centers than of the origin;
+/// else they are from the center of the plot if that holds for half of the trees.
+void SampleMaker::find_origin() {
+  const bool has_subplots = design_.subplots > 1 || !design_.subplot.empty();
+  if (inventory_.is_placed_by_subplots && has_subplots) {
+    sample_.notes.emplace_back(
+        "FIA's positions are from the center of the plot, so that they do not choose the trees of "
+        "subplots, and all are taken as counted");
+    return;
+  }
+  std::size_t placed = 0;
+  std::size_t near_center = 0;
+  std::size_t near_map = 0;
+  const bool has_map = design_.plots && design_.plots->has_center && design_.subplots == 1 &&
+                       design_.subplot.empty();
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    if (!is_placed(inventory_, tree) || std::isnan(reach_m(tree))) continue;
+    ++placed;
+    if (is_within_reach(tree, Origin::kCenter)) ++near_center;
+    if (has_map && is_within_reach(tree, Origin::kMap)) ++near_map;
+  }
+  if (placed == 0) return;
+  if (near_map > near_center) {
+    origin_ = Origin::kMap;
+    sample_.notes.emplace_back("centers of plots are x and y of the table of plots");
+    return;
+  }
+  if (2 * near_center >= placed) {
+    origin_ = Origin::kCenter;
+    sample_.notes.emplace_back("positions of trees are relative to the center of the plot");
+    return;
+  }
+  sample_.notes.push_back(fmt::format(
+      "only {} of {} trees with positions are within their plots around the origin, so positions "
+      "do not choose the trees, and all are taken as counted; give the centers of plots as x and y "
+      "in `plots`, in the coordinates of the trees",
+      near_center,
+      placed));
+}
+
+bool SampleMaker::is_counted(std::size_t tree) {
+  if (inventory_.is_neighbor_only(tree)) return false;
+  const double dbh_cm = inventory_.dbh_cm[tree];
+  const bool has_limit = !design_.circles.empty() || design_.basal_area_factor > 0.0;
+  if (has_limit && dbh_cm < smallest_dbh_cm_) {
+    ++below_smallest_;
+    return false;
+  }
+  if (origin_ == Origin::kNone || !is_placed(inventory_, tree)) return true;
+  if (std::isnan(reach_m(tree)) || is_within_reach(tree, origin_)) return true;
+  if (outside_++ == 0) {
+    first_outside_ =
+        describe(inventory_.place(tree),
+                 fmt::format("dbh {} cm is counted up to {:.4g} m", dbh_cm, reach_m(tree)));
+  }
+  return false;
+}
+
+/// The horizontal area of a plot; none if it is needed and not known.
+std::optional<SampledArea> SampleMaker::area_of(const std::string& name,
+                                                const PlotRecord* record) const {
+  double area_m2 = plot_area_m2(record);
+  const bool has_area = !std::isnan(area_m2);
+  if (!has_area && uses_table_areas()) return std::nullopt;
+  area_m2 = has_area ? area_m2 * slope_cosine(record) : kSquareMetersPerHectare;
+  const double share = record == nullptr || std::isnan(record->share) ? 1.0 : record->share;
+  return SampledArea{
+      .name = name, .area_m2 = area_m2 * share, .has_area = has_area, .whole_m2 = area_m2};
+}
+
+/// The number of trees per hectare of the whole plot that a tree stands for.
+double SampleMaker::per_ha_of_whole_plot(std::size_t tree, const PlotRecord* record) const {
+  const auto subplots = static_cast<double>(design_.subplots);
+  if (!design_.expansion.empty()) {
+    const bool is_scaled = design_.is_expansion_of_part && record != nullptr;
+    const double share = is_scaled && !std::isnan(record->share) ? record->share : 1.0;
+    return expansions_[tree] * share;
+  }
+  if (design_.basal_area_factor > 0.0) {
+    return design_.basal_area_factor / basal_area_m2(inventory_.dbh_cm[tree]) / subplots;
+  }
+  return kSquareMetersPerHectare / (subplots * circle_area_m2(reach_m(tree)));
+}
+
+void SampleMaker::add_areas() {
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> area_of_plot(records_.size(), kNone);
+  sample_.represented.assign(inventory_.size(), 1.0);
+  for (std::size_t code = 0; code < records_.size(); ++code) {
+    std::optional<SampledArea> area = area_of(inventory_.plot.levels()[code], records_[code]);
+    if (!area) continue;
+    area_of_plot[code] = sample_.areas.size();
+    sample_.areas.push_back(std::move(*area));
+  }
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    const std::size_t code = inventory_.plot.code(tree);
+    if (area_of_plot[code] == kNone || !is_counted(tree)) continue;
+    const PlotRecord* const record = records_[code];
+    SampledArea& area = sample_.areas[area_of_plot[code]];
+    if (area.area_m2 == 0.0) {
+      if (outside_population_++ == 0) {
+        first_outside_population_ = describe(inventory_.place(tree), "the share of its plot is 0");
+      }
+      continue;
+    }
+    area.trees.push_back(tree);
+    if (uses_table_areas()) continue;
+    // Factors of a column usually contain the correction for slope; it is applied only on request.
+    sample_.represented[tree] = per_ha_of_whole_plot(tree, record) / slope_cosine(record) *
+                                area.whole_m2 / kSquareMetersPerHectare;
+  }
+}
+
+/// Plots of the table without trees. Those whose rows were all skipped are unknown, not empty.
+void SampleMaker::add_empty_plots() {
+  if (!design_.plots) return;
+  for (const PlotRecord& record : design_.plots->plots) {
+    if (inventory_.plot.code_of(record.plot) != data::TextColumn::kMissingCode) continue;
+    const auto& left_out = inventory_.plots_left_out;
+    if (std::ranges::find(left_out, record.plot) != left_out.end()) continue;
+    if (auto area = area_of(record.plot, &record)) sample_.areas.push_back(std::move(*area));
+  }
+}
+
+/// The radius within which all trees with the smallest counted dbh were measured.
+double SampleMaker::complete_radius_m(const PlotRecord* record) const {
+  double radius_m = record == nullptr ? data::kMissing : record->radius_m;
+  if (!design_.circles.empty()) radius_m = design_.circles.front().radius_m;
+  if (design_.basal_area_factor > 0.0) {
+    radius_m = limiting_distance_m(smallest_dbh_cm_, design_.basal_area_factor);
+  }
+  // An ellipse on the map, whose shorter half axis is this.
+  return radius_m * slope_cosine(record);
+}
+
+void SampleMaker::add_complete_circles() {
+  if (origin_ == Origin::kNone || !design_.expansion.empty()) return;
+  const data::TextColumn& labels =
+      sample_.subplot_labels ? *sample_.subplot_labels : inventory_.plot;
+  std::vector<char> has_circle(labels.levels().size(), 0);
+  for (std::size_t tree = 0; tree < inventory_.size(); ++tree) {
+    const std::uint32_t code = labels.code(tree);
+    if (has_circle[code] != 0) continue;
+    has_circle[code] = 1;
+    const PlotRecord* const record = record_of(tree);
+    const double radius_m = complete_radius_m(record);
+    if (!(radius_m > 0.0) || (record == nullptr && origin_ == Origin::kMap)) continue;
+    const Point center = center_of(record, origin_);
+    if (std::isnan(center.x) || std::isnan(center.y)) continue;
+    sample_.complete_circles.push_back(
+        {.plot = labels.levels()[code], .window = Window::circle(center, radius_m)});
+  }
+  const bool differs = design_.circles.size() > 1 || design_.basal_area_factor > 0.0;
+  if (!differs || sample_.complete_circles.empty()) return;
+  sample_.notes.push_back(fmt::format(
+      "neighborhoods are complete only within {:.4g} m of the center, where trees with dbh {} cm "
+      "are counted; trees farther away are neighbors, but not core trees",
+      complete_radius_m(nullptr),
+      smallest_dbh_cm_));
+}
+
+void SampleMaker::check_density() const {
+  if (inventory_.trusts_units) return;
+  const Place place{.file = design_.plots ? design_.plots->file : inventory_.file,
+                    .column = "area"};
+  double basal_area = 0.0;
+  double area_m2 = 0.0;
+  for (const SampledArea& area : sample_.areas) {
+    area_m2 += area.area_m2;
+    if (uses_table_areas()) {
+      check_plot_density(area.name, static_cast<double>(area.trees.size()), area.area_m2, place);
+    }
+    for (const std::size_t tree : area.trees) {
+      const double dbh_cm = inventory_.dbh_cm[tree];
+      if (!std::isnan(dbh_cm)) basal_area += sample_.represented[tree] * basal_area_m2(dbh_cm);
+    }
+  }
+  check_density_is_possible(basal_area / area_m2 * kSquareMetersPerHectare, place);
+}
+
+void SampleMaker::note_counts() {
+  if (below_smallest_ > 0) {
+    sample_.notes.push_back(
+        fmt::format("{} below dbh {} cm, the smallest that is counted",
+                    counted(below_smallest_, "tree is not counted:", "trees are not counted:"),
+                    smallest_dbh_cm_));
+  }
+  if (outside_ > 0) {
+    sample_.notes.push_back(
+        fmt::format("{} farther from the center than trees of this dbh are counted, the first: {}",
+                    counted(outside_, "tree is not counted:", "trees are not counted:"),
+                    first_outside_));
+  }
+  if (outside_population_ > 0) {
+    sample_.notes.push_back(
+        fmt::format("{} outside the population, the first: {}",
+                    counted(outside_population_, "tree is not counted:", "trees are not counted:"),
+                    first_outside_population_));
+  }
+  if (without_factor_ > 0) {
+    sample_.notes.push_back(fmt::format("{} no expansion factor and {} not counted",
+                                        counted(without_factor_, "tree has", "trees have"),
+                                        without_factor_ == 1 ? "is" : "are"));
+  }
+  if (!design_.expansion.empty() && design_.plots && has_partial_plots(*design_.plots)) {
+    sample_.notes.emplace_back(
+        design_.is_expansion_of_part
+            ? "expansion factors are per hectare of the part of a plot in the population"
+            : "expansion factors are per hectare of whole plots, so values of plots with a share "
+              "are divided by it; if factors are per hectare of that part already, use "
+              "`expansion_area=part`");
+  }
+  if (design_.plots && design_.plots->has_slope && !design_.corrects_slope) {
+    sample_.notes.emplace_back(
+        "the column slope is not used: distances are taken as horizontal; with `slope_correction`, "
+        "areas are those along the slope");
+  }
+}
+
+/// Labels `plot/subplot`.
+data::TextColumn labels_of_subplots(const Inventory& inventory, const std::string& column) {
+  const data::Table& other = inventory.other;
+  if (!other.has(column)) {
+    throw InputError(data::no_such_column(column, other.names()),
+                     {.file = inventory.file, .column = "`subplot`"});
+  }
+  const data::TextColumn subplots = other.labels(column);
+  data::TextColumn labels;
+  for (std::size_t tree = 0; tree < inventory.size(); ++tree) {
+    labels.append(fmt::format("{}/{}", inventory.plot[tree], subplots[tree]));
+  }
+  return labels;
+}
+
+DesignedSample SampleMaker::run() {
+  check_design(design_);
+  join();
+  find_expansions();
+  if (!design_.expansion.empty() && design_.expansion == inventory_.expansion) {
+    sample_.notes.emplace_back("trees per hectare are FIA's factors TPA_UNADJ");
+  }
+  find_smallest_dbh();
+  if (!design_.subplot.empty()) {
+    sample_.subplot_labels = labels_of_subplots(inventory_, design_.subplot);
+  }
+  find_origin();
+  add_areas();
+  add_empty_plots();
+  const auto is_counted_area = [](const SampledArea& area) { return area.area_m2 > 0.0; };
+  if (std::ranges::none_of(sample_.areas, is_counted_area)) {
+    throw InputError(
+        "no plot has an area; give area, radius or expansion in the table of plots, or a design "
+        "(`circles`, `angle_count`, `expansion`)",
+        {.file = design_.plots ? design_.plots->file : inventory_.file});
+  }
+  check_density();
+  add_complete_circles();
+  note_counts();
+  if (uses_table_areas()) sample_.represented.clear();
+  return std::move(sample_);
+}
+
+}  // namespace
+
+/// The densest known forests have about 450 m2/ha; areas in another unit make far more.
+void check_density_is_possible(double basal_area_m2_per_ha, const Place& place) {
+  constexpr double kImpossible = 1000.0;
+  if (!(basal_area_m2_per_ha > kImpossible)) return;
+  throw InputError(
+      fmt::format(
+          "the areas of plots make {:.4g} m2 of basal area per hectare; areas are in m2 "
+          "(1 ha is 10000, 1 are 100), radii in m and expansion factors per ha; if they are "
+          "right, use `trust_units=true`",
+          basal_area_m2_per_ha),
+      place);
+}
+
+void check_plot_density(const std::string& plot, double trees, double area_m2, const Place& place) {
+  if (trees == 0.0 || !(trees < area_m2 / kSquareMetersPerHectare)) return;
+  throw InputError(
+      fmt::format("plot {} has an area of {:.10g} m2 for {}, less than one per hectare; areas are "
+                  "in m2 (1 ha is 10000), radii in m; if they are right, use `trust_units=true`",
+                  plot,
+                  area_m2,
+                  counted(static_cast<std::size_t>(trees), "tree", "trees")),
+      place);
+}
+
+void check_design(const SamplingDesign& design) {
+  const int ways = static_cast<int>(!design.circles.empty()) +
+                   static_cast<int>(design.basal_area_factor > 0.0) +
+                   static_cast<int>(!design.expansion.empty());
+  if (ways > 1) {
+    throw UsageError("use one of `circles`, `angle_count` and `expansion`",
+                     {.column = "`circles`"});
+  }
+  if (design.is_expansion_of_part && design.expansion.empty()) {
+    throw UsageError("`expansion_area` needs `expansion`", {.column = "`expansion_area`"});
+  }
+  if (design.basal_area_factor < 0.0 || !std::isfinite(design.basal_area_factor)) {
+    throw UsageError(
+        fmt::format("a basal area factor of {} m2/ha must be above 0", design.basal_area_factor),
+        {.column = "`angle_count`"});
+  }
+  if (design.subplots == 0) {
+    throw UsageError("a plot has at least one subplot", {.column = "`subplots`"});
+  }
+  double dbh_cm = -1.0;
+  double radius_m = 0.0;
+  for (const CountingCircle& circle : design.circles) {
+    const bool is_larger = circle.from_dbh_cm > dbh_cm && circle.radius_m > radius_m;
+    if (!is_larger || !std::isfinite(circle.from_dbh_cm) || !std::isfinite(circle.radius_m)) {
+      throw UsageError(
+          fmt::format("circles must have increasing dbh (0 or more) and radius (above 0); '{}={}' "
+                      "does not",
+                      circle.from_dbh_cm,
+                      circle.radius_m),
+          {.column = "`circles`"});
+    }
+    dbh_cm = circle.from_dbh_cm;
+    radius_m = circle.radius_m;
+  }
+}
+
+SamplingDesign design_for(const Inventory& inventory, SamplingDesign design) {
+  const auto has_area = [](const PlotRecord& record) {
+    return !std::isnan(record.area_m2) || !std::isnan(record.radius_m) ||
+           !std::isnan(record.expansion);
+  };
+  const bool is_known = design.chooses_trees() ||
+                        (design.plots && std::ranges::any_of(design.plots->plots, has_area));
+  const bool has_factors = !inventory.expansion.empty() && inventory.other.has(inventory.expansion);
+  if (!is_known && has_factors) design.expansion = inventory.expansion;
+  return design;
+}
+
+DesignedSample sample_of(const Inventory& inventory, const SamplingDesign& design) {
+  return SampleMaker(inventory, design).run();
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: MIT
+// Where a file has the standard columns: under usual names, in other units, in several columns.
+#include "trees/column_sources.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/expression.hpp"
+#include "trees/fia_columns.hpp"
+#include "trees/usual_names.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr std::string_view kStatus = "status";
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::ranges::transform(
+      result, result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+/// The field of a standard column under another usual spelling.
+/// \throws UsageError if there are two such fields; of several status columns the first is used
+std::optional<std::size_t> usual_field(std::string_view name,
+                                       const std::vector<std::string>& header,
+                                       const std::string& file) {
+  std::optional<std::size_t> found;
+  std::optional<std::size_t> other;
+  NameFit best = NameFit::kConverted;
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    const std::optional<MeantName> meant = meant_name(header[i]);
+    if (!meant || meant->name != name) continue;
+    if (found && (meant->fit > best || (meant->fit == best && name == kStatus))) continue;
+    other = found && meant->fit == best ? found : std::nullopt;
+    found = i;
+    best = meant->fit;
+  }
+  if (other) {
+    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with `columns={}={}`",
+                                 header[*other],
+                                 header[*found],
+                                 name,
+                                 name,
+                                 header[*other]),
+                     {.file = file});
+  }
+  return found;
+}
+
+/// The unit of a column, by its header or by a row of units.
+std::optional<LengthUnit> unit_of(std::size_t field,
+                                  const std::vector<std::string>& header,
+                                  const std::vector<std::string>& units) {
+  if (const auto unit = unit_in_header(header[field])) return unit;
+  if (field < units.size()) {
+    if (const auto unit = unit_of_length(units[field])) return unit;
+  }
+  return is_fia_tree_table(header) ? unit_of_length(fia_unit(header[field])) : std::nullopt;
+}
+
+/// A column, converted to the standard unit if it has another one.
+std::string in_our_unit(std::string_view name,
+                        const std::string& column,
+                        const std::optional<LengthUnit>& unit) {
+  constexpr double kCentimeter = 0.01;
+  if (!unit || !is_measure(name)) return column;
+  const double ours_m = tree_column(name)->unit == "cm" ? kCentimeter : 1.0;
+  if (unit->meters == ours_m) return column;
+  const std::string text = data::Expression::variable(column).text();
+  const double divisor = std::round(ours_m / unit->meters);
+  const bool is_decimal_part = unit->name != "in" && unit->name != "ft" && divisor > 1.0;
+  if (is_decimal_part) return fmt::format("{}/{}", text, divisor);
+  return fmt::format("{}*{:.6g}", text, unit->meters / ours_m);
+}
+
+/// Whether FIA's columns are used for a standard column: `plot` in lower case is FIA's PLOT, which
+/// is unique within a county only.
+bool is_fia_preferred(std::string_view name, const std::vector<std::string>& header) {
+  return is_label(name) || std::ranges::find(header, name) == header.end();
+}
+
+}  // namespace
+
+const ColumnMapping* mapping_to(std::string_view name, const std::vector<ColumnMapping>& mappings) {
+  const auto found = std::ranges::find(mappings, name, &ColumnMapping::name);
+  return found == mappings.end() ? nullptr : &*found;
+}
+
+std::optional<std::size_t> field_in_any_case(std::string_view name,
+                                             const std::vector<std::string>& header) {
+  const auto found = std::ranges::find(header, name, &lower);
+  if (found == header.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.begin());
+}
+
+/// Times and statuses are columns, because expressions make numbers.
+void require_column(const ColumnMapping& mapping,
+                    const std::vector<std::string>& header,
+                    const std::string& file) {
+  if (std::ranges::find(header, mapping.source) != header.end()) return;
+  const std::string remedy =
+      mapping.name == kStatus
+          ? "name the column and explain its values, such as `columns=status=COLUMN` and "
+            "`dead_codes=DS`"
+          : fmt::format("name the column: `columns={}=COLUMN`", mapping.name);
+  throw UsageError(fmt::format("{} must be a column, not the expression '{}'; {}; available: {}",
+                               mapping.name,
+                               mapping.source,
+                               remedy,
+                               data::list_of(header)),
+                   {.file = file, .column = "`columns`"});
+}
+
+std::vector<std::string> joined_columns(std::string_view source,
+                                        const std::vector<std::string>& header) {
+  const auto is_column = [&header](std::string_view name) {
+    return std::ranges::find(header, name) != header.end();
+  };
+  std::vector<std::string> columns;
+  if (is_column(source) || source.find('+') == std::string_view::npos) return columns;
+  for (std::size_t begin = 0; begin <= source.size();) {
+    const std::size_t end = std::min(source.find('+', begin), source.size());
+    std::string_view name = data::trimmed(source.substr(begin, end - begin));
+    const bool is_quoted = name.size() > 2 && name.front() == '`' && name.back() == '`';
+    if (is_quoted) name = name.substr(1, name.size() - 2);
+    if (!is_column(name)) return {};
+    columns.emplace_back(name);
+    begin = end + 1;
+  }
+  return columns;
+}
+
+std::string joined_label(const std::vector<std::string_view>& fields) {
+  std::string label;
+  for (const std::string_view field : fields) {
+    const std::string_view text = data::trimmed(field);
+    if (data::is_missing_field(text)) return {};
+    if (!label.empty()) label += '-';
+    label += text;
+  }
+  return label;
+}
+
+data::TextColumn joined_labels(const data::Table& table, const std::vector<std::string>& columns) {
+  std::vector<data::TextColumn> fields;
+  for (const std::string& column : columns) fields.push_back(table.labels(column));
+  data::TextColumn labels;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    std::vector<std::string_view> texts;
+    for (const data::TextColumn& field : fields) texts.push_back(field[row]);
+    const std::string label = joined_label(texts);
+    label.empty() ? labels.append_missing() : labels.append(label);
+  }
+  return labels;
+}
+
+std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
+                                         const std::function<bool(const std::string&)>& is_wanted,
+                                         const std::string& file,
+                                         const std::vector<std::string>& units,
+                                         bool by_location) {
+  std::vector<ColumnMapping> found;
+  const std::vector<ColumnMapping> fia_table = fia_columns(header, by_location);
+  for (const TreeColumn& column : tree_columns()) {
+    std::string name(column.name);
+    if (name == kStatus || !is_wanted(name)) continue;
+    const ColumnMapping* const fia = mapping_to(name, fia_table);
+    if (fia != nullptr && is_fia_preferred(name, header)) {
+      found.push_back(in_our_unit(*fia, header, units));
+      continue;
+    }
+    const auto own = std::ranges::find(header, name);
+    const auto field = own == header.end() ? usual_field(name, header, file)
+                                           : static_cast<std::size_t>(own - header.begin());
+    if (!field) continue;
+    std::string source = in_our_unit(name, header[*field], unit_of(*field, header, units));
+    const auto meant = meant_name(header[*field]);
+    if (own == header.end() && meant && !meant->conversion.empty()) {
+      if (source == header[*field]) source = data::Expression::variable(source).text();
+      source += meant->conversion;
+    }
+    if (source != name) found.push_back({std::move(name), std::move(source)});
+  }
+  return found;
+}
+
+ColumnMapping in_our_unit(ColumnMapping mapping,
+                          const std::vector<std::string>& header,
+                          const std::vector<std::string>& units) {
+  const auto field = std::ranges::find(header, mapping.source);
+  if (field == header.end()) return mapping;
+  const auto index = static_cast<std::size_t>(field - header.begin());
+  mapping.source = in_our_unit(mapping.name, mapping.source, unit_of(index, header, units));
+  return mapping;
+}
+
+std::optional<std::string> usual_time_column(const std::vector<std::string>& header) {
+  for (const std::string_view name : {"year", "date"}) {
+    if (const auto field = field_in_any_case(name, header)) return header[*field];
+  }
+  const std::vector<ColumnMapping> fia_table = fia_columns(header, false);
+  const ColumnMapping* const fia = mapping_to("year", fia_table);
+  return fia == nullptr ? std::nullopt : std::optional(fia->source);
+}
+
+std::optional<std::string> status_column(const std::vector<std::string>& header,
+                                         const std::vector<ColumnMapping>& mappings,
+                                         const StatusCodes& codes,
+                                         const std::string& file) {
+  if (const ColumnMapping* const mapping = mapping_to(kStatus, mappings)) {
+    require_column(*mapping, header, file);
+    return mapping->source;
+  }
+  if (const auto field = usual_field(kStatus, header, file)) return header[*field];
+  if (codes.empty()) return std::nullopt;
+  throw UsageError(
+      fmt::format("no column of the status was found; name it with `columns=status=COLUMN`; "
+                  "available: {}",
+                  data::list_of(header)),
+      {.file = file, .column = "`dead_codes`"});
+}
+
+std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
+                                   const std::vector<std::string>& header) {
+  constexpr std::size_t kLongest = 60;
+  std::string text;
+  for (ColumnMapping column : columns) {
+    if (column.source.size() > kLongest) {
+      const std::vector<std::string> names = data::Expression::parse(column.source).variables();
+      column.source = fmt::format("{}", fmt::join(names, ", "));
+    }
+    const bool has_comma = column.source.find(',') != std::string::npos;
+    const char* const remark = column.source.ends_with("/pi")  ? " (a circumference)"
+                               : column.source.ends_with("*2") ? " (a radius)"
+                                                               : "";
+    text += fmt::format("{}{}{}{}{}{}{}",
+                        text.empty() ? "" : ", ",
+                        column.name,
+                        text.empty() ? " is read from column " : " from ",
+                        has_comma ? "'" : "",
+                        column.source,
+                        has_comma ? "'" : "",
+                        remark);
+  }
+  if (text.empty() || !is_fia_tree_table(header)) return text;
+  return "the table is FIA's TREE, in inches and feet: " + text;
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/described_columns.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/column_reference.hpp"
+#include "silvafit/data/expression.hpp"
+#include "trees/folded_text.hpp"
+#include "trees/usual_names.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+using Names = std::vector<std::string>;
+
+/// The columns that commands read; further ones make more results.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kNeeds{
+    {{"stand", "dbh"},
+     {"indices", "x y dbh"},
+     {"study", "dbh h"},
+     {"impute", "dbh h"},
+     {"grow", "dbh"},
+     {"view", "x y dbh h hcb cw"}}};
+
+/// The words of a text between signs, digits and capitals: `DBH.2018` has dbh and 2018.
+Names words_of(std::string_view text) {
+  Names words(1);
+  char last = '\0';
+  const auto kind = [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isdigit(byte) != 0) return '0';
+    return byte >= 0x80 || std::isalpha(byte) != 0 ? 'a' : '.';
+  };
+  for (const char c : text) {
+    if (kind(c) != kind(last) && !words.back().empty()) words.emplace_back();
+    if (kind(c) != '.') words.back() += c;
+    last = c;
+  }
+  for (std::string& word : words) word = folded_letters(word);
+  std::erase(words, "");
+  return words;
+}
+
+bool contains_word(std::string_view list, std::string_view word) {
+  for (std::size_t begin = 0; begin < list.size();) {
+    const std::size_t end = std::min(list.find(' ', begin), list.size());
+    if (list.substr(begin, end - begin) == word) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+/// Describes one table; an object, because its steps share the table.
+class Describer {
+ public:
+  Describer(const data::TableSource& source, const RowPreparation& preparation)
+      : preparation_(preparation),
+        prepared_(prepared_table(source, preparation)),
+        reader_(prepared_.table, preparation.missing) {
+    result_.file = reader_.file();
+  }
+
+  TableDescription run();
+
+ private:
+  void find_sources();
+  void add_source(const std::string& name, const std::string& source);
+  void describe(const std::string& column);
+  void add_lacks();
+  void note(std::string text) {
+    if (!text.empty()) result_.notes.push_back(std::move(text));
+  }
+  const Names& header() const { return reader_.header(); }
+
+  const RowPreparation& preparation_;
+  PreparedTable prepared_;
+  data::CsvReader reader_;
+  data::Table table_{};
+  data::MissingCodes codes_{};
+  std::vector<ColumnMapping> sources_{};               ///< of standard columns, and of mapped ones
+  std::multimap<std::string, std::size_t> readers_{};  ///< sources of a column of the file
+  TableDescription result_{};
+};
+
+void Describer::add_source(const std::string& name, const std::string& source) {
+  sources_.push_back({.name = name, .source = source});
+  Names columns = is_label(name) ? joined_columns(source, header()) : Names();
+  if (columns.empty()) {
+    const auto reference = data::column_reference(name, source, header(), reader_.file());
+    columns = {reference.text};
+    if (reference.expression) {
+      columns.clear();
+      for (const std::string& variable : reference.expression->variables()) {
+        data::TextMatch match;
+        columns.push_back(data::is_text_match(variable, match) ? match.column : variable);
+      }
+    }
+  }
+  for (const std::string& column : columns) readers_.emplace(column, sources_.size() - 1);
+}
+
+void Describer::find_sources() {
+  const auto& units = reader_.layout().units;
+  for (const ColumnMapping& mapping : preparation_.columns) {
+    add_source(mapping.name, in_our_unit(mapping, header(), units).source);
+  }
+  for (const TreeColumn& column : tree_columns()) {
+    const std::string name(column.name);
+    if (mapping_to(name, preparation_.columns) != nullptr || name == "status") continue;
+    try {
+      const auto usual = usual_columns(
+          header(), [&](const std::string& known) { return known == name; }, "", units);
+      if (!usual.empty()) add_source(name, usual.front().source);
+      if (usual.empty() && std::ranges::find(header(), name) != header().end()) {
+        add_source(name, name);
+      }
+    } catch (const UsageError& error) {
+      note(error.message());
+    }
+  }
+  const auto add_other = [this](const std::string& name, const auto& column) {
+    if (column && mapping_to(name, preparation_.columns) == nullptr) add_source(name, *column);
+  };
+  add_other("status", status_column(header(), preparation_.columns, {}, reader_.file()));
+  add_other("year", usual_time_column(header()));
+}
+
+void Describer::describe(const std::string& column) {
+  DescribedColumn described{.name = column, .is_numeric = table_.is_numeric(column)};
+  const auto [first, last] = readers_.equal_range(column);
+  for (auto reader = first; reader != last; ++reader) {
+    const ColumnMapping& source = sources_[reader->second];
+    described.read_as += (described.read_as.empty() ? "" : ", ") + source.name;
+    if (source.source != column) described.source = source.source;
+    const TreeColumn* const standard = tree_column(source.name);
+    if (standard != nullptr) described.unit = standard->unit;
+  }
+  std::vector<double> values;
+  const TreeColumn* const standard =
+      first == last ? nullptr : tree_column(sources_[first->second].name);
+  if (standard != nullptr && standard->is_measure()) {
+    std::vector<data::TextCell> ignored;
+    values = data::numbers_of(
+        table_,
+        data::column_reference(
+            described.read_as, sources_[first->second].source, table_.names(), reader_.file()),
+        ignored);
+    for (double& value : values) {
+      const bool is_zero = value == 0.0 && is_zero_missing(standard->name);
+      if (!is_zero && !is_missing_number_of(standard->name, value)) continue;
+      codes_.add(column, data::shortest(value));
+      value = data::kMissing;
+    }
+  } else if (described.is_numeric) {
+    values.assign(table_.numbers(column).begin(), table_.numbers(column).end());
+  }
+  if (described.is_numeric || !values.empty()) {
+    std::vector<double> known;
+    std::ranges::copy_if(
+        values, std::back_inserter(known), [](double value) { return !std::isnan(value); });
+    described.is_numeric = true;
+    described.missing = values.size() - known.size();
+    described.lowest = known.empty() ? data::kMissing : *std::ranges::min_element(known);
+    described.highest = known.empty() ? data::kMissing : *std::ranges::max_element(known);
+    described.impossible = static_cast<std::size_t>(std::ranges::count_if(
+        known, [&](double value) { return standard != nullptr && !standard->is_possible(value); }));
+  } else {
+    constexpr std::size_t kExamples = 3;
+    const data::TextColumn& texts = table_.text(column);
+    for (std::size_t row = 0; row < texts.size(); ++row) {
+      if (texts.is_missing(row)) ++described.missing;
+    }
+    described.different = texts.levels().size();
+    const auto shown = std::min(kExamples, texts.levels().size());
+    described.examples.assign(texts.levels().begin(),
+                              texts.levels().begin() + static_cast<std::ptrdiff_t>(shown));
+  }
+  result_.columns.push_back(std::move(described));
+}
+
+void Describer::add_lacks() {
+  const auto has = [this](std::string_view name) {
+    if (mapping_to(name, sources_) != nullptr) return true;
+    // Four radii make a width.
+    return name == "cw" && std::ranges::all_of(Names{"cr_e", "cr_w", "cr_s", "cr_n"},
+                                               [this](const std::string& radius) {
+                                                 return mapping_to(radius, sources_) != nullptr;
+                                               });
+  };
+  for (const auto& [command, needs] : kNeeds) {
+    LackingCommand lacking{.command = std::string(command)};
+    for (const TreeColumn& column : tree_columns()) {
+      const bool is_needed = contains_word(needs, column.name);
+      if (is_needed && !has(column.name)) lacking.lacks.emplace_back(column.name);
+    }
+    result_.commands.push_back(std::move(lacking));
+  }
+  for (const TreeColumn& column : tree_columns()) {
+    if (has(column.name)) continue;
+    const Names likely = likely_columns(column.name, header());
+    if (likely.empty()) continue;
+    note(fmt::format("{} may be {}: `columns={}={}`",
+                     column.name,
+                     fmt::join(likely, " or "),
+                     column.name,
+                     likely.front()));
+  }
+}
+
+TableDescription Describer::run() {
+  note(data::describe_layout(reader_.layout()));
+  note(prepared_.note);
+  find_sources();
+  Names labels;
+  for (const ColumnMapping& source : sources_) {
+    if (!is_label(source.name)) continue;
+    for (const auto& [column, reader] : readers_) {
+      if (sources_[reader].name == source.name) labels.push_back(column);
+    }
+  }
+  table_ = data::read_csv_table(
+      reader_, {.text_columns = std::move(labels), .missing = preparation_.missing}, &codes_);
+  result_.rows = table_.rows();
+  for (const std::string& column : table_.names()) describe(column);
+  if (!codes_.empty()) note("codes read as missing values: " + codes_.text());
+  add_lacks();
+  return std::move(result_);
+}
+
+}  // namespace
+
+TableDescription describe_columns(const data::TableSource& source,
+                                  const RowPreparation& preparation) {
+  return Describer(source, preparation).run();
+}
+
+std::vector<std::string> likely_columns(std::string_view name,
+                                        const std::vector<std::string>& header) {
+  constexpr std::size_t kLongEnough = 3;  // letters of a name that other letters may follow
+  const TreeColumn* const column = tree_column(name);
+  const auto is_named = [&](const std::string& word) {
+    return word == folded_letters(name) || contains_word(column->usual, word) ||
+           contains_word(column->vague, word);
+  };
+  std::vector<std::string> likely;
+  for (const std::string& text : header) {
+    const std::optional<MeantName> meant = meant_name(text);
+    if (meant && meant->name != name) continue;
+    const Names words = words_of(text);
+    const bool begins = !words.empty() && name.size() >= kLongEnough &&
+                        words.front().starts_with(folded_letters(name));
+    if (meant || begins || std::ranges::any_of(words, is_named)) likely.push_back(text);
+  }
+  return likely;
+}
+
+std::string no_standard_column(const TreeColumn& column, const std::vector<std::string>& header) {
+  const Names likely = likely_columns(column.name, header);
+  return fmt::format(
+      "no column {0} ({1}) was found; {2}name it with `columns={0}={3}`; available: {4}; "
+      "`silvafit columns` shows how each column is read",
+      column.name,
+      column.meaning_with_unit(),
+      likely.empty() ? "" : fmt::format("it may be {}; ", fmt::join(likely, " or ")),
+      likely.empty() ? "COLUMN" : likely.front(),
+      data::list_of(header));
+}
+
+}  // namespace silvafit::stand

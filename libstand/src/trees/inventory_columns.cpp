@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: MIT
+#include "trees/inventory_columns.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/near_names.hpp"
+#include "silvafit/data/column_reference.hpp"
+#include "silvafit/stand/described_columns.hpp"
+#include "trees/column_sources.hpp"
+#include "trees/fia_columns.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+/// Builds the plan; an object, because most functions need the header and the file.
+class Planner {
+ public:
+  Planner(const std::vector<std::string>& header,
+          const std::vector<std::string>& units,
+          const InventoryOptions& options,
+          const std::string& file)
+      : header_(header), units_(units), options_(options), file_(file) {}
+
+  ColumnPlan plan();
+
+ private:
+  std::optional<std::size_t> field_named(std::string_view name) const;
+  std::optional<std::size_t> mapped_field(std::string_view name) const;
+  Source source_of(const std::string& name);
+  Source mapped(const ColumnMapping& mapping) const;
+  void add_expansion(ColumnPlan& plan) const;
+  std::optional<std::size_t> time_field() const;
+  std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
+  std::vector<std::size_t> filled_down(const ColumnPlan& plan) const;
+  void require(const ColumnPlan& plan, Measure measure) const;
+  void require_needed(const ColumnPlan& plan) const;
+  void collect_expression_fields(ColumnPlan& plan) const;
+  void refuse_unread(const std::string& name) const;
+  void collect_others(ColumnPlan& plan) const;
+  bool is_used(const ColumnPlan& plan, std::string_view name) const;
+
+  const std::vector<std::string>& header_;
+  const std::vector<std::string>& units_;
+  const InventoryOptions& options_;
+  const std::string& file_;
+  std::vector<ColumnMapping> found_{};  ///< usual_columns()
+  std::vector<ColumnMapping> usual_{};
+};
+
+std::optional<std::size_t> Planner::field_named(std::string_view name) const {
+  const auto found = std::ranges::find(header_, name);
+  if (found == header_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header_.begin());
+}
+
+/// Field of the column that is mapped to a name; none if there is no such mapping.
+std::optional<std::size_t> Planner::mapped_field(std::string_view name) const {
+  const ColumnMapping* const mapping = mapping_to(name, options_.columns);
+  if (mapping == nullptr) return std::nullopt;
+  require_column(*mapping, header_, file_);
+  return field_named(mapping->source);
+}
+
+Source Planner::mapped(const ColumnMapping& mapping) const {
+  const std::vector<std::string> parts =
+      is_label(mapping.name) ? joined_columns(mapping.source, header_) : std::vector<std::string>();
+  if (!parts.empty()) {
+    Source source{.text = mapping.source};
+    for (const std::string& part : parts) source.joined.push_back(*field_named(part));
+    return source;
+  }
+  data::ColumnReference reference =
+      data::column_reference(mapping.name, mapping.source, header_, file_);
+  Source source{.text = std::move(reference.text), .expression = std::move(reference.expression)};
+  if (!source.expression) source.field = field_named(source.text);
+  return source;
+}
+
+/// As mapped, or as found; a measure in our unit.
+Source Planner::source_of(const std::string& name) {
+  if (const ColumnMapping* const mapping = mapping_to(name, options_.columns)) {
+    ColumnMapping ours = in_our_unit(*mapping, header_, units_);
+    if (ours.source != mapping->source) usual_.push_back(ours);
+    return mapped(ours);
+  }
+  if (const ColumnMapping* const found = mapping_to(name, found_)) {
+    usual_.push_back(*found);
+    return mapped(*found);
+  }
+  return field_named(name) ? mapped({.name = name, .source = name}) : Source{};
+}
+
+/// Field of the column year, else date, or of the source mapped to such a name.
+std::optional<std::size_t> Planner::time_field() const {
+  if (!options_.period.empty()) {
+    if (const auto field = field_named(options_.period)) return field;
+    throw InputError(data::no_such_column(options_.period, header_),
+                     {.file = file_, .column = "`period`"});
+  }
+  for (const std::string_view name : {"year", "date"}) {
+    if (const auto field = mapped_field(name)) return field;
+    if (const auto field = field_in_any_case(name, header_)) return field;
+  }
+  const auto column = usual_time_column(header_);
+  return column ? field_named(*column) : std::nullopt;
+}
+
+/// Field of the column stand, unless it is read as a standard label.
+std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
+  if (const auto field = mapped_field("stand")) return field;
+  const auto field = field_in_any_case("stand", header_);
+  const auto holds = [&field](const Source& source) { return field && source.field == field; };
+  return std::ranges::any_of(plan.labels, holds) ? std::nullopt : field;
+}
+
+/// FIA's factors become a column per hectare.
+void Planner::add_expansion(ColumnPlan& plan) const {
+  constexpr char kName[] = "trees_per_ha";
+  const std::vector<ColumnMapping> fia = fia_columns(header_, true);
+  const ColumnMapping* const factor = mapping_to("expansion", fia);
+  const bool is_taken = field_named(kName) || mapping_to(kName, options_.columns) != nullptr;
+  if (factor == nullptr || is_taken) return;
+  plan.expansion = kName;
+  if (options_.keeps_expansion) plan.others.push_back({.name = kName, .source = factor->source});
+}
+
+/// The fields of --fill-down, by their standard names or the names in the file.
+std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
+  std::vector<std::size_t> fields;
+  for (const std::string& name : options_.fill_down) {
+    std::optional<std::size_t> field = field_named(name);
+    for (std::size_t i = 0; i < kLabelCount && !field; ++i) {
+      if (known_label(i).name == name) field = plan.labels[i].field;
+    }
+    if (!field) throw UsageError(data::no_such_column(name, header_), {.column = "`fill_down`"});
+    fields.push_back(*field);
+  }
+  return fields;
+}
+
+void Planner::require(const ColumnPlan& plan, Measure measure) const {
+  if (plan.measures[measure].exists()) return;
+  throw InputError(no_standard_column(known_measure(measure), header_), {.file = file_});
+}
+
+void Planner::require_needed(const ColumnPlan& plan) const {
+  require(plan, kDbh);
+  if (options_.needs_coordinates) {
+    require(plan, kX);
+    require(plan, kY);
+  }
+  for (const std::string& name : options_.needs) {
+    if (!is_measure(name)) {
+      throw UsageError(fmt::format("'{}' is not a column of an inventory", name));
+    }
+    const bool has_radii = std::ranges::all_of(
+        kRadii, [&plan](Measure radius) { return plan.measures[radius].exists(); });
+    if (name == "cw" && has_radii) continue;
+    require(plan, measure_named(name));
+  }
+}
+
+void Planner::collect_expression_fields(ColumnPlan& plan) const {
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const Source& source = plan.measures[i];
+    if (!source.expression) continue;
+    const bool is_position = known_measure(i).is_position();
+    for (const std::string& variable : source.expression->variables()) {
+      data::TextMatch match;
+      const bool is_text = data::is_text_match(variable, match);
+      const std::string& name = is_text ? match.column : variable;
+      const auto same = [&](const ExpressionField& field) { return field.name == name; };
+      const auto found = std::ranges::find_if(plan.expression_fields, same);
+      if (found == plan.expression_fields.end()) {
+        plan.expression_fields.push_back({.name = name,
+                                          .field = *field_named(name),
+                                          .is_text = is_text,
+                                          .is_position = is_position});
+      } else if (found->is_text != is_text) {
+        throw UsageError(fmt::format("'{}' is used as a number and as text", name),
+                         {.file = file_, .column = "`columns`"});
+      }
+    }
+  }
+}
+
+/// Whether a column of the file is already used as a standard column.
+bool Planner::is_used(const ColumnPlan& plan, std::string_view name) const {
+  const auto holds = [name](const Source& source) { return source.field && source.text == name; };
+  return std::ranges::any_of(plan.labels, holds) || std::ranges::any_of(plan.measures, holds);
+}
+
+/// A name that nothing reads is a misspelt one.
+void Planner::refuse_unread(const std::string& name) const {
+  std::vector<std::string> read{"year", "date", "stand"};
+  for (const TreeColumn& column : tree_columns()) read.emplace_back(column.name);
+  read.insert(read.end(), options_.keep.begin(), options_.keep.end());
+  if (std::ranges::find(read, name) != read.end()) return;
+  throw UsageError(
+      fmt::format("nothing reads a column '{}' here{}", name, did_you_mean(name, read)),
+      {.column = "`columns`"});
+}
+
+void Planner::collect_others(ColumnPlan& plan) const {
+  const auto is_ours = [](std::string_view name) { return is_label(name) || is_measure(name); };
+  for (const ColumnMapping& mapping : options_.columns) {
+    if (is_ours(mapping.name)) continue;
+    if (options_.refuses_unread) refuse_unread(mapping.name);
+    mapped(mapping);  // reports missing columns at once
+    plan.others.push_back(mapping);
+  }
+  for (const std::string& name : options_.keep_all ? header_ : options_.keep) {
+    const bool is_taken =
+        std::ranges::find(plan.others, name, &ColumnMapping::name) != plan.others.end();
+    if (name.empty() || is_taken || is_ours(name) || (options_.keep_all && is_used(plan, name)))
+      continue;
+    if (!field_named(name)) {
+      throw InputError(data::no_such_column(name, header_), {.file = file_});
+    }
+    plan.others.push_back({.name = name, .source = name});
+  }
+}
+
+ColumnPlan Planner::plan() {
+  ColumnPlan plan;
+  const auto is_looked_for = [this](const std::string& name) {
+    return mapping_to(name, options_.columns) == nullptr;
+  };
+  const bool by_location = options_.keeps_measurements || !options_.period.empty();
+  found_ = usual_columns(header_, is_looked_for, file_, units_, by_location);
+  for (std::size_t i = 0; i < kLabelCount; ++i) {
+    const std::string name(known_label(i).name);
+    plan.labels[i] = source_of(name);
+    if (plan.labels[i].expression) {
+      throw UsageError(fmt::format("{} must be a column, or columns joined as in SUBP+TREE, not "
+                                   "'{}'; available: {}",
+                                   name,
+                                   plan.labels[i].text,
+                                   data::list_of(header_)),
+                       {.file = file_, .column = "`columns`"});
+    }
+  }
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    plan.measures[i] = source_of(std::string(known_measure(i).name));
+  }
+  plan.time_field = time_field();
+  plan.stand_field = stand_field(plan);
+  const auto status = status_column(header_, options_.columns, options_.status_codes, file_);
+  if (status) plan.status_field = field_named(*status);
+  plan.filled_down = filled_down(plan);
+  require_needed(plan);
+  collect_expression_fields(plan);
+  collect_others(plan);
+  add_expansion(plan);
+  const std::vector<ColumnMapping> fia = fia_columns(header_, by_location);
+  const ColumnMapping* const place = mapping_to("x", fia);
+  plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source;
+  plan.usual = std::move(usual_);
+  return plan;
+}
+
+}  // namespace
+
+Measure measure_named(std::string_view name) {
+  return static_cast<Measure>(tree_column(name) - tree_columns().data() - kLabelCount);
+}
+
+ColumnPlan plan_columns(const std::vector<std::string>& header,
+                        const std::vector<std::string>& units,
+                        const InventoryOptions& options,
+                        const std::string& file) {
+  return Planner(header, units, options, file).plan();
+}
+
+}  // namespace silvafit::stand

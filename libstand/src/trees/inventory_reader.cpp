@@ -1,0 +1,534 @@
+// SPDX-License-Identifier: MIT
+#include "trees/inventory_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_set>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/program.hpp"
+#include "silvafit/stand/plot_table.hpp"
+#include "silvafit/stand/similar_plots.hpp"
+#include "trees/measurement_time.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr char kOnlyPlot[] = "1";
+constexpr char kOnlySpecies[] = "unknown";
+/// Separates plot and time in a key; it does not occur in files.
+constexpr char kSeparator = '\x1f';
+
+bool is_missing(std::string_view field) {
+  return data::is_missing_field(field) || field == "NaN" || field == "nan";
+}
+
+std::string_view name_of(TreeStatus status) {
+  if (status == TreeStatus::kNotInSample) return "not in the sample";
+  return status == TreeStatus::kDead ? "dead" : "cut, fallen or a stump";
+}
+
+}  // namespace
+
+/// In a file with decimal commas, a number with both marks shows that points separate thousands:
+/// 1.001 in another row would be read as 1 m.
+void InventoryReader::refuse_both_marks(std::string_view text, const std::string& column) const {
+  const bool has_both =
+      text.find(',') != std::string_view::npos && text.find('.') != std::string_view::npos;
+  if (!has_both || !csv_.has_decimal_commas()) return;
+  throw InputError(
+      fmt::format("'{}' has a point and a comma; write numbers without separators of thousands",
+                  text),
+      {.file = csv_.file(), .line = csv_.line(), .column = column});
+}
+
+/// The marks of all columns that were read as numbers, at the end of the file.
+void InventoryReader::require_clear_marks() const {
+  std::vector<std::size_t> fields;
+  for (const Source& source : plan_.measures) {
+    if (source.field) fields.push_back(*source.field);
+  }
+  for (const ExpressionField& source : plan_.expression_fields) {
+    if (!source.is_text) fields.push_back(source.field);
+  }
+  csv_.require_clear_marks(fields);
+}
+
+double InventoryReader::number_in(std::size_t position,
+                                  std::string_view field,
+                                  const std::string& column,
+                                  bool is_position,
+                                  InventoryRow& row) {
+  const std::string_view text = data::trimmed(field);
+  double value = 0.0;
+  const bool is_number = csv_.read_number(position, text, value) && !std::isnan(value);
+  csv_.require_one_mark(position);
+  const bool is_code = is_number
+                           ? value < 0.0 && is_missing_number_of(is_position ? "x" : "h", value)
+                           : data::is_missing_number(text);
+  const bool is_further_code = !options_.missing.empty() && csv_.is_missing(text);
+  if (is_number && !is_code && !is_further_code) return value;
+  if (is_code || is_further_code) {
+    if (!is_missing(text)) codes_.add(column, text);
+    return data::kMissing;
+  }
+  refuse_both_marks(text, column);
+  const bool has_comma = text.find(',') != std::string_view::npos;
+  const bool has_thousands = has_comma && text.find('.') != std::string_view::npos;
+  const char* const advice =
+      has_thousands ? "thousands are written without a separator"
+      : has_comma   ? "decimals need a point"
+                    : "leave missing values empty or write NA, or name other codes with `missing`";
+  row.unreadable.push_back({.column = column,
+                            .value = std::string(text),
+                            .reason = fmt::format("'{}' is not a number; {}", text, advice)});
+  return data::kMissing;
+}
+
+/// 0 in a measure that cannot be 0 is a missing-value code.
+void InventoryReader::find_missing_zeros(Measures& measures) {
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    if (measures[i] != 0.0 || !is_zero_missing(known_measure(i).name)) continue;
+    codes_.add(plan_.measures[i].text, "0");
+    measures[i] = data::kMissing;
+  }
+  const bool has_no_crown =
+      std::isnan(measures[kCw]) &&
+      std::ranges::all_of(kRadii, [&](Measure radius) { return measures[radius] == 0.0; });
+  if (!has_no_crown) return;
+  for (const Measure radius : kRadii) {
+    codes_.add(plan_.measures[radius].text, "0");
+    measures[radius] = data::kMissing;
+  }
+}
+
+void InventoryReader::read_row(const std::vector<std::string_view>& fields,
+                               InventoryRow& row,
+                               std::size_t position) {
+  row.line = csv_.line();
+  row.unreadable.clear();
+  for (std::size_t i = 0; i < kLabelCount; ++i) {
+    const Source& source = plan_.labels[i];
+    if (source.field) row.labels[i] = data::trimmed(fields[*source.field]);
+    if (source.joined.empty()) continue;
+    std::vector<std::string_view> parts;
+    for (const std::size_t field : source.joined) parts.push_back(fields[field]);
+    row.labels[i] = joined_label(parts);
+  }
+  if (plan_.time_field) row.time = data::trimmed(fields[*plan_.time_field]);
+  if (plan_.stand_field) row.stand = data::trimmed(fields[*plan_.stand_field]);
+  if (plan_.status_field) row.status = data::trimmed(fields[*plan_.status_field]);
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const Source& source = plan_.measures[i];
+    const bool is_position = known_measure(i).is_position();
+    row.measures[i] = data::kMissing;
+    if (!source.field) continue;
+    const std::size_t field = *source.field;
+    row.measures[i] = number_in(field, fields[field], source.text, is_position, row);
+  }
+  if (!fields_of_others_.empty()) {
+    std::vector<std::string_view> others;
+    for (const std::size_t field : fields_of_others_) others.push_back(fields[field]);
+    row.others.clear();
+    data::append_record(others, separator_of_others(), row.others);
+  }
+  for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
+    const ExpressionField& source = plan_.expression_fields[i];
+    if (!source.is_text) {
+      expression_numbers_[i][position] =
+          number_in(source.field, fields[source.field], source.name, source.is_position, row);
+    } else if (is_missing(data::trimmed(fields[source.field]))) {
+      expression_texts_[i].append_missing();
+    } else {
+      expression_texts_[i].append(data::trimmed(fields[source.field]));
+    }
+  }
+}
+
+/// The fields of the next row of the file or of its parts.
+bool InventoryReader::next_fields(std::vector<std::string_view>& fields) {
+  while (!csv_.next(fields)) {
+    if (open_next_part()) continue;
+    require_clear_marks();
+    return false;
+  }
+  return true;
+}
+
+RowPreparation InventoryReader::preparation() const {
+  return {.where = options_.where,
+          .visits = options_.visits,
+          .columns = options_.columns,
+          .missing = options_.missing,
+          .fill_down = options_.fill_down};
+}
+
+ColumnPlan InventoryReader::plan(bool in_parts) const {
+  if (in_parts && preparation().makes_columns(csv_.header(), csv_.file())) {
+    throw UsageError("columns of visits or of texts are made of the whole table; omit `stream`",
+                     {.file = csv_.file(), .column = "`stream`"});
+  }
+  return plan_columns(csv_.header(), csv_.layout().units, options_, csv_.file());
+}
+
+/// The next part of a file in parts; false if there is none.
+bool InventoryReader::open_next_part() {
+  const auto part = parts_ ? parts_->next() : nullptr;
+  if (!part) return false;
+  csv_ = data::CsvReader(prepared_table(part, preparation(), true).table, options_.missing);
+  return true;
+}
+
+bool InventoryReader::read_block() {
+  expression_numbers_.assign(plan_.expression_fields.size(), std::vector<double>(kBlockRows));
+  expression_texts_.assign(plan_.expression_fields.size(), {});
+  std::vector<std::string_view> fields;
+  block_size_ = 0;
+  while (block_size_ < kBlockRows && next_fields(fields)) {
+    read_row(fields, block_[block_size_], block_size_);
+    ++block_size_;
+  }
+  evaluate_expressions();
+  return block_size_ > 0;
+}
+
+void InventoryReader::evaluate_expressions() {
+  const auto is_computed = [](const Source& source) { return source.expression.has_value(); };
+  if (block_size_ == 0 || std::ranges::none_of(plan_.measures, is_computed)) return;
+  data::Table table(block_size_);
+  for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
+    const ExpressionField& field = plan_.expression_fields[i];
+    expression_numbers_[i].resize(block_size_);
+    if (field.is_text) {
+      table.set(field.name, std::move(expression_texts_[i]));
+    } else {
+      table.set(field.name, std::move(expression_numbers_[i]));
+    }
+  }
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    if (!plan_.measures[i].expression) continue;
+    const std::vector<double> values = data::evaluate(*plan_.measures[i].expression, table);
+    for (std::size_t row = 0; row < block_size_; ++row) block_[row].measures[i] = values[row];
+  }
+}
+
+/// Sets the default labels of columns that the file lacks.
+void InventoryReader::complete(InventoryRow& row) const {
+  if (!plan_.labels[kPlot].exists()) row.labels[kPlot] = kOnlyPlot;
+  if (!plan_.labels[kTree].exists()) row.labels[kTree] = fmt::format("{}", row_count_);
+  if (!plan_.labels[kSpecies].exists()) row.labels[kSpecies] = kOnlySpecies;
+  if (options_.period.empty()) return;
+  row.measured_plot = row.labels[kPlot];
+  if (is_missing(row.time) || is_missing(row.measured_plot)) return;
+  row.labels[kPlot] = label_at_time(row.measured_plot, row.time);
+}
+
+void InventoryReader::exclude(const InventoryRow& row,
+                              std::string column,
+                              std::string value,
+                              std::string reason) {
+  result_.excluded.push_back({.line = row.line,
+                              .plot = row.labels[kPlot],
+                              .tree = row.labels[kTree],
+                              .column = std::move(column),
+                              .value = std::move(value),
+                              .reason = std::move(reason)});
+}
+
+bool InventoryReader::exclude_if_unlabeled(const InventoryRow& row) {
+  bool excluded = false;
+  for (const Label label : {kPlot, kTree}) {
+    if (!is_missing(row.labels[label])) continue;
+    exclude(row,
+            plan_.labels[label].text,
+            row.labels[label],
+            fmt::format("the {} is missing", known_label(label).meaning));
+    excluded = true;
+  }
+  if (!options_.period.empty() && is_missing(row.time)) {
+    exclude(row, options_.period, row.time, "the time of measurement is missing");
+    excluded = true;
+  }
+  return excluded;
+}
+
+/// Excludes rows of dead or cut trees, unless they are to be used.
+bool InventoryReader::set_aside_if_dead(const InventoryRow& row, TreeStatus status) {
+  const bool is_used = status == TreeStatus::kAlive || options_.dead == DeadTrees::kInclude ||
+                       options_.keeps_measurements ||
+                       (status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors);
+  if (is_used && status != TreeStatus::kNotInSample) return false;
+  exclude(row, status_.header(), row.status, fmt::format("the tree is {}", name_of(status)));
+  result_.excluded.back().is_problem = false;
+  ++result_.excluded_tree_count;
+  return true;
+}
+
+/// Merged cells of a spreadsheet are exported as one value with empty fields below it.
+void InventoryReader::count_empty_plots(const InventoryRow& row) {
+  const bool is_empty = row.labels[kPlot].empty() && row_count_ > 1;
+  empty_plots_run_ = is_empty ? empty_plots_run_ + 1 : 0;
+  if (is_empty) ++empty_plots_;
+  has_run_of_empty_plots_ = has_run_of_empty_plots_ || empty_plots_run_ > 1;
+}
+
+void InventoryReader::accept_or_exclude(InventoryRow& row) {
+  ++row_count_;
+  complete(row);
+  count_empty_plots(row);
+  const TreeStatus status = plan_.status_field ? status_.read(row.status) : TreeStatus::kAlive;
+  if (set_aside_if_dead(row, status)) return;
+  find_missing_zeros(row.measures);
+  bool is_cw_from_radii = false;
+  if (std::isnan(row.measures[kCw])) {
+    row.measures[kCw] = crown_width_m(row.measures);
+    is_cw_from_radii = !std::isnan(row.measures[kCw]);
+  }
+  bool excluded = exclude_if_unlabeled(row);
+  for (ExcludedRow& problem : row.unreadable) {
+    exclude(row, std::move(problem.column), std::move(problem.value), std::move(problem.reason));
+    excluded = true;
+  }
+  for (Problem& problem : problems_of(row.measures, options_.needs_coordinates, is_cw_from_radii)) {
+    const double value = row.measures[problem.measure];
+    const std::string& column = plan_.measures[problem.measure].text;
+    // A field that is not a number is reported once, not also as missing.
+    if (std::isnan(value) && !row.unreadable.empty()) continue;
+    // A dead or cut tree needs no measures, and a living one without dbh has survived.
+    if (options_.keeps_measurements && std::isnan(value) && problem.measure == kDbh) continue;
+    if (problem.measure == kHcb && value >= row.measures[kH]) ++crown_base_above_top_;
+    exclude(row, column, std::isnan(value) ? "" : data::shortest(value), std::move(problem.reason));
+    excluded = true;
+  }
+  if (excluded) {
+    ++result_.excluded_tree_count;
+    return;
+  }
+  has_cw_from_radii_ = has_cw_from_radii_ || is_cw_from_radii;
+  append(row, status);
+}
+
+void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
+  Inventory& inventory = result_.inventory;
+  const bool is_dead_neighbor =
+      status == TreeStatus::kDead && options_.dead == DeadTrees::kNeighbors;
+  if (is_dead_neighbor || std::isnan(row.measures[kDbh])) {
+    inventory.neighbor_only.resize(inventory.size(), 0);
+    inventory.neighbor_only.push_back(1);
+  } else if (!inventory.neighbor_only.empty()) {
+    inventory.neighbor_only.push_back(0);
+  }
+  inventory.lines.push_back(static_cast<std::uint32_t>(row.line));
+  kept_rows_.push_back(row_count_ - 1);
+  if (!fields_of_others_.empty()) {
+    others_ += row.others;
+    lines_of_others_.push_back(row.line);
+    rows_of_others_.push_back(row_count_ - 1);
+  }
+  inventory.plot.append(row.labels[kPlot]);
+  inventory.tree.append(row.labels[kTree]);
+  if (data::is_missing_number(row.labels[kSpecies])) {
+    inventory.species.append_missing();
+  } else {
+    inventory.species.append(row.labels[kSpecies]);
+  }
+  if (!options_.period.empty()) {
+    inventory.measured_plot.append(row.measured_plot);
+    inventory.time.append(row.time);
+  } else if (plan_.time_field) {
+    is_missing(row.time) ? times_.append_missing() : times_.append(row.time);
+  }
+  if (options_.keeps_measurements && plan_.status_field) inventory.status.push_back(status);
+  if (plan_.stand_field && !is_missing(row.stand)) {
+    shared_labels_.add(row.labels[kPlot], row.stand);
+  }
+  const bool has_radii = std::ranges::all_of(
+      kRadii, [this](Measure radius) { return plan_.measures[radius].exists(); });
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const bool is_kept = plan_.measures[i].exists() || (i == kCw && has_radii);
+    if (is_kept) values_of(inventory, i).push_back(row.measures[i]);
+  }
+}
+
+/// Counts of the kept trees, in the whole file or batch by batch.
+void InventoryReader::count_findings() {
+  const Inventory& inventory = result_.inventory;
+  for (std::size_t i = 0; i < inventory.size(); ++i) {
+    if (inventory.species.is_missing(i)) ++without_species_;
+    const bool is_alive = inventory.status.empty() || inventory.status[i] == TreeStatus::kAlive;
+    if (is_alive && std::isnan(inventory.dbh_cm[i])) ++without_dbh_;
+  }
+  odd_values_.add(inventory);
+}
+
+/// Trees with the same number are compared within each time of measurement.
+void InventoryReader::keep_measurements() {
+  Inventory& inventory = result_.inventory;
+  inventory.time = times_;
+  if (times_.size() == 0) {
+    resolve_repeated_trees(
+        plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+    return;
+  }
+  data::TextColumn labels;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    labels.append(fmt::format("{}{}{}", inventory.plot[row], kSeparator, times_[row]));
+  }
+  inventory.plot = std::move(labels);
+  resolve_repeated_trees(plan_.labels[kTree].text, {}, result_, kept_rows_, repeated_numbers_);
+  const auto plot_in = [](std::string_view label) {
+    return label.substr(0, label.find(kSeparator));
+  };
+  data::TextColumn plots;
+  for (std::size_t row = 0; row < inventory.size(); ++row)
+    plots.append(plot_in(inventory.plot[row]));
+  inventory.plot = std::move(plots);
+  for (ExcludedRow& row : result_.excluded) row.plot = plot_in(row.plot);
+}
+
+void InventoryReader::find_plots_left_out() {
+  Inventory& inventory = result_.inventory;
+  std::unordered_set<std::string_view> seen;
+  for (const ExcludedRow& row : result_.excluded) {
+    if (!row.is_problem || is_missing(row.plot) || !seen.insert(row.plot).second) continue;
+    if (inventory.plot.code_of(row.plot) != data::TextColumn::kMissingCode) continue;
+    inventory.plots_left_out.push_back(row.plot);
+  }
+}
+
+void InventoryReader::find_plot_lines() {
+  Inventory& inventory = result_.inventory;
+  std::vector<std::uint32_t> lines(inventory.plot.levels().size(),
+                                   std::numeric_limits<std::uint32_t>::max());
+  const auto add = [&lines](std::size_t plot, std::uint32_t line) {
+    lines[plot] = std::min(lines[plot], line);
+  };
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    add(inventory.plot.code(row), inventory.lines[row]);
+  }
+  for (const ExcludedRow& row : result_.excluded) {
+    const std::uint32_t code = inventory.plot.code_of(row.plot);
+    if (code != data::TextColumn::kMissingCode) add(code, static_cast<std::uint32_t>(row.line));
+  }
+  if (!std::ranges::is_sorted(lines)) inventory.plot_lines = std::move(lines);
+}
+
+std::string InventoryReader::note_on_dead() const {
+  if (!plan_.status_field) return {};
+  std::string text =
+      fmt::format("the status of trees is read from column {}: {} dead, {} cut or gone",
+                  status_.header(),
+                  status_.dead(),
+                  status_.gone());
+  const bool has_dead = status_.dead() > 0;
+  if (options_.dead == DeadTrees::kInclude) {
+    text += ", all used as living trees";
+  } else if (options_.keeps_measurements) {
+    text += ", which are mortality and cut at the end of a period";
+  } else if (options_.dead == DeadTrees::kNeighbors && has_dead) {
+    text += "; dead trees are neighbors only, the others are skipped";
+  } else if (has_dead || status_.gone() > 0) {
+    text += ", skipped";
+    if (has_dead) text += "; with `dead=neighbors`, dead trees count as neighbors";
+  }
+  return text + status_.remarks();
+}
+
+std::string InventoryReader::note_on_empty_plots() const {
+  if (!has_run_of_empty_plots_) return {};
+  return fmt::format("{} empty, as in merged cells; with `fill_down=plot`, the value above is used",
+                     counted(empty_plots_, "row has a plot that is", "rows have a plot that is"));
+}
+
+std::vector<std::string> InventoryReader::recognized() const {
+  std::vector<std::string> texts{data::describe_layout(csv_.layout()),
+                                 prepared_.note,
+                                 describe_usual_columns(plan_.usual, csv_.header())};
+  if (!codes_.empty()) texts.push_back("codes read as missing values: " + codes_.text());
+  texts.push_back(spellings_.note());
+  texts.push_back(note_on_dead());
+  std::erase(texts, "");
+  return texts;
+}
+
+std::vector<std::string> InventoryReader::notes() const {
+  std::vector<std::string> notes = recognized();
+  std::string empty_plots = note_on_empty_plots();
+  if (!empty_plots.empty()) notes.push_back(std::move(empty_plots));
+  for (std::string& note : repeated_numbers_.notes()) notes.push_back(std::move(note));
+  if (!plan_.labels[kPlot].exists()) {
+    notes.push_back(fmt::format("no column plot: all trees are in one plot, '{}'", kOnlyPlot));
+  }
+  if (!plan_.labels[kTree].exists()) {
+    notes.emplace_back("no column tree: trees are numbered by row");
+  }
+  if (!plan_.labels[kSpecies].exists()) {
+    notes.push_back(
+        fmt::format("no column species: all trees have one species, '{}'", kOnlySpecies));
+  }
+  if (plan_.stand_field && plan_.labels[kPlot].exists()) {
+    std::string note = shared_labels_.note(csv_.header()[*plan_.stand_field]);
+    if (!note.empty()) notes.push_back(std::move(note));
+  }
+  if (has_cw_from_radii_) {
+    notes.emplace_back("cw is computed from the four crown radii where it is missing");
+  }
+  if (without_dbh_ > 0) {
+    notes.push_back(
+        fmt::format("{} without dbh: neighbors of others, but not core trees, and not "
+                    "in summaries and models",
+                    counted(without_dbh_, "tree is", "trees are")));
+  }
+  if (without_species_ > 0)
+    notes.push_back(counted(without_species_, "tree has no species", "trees have no species"));
+  for (std::string& note : odd_values_.notes()) notes.push_back(std::move(note));
+  return notes;
+}
+
+void InventoryReader::refuse_empty(const std::string& excluded) const {
+  const std::string& file = result_.inventory.file;
+  if (row_count_ == 0) throw InputError("the file has a header but no trees", {.file = file});
+  throw InputError("no usable row: " + excluded, {.file = file});
+}
+
+CheckedInventory InventoryReader::read() {
+  while (read_block()) {
+    for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
+  }
+  if (options_.keeps_measurements) {
+    keep_measurements();
+  } else {
+    resolve_repeated_trees(
+        plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+  }
+  if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
+  if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
+  if (result_.inventory.size() == 0) refuse_empty(describe_excluded(result_));
+  const auto& dbh = result_.inventory.dbh_cm;
+  if (!options_.is_part && std::ranges::all_of(dbh, [](double d) { return std::isnan(d); })) {
+    refuse_empty(plan_.measures[kDbh].text + " is missing in all rows");
+  }
+  find_plots_left_out();
+  find_plot_lines();
+  read_other_columns();
+  count_findings();
+  result_.notes = notes();
+  std::string similar_plots = describe_similar_plots(result_.inventory.plot);
+  if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
+  result_.recognized = recognized();
+  result_.inventory.trusts_units = options_.trust_units;
+  result_.inventory.is_placed_by_subplots = plan_.is_placed_by_subplots;
+  result_.inventory.area_column = plot_area_column(csv_.header());
+  return std::move(result_);
+}
+
+CheckedInventory read_inventory(const data::TableSource& source, const InventoryOptions& options) {
+  return InventoryReader(source, options).read();
+}
+
+}  // namespace silvafit::stand

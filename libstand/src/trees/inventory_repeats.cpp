@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: MIT
+#include "trees/inventory_repeats.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "trees/inventory_columns.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+/// Largest distance between two surveyed positions of one tree: errors of tape and compass are
+/// decimeters, and trees are rarely nearer to each other.
+constexpr double kResurveyMeters = 1.0;
+
+struct StemPosition {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+using Cell = std::pair<double, double>;
+
+Cell cell_of(StemPosition point) {
+  return {std::floor(point.x / kResurveyMeters), std::floor(point.y / kResurveyMeters)};
+}
+
+/// The stems of one id at one position: the first row, and the first row of each dbh or, if the
+/// position is unknown, of each set of measures.
+struct Stems {
+  std::size_t first_row = 0;
+  std::map<std::vector<double>, std::size_t> row_of_measures{};
+};
+
+/// Compares rows of one id, one after another.
+class SameId {
+ public:
+  SameId(const Inventory& inventory, const data::TextColumn& times)
+      : inventory_(inventory), times_(times) {}
+
+  void begin();
+  /// Relation of a row to the earlier ones; the first row is classified as another tree, too.
+  RepeatedTree add(std::size_t row);
+
+ private:
+  bool is_time_known(std::size_t row) const {
+    return times_.size() != 0 && !times_.is_missing(row);
+  }
+  bool is_other_time(std::size_t left, std::size_t right) const {
+    return is_time_known(left) && is_time_known(right) && times_.code(left) != times_.code(right);
+  }
+  std::optional<StemPosition> position_of(std::size_t row) const;
+  std::vector<double> measures_of(std::size_t row) const;
+  std::optional<std::size_t> row_of_other_time(std::size_t row) const;
+
+  const Inventory& inventory_;
+  const data::TextColumn& times_;
+  std::size_t first_row_ = kNoRow;
+  Stems unplaced_{};
+  std::map<std::pair<double, double>, Stems> places_{};
+  std::map<Cell, std::vector<std::size_t>> first_rows_near_{};
+
+  static constexpr std::size_t kNoRow = std::numeric_limits<std::size_t>::max();
+};
+
+void SameId::begin() {
+  first_row_ = kNoRow;
+  unplaced_ = {.first_row = kNoRow};
+  places_.clear();
+  first_rows_near_.clear();
+}
+
+std::optional<StemPosition> SameId::position_of(std::size_t row) const {
+  if (!inventory_.has_coordinates()) return std::nullopt;
+  const StemPosition point{inventory_.x[row], inventory_.y[row]};
+  if (std::isnan(point.x) || std::isnan(point.y)) return std::nullopt;
+  return point;
+}
+
+/// What distinguishes stems at one position: their dbh or, without a position, all measures.
+std::vector<double> SameId::measures_of(std::size_t row) const {
+  // Missing values are equal, and NaN cannot be ordered.
+  const auto comparable = [row](const std::vector<double>& values) {
+    const bool is_missing = values.empty() || std::isnan(values[row]);
+    return is_missing ? -std::numeric_limits<double>::infinity() : values[row];
+  };
+  if (position_of(row)) return {comparable(inventory_.dbh_cm)};
+  std::vector<double> measures;
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    measures.push_back(comparable(values_of(inventory_, i)));
+  }
+  return measures;
+}
+
+/// The nearest tree of another time that may be the same tree: within the error of a survey or, if
+/// one of the two has no position, the first one.
+std::optional<std::size_t> SameId::row_of_other_time(std::size_t row) const {
+  const std::optional<StemPosition> position = position_of(row);
+  if (!position || !position_of(first_row_)) {
+    return is_other_time(row, first_row_) ? std::optional(first_row_) : std::nullopt;
+  }
+  std::optional<std::size_t> nearest;
+  double nearest_m = kResurveyMeters;
+  const Cell center = cell_of(*position);
+  for (const double i : {-1.0, 0.0, 1.0}) {
+    for (const double j : {-1.0, 0.0, 1.0}) {
+      const auto near = first_rows_near_.find({center.first + i, center.second + j});
+      if (near == first_rows_near_.end()) continue;
+      for (const std::size_t other : near->second) {
+        const StemPosition point = *position_of(other);
+        const double distance_m = std::hypot(point.x - position->x, point.y - position->y);
+        if (distance_m > nearest_m || !is_other_time(row, other)) continue;
+        nearest = other;
+        nearest_m = distance_m;
+      }
+    }
+  }
+  return nearest;
+}
+
+RepeatedTree SameId::add(std::size_t row) {
+  const std::optional<StemPosition> position = position_of(row);
+  Stems* stems = &unplaced_;
+  if (position) {
+    stems =
+        &places_.try_emplace({position->x, position->y}, Stems{.first_row = kNoRow}).first->second;
+  }
+  const std::vector<double> measures = measures_of(row);
+  if (const auto same = stems->row_of_measures.find(measures);
+      same != stems->row_of_measures.end()) {
+    return {.row = row, .first_row = same->second, .is_same_tree = true};
+  }
+  if (first_row_ != kNoRow) {
+    if (const auto earlier = row_of_other_time(row)) {
+      return {.row = row, .first_row = *earlier, .is_same_tree = true, .is_later = true};
+    }
+  }
+  const bool is_new = stems->first_row == kNoRow;
+  RepeatedTree tree{.row = row, .first_row = is_new ? row : stems->first_row};
+  tree.is_same_place = position && !is_new;
+  tree.is_of_unknown_time = !position && !is_new && !is_time_known(row);
+  if (is_new) stems->first_row = row;
+  if (is_new && position) first_rows_near_[cell_of(*position)].push_back(row);
+  if (first_row_ == kNoRow) first_row_ = row;
+  stems->row_of_measures.emplace(measures, row);
+  return tree;
+}
+
+using PlotAndTree = std::pair<std::uint32_t, std::string>;
+
+/// Returns `64#2`, `64#3`, ... and skips ids that the plot already has.
+class IdSupply {
+ public:
+  explicit IdSupply(const Inventory& inventory) {
+    for (std::size_t row = 0; row < inventory.size(); ++row) {
+      const std::string_view id = inventory.tree[row];
+      if (id.find('#') != std::string_view::npos) taken_.emplace(inventory.plot.code(row), id);
+    }
+  }
+
+  std::string next(std::uint32_t plot, const std::string& id) {
+    std::size_t& number = last_number_.try_emplace({plot, id}, 1).first->second;
+    for (;;) {
+      std::string candidate = fmt::format("{}#{}", id, ++number);
+      if (taken_.emplace(plot, candidate).second) return candidate;
+    }
+  }
+
+ private:
+  std::set<PlotAndTree> taken_{};
+  std::map<PlotAndTree, std::size_t> last_number_{};
+};
+
+void exclude_same_tree(const RepeatedTree& tree,
+                       const std::string& tree_column,
+                       CheckedInventory& checked) {
+  const Inventory& inventory = checked.inventory;
+  ++checked.excluded_tree_count;
+  checked.excluded.push_back(
+      {.line = inventory.lines[tree.row],
+       .plot = std::string(inventory.plot[tree.row]),
+       .tree = std::string(inventory.tree[tree.row]),
+       .column = tree_column,
+       .value = std::string(inventory.tree[tree.row]),
+       .reason = fmt::format("the same tree is on line {}{}",
+                             inventory.lines[tree.first_row],
+                             tree.is_later ? ", measured at another time" : "")});
+}
+
+void keep_rows(const std::vector<std::size_t>& rows,
+               Inventory& inventory,
+               std::vector<std::size_t>& positions) {
+  if (rows.size() == inventory.size()) return;
+  const auto select = [&rows](auto& values) {
+    if (values.empty()) return;
+    for (std::size_t i = 0; i < rows.size(); ++i) values[i] = values[rows[i]];
+    values.resize(rows.size());
+  };
+  const auto select_text = [&rows](data::TextColumn& column) {
+    data::TextColumn kept;
+    kept.reserve(rows.size());
+    for (const std::size_t row : rows) {
+      column.is_missing(row) ? kept.append_missing() : kept.append(column[row]);
+    }
+    column = std::move(kept);
+  };
+  for (std::size_t i = 0; i < kMeasureCount; ++i) select(values_of(inventory, i));
+  select(inventory.lines);
+  select(inventory.neighbor_only);
+  select(inventory.status);
+  select(positions);
+  select_text(inventory.plot);
+  select_text(inventory.tree);
+  select_text(inventory.species);
+  for (data::TextColumn* const column : {&inventory.time, &inventory.measured_plot}) {
+    if (column->size() > 0) select_text(*column);
+  }
+}
+
+}  // namespace
+
+std::vector<RepeatedTree> repeated_trees(const Inventory& inventory,
+                                         const data::TextColumn& times) {
+  // As many ids as trees: no id repeats, and no sorting is needed.
+  if (inventory.tree.levels().size() == inventory.size()) return {};
+  std::vector<std::size_t> order(inventory.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto id = [&inventory](std::size_t row) {
+    return std::pair(inventory.plot.code(row), inventory.tree.code(row));
+  };
+  std::ranges::stable_sort(order, {}, id);
+
+  std::vector<RepeatedTree> repeated;
+  SameId same_id(inventory, times);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_first = i == 0 || id(order[i]) != id(order[i - 1]);
+    const bool is_last = i + 1 == order.size() || id(order[i]) != id(order[i + 1]);
+    if (is_first && is_last) continue;
+    if (is_first) same_id.begin();
+    RepeatedTree tree = same_id.add(order[i]);
+    if (!is_first) repeated.push_back(std::move(tree));
+  }
+  if (repeated.empty()) return repeated;
+  std::ranges::sort(repeated, {}, &RepeatedTree::row);
+
+  IdSupply ids(inventory);
+  for (RepeatedTree& tree : repeated) {
+    if (tree.is_same_tree) continue;
+    tree.new_id = ids.next(inventory.plot.code(tree.row), std::string(inventory.tree[tree.row]));
+  }
+  return repeated;
+}
+
+void resolve_repeated_trees(const std::string& tree_column,
+                            const data::TextColumn& times,
+                            CheckedInventory& checked,
+                            std::vector<std::size_t>& positions,
+                            RepeatedNumbers& numbers) {
+  Inventory& inventory = checked.inventory;
+  const std::vector<RepeatedTree> repeated = repeated_trees(inventory, times);
+  if (repeated.empty()) return;
+  std::vector<std::size_t> kept;
+  data::TextColumn ids;
+  auto next = repeated.begin();
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    const bool is_repeated = next != repeated.end() && next->row == row;
+    if (is_repeated && next->is_same_tree) {
+      if (next->is_later) ++numbers.later;
+      exclude_same_tree(*next++, tree_column, checked);
+      continue;
+    }
+    kept.push_back(row);
+    ids.append(is_repeated ? std::string_view(next->new_id) : inventory.tree[row]);
+    if (!is_repeated) continue;
+    if (next->is_same_place) ++numbers.stems;
+    if (next->is_of_unknown_time) ++numbers.unplaced;
+    if (numbers.renamed++ == 0) {
+      numbers.first_renamed = describe(inventory.place(row), "now " + next->new_id);
+    }
+    ++next;
+  }
+  keep_rows(kept, inventory, positions);
+  inventory.tree = std::move(ids);
+  std::ranges::stable_sort(checked.excluded, {}, &ExcludedRow::line);
+}
+
+std::vector<std::string> RepeatedNumbers::notes() const {
+  std::vector<std::string> notes;
+  if (later > 0) {
+    notes.push_back(
+        fmt::format("{} later measurements of trees and {} skipped; study with a `period` models "
+                    "the rows of all "
+                    "times, and stand with `growth` compares them",
+                    counted(later, "row has", "rows have"),
+                    later == 1 ? "was" : "were"));
+  }
+  if (renamed > 0) {
+    notes.push_back(fmt::format(
+        "{} the number of another tree of the same plot and got a new one, the first: {}",
+        counted(renamed, "tree has", "trees have"),
+        first_renamed));
+  }
+  if (stems > 0) {
+    notes.push_back(fmt::format(
+        "{} at the position of the other tree and differ{} from it in dbh, as stems of one stool "
+        "do; if they are later measurements of a tree, name the column of the time: "
+        "`columns=year=COLUMN`",
+        counted(stems, "of these stands", "of these stand"),
+        stems == 1 ? "s" : ""));
+  }
+  if (unplaced > 0) {
+    notes.push_back(fmt::format(
+        "{} no position; if they are later measurements of a tree, name the column of the time: "
+        "`columns=year=COLUMN`",
+        counted(unplaced, "of these has", "of these have")));
+  }
+  return notes;
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "trees/measurement_time.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+/// Three whole numbers separated by two equal signs.
+struct DateParts {
+  int first = 0;
+  int second = 0;
+  int third = 0;
+};
+
+std::optional<int> digits_of(std::string_view text) {
+  if (text.empty() || text.size() > 4) return std::nullopt;
+  int value = 0;
+  for (const char c : text) {
+    if (c < '0' || c > '9') return std::nullopt;
+    value = 10 * value + (c - '0');
+  }
+  return value;
+}
+
+std::optional<DateParts> parts_at(std::string_view text, char sign) {
+  const std::size_t first = text.find(sign);
+  const std::size_t second = text.find(sign, first + 1);
+  if (first == std::string_view::npos || second == std::string_view::npos) return std::nullopt;
+  const auto a = digits_of(text.substr(0, first));
+  const auto b = digits_of(text.substr(first + 1, second - first - 1));
+  const auto c = digits_of(text.substr(second + 1));
+  if (!a || !b || !c) return std::nullopt;
+  return DateParts{*a, *b, *c};
+}
+
+std::optional<double> years_of_day(int year, int month, int day) {
+  using namespace std::chrono;
+  const year_month_day date{std::chrono::year(year),
+                            std::chrono::month(static_cast<unsigned>(month)),
+                            std::chrono::day(static_cast<unsigned>(day))};
+  if (!date.ok()) return std::nullopt;
+  constexpr double kDaysPerYear = 365.25;
+  constexpr double kYearOfDayZero = 1970.0;
+  const auto days = sys_days(date).time_since_epoch().count();
+  return kYearOfDayZero + static_cast<double>(days) / kDaysPerYear;
+}
+
+bool is_year(double years) { return years == std::floor(years); }
+
+}  // namespace
+
+std::optional<double> years_of(std::string_view text) {
+  text = data::trimmed(text);
+  const std::string_view date = text.substr(0, text.find_first_of(" T"));
+  for (const char sign : {'-', '/'}) {
+    if (const auto parts = parts_at(date, sign); parts && date.find(sign) == 4) {
+      return years_of_day(parts->first, parts->second, parts->third);
+    }
+  }
+  if (const auto parts = parts_at(date, '.')) {
+    return years_of_day(parts->third, parts->second, parts->first);
+  }
+  double year = 0.0;
+  if (data::parse_number(text, year) && year >= 1000.0 && year < 3000.0) return year;
+  return std::nullopt;
+}
+
+bool is_same_time(double left, double right) {
+  constexpr double kHalfADay = 0.5 / 365.25;
+  return std::abs(left - right) < kHalfADay;
+}
+
+std::optional<std::size_t> same_time(const std::vector<double>& years, double time) {
+  for (std::size_t i = 0; i < years.size(); ++i) {
+    if (is_same_time(years[i], time)) return i;
+  }
+  for (std::size_t i = 0; i < years.size(); ++i) {
+    const bool has_year = is_year(years[i]) != is_year(time);
+    if (has_year && std::floor(years[i]) == std::floor(time)) return i;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::size_t> same_time(const std::vector<std::string>& times, std::string_view time) {
+  const std::optional<double> own = years_of(time);
+  if (!own) return std::nullopt;
+  // Texts that are no times are no times of any plot.
+  std::vector<double> years;
+  for (const std::string& text : times) years.push_back(years_of(text).value_or(data::kMissing));
+  return same_time(years, *own);
+}
+
+std::string label_at_time(std::string_view plot, std::string_view time) {
+  return fmt::format("{} ({})", plot, time);
+}
+
+}  // namespace silvafit::stand

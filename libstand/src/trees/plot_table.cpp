@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/plot_table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/column_reference.hpp"
+#include "trees/fia_columns.hpp"
+#include "trees/folded_text.hpp"
+#include "trees/usual_names.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr double kDegreesOfRadian = 180.0 / std::numbers::pi;
+
+/// A number of a plot, its usual names as folded_letters gives them, and its range.
+struct NumberColumn {
+  std::string_view name;
+  std::string_view usual;  ///< with blanks between them; a unit is part of a name
+  double unit = 1.0;       ///< factor from the unit of the usual names to the standard unit
+  double low = 0.0;
+  double high = 0.0;  ///< 0: no upper limit
+  bool may_be_low = false;
+};
+
+constexpr std::array<NumberColumn, 11> kNumbers{{
+    {"area",
+     "areaqm aream2 plotarea plotaream2 plotsize plotsizem2 flache flaeche probeflache "
+     "probekreisflache flachem2 surface superficie",
+     1.0,
+     0.0},
+    {"area", "areaha plotareaha plotsizeha flacheha surfaceha superficieha", 1e4, 0.0},
+    {"radius", "r radiusm plotradius plotradiusm probekreisradius rayon rayonm radio radiom", 1.0},
+    {"expansion", "expansionfactor expfactor treesperha tph nha repfactor", 1.0},
+    {"slope",
+     "slopedeg slopedegrees inclination neigung hangneigung pente pendiente",
+     1.0,
+     0.0,
+     90.0,
+     true},
+    {"slope_percent", "slopepct slopeperc neigungprozent pentepct", 1.0, 0.0, 0.0, true},
+    // Adjusted proportions of FIA exceed 1 by the part of a stratum's plots that was not sampled;
+    // above 2, most of the stratum would be unknown, and the column is in percent.
+    {"share", "proportion plotshare anteil condpropunadj", 1.0, 0.0, 2.0, true},
+    {"x", "", 1.0},
+    {"y", "", 1.0},
+    {"stratum_area",
+     "strataarea stratumareaha strataareaha stratumha schichtflache",
+     1.0,
+     0.0,
+     0.0,
+     true},
+    {"stratum_weight", "strataweight stratumwgt schichtgewicht", 1.0, 0.0, 0.0, true},
+}};
+
+constexpr std::string_view kStratumNames = "strata stratumid stratumname schicht strate estrato";
+constexpr std::array<std::string_view, 4> kTexts{"plot", "stratum", "year", "date"};
+
+bool lists_word(std::string_view list, std::string_view word) {
+  return !word.empty() &&
+         fmt::format(" {} ", list).find(fmt::format(" {} ", word)) != std::string::npos;
+}
+
+/// Whether the header says that the slope is in percent: `Slope (%)`.
+bool is_percent(std::string_view header) { return header.find('%') != std::string_view::npos; }
+
+class PlotTableReader {
+ public:
+  PlotTableReader(const data::TableSource& source, const std::vector<ColumnMapping>& columns)
+      : header_(data::CsvReader(source).header()), columns_(columns) {
+    result_.file = data::file_of(source);
+    check_names();
+    find_columns();
+    read_table(source);
+  }
+
+  PlotTable read();
+
+ private:
+  void check_names() const;
+  void find_columns();
+  std::optional<std::string> usual_column(std::string_view name) const;
+  void add(std::string_view name, std::string source, bool is_usual);
+  void read_table(const data::TableSource& source);
+  std::vector<double> numbers(const std::string& name);
+  std::string text(const std::string& name, std::size_t row) const;
+  void check_range(const std::string& name, std::vector<double>& values);
+  bool repeats(const PlotRecord& record, std::size_t row);
+  void problem(std::size_t row, const std::string& column, const std::string& what);
+  void refuse_problems() const;
+
+  std::vector<std::string> header_;
+  const std::vector<ColumnMapping>& columns_;
+  std::map<std::string, std::string, std::less<>> sources_{};
+  std::map<std::string, double, std::less<>> factors_{};
+  data::Table table_{};
+  PlotTable result_{};
+  std::vector<std::string> problems_{};
+  bool is_of_trees_ = false;
+  std::map<std::pair<std::string, std::string>, PlotRecord> known_{};  ///< by plot and time
+};
+
+/// The numbers of a record, with their names.
+std::vector<std::pair<std::string, double>> values_of(const PlotRecord& record) {
+  return {{"area", record.area_m2},
+          {"radius", record.radius_m},
+          {"expansion", record.expansion},
+          {"slope", record.slope_deg},
+          {"share", record.share},
+          {"x", record.x},
+          {"y", record.y},
+          {"stratum_area", record.stratum_ha},
+          {"stratum_weight", record.stratum_weight}};
+}
+
+void PlotTableReader::check_names() const {
+  std::vector<std::string> known{"plot", "stratum", "year", "date"};
+  for (const NumberColumn& column : kNumbers) known.emplace_back(column.name);
+  for (const ColumnMapping& mapping : columns_) {
+    if (std::ranges::find(known, mapping.name) != known.end()) continue;
+    std::ranges::sort(known);
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    throw UsageError(
+        fmt::format(
+            "'{}' is not a column of plots; available: {}", mapping.name, fmt::join(known, ", ")),
+        {.column = "`plots_columns`"});
+  }
+}
+
+/// A column of the file under another name. Two columns that match are an error, because the
+/// choice is up to the user.
+std::optional<std::string> PlotTableReader::usual_column(std::string_view name) const {
+  if (name == "plot") {
+    if (auto visit = fia_plot_column(header_)) return visit;
+  }
+  std::vector<std::string> found;
+  for (const std::string& column : header_) {
+    const std::string key = folded_letters(column);
+    bool is_it = key == folded_letters(name) && !is_percent(column);
+    if (name == "stratum") is_it = is_it || lists_word(kStratumNames, key);
+    if (name == "slope_percent") {
+      is_it = is_it || (is_percent(column) && lists_word("slope inclination neigung hangneigung "
+                                                         "pente pendiente",
+                                                         key));
+    }
+    for (const NumberColumn& one : kNumbers) {
+      is_it = is_it || (one.name == name && !is_percent(column) && lists_word(one.usual, key));
+    }
+    if (name == "plot" || name == "x" || name == "y") {
+      const std::optional<MeantName> meant = meant_name(column);
+      is_it = is_it || (meant && meant->name == name && meant->fit != NameFit::kVague);
+    }
+    if (is_it) found.push_back(column);
+  }
+  if (found.empty()) return std::nullopt;
+  const auto own = std::ranges::find(found, name);
+  if (own != found.end()) return *own;
+  if (found.size() > 1) {
+    throw UsageError(fmt::format("'{}' and '{}' could both be {}; name one with "
+                                 "`plots_columns={}={}`",
+                                 found[0],
+                                 found[1],
+                                 name,
+                                 name,
+                                 found[0]),
+                     {.file = result_.file});
+  }
+  return found.front();
+}
+
+void PlotTableReader::add(std::string_view name, std::string source, bool is_usual) {
+  if (is_usual && source != name) {
+    result_.recognized += fmt::format(
+        "{}{} is read from column {}", result_.recognized.empty() ? "" : ", ", name, source);
+  }
+  double factor = 1.0;
+  for (const NumberColumn& one : kNumbers) {
+    if (one.name == name && lists_word(one.usual, folded_letters(source))) factor = one.unit;
+  }
+  factors_[std::string(name)] = factor;
+  sources_.emplace(name, std::move(source));
+}
+
+void PlotTableReader::find_columns() {
+  is_of_trees_ = std::ranges::any_of(header_, [](const std::string& column) {
+    const std::optional<MeantName> meant = meant_name(column);
+    return meant && meant->name == "dbh" && meant->fit != NameFit::kVague;
+  });
+  std::vector<std::string> names(kTexts.begin(), kTexts.end());
+  for (const NumberColumn& one : kNumbers) names.emplace_back(one.name);
+  for (const std::string& name : names) {
+    if (sources_.contains(name)) continue;
+    const auto mapping = std::ranges::find(columns_, name, &ColumnMapping::name);
+    if (mapping != columns_.end()) {
+      add(name, mapping->source, false);
+    } else if (is_of_trees_ && (name == "x" || name == "y" || name == "expansion")) {
+      continue;
+    } else if (auto column = usual_column(name)) {
+      add(name, std::move(*column), true);
+    }
+  }
+  if (sources_.contains("plot")) return;
+  throw InputError(
+      fmt::format("no column plot was found; name it with `plots_columns=plot=COLUMN`; available: "
+                  "{}",
+                  data::list_of(header_)),
+      {.file = result_.file});
+}
+
+void PlotTableReader::read_table(const data::TableSource& source) {
+  data::CsvTableOptions options;
+  for (const std::string_view name : kTexts) {
+    const auto column = sources_.find(name);
+    if (column == sources_.end()) continue;
+    if (std::ranges::find(header_, column->second) == header_.end()) {
+      throw InputError(data::no_such_column(column->second, header_),
+                       {.file = result_.file, .column = "`plots_columns`"});
+    }
+    options.text_columns.push_back(column->second);
+  }
+  table_ = data::read_csv_table(source, options);
+}
+
+void PlotTableReader::problem(std::size_t row, const std::string& column, const std::string& what) {
+  const auto plot = sources_.find("plot");
+  Place place{.file = result_.file, .column = column};
+  if (table_.line(row) > 0) place.line = table_.line(row);
+  place.plot = std::string(table_.labels(plot->second)[row]);
+  problems_.push_back(describe(place, what));
+}
+
+void PlotTableReader::check_range(const std::string& name, std::vector<double>& values) {
+  const auto column = std::ranges::find(kNumbers, name, &NumberColumn::name);
+  if (name == "x" || name == "y") return;
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (std::isnan(values[row])) continue;
+    const double value = values[row];
+    const bool is_low = column->may_be_low ? value < column->low : value <= column->low;
+    const bool is_high =
+        std::isinf(value) ||
+        (column->high > 0.0 && (name == "slope" ? value >= column->high : value > column->high));
+    if (!is_low && !is_high) continue;
+    std::string range = column->may_be_low ? fmt::format("{} or more", column->low)
+                                           : fmt::format("above {}", column->low);
+    if (column->high > 0.0) {
+      range += fmt::format(" and {} {}", name == "slope" ? "below" : "at most", column->high);
+    }
+    if (name == "share" && is_high) {
+      range += "; for percentages use `plots_columns=share=COLUMN/100`";
+    }
+    problem(row, sources_.find(name)->second, fmt::format("{} must be {}", value, range));
+  }
+}
+
+std::vector<double> PlotTableReader::numbers(const std::string& name) {
+  std::vector<double> values(table_.rows(), data::kMissing);
+  const auto source = sources_.find(name);
+  if (source == sources_.end()) return values;
+  const data::ColumnReference reference =
+      data::column_reference(name, source->second, table_.names(), result_.file);
+  std::vector<data::TextCell> text_cells;
+  values = data::numbers_of(table_, reference, text_cells);
+  for (const data::TextCell& cell : text_cells) {
+    problem(cell.row, cell.column, fmt::format("'{}' is not a number", cell.text));
+  }
+  for (double& value : values) value *= factors_[name];
+  check_range(name, values);
+  return values;
+}
+
+std::string PlotTableReader::text(const std::string& name, std::size_t row) const {
+  const auto source = sources_.find(name);
+  if (source == sources_.end()) return {};
+  const data::TextColumn& column = table_.text(source->second);
+  if (column.is_missing(row) || data::is_missing_number(column[row])) return {};
+  return std::string(column[row]);
+}
+
+/// Whether the plot has been read already. In a table of trees its rows must agree.
+bool PlotTableReader::repeats(const PlotRecord& record, std::size_t row) {
+  const auto [found, is_new] = known_.try_emplace({record.plot, record.time}, record);
+  if (is_new) return false;
+  const PlotRecord& first = found->second;
+  if (!is_of_trees_) {
+    problem(row,
+            sources_.find("plot")->second,
+            fmt::format("the plot is already on line {}{}",
+                        first.line,
+                        result_.has_time ? " with the same date" : ""));
+    return true;
+  }
+  const auto differs = [&](const std::string& name, const auto& value, const auto& known) {
+    problem(
+        row,
+        name,
+        fmt::format("{} differs from {} on line {}, of the same plot", value, known, first.line));
+  };
+  const auto values = values_of(record);
+  const auto known = values_of(first);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto& [name, value] = values[k];
+    const bool is_same =
+        value == known[k].second || (std::isnan(value) && std::isnan(known[k].second));
+    if (!is_same) differs(name, value, known[k].second);
+  }
+  if (record.stratum != first.stratum) differs("stratum", record.stratum, first.stratum);
+  return true;
+}
+
+void PlotTableReader::refuse_problems() const {
+  constexpr std::size_t kShown = 5;
+  if (problems_.empty()) return;
+  std::string text = problems_.front();
+  for (std::size_t i = 1; i < std::min(kShown, problems_.size()); ++i) text += "\n" + problems_[i];
+  if (problems_.size() > kShown) text += fmt::format("\nand {} more", problems_.size() - kShown);
+  throw InputError(text);
+}
+
+PlotTable PlotTableReader::read() {
+  const std::string time = sources_.contains("year") ? "year" : "date";
+  result_.has_stratum = sources_.contains("stratum");
+  result_.has_time = sources_.contains(time);
+  result_.has_slope = sources_.contains("slope") || sources_.contains("slope_percent");
+  result_.has_center = sources_.contains("x") && sources_.contains("y");
+  const std::vector<double> area = numbers("area");
+  const std::vector<double> radius = numbers("radius");
+  const std::vector<double> expansion = numbers("expansion");
+  const std::vector<double> slope = numbers("slope");
+  const std::vector<double> percent = numbers("slope_percent");
+  const std::vector<double> share = numbers("share");
+  const std::vector<double> x = numbers("x");
+  const std::vector<double> y = numbers("y");
+  const std::vector<double> stratum_ha = numbers("stratum_area");
+  const std::vector<double> stratum_weight = numbers("stratum_weight");
+  for (std::size_t row = 0; row < table_.rows(); ++row) {
+    PlotRecord record{.line = table_.line(row),
+                      .plot = text("plot", row),
+                      .stratum = text("stratum", row),
+                      .time = text(time, row),
+                      .area_m2 = area[row],
+                      .radius_m = radius[row],
+                      .expansion = expansion[row],
+                      .slope_deg = slope[row],
+                      .share = share[row],
+                      .x = x[row],
+                      .y = y[row],
+                      .stratum_ha = stratum_ha[row],
+                      .stratum_weight = stratum_weight[row]};
+    if (std::isnan(record.slope_deg)) {
+      record.slope_deg = std::atan(percent[row] / 100.0) * kDegreesOfRadian;
+    }
+    if (record.plot.empty()) problem(row, sources_.find("plot")->second, "the plot is missing");
+    if (!repeats(record, row)) result_.plots.push_back(std::move(record));
+  }
+  if (result_.plots.empty()) {
+    throw InputError("the table of plots has no rows", {.file = result_.file});
+  }
+  refuse_problems();
+  return std::move(result_);
+}
+
+/// The area whose name, or one of whose usual names, a column has; null: none.
+const NumberColumn* area_named(const std::string& column) {
+  const std::string key = folded_letters(column);
+  const auto found = std::ranges::find_if(kNumbers, [&](const NumberColumn& one) {
+    return one.name == "area" && (key == "area" || lists_word(one.usual, key));
+  });
+  return found == kNumbers.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+PlotTable read_plot_table(const data::TableSource& source,
+                          const std::vector<ColumnMapping>& columns) {
+  return PlotTableReader(source, columns).read();
+}
+
+std::string plot_area_column(const std::vector<std::string>& header) {
+  const auto found = std::ranges::find_if(
+      header, [](const std::string& column) { return area_named(column) != nullptr; });
+  return found == header.end() ? std::string() : *found;
+}
+
+std::string offer_of_area_column(const Inventory& inventory) {
+  const std::string& column = inventory.area_column;
+  const NumberColumn* area = area_named(column);
+  if (area == nullptr) return {};
+  std::string offer = fmt::format(
+      ", or read it from column '{}' of this file with `plots={}`", column, inventory.file);
+  const std::string key = folded_letters(column);
+  const bool has_unit = area->unit != 1.0 || key.ends_with("m2") || key.ends_with("qm");
+  if (!has_unit) {
+    offer += fmt::format("; if it is in ha, with `plots_columns=area=`{}`*10000`", column);
+  }
+  return offer;
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/prepared_table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/checked_columns.hpp"
+#include "silvafit/data/column_reference.hpp"
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/text_formula.hpp"
+#include "trees/column_sources.hpp"
+#include "trees/usual_names.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+using Names = std::vector<std::string>;
+using Fields = std::vector<std::string_view>;
+using Text = std::shared_ptr<const data::TableText>;
+
+std::optional<std::size_t> field_named(std::string_view name, const Names& header) {
+  const auto found = std::ranges::find(header, name);
+  if (found == header.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.begin());
+}
+
+/// The column of an expression's variable.
+std::string column_of(const std::string& variable) {
+  data::TextMatch match;
+  return data::is_text_match(variable, match) ? match.column : variable;
+}
+
+/// A text of records without rows.
+data::TableText empty_copy(const data::TableText& text) {
+  return {.name = text.name, .separator = text.separator, .head = text.head};
+}
+
+void add_record(const Fields& fields, std::size_t line, data::TableText& text) {
+  data::append_record(fields, text.separator, text.text);
+  text.lines.push_back(line);
+}
+
+/// Whether a text stands for a missing value of a standard column, or of another one.
+bool is_missing_text(std::string_view text,
+                     const std::string& name,
+                     const data::CsvReader& reader) {
+  if (reader.is_missing(text) || data::is_missing_number(text)) return true;
+  double value = 0.0;
+  if (!is_measure(name) || !reader.parse_number(text, value)) return false;
+  return is_missing_number_of(name, value) || (value == 0.0 && is_zero_missing(name));
+}
+
+/// 2 before 10.
+struct ShorterFirst {
+  bool operator()(const std::string& left, const std::string& right) const {
+    return std::pair(left.size(), left) < std::pair(right.size(), right);
+  }
+};
+
+/// The columns of one measure at several times.
+struct WideColumn {
+  std::string name{};         ///< of the new column
+  std::string placeholder{};  ///< name of the column of the times
+  std::map<std::string, std::size_t> field_at{};
+};
+
+/// \throws UsageError if the pattern has no {name}, or no column fits
+WideColumn wide_column(const ColumnMapping& visit, const data::CsvReader& reader) {
+  const Names& header = reader.header();
+  const std::size_t open = visit.source.find('{');
+  const std::size_t close = visit.source.find('}', std::min(open, visit.source.size()));
+  if (close == std::string::npos || close < open + 2) {
+    throw UsageError(
+        fmt::format("'{}' is not a pattern of columns such as DBH_{{year}}", visit.source),
+        {.column = "`visits`"});
+  }
+  const std::string before = visit.source.substr(0, open);
+  const std::string after = visit.source.substr(close + 1);
+  WideColumn wide{.name = visit.name,
+                  .placeholder = visit.source.substr(open + 1, close - open - 1)};
+  std::set<std::string> units;
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    const std::string& name = header[i];
+    const bool fits = name.size() > before.size() + after.size() && name.starts_with(before) &&
+                      name.ends_with(after);
+    if (!fits) continue;
+    std::string time = name.substr(before.size(), name.size() - before.size() - after.size());
+    if (std::isdigit(static_cast<unsigned char>(time.front())) == 0) continue;
+    wide.field_at.emplace(std::move(time), i);
+    const auto& row = reader.layout().units;
+    auto unit = unit_in_header(name);
+    if (!unit && i < row.size()) unit = unit_of_length(row[i]);
+    units.insert(unit ? std::string(unit->name) : "");
+  }
+  if (wide.field_at.empty()) {
+    throw InputError(
+        fmt::format("no column fits the pattern {} with a number at {{{}}}; available: "
+                    "{}",
+                    visit.source,
+                    wide.placeholder,
+                    data::list_of(header)),
+        {.file = reader.file()});
+  }
+  if (units.size() > 1) {
+    throw UsageError(fmt::format("the columns {} have several units", visit.source),
+                     {.file = reader.file(), .column = "`visits`"});
+  }
+  // A unit of the columns stays a part of the name, by which it is converted.
+  if (!units.begin()->empty()) wide.name += " (" + *units.begin() + ")";
+  return wide;
+}
+
+/// Makes a row for each time of a row with columns for several times.
+class Visits {
+ public:
+  Visits(const std::vector<ColumnMapping>& visits, const data::CsvReader& reader);
+
+  Names header() const;
+  void add(const Fields& fields, const data::CsvReader& reader, data::TableText& text) const;
+  std::string note() const;
+
+ private:
+  const Names& old_;
+  std::vector<WideColumn> wide_{};
+  std::vector<std::size_t> kept_{};  ///< fields
+  std::set<std::string, ShorterFirst> times_{};
+};
+
+Visits::Visits(const std::vector<ColumnMapping>& visits, const data::CsvReader& reader)
+    : old_(reader.header()) {
+  std::set<std::size_t> used;
+  for (const ColumnMapping& visit : visits) {
+    wide_.push_back(wide_column(visit, reader));
+    if (wide_.back().placeholder != wide_.front().placeholder) {
+      throw UsageError(fmt::format("{{{}}} and {{{}}} are two names of one time",
+                                   wide_.front().placeholder,
+                                   wide_.back().placeholder),
+                       {.column = "`visits`"});
+    }
+    for (const auto& [time, field] : wide_.back().field_at) {
+      times_.insert(time);
+      used.insert(field);
+    }
+  }
+  for (std::size_t i = 0; i < old_.size(); ++i) {
+    if (!used.contains(i)) kept_.push_back(i);
+  }
+  const Names made = header();
+  for (const std::string& name : made) {
+    if (std::ranges::count(made, name) == 1 || name.empty()) continue;
+    throw UsageError(fmt::format("the table has a column {} beside those of the visits", name),
+                     {.file = reader.file(), .column = "`visits`"});
+  }
+}
+
+Names Visits::header() const {
+  Names names;
+  for (const std::size_t field : kept_) names.push_back(old_[field]);
+  names.push_back(wide_.front().placeholder);
+  for (const WideColumn& wide : wide_) names.push_back(wide.name);
+  return names;
+}
+
+/// A time without any value is no visit.
+void Visits::add(const Fields& fields, const data::CsvReader& reader, data::TableText& text) const {
+  Fields row;
+  for (const std::string& time : times_) {
+    row.clear();
+    for (const std::size_t field : kept_) row.push_back(fields[field]);
+    row.emplace_back(time);
+    bool is_visited = false;
+    for (const WideColumn& wide : wide_) {
+      const auto field = wide.field_at.find(time);
+      row.push_back(field == wide.field_at.end() ? std::string_view() : fields[field->second]);
+      is_visited =
+          is_visited || !(reader.is_missing(row.back()) || data::is_missing_number(row.back()));
+    }
+    if (is_visited) add_record(row, reader.line(), text);
+  }
+}
+
+std::string Visits::note() const {
+  return fmt::format("rows of {} are made of the columns of {}: {}",
+                     counted(times_.size(), "time", "times"),
+                     wide_.front().placeholder,
+                     fmt::join(times_, ", "));
+}
+
+/// Prepares one table; an object, because its steps share the text.
+class Preparation {
+ public:
+  Preparation(const data::TableSource& source, const RowPreparation& wanted, bool is_part)
+      : wanted_(wanted), is_part_(is_part), reader_(source, wanted.missing) {}
+
+  PreparedTable run();
+
+ private:
+  void take_rows();
+  void fill_down();
+  void add_texts();
+  void choose_rows();
+  data::Table columns_of_condition() const;
+  data::Table table_of(const Names& columns, Names text_columns) const;
+  void add_column(const std::string& name, bool as_text, data::Table& table) const;
+  const Names& header() const { return text_->head->header; }
+
+  const RowPreparation& wanted_;
+  bool is_part_;
+  data::CsvReader reader_;
+  Text text_{};
+  std::size_t made_ = 0;  ///< columns of texts
+  Names notes_{};
+};
+
+/// The fields of `fill_down`, under standard names, too.
+void Preparation::fill_down() {
+  for (const std::string& name : wanted_.fill_down) {
+    auto field = field_named(name, reader_.header());
+    if (const ColumnMapping* const mapping = mapping_to(name, wanted_.columns); !field && mapping) {
+      field = field_named(mapping->source, reader_.header());
+    }
+    const auto usual = usual_columns(
+        reader_.header(), [&](const std::string& known) { return known == name; }, reader_.file());
+    if (!field && usual.size() == 1) field = field_named(usual.front().source, reader_.header());
+    if (!field) {
+      throw UsageError(data::no_such_column(name, reader_.header()), {.column = "`fill_down`"});
+    }
+    reader_.fill_down(*field);
+  }
+}
+
+/// The table as text with a head, of a row for each visit if these are in columns.
+void Preparation::take_rows() {
+  fill_down();
+  std::optional<Visits> visits;
+  if (!wanted_.visits.empty()) visits.emplace(wanted_.visits, reader_);
+  auto text = std::make_shared<data::TableText>();
+  text->name = reader_.file();
+  text->separator = reader_.has_decimal_commas() ? ';' : ',';
+  Fields fields;
+  while (reader_.next(fields)) {
+    visits ? visits->add(fields, reader_, *text) : add_record(fields, reader_.line(), *text);
+  }
+  auto head = std::make_shared<data::TableHead>();
+  head->header = visits ? visits->header() : reader_.header();
+  head->layout = reader_.layout();
+  for (std::size_t i = 0; i < head->header.size() && !visits; ++i) {
+    head->kinds.push_back(reader_.is_text(i)      ? data::ColumnKind::kText
+                          : reader_.is_numbers(i) ? data::ColumnKind::kNumbers
+                                                  : data::ColumnKind::kUnknown);
+  }
+  if (visits) {
+    head->layout.units.clear();
+    notes_.push_back(visits->note());
+  }
+  text->head = std::move(head);
+  text_ = std::move(text);
+}
+
+data::Table Preparation::table_of(const Names& columns, Names text_columns) const {
+  return data::read_csv_table(
+      text_,
+      {.columns = columns, .text_columns = std::move(text_columns), .missing = wanted_.missing});
+}
+
+void Preparation::add_texts() {
+  for (const ColumnMapping& mapping : wanted_.columns) {
+    const auto formula = data::TextFormula::parse(mapping.source, header(), text_->name);
+    if (!formula) continue;
+    std::set<std::string> units;
+    const auto& row = text_->head->layout.units;
+    for (const std::string& column : formula->columns()) {
+      const std::size_t field = *field_named(column, header());
+      auto unit = unit_in_header(column);
+      if (!unit && field < row.size()) unit = unit_of_length(row[field]);
+      units.insert(unit ? std::string(unit->name) : "");
+    }
+    if (is_measure(mapping.name) && units.size() > 1) {
+      throw UsageError(fmt::format("the columns of {} have several units", mapping.source),
+                       {.file = text_->name, .column = "`columns`"});
+    }
+    const data::CsvReader reader(text_, wanted_.missing);
+    const data::TextColumn values = formula->values(
+        table_of(formula->all_columns(), formula->columns()),
+        [&](std::string_view text) { return is_missing_text(text, mapping.name, reader); });
+    auto head = std::make_shared<data::TableHead>(*text_->head);
+    head->header.push_back(mapping.source);
+    if (!head->kinds.empty()) head->kinds.push_back(data::ColumnKind::kUnknown);
+    if (!head->layout.units.empty()) head->layout.units.push_back(*units.begin());
+    data::TableText added = empty_copy(*text_);
+    added.head = std::move(head);
+    data::CsvReader rows(text_);
+    Fields fields;
+    for (std::size_t i = 0; rows.next(fields); ++i) {
+      fields.push_back(values[i]);
+      add_record(fields, rows.line(), added);
+    }
+    text_ = std::make_shared<const data::TableText>(std::move(added));
+    ++made_;
+  }
+}
+
+/// Adds a column that a condition names.
+void Preparation::add_column(const std::string& name, bool as_text, data::Table& table) const {
+  const auto& units = text_->head->layout.units;
+  ColumnMapping source{.name = name, .source = name};
+  if (const ColumnMapping* const mapping = mapping_to(name, wanted_.columns)) {
+    source = in_our_unit(*mapping, header(), units);
+  } else {
+    const auto usual = usual_columns(
+        header(), [&](const std::string& known) { return known == name; }, text_->name, units);
+    if (!usual.empty()) source = usual.front();
+  }
+  const Names parts = is_label(name) ? joined_columns(source.source, header()) : Names();
+  if (!parts.empty()) return table.set(name, joined_labels(table_of(parts, parts), parts));
+  const auto reference = data::column_reference(name, source.source, header(), text_->name);
+  Names columns{reference.text};
+  if (reference.expression) {
+    columns.clear();
+    for (const std::string& variable : reference.expression->variables()) {
+      columns.push_back(column_of(variable));
+    }
+  }
+  const data::Table read = table_of(columns, as_text && !reference.expression ? columns : Names());
+  if (!is_measure(name) && !reference.expression) {
+    return data::copy_column(name, read, reference.text, table);
+  }
+  std::vector<data::TextCell> ignored;
+  std::vector<double> values = data::numbers_of(read, reference, ignored);
+  for (double& value : values) {
+    const bool is_zero = value == 0.0 && is_zero_missing(name);
+    const bool is_code = is_zero || is_missing_number_of(name, value);
+    if (is_measure(name) && is_code) value = data::kMissing;
+  }
+  table.set(name, std::move(values));
+}
+
+/// The columns of a condition. Ours are as mapped, or under a usual name; others those of the file.
+data::Table Preparation::columns_of_condition() const {
+  data::Table table(text_->lines.size());
+  for (const std::string& variable : data::Expression::parse(wanted_.where).variables()) {
+    const std::string name = column_of(variable);
+    const bool as_text = name != variable;
+    const auto is_it = [&name](const std::string& known) { return known == name; };
+    const bool is_known = field_named(name, header()) ||
+                          mapping_to(name, wanted_.columns) != nullptr ||
+                          !usual_columns(header(), is_it, text_->name).empty();
+    if (table.has(name)) continue;
+    if (!is_known) {
+      throw InputError(fmt::format("unknown column '{}' in the condition {} (put text in double "
+                                   "quotes); available: {}",
+                                   name,
+                                   wanted_.where,
+                                   data::list_of(header())),
+                       {.file = text_->name, .column = "`where`"});
+    }
+    add_column(name, as_text, table);
+  }
+  return table;
+}
+
+void Preparation::choose_rows() {
+  if (wanted_.where.empty()) return;
+  data::Table table = columns_of_condition();
+  table.set_origin(text_->name,
+                   std::vector<std::uint32_t>(text_->lines.begin(), text_->lines.end()));
+  const std::vector<double> holds = data::checked_values(wanted_.where, table);
+  data::TableText chosen = empty_copy(*text_);
+  data::CsvReader rows(text_);
+  Fields fields;
+  for (std::size_t row = 0; rows.next(fields); ++row) {
+    if (!std::isnan(holds[row]) && holds[row] != 0.0) add_record(fields, rows.line(), chosen);
+  }
+  if (chosen.lines.empty() && !is_part_) {
+    throw InputError(fmt::format("no row satisfies the condition {}", wanted_.where),
+                     {.file = text_->name});
+  }
+  const std::string rows_used =
+      is_part_ ? "rows are chosen"
+               : fmt::format("{} of {} rows are used", chosen.lines.size(), text_->lines.size());
+  notes_.push_back(rows_used + ", by the condition " + wanted_.where);
+  text_ = std::make_shared<const data::TableText>(std::move(chosen));
+}
+
+PreparedTable Preparation::run() {
+  take_rows();
+  add_texts();
+  choose_rows();
+  return {.table = text_, .made = made_, .note = fmt::format("{}", fmt::join(notes_, "; "))};
+}
+
+}  // namespace
+
+bool RowPreparation::makes_columns(const std::vector<std::string>& header,
+                                   const std::string& file) const {
+  return !visits.empty() || std::ranges::any_of(columns, [&](const ColumnMapping& mapping) {
+    return data::TextFormula::parse(mapping.source, header, file).has_value();
+  });
+}
+
+PreparedTable prepared_table(const data::TableSource& source,
+                             const RowPreparation& preparation,
+                             bool is_part) {
+  const bool is_plain = preparation.where.empty() && preparation.visits.empty();
+  if (is_plain && preparation.columns.empty()) return {.table = source};
+  if (is_plain) {
+    const bool may_be_text = std::ranges::any_of(preparation.columns, [](const auto& mapping) {
+      return mapping.source.find_first_of("\"(") != std::string::npos;
+    });
+    if (!may_be_text) return {.table = source};
+    const auto* const path = std::get_if<std::filesystem::path>(&source);
+    std::error_code ignored;
+    // A pipe cannot be read twice.
+    const bool is_pipe = path != nullptr && std::filesystem::exists(*path, ignored) &&
+                         !std::filesystem::is_regular_file(*path, ignored);
+    if (is_pipe) return Preparation(source, preparation, is_part).run();
+    const data::CsvReader reader(source);
+    if (!preparation.makes_columns(reader.header(), reader.file())) return {.table = source};
+  }
+  return Preparation(source, preparation, is_part).run();
+}
+
+}  // namespace silvafit::stand

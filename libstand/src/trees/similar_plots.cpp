@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/similar_plots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "trees/folded_text.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+bool is_decimal_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Whole numbers without leading zeros are similar only if they are equal.
+bool may_be_similar(std::string_view label) {
+  return label.starts_with('0') || !std::ranges::all_of(label, is_decimal_digit);
+}
+
+/// The label in lower case, without leading zeros of numbers.
+std::string similarity_key(const std::string& label) {
+  std::string key;
+  const std::string text = folded(label);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    // Not the decimals of 1.05 or 1,05.
+    const bool begins_number =
+        text[i] == '0' &&
+        (i == 0 || (!is_decimal_digit(text[i - 1]) && text[i - 1] != '.' && text[i - 1] != ','));
+    const bool has_digit_next = i + 1 < text.size() && is_decimal_digit(text[i + 1]);
+    if (begins_number && has_digit_next) {
+      i = std::min(text.find_first_not_of('0', i), text.size());
+      // 00 is the number 0.
+      if (i == text.size() || !is_decimal_digit(text[i])) --i;
+    }
+    key += text[i];
+  }
+  return key;
+}
+
+}  // namespace
+
+std::string describe_similar_plots(const data::TextColumn& plot) {
+  const std::vector<std::string>& levels = plot.levels();
+  if (std::ranges::none_of(levels, may_be_similar)) return {};
+  std::vector<std::pair<std::string, std::size_t>> keys;
+  for (std::size_t code = 0; code < levels.size(); ++code)
+    keys.emplace_back(similarity_key(levels[code]), code);
+  std::ranges::sort(keys);
+  std::vector<std::pair<std::size_t, std::size_t>> similar;
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    if (keys[i].first == keys[i - 1].first) {
+      similar.emplace_back(keys[i - 1].second, keys[i].second);
+    }
+  }
+  if (similar.empty()) return {};
+  std::ranges::sort(similar);
+  constexpr std::size_t kShown = 3;
+  std::string text = "plot labels are compared as text, so these are different plots: ";
+  for (std::size_t i = 0; i < std::min(kShown, similar.size()); ++i) {
+    const auto& [first, second] = similar[i];
+    text += fmt::format("{}'{}' and '{}'", i > 0 ? ", " : "", levels[first], levels[second]);
+  }
+  if (similar.size() > kShown) text += fmt::format(" and {} more", similar.size() - kShown);
+  return text + "; if they are one plot, give it one label in the file";
+}
+
+}  // namespace silvafit::stand

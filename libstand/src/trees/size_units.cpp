@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/size_units.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/median.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr double kHeightOfStandMeters = 130.0;  // the tallest tree known is 116 m
+constexpr double kDbhOfStandCentimeters = 250.0;
+constexpr double kCrownOfStandMeters = 25.0;
+constexpr double kStoutestStand = 20.0;  // h/dbh, both in the same unit
+constexpr double kSlenderestStand = 200.0;
+constexpr double kUsualSlenderness = 80.0;
+
+struct Unit {
+  std::string_view name{};        ///< empty: cm for dbh, m for others
+  std::string_view conversion{};  ///< what --columns appends
+  double factor = 1.0;
+};
+constexpr Unit kRight{};
+constexpr Unit kFeet{"feet", "*0.3048", 0.3048};
+constexpr Unit kDecimeters{"decimeters", "/10", 0.1};
+constexpr Unit kCentimeters{"centimeters", "/100", 0.01};
+constexpr Unit kMillimeters{"millimeters", "/1000", 0.001};
+constexpr Unit kDbhInches{"inches", "*2.54", 2.54};
+constexpr Unit kDbhMillimeters{"millimeters", "/10", 0.1};
+constexpr Unit kDbhDecimeters{"decimeters", "*10", 10.0};
+constexpr Unit kDbhMeters{"meters", "*100", 100.0};
+
+/// Units in which people measure dbh and height together.
+struct UnitPair {
+  Unit dbh{};
+  Unit h{};
+};
+constexpr std::array<UnitPair, 12> kPairs{{{kRight, kFeet},
+                                           {kRight, kDecimeters},
+                                           {kRight, kCentimeters},
+                                           {kRight, kMillimeters},
+                                           {kDbhInches, kFeet},
+                                           {kDbhInches, kRight},
+                                           {kDbhMillimeters, kRight},
+                                           {kDbhMillimeters, kDecimeters},
+                                           {kDbhMillimeters, kCentimeters},
+                                           {kDbhMillimeters, kMillimeters},
+                                           {kDbhMeters, kRight},
+                                           {kDbhDecimeters, kRight}}};
+
+/// The median of the positive values; 0 if there are none.
+double positive_median(std::span<const double> values) {
+  std::vector<double> positive;
+  std::ranges::copy_if(values, std::back_inserter(positive), [](double v) { return v > 0.0; });
+  return positive.empty() ? 0.0 : median(std::move(positive));
+}
+
+/// Medians of a stand; 0 where unknown.
+struct Medians {
+  double dbh_cm = 0.0;
+  double h_m = 0.0;
+  double slenderness = 0.0;  ///< of the trees' ratios h/dbh, both in the same unit
+
+  /// The height at which a stem of the median dbh buckles.
+  double highest_m() const {
+    constexpr double kMcMahon = 95.0;
+    constexpr double kPalms = 1.25;
+    return kPalms * kMcMahon * std::pow(dbh_cm / 100.0, 2.0 / 3.0);
+  }
+  bool buckles() const { return dbh_cm > 0.0 && h_m > highest_m(); }
+
+  Medians in(const UnitPair& units) const {
+    return {.dbh_cm = dbh_cm * units.dbh.factor,
+            .h_m = h_m * units.h.factor,
+            .slenderness = slenderness * units.h.factor / units.dbh.factor};
+  }
+  bool is_plausible() const {
+    constexpr double kLowestMeters = 1.3;
+    if (h_m > 0.0 && (h_m < kLowestMeters || h_m > kHeightOfStandMeters)) return false;
+    if (dbh_cm > kDbhOfStandCentimeters || buckles()) return false;
+    return slenderness == 0.0 || (slenderness >= kStoutestStand && slenderness <= kSlenderestStand);
+  }
+  /// How far a stand is from a usual one, in logarithms.
+  double oddness() const {
+    return slenderness == 0.0 ? 0.0 : std::abs(std::log(slenderness / kUsualSlenderness));
+  }
+};
+
+class Judge {
+ public:
+  Judge(const std::vector<SizeColumn>& columns, const std::string& file);
+  void check() const;
+
+ private:
+  const SizeColumn* column(std::string_view name) const;
+  std::span<const double> values(std::string_view name) const;
+  bool is_dbh_wrong() const;
+  bool is_h_wrong() const;
+  /// "if h is in feet, use --columns h=h*0.3048", for each change of units.
+  std::string advice(const UnitPair& units) const;
+  std::vector<std::string> advice_on_trees() const;
+  std::vector<std::string> advice_on_length(const SizeColumn& length, double most) const;
+  [[noreturn]] void refuse(const SizeColumn& wrong, const std::vector<std::string>& advice) const;
+  void check_length(std::string_view name, double most) const;
+
+  const std::vector<SizeColumn>& columns_;
+  const std::string& file_;
+  Medians medians_{};
+};
+
+Judge::Judge(const std::vector<SizeColumn>& columns, const std::string& file)
+    : columns_(columns), file_(file) {
+  const std::span<const double> dbh = values("dbh");
+  const std::span<const double> h = values("h");
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < std::min(dbh.size(), h.size()); ++i) {
+    ratios.push_back(100.0 * h[i] / dbh[i]);
+  }
+  medians_ = {.dbh_cm = positive_median(dbh),
+              .h_m = positive_median(h),
+              .slenderness = positive_median(ratios)};
+}
+
+const SizeColumn* Judge::column(std::string_view name) const {
+  const auto found = std::ranges::find(columns_, name, &SizeColumn::name);
+  return found == columns_.end() ? nullptr : &*found;
+}
+
+std::span<const double> Judge::values(std::string_view name) const {
+  const SizeColumn* const found = column(name);
+  return found == nullptr ? std::span<const double>{} : found->values;
+}
+
+bool Judge::is_dbh_wrong() const {
+  constexpr double kThick = 60.0;
+  constexpr double kStoutest = 12.0;
+  constexpr double kThin = 0.9;
+  constexpr double kSlenderest = 600.0;
+  const auto& [dbh, h, slenderness] = medians_;
+  // Giants are tall, too: known heights decide.
+  const bool has_heights = h > 0.0 && h < kHeightOfStandMeters;
+  const bool is_too_thick =
+      has_heights ? dbh > kThick && slenderness < kStoutest : dbh > kDbhOfStandCentimeters;
+  const bool is_too_thin =
+      dbh > 0.0 && dbh < kThin && (h == 0.0 || (has_heights && slenderness > kSlenderest));
+  return is_too_thick || is_too_thin;
+}
+
+bool Judge::is_h_wrong() const {
+  // The stems of saplings are much thicker at their base than at breast height.
+  constexpr double kTall = 10.0;
+  return medians_.h_m > kHeightOfStandMeters || (medians_.h_m > kTall && medians_.buckles());
+}
+
+std::string Judge::advice(const UnitPair& units) const {
+  std::vector<std::string> conditions;
+  std::vector<std::string> conversions;
+  const auto add = [&](std::string_view name, const Unit& unit) {
+    if (unit.name.empty()) return;
+    conditions.push_back(fmt::format("{} is in {}", name, unit.name));
+    conversions.push_back(fmt::format("{}={}{}", name, column(name)->source, unit.conversion));
+  };
+  add("h", units.h);
+  add("dbh", units.dbh);
+  return fmt::format(
+      "if {}, use `columns={}`", fmt::join(conditions, " and "), fmt::join(conversions, ","));
+}
+
+/// The units that make plausible stands, the most usual stand first; all if there are none.
+std::vector<std::string> Judge::advice_on_trees() const {
+  constexpr std::size_t kMost = 3;
+  const auto is_possible = [this](const UnitPair& units) {
+    return (units.h.name.empty() || medians_.h_m > 0.0) &&
+           (units.dbh.name.empty() || medians_.dbh_cm > 0.0);
+  };
+  std::vector<UnitPair> possible;
+  std::vector<UnitPair> fitting;
+  std::ranges::copy_if(kPairs, std::back_inserter(possible), is_possible);
+  std::ranges::copy_if(possible, std::back_inserter(fitting), [this](const UnitPair& units) {
+    return medians_.in(units).is_plausible();
+  });
+  std::ranges::stable_sort(
+      fitting, {}, [this](const UnitPair& units) { return medians_.in(units).oddness(); });
+  if (fitting.size() > kMost) fitting.resize(kMost);
+  std::vector<std::string> texts;
+  for (const UnitPair& units : fitting.empty() ? possible : fitting) {
+    texts.push_back(advice(units));
+  }
+  return texts;
+}
+
+std::vector<std::string> Judge::advice_on_length(const SizeColumn& length, double most) const {
+  constexpr double kLeastMeters = 0.5;
+  const double median = positive_median(length.values);
+  std::vector<std::string> texts;
+  for (const Unit& unit : {kFeet, kDecimeters, kCentimeters, kMillimeters}) {
+    const double meters = median * unit.factor;
+    if (meters < kLeastMeters || meters > most) continue;
+    texts.push_back(fmt::format("if {0} is in {1}, use `columns={0}={2}{3}`",
+                                length.name,
+                                unit.name,
+                                length.source,
+                                unit.conversion));
+  }
+  return texts;
+}
+
+void Judge::refuse(const SizeColumn& wrong, const std::vector<std::string>& advice) const {
+  const bool is_dbh = wrong.name == "dbh";
+  const bool bends = wrong.name == "h" && medians_.h_m <= kHeightOfStandMeters;
+  const std::string reason =
+      bends
+          ? fmt::format("higher than stems of the median dbh {:.4g} cm can stand", medians_.dbh_cm)
+          : "which no stand of trees has";
+  throw InputError(
+      fmt::format("{} has the median {:.4g} {}, {}; {}; if it is correct, use `trust_units=true`",
+                  wrong.source,
+                  positive_median(wrong.values),
+                  is_dbh ? "cm" : "m",
+                  reason,
+                  fmt::join(advice, "; ")),
+      {.file = file_, .column = std::string(wrong.name)});
+}
+
+void Judge::check_length(std::string_view name, double most) const {
+  const SizeColumn* const length = column(name);
+  if (length == nullptr || positive_median(length->values) <= most) return;
+  refuse(*length, advice_on_length(*length, most));
+}
+
+void Judge::check() const {
+  if (is_h_wrong()) refuse(*column("h"), advice_on_trees());
+  check_length("hcb", kHeightOfStandMeters);
+  if (is_dbh_wrong()) refuse(*column("dbh"), advice_on_trees());
+  check_length("cw", kCrownOfStandMeters);
+  for (const std::string_view radius : {"cr_e", "cr_w", "cr_s", "cr_n"}) {
+    check_length(radius, kCrownOfStandMeters / 2.0);
+  }
+}
+
+}  // namespace
+
+void check_units_of_trees(const TreeSizes& trees,
+                          const std::vector<SizeColumn>& columns,
+                          const std::string& file) {
+  // First, because messages about whole columns would be wrong for a part of the plots.
+  const std::string mixed = describe_mixed_units(find_mixed_units(trees));
+  if (!mixed.empty()) throw InputError(mixed, {.file = file, .column = "dbh, h"});
+  check_size_units(columns, file);
+}
+
+void check_size_units(const std::vector<SizeColumn>& columns, const std::string& file) {
+  Judge(columns, file).check();
+}
+
+}  // namespace silvafit::stand

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/stand/tree_status.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
+#include "trees/folded_text.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+/// Words in the form of folded_letters, with blanks around each.
+constexpr std::string_view kAliveWords =
+    " a l v alive live living healthy sound lebend lebendig vital gesund vivant vif sain viv vivo "
+    "viva sano elava elossa terve levande frisk zywe 活 活立木 活木 存活 正常 健康 健在 ";
+constexpr std::string_view kDeadWords =
+    " d dead standingdead deadstanding snag tot abgestorben durr duerr stehendtot totstehend "
+    "stehendestotholz totholz durrstander mort morte mortsurpied muerto muerta muertoenpie "
+    "seco morto morta kuollut kelo pystykuollut dod martwe 死 死亡 枯死 枯死木 枯立木 死木 立枯 ";
+constexpr std::string_view kGoneWords =
+    " cut cutdown felled harvested removed logged fallen down deaddown downdead lying windthrow "
+    "windthrown stump gefallt gefaellt entnommen geerntet genutzt eingeschlagen ausgeschieden "
+    "umgefallen liegend liegendtot baumstumpf stumpf stubben stock windwurf coupe coupee abattu "
+    "abattue exploite recolte chablis souche mortausol cortado cortada talado talada cosechado "
+    "caido caida tocon cortada hakattu kaadettu poistettu kaatunut maapuu kanto avverkad stubbe "
+    "采伐 砍伐 伐倒 伐倒木 间伐 倒木 枯倒木 伐桩 树桩 伐根 已采伐 ";
+constexpr std::string_view kYes = " 1 true t yes y ja j oui o si kylla 是 ";
+constexpr std::string_view kNo = " 0 false f no n nein non ei 否 ";
+
+bool is_among_words(std::string_view list, const std::string& word) {
+  return list.find(" " + word + " ") != std::string_view::npos;
+}
+
+}  // namespace
+
+namespace {
+
+bool is_same_code(std::string_view left, std::string_view right) {
+  double left_number = 0.0;
+  double right_number = 0.0;
+  const bool are_numbers =
+      data::parse_number(left, left_number) && data::parse_number(right, right_number);
+  if (are_numbers) return left_number == right_number;
+  return folded(data::trimmed(left)) == folded(data::trimmed(right));
+}
+
+struct GivenCodes {
+  const std::vector<std::string>* codes;
+  TreeStatus meaning;
+  const char* option;
+};
+
+std::array<GivenCodes, 3> lists_of(const StatusCodes& codes) {
+  return {{{&codes.alive, TreeStatus::kAlive, "`alive_codes`"},
+           {&codes.dead, TreeStatus::kDead, "`dead_codes`"},
+           {&codes.cut, TreeStatus::kGone, "`cut_codes`"}}};
+}
+
+void check_codes(const StatusCodes& codes) {
+  const auto lists = lists_of(codes);
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    for (const std::string& code : *lists[i].codes) {
+      for (std::size_t k = i + 1; k < lists.size(); ++k) {
+        const auto is_same = [&code](const std::string& other) {
+          return is_same_code(code, other);
+        };
+        if (std::ranges::none_of(*lists[k].codes, is_same)) continue;
+        throw UsageError(
+            fmt::format("the status '{}' is in {} and {}", code, lists[i].option, lists[k].option),
+            {.column = lists[k].option});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+StatusColumn::StatusColumn(std::string header, StatusCodes codes)
+    : header_(std::move(header)), codes_(std::move(codes)) {
+  check_codes(codes_);
+  constexpr std::string_view kAliveHeaders = " alive living live lebend vivant vivo elossa 存活 ";
+  constexpr std::string_view kDeadHeaders = " dead tot mort muerto kuollut ";
+  const std::string name = folded_letters(header_);
+  if (is_among_words(kAliveHeaders, name)) kind_ = Kind::kAlive;
+  if (is_among_words(kDeadHeaders, name)) kind_ = Kind::kDead;
+  if (name == "statuscd") kind_ = Kind::kForestInventoryAnalysis;
+}
+
+std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const {
+  const std::string word = folded_letters(value);
+  if (word.empty() || data::is_missing_number(value)) return TreeStatus::kAlive;
+  if (kind_ == Kind::kForestInventoryAnalysis) {
+    if (word == "0") return TreeStatus::kNotInSample;
+    if (word == "1") return TreeStatus::kAlive;
+    if (word == "2") return TreeStatus::kDead;
+    if (word == "3") return TreeStatus::kGone;
+    return std::nullopt;
+  }
+  if (kind_ != Kind::kStatus) {
+    const TreeStatus if_yes = kind_ == Kind::kAlive ? TreeStatus::kAlive : TreeStatus::kDead;
+    const TreeStatus if_no = kind_ == Kind::kAlive ? TreeStatus::kDead : TreeStatus::kAlive;
+    if (is_among_words(kYes, word)) return if_yes;
+    if (is_among_words(kNo, word)) return if_no;
+  }
+  if (is_among_words(kAliveWords, word)) return TreeStatus::kAlive;
+  if (is_among_words(kDeadWords, word)) return TreeStatus::kDead;
+  if (is_among_words(kGoneWords, word)) return TreeStatus::kGone;
+  return std::nullopt;
+}
+
+std::optional<TreeStatus> StatusColumn::given_meaning(std::string_view value) {
+  for (const GivenCodes& list : lists_of(codes_)) {
+    for (const std::string& code : *list.codes) {
+      if (!is_same_code(code, value)) continue;
+      seen_codes_.insert(code);
+      return list.meaning;
+    }
+  }
+  return std::nullopt;
+}
+
+TreeStatus StatusColumn::read(std::string_view value) {
+  auto known = known_.find(value);
+  if (known == known_.end()) {
+    const std::optional<TreeStatus> given = given_meaning(value);
+    known = known_.emplace(std::string(value), given ? given : meaning_of(value)).first;
+  }
+  if (!known->second) {
+    ++unknown_[known->first];
+    return TreeStatus::kAlive;
+  }
+  if (*known->second == TreeStatus::kDead) ++dead_;
+  if (*known->second == TreeStatus::kGone) ++gone_;
+  if (*known->second == TreeStatus::kNotInSample) ++not_in_sample_;
+  return *known->second;
+}
+
+std::string StatusColumn::unknown_values() const {
+  constexpr std::size_t kShown = 5;
+  std::string text;
+  std::size_t shown = 0;
+  for (const auto& [value, count] : unknown_) {
+    if (shown++ == kShown) return text + fmt::format(" and {} more", unknown_.size() - kShown);
+    text += fmt::format("{}'{}' ({})", text.empty() ? "" : ", ", value, count);
+  }
+  return text;
+}
+
+std::string StatusColumn::remarks() const {
+  std::string text;
+  if (not_in_sample_ > 0) {
+    text += fmt::format("; {} not in the sample, skipped", counted(not_in_sample_, "row", "rows"));
+  }
+  const std::string unknown = unknown_values();
+  if (!unknown.empty()) {
+    text += fmt::format(
+        "; unknown status, used as alive: {}; explain them with `dead_codes`, `cut_codes` or "
+        "`alive_codes`",
+        unknown);
+  }
+  std::vector<std::string> unseen;
+  for (const GivenCodes& list : lists_of(codes_)) {
+    for (const std::string& code : *list.codes) {
+      if (!seen_codes_.contains(code)) unseen.push_back(code);
+    }
+  }
+  if (!unseen.empty()) text += "; no row has the status " + data::list_of(unseen);
+  return text;
+}
+
+}  // namespace silvafit::stand

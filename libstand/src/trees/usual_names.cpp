@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// Headers of columns: their names and units.
+#include "trees/usual_names.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstddef>
+
+#include "silvafit/data/csv.hpp"
+#include "silvafit/stand/tree_columns.hpp"
+#include "trees/folded_text.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+constexpr std::array<LengthUnit, 6> kUnits{
+    {{"mm", 0.001}, {"cm", 0.01}, {"dm", 0.1}, {"m", 1.0}, {"in", 0.0254}, {"ft", 0.3048}}};
+
+struct UnitWord {
+  std::string_view word{};
+  std::string_view unit{};
+};
+constexpr std::array<UnitWord, 16> kUnitWords{{{"inch", "in"},
+                                               {"inches", "in"},
+                                               {"zoll", "in"},
+                                               {"\"", "in"},
+                                               {"feet", "ft"},
+                                               {"foot", "ft"},
+                                               {"meter", "m"},
+                                               {"meters", "m"},
+                                               {"metre", "m"},
+                                               {"metres", "m"},
+                                               {"米", "m"},
+                                               {"厘米", "cm"},
+                                               {"公分", "cm"},
+                                               {"毫米", "mm"},
+                                               {"millimeter", "mm"},
+                                               {"centimeter", "cm"}}};
+
+/// A header in folded letters, split into a name and the words after it.
+struct HeaderParts {
+  std::string name{};
+  std::optional<LengthUnit> unit{};
+  bool has_other_unit = false;  ///< such as ha or degrees
+};
+
+bool is_separator(char c) {
+  return c == ' ' || c == '_' || c == '.' || c == '/' || c == ',' || c == '-' || c == '(' ||
+         c == '[' || c == ')' || c == ']' || c == ':' || c == ';' || c == '`';
+}
+
+/// Where a Latin word at the end of a text begins.
+std::size_t last_word(std::string_view text) {
+  std::size_t begin = text.size();
+  while (begin > 0 && !is_separator(text[begin - 1])) --begin;
+  return begin;
+}
+
+/// Whether a text ends with a number, as in `DBH (1.3 m)`: a height instead of a unit.
+bool ends_with_height(std::string_view text) {
+  const std::size_t blank = text.find_last_of(" _([");
+  const std::string_view word = text.substr(blank == std::string_view::npos ? 0 : blank + 1);
+  double ignored = 0.0;
+  return data::parse_number(word, ignored);
+}
+
+/// Units that no measure has.
+bool is_other_unit(std::string_view text) {
+  constexpr std::array<std::string_view, 10> kOthers{
+      "%", "°", "deg", "ha", "m2", "m²", "m3", "m³", "gon", "years"};
+  return std::ranges::find(kOthers, text) != kOthers.end();
+}
+
+HeaderParts parts_of(std::string_view header) {
+  std::string text = folded(header);
+  // R replaces signs by dots, so that "DBH (cm)" becomes "DBH..cm.".
+  while (!text.empty() && is_separator(text.back())) text.pop_back();
+  const std::size_t begin = last_word(text);
+  const std::string word = text.substr(begin);
+  HeaderParts parts{.name = text};
+  if (begin == 0) return parts;
+  parts.unit = unit_of_length(word);
+  parts.has_other_unit = !parts.unit && is_other_unit(word);
+  if (!parts.unit) return parts;
+  text.resize(begin);
+  while (!text.empty() && is_separator(text.back())) text.pop_back();
+  if (text.ends_with(" in")) text.resize(text.size() - 3);
+  if (parts.unit->name == "m" && ends_with_height(text)) parts.unit.reset();
+  parts.name = text;
+  return parts;
+}
+
+/// Whether a list with blanks between its words has a word.
+bool has_word(std::string_view list, std::string_view word) {
+  for (std::size_t at = list.find(word); at != std::string_view::npos;
+       at = list.find(word, at + 1)) {
+    const bool begins = at == 0 || list[at - 1] == ' ';
+    const std::size_t end = at + word.size();
+    if (begins && (end == list.size() || list[end] == ' ')) return true;
+  }
+  return false;
+}
+
+/// The name without a remark in brackets at its end: `Höhe (gemessen)`.
+std::string without_remark(const std::string& name) {
+  const std::size_t open = name.find_first_of("([");
+  return open == std::string::npos || open == 0 ? name : name.substr(0, open);
+}
+
+std::optional<MeantName> look_up(const std::string& key) {
+  if (key.empty()) return std::nullopt;
+  for (const TreeColumn& column : tree_columns()) {
+    if (key == folded_letters(column.name)) return MeantName{column.name, NameFit::kSpelling, ""};
+  }
+  for (const TreeColumn& column : tree_columns()) {
+    if (has_word(column.usual, key)) return MeantName{column.name, NameFit::kUsual, ""};
+  }
+  for (const TreeColumn& column : tree_columns()) {
+    if (has_word(column.vague, key)) return MeantName{column.name, NameFit::kVague, ""};
+  }
+  for (const TreeColumn& column : tree_columns()) {
+    if (!has_word(column.converted, key)) continue;
+    return MeantName{column.name, NameFit::kConverted, column.conversion};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<LengthUnit> unit_of_length(std::string_view text) {
+  std::string name = folded(text);
+  const auto word = std::ranges::find(kUnitWords, name, &UnitWord::word);
+  if (word != kUnitWords.end()) name = word->unit;
+  const auto unit = std::ranges::find(kUnits, name, &LengthUnit::name);
+  return unit == kUnits.end() ? std::nullopt : std::optional(*unit);
+}
+
+std::optional<LengthUnit> unit_in_header(std::string_view header) { return parts_of(header).unit; }
+
+std::optional<MeantName> meant_name(std::string_view header) {
+  const HeaderParts parts = parts_of(header);
+  if (parts.has_other_unit) return std::nullopt;
+  std::optional<MeantName> meant = look_up(folded_letters(parts.name));
+  if (!meant) meant = look_up(folded_letters(without_remark(parts.name)));
+  if (meant && parts.unit && !is_measure(meant->name)) return std::nullopt;
+  return meant;
+}
+
+}  // namespace silvafit::stand

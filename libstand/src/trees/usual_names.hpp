@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Usual names of the columns of inventories, in several languages, and their units.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace silvafit::stand {
+
+/// How well the name of a column matches a standard name; smaller is better.
+enum class NameFit { kSpelling, kUsual, kVague, kConverted };
+
+/// A standard name that the header of a column may mean.
+struct MeantName {
+  std::string_view name{};  ///< plot, dbh, status ...
+  NameFit fit = NameFit::kSpelling;
+  std::string_view conversion{};  ///< TreeColumn::conversion, of a kConverted name
+};
+
+/// The standard name that a header means, independent of case, accents, blanks, underscores and
+/// unit; none if it is not a usual name.
+std::optional<MeantName> meant_name(std::string_view header);
+
+/// A unit of length.
+struct LengthUnit {
+  std::string_view name{};  ///< mm, cm, dm, m, in or ft
+  double meters = 1.0;
+};
+
+/// The unit of length in the header of a column, such as `DBH (cm)`, `h [m]`, `DBH_mm`, `BHD in cm`
+/// or `d/mm`; none if there is no unit.
+std::optional<LengthUnit> unit_in_header(std::string_view header);
+
+/// The unit of length that a text names, in words or as its symbol.
+std::optional<LengthUnit> unit_of_length(std::string_view text);
+
+}  // namespace silvafit::stand

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+// Windows from CSV: well-known text by plot, as geographic information systems export it, or
+// circular plots.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/expression.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/stand/inventory.hpp"
+#include "windows/window_files.hpp"
+
+namespace silvafit::stand {
+namespace {
+
+/// The index of a column; upper and lower case are equal.
+std::optional<std::size_t> field_named(const std::vector<std::string>& header,
+                                       std::string_view name) {
+  const auto is_it = [name](const std::string& column) {
+    return std::ranges::equal(column, name, [](unsigned char left, unsigned char right) {
+      return std::tolower(left) == std::tolower(right);
+    });
+  };
+  const auto found = std::ranges::find_if(header, is_it);
+  if (found == header.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.begin());
+}
+
+class CsvWindowReader {
+ public:
+  explicit CsvWindowReader(const data::TableSource& table)
+      : file_(data::file_of(table)), csv_(table), header_(csv_.header()) {
+    plot_ = plot_field();
+    wkt_ = field_named(header_, "wkt");
+    x_ = field_named(header_, "x");
+    y_ = field_named(header_, "y");
+    radius_ = field_named(header_, "radius");
+    if (wkt_ || (x_ && y_ && radius_)) return;
+    throw InputError(fmt::format("windows need the column wkt, or x, y and radius, and plot if "
+                                 "there are several plots; available: {}",
+                                 data::list_of(header_)),
+                     {.file = file_});
+  }
+
+  std::vector<NamedWindow> read();
+
+ private:
+  std::optional<std::size_t> plot_field() const;
+  void add_row(const std::vector<std::string_view>& fields);
+  double number(const std::vector<std::string_view>& fields, std::size_t field);
+
+  std::string file_;
+  data::CsvReader csv_;
+  std::vector<std::string> header_;
+  std::optional<std::size_t> plot_{};
+  std::optional<std::size_t> wkt_{};
+  std::optional<std::size_t> x_{};
+  std::optional<std::size_t> y_{};
+  std::optional<std::size_t> radius_{};
+  WindowCollector collector_{};
+};
+
+/// The column of plots, under its standard name or a usual one.
+std::optional<std::size_t> CsvWindowReader::plot_field() const {
+  if (const auto own = field_named(header_, "plot")) return own;
+  const auto is_plot = [](const std::string& name) { return name == "plot"; };
+  const std::vector<ColumnMapping> usual = usual_columns(header_, is_plot, file_);
+  return usual.empty() ? std::nullopt : field_named(header_, usual.front().source);
+}
+
+double CsvWindowReader::number(const std::vector<std::string_view>& fields, std::size_t field) {
+  double value = 0.0;
+  if (csv_.read_number(field, fields[field], value)) return value;
+  throw InputError(fmt::format("'{}' is not a number", fields[field]),
+                   {.file = file_, .line = csv_.line(), .column = header_[field]});
+}
+
+void CsvWindowReader::add_row(const std::vector<std::string_view>& fields) {
+  std::optional<std::string> plot;
+  if (plot_ && !data::is_missing_field(fields[*plot_])) {
+    plot = std::string(data::trimmed(fields[*plot_]));
+  }
+  if (wkt_) {
+    collector_.add(plot, polygons_of_wkt(fields[*wkt_]));
+  } else {
+    collector_.add_circle(
+        plot, {number(fields, *x_), number(fields, *y_)}, number(fields, *radius_));
+  }
+}
+
+std::vector<NamedWindow> CsvWindowReader::read() {
+  std::vector<std::string_view> fields;
+  while (csv_.next(fields)) {
+    try {
+      add_row(fields);
+    } catch (const GeometryError& error) {
+      throw InputError(error.message(), {.file = file_, .line = csv_.line()});
+    }
+  }
+  std::vector<std::size_t> numbers;
+  for (const auto& field : {x_, y_, radius_}) {
+    if (field) numbers.push_back(*field);
+  }
+  csv_.require_clear_marks(numbers);
+  return collector_.windows(file_);
+}
+
+}  // namespace
+
+std::vector<NamedWindow> read_csv_windows(const std::filesystem::path& path) {
+  return CsvWindowReader(path).read();
+}
+
+std::vector<NamedWindow> windows_of_table(const data::TableSource& table) {
+  return CsvWindowReader(table).read();
+}
+
+}  // namespace silvafit::stand
