@@ -152,8 +152,10 @@ void check_random_effects(const RandomEffects& random,
     }
     position += effect->size();
   }
-  if (!table.has(random.group)) {
-    refuse_missing_column(random.group, text, text.rfind(random.group) + 1, table);
+  std::vector<std::string> columns = random.within;
+  columns.push_back(random.group);
+  for (const std::string& column : columns) {
+    if (!table.has(column)) refuse_missing_column(column, text, text.rfind(column) + 1, table);
   }
 }
 
@@ -197,18 +199,30 @@ std::string nested_text(const RandomEffects& coarser, const RandomEffects& finer
   return fmt::format("{} | {}; {} | {}", coarser.text(), coarser.group, finer.text(), groups);
 }
 
-/// Labels of the finer grouping that recur in several of the coarser groups may be those of crossed
-/// effects, so that nesting must be written.
-void check_nesting(const std::vector<RandomEffects>& terms,
-                   std::string_view text,
-                   const data::Table& table) {
-  if (terms.size() < 2 || !terms.back().within.empty()) return;
+std::string crossed_text(const RandomEffects& first, const RandomEffects& second) {
+  if (first.text() == second.text()) {
+    return fmt::format("{} | {} + {}", first.text(), first.group, second.group);
+  }
+  return fmt::format(
+      "({} | {}) + ({} | {})", first.text(), first.group, second.text(), second.group);
+}
+
+/// Labels of the finer grouping that recur in several of the coarser groups are those of crossed
+/// effects if the terms are written as lme4 does; else either may be meant, and has to be written.
+void decide_nesting(std::vector<RandomEffects>& terms,
+                    std::string_view text,
+                    const data::Table& table) {
+  if (terms.size() < 2 || are_crossed(terms) || !terms.back().within.empty()) return;
   const RandomEffects& coarser = terms.front();
   const RandomEffects& finer = terms.back();
   const data::TextColumn outer = table.labels(coarser.group);
   const data::TextColumn inner = table.labels(finer.group);
   const RecurringLabels found = recurring_labels(inner, outer);
   if (found.recurring == 0) return;
+  if (are_bars(text)) {
+    for (RandomEffects& term : terms) term.is_crossed = true;
+    return;
+  }
   const std::size_t position = text.rfind(finer.group) + 1;
   if (recurring_labels(outer, inner).recurring == 0) {
     throw FormulaError(fmt::format("each group of {0} is in one of {1}, so {1} is the coarser "
@@ -229,14 +243,15 @@ void check_nesting(const std::vector<RandomEffects>& terms,
   throw FormulaError(
       fmt::format(
           "{}: for {} within {}, where '{}' in '{}' and in '{}' are different groups, write "
-          "`{}`; crossed random effects are not available",
+          "`{}`; if it is the same group everywhere (crossed random effects), `{}`",
           what,
           finer.group,
           coarser.group,
           found.label,
           found.first,
           found.second,
-          nested_text(coarser, finer)),
+          nested_text(coarser, finer),
+          crossed_text(coarser, finer)),
       text,
       position);
 }
@@ -279,7 +294,10 @@ std::vector<std::string> ModelSpecification::label_columns() const {
     add(factor.column, numbers);
     add(factor.stratum, labels);
   }
-  for (const RandomEffects& term : random) add(term.group, labels);
+  for (const RandomEffects& term : random) {
+    for (const std::string& column : term.within) add(column, labels);
+    add(term.group, labels);
+  }
   std::erase_if(labels, [&](const std::string& name) {
     return std::ranges::find(numbers, name) != numbers.end();
   });
@@ -379,7 +397,7 @@ void add_random_effects(ModelSpecification& specification,
   for (const RandomEffects& term : terms) {
     check_random_effects(term, specification.coefficient_names(), text, table);
   }
-  check_nesting(terms, text, table);
+  decide_nesting(terms, text, table);
   specification.random = std::move(terms);
 }
 
