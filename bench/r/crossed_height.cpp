@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Heights with random effects of crossed or nested groups, for TMB: a of three groupings, and b of the first.
+// Heights with random effects of crossed or nested groups, for TMB: a of three groupings, and b of
+// the first.
 #include <TMB.hpp>
 
 template <class Type>
@@ -17,7 +18,8 @@ Type objective_function<Type>::operator()() {
   PARAMETER_VECTOR(v);
   PARAMETER_VECTOR(w);
   Type value = 0;
-  for (int k = 0; k < u.cols(); k++) value -= dnorm(vector<Type>(u.col(k)), Type(0), Type(1), true).sum();
+  for (int k = 0; k < u.cols(); k++)
+    value -= dnorm(vector<Type>(u.col(k)), Type(0), Type(1), true).sum();
   value -= dnorm(v, Type(0), Type(1), true).sum() + dnorm(w, Type(0), Type(1), true).sum();
   for (int i = 0; i < H.size(); i++) {
     Type a = beta(0) + factor(0) * u(0, first(i)) + sd(0) * v(second(i)) + sd(1) * w(third(i));

@@ -11,6 +11,7 @@
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/model_texts.hpp"
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/fit/residuals.hpp"
 
@@ -28,9 +29,10 @@ fit::FitResult fitted(const json& reference, fit::Method method) {
   fit::FitModelOptions options;
   options.method = method;
   options.reml = reference.value("reml", false);
-  return fit::fit_model(fit::specify_model({.formula = formula, .random = random}, table),
-                        table,
-                        options);
+  return fit::fit_model(
+      fit::specify_model(fit::ModelTexts{.formula = formula, .random = random}, table),
+      table,
+      options);
 }
 
 json reference_of(const std::string& id) {
@@ -78,8 +80,7 @@ void check_components(const fit::FittedModel& fit, const json& reference) {
 
 }  // namespace
 
-TEST_CASE("linear models with crossed effects and three levels are those of lme4",
-          "[reference]") {
+TEST_CASE("linear models with crossed effects and three levels are those of lme4", "[reference]") {
   const json file = test::read_expected("crossed.json");
   for (const json& reference : file["fits"]) {
     if (reference.contains("method")) continue;
@@ -152,7 +153,7 @@ TEST_CASE("a fit with crossed effects predicts, is stored, and refuses what it c
   }
 
   // A new year in a known plot: the effect of the plot remains.
-  data::Table one = table.select({0});
+  data::Table one = table.select(std::vector<std::size_t>{0});
   one.set("year", std::vector<double>{1999.0});
   const auto of_plot = fit::predict(stored, one, fit::Level::kConditional, {});
   const auto population = fit::predict(stored, one, fit::Level::kPopulation, {.interval = 0.95});
@@ -178,9 +179,10 @@ TEST_CASE("crossed groups that the data cannot distinguish are named") {
   table.set("row", rows);
   using Catch::Matchers::Contains;
   const auto fit = [&](const char* random) {
-    return fit::fit_model(fit::specify_model({.formula = "h ~ a + b*dbh", .random = random}, table),
-                          table,
-                          {});
+    return fit::fit_model(
+        fit::specify_model(fit::ModelTexts{.formula = "h ~ a + b*dbh", .random = random}, table),
+        table,
+        {});
   };
   CHECK_THROWS_WITH(fit("a | plot_id + one"),
                     Contains("`a | one`") && Contains("all 214 rows are in the group '1'"));
@@ -188,7 +190,7 @@ TEST_CASE("crossed groups that the data cannot distinguish are named") {
                     Contains("`a | row`") && Contains("214 groups have 214 random effects"));
   fit::FitModelOptions quadrature;
   quadrature.method = fit::Method::kQuadrature;
-  const auto crossed =
-      fit::specify_model({.formula = "h ~ a + b*dbh", .random = "a | plot_id + year"}, table);
+  const auto crossed = fit::specify_model(
+      fit::ModelTexts{.formula = "h ~ a + b*dbh", .random = "a | plot_id + year"}, table);
   CHECK_THROWS_WITH(fit::fit_model(crossed, table, quadrature), Contains("laplace"));
 }

@@ -101,7 +101,10 @@ class BlockPosteriors {
   bool factorize(Index c, bool is_exact) {
     const Index first = modes_.first_group() + modes_.group_begin(c);
     return shared_.designs.factorize(modes_.pattern(c),
-        first, is_exact ? modes_.curvatures(c) : modes_.approximations(c), 0.0, factor_);
+                                     first,
+                                     is_exact ? modes_.curvatures(c) : modes_.approximations(c),
+                                     0.0,
+                                     factor_);
   }
 
   /// (r x p) the derivative of a group's slope by the coefficients, effects held.
@@ -203,7 +206,8 @@ class BlockPosteriors {
     }
     MatrixXd slope = root * own;
     if (!priors.slopes.empty()) slope += joint(priors.slopes, at, slope.cols());
-    const VectorXd effects = joint(priors.means, at, 1) + root * layout.of_group(z, at.cluster, at.in_cluster);
+    const VectorXd effects =
+        joint(priors.means, at, 1) + root * layout.of_group(z, at.cluster, at.in_cluster);
     Index row = 0;
     for (std::size_t t = 0; t < result.size(); ++t) {
       const Index q = layout.count(t);

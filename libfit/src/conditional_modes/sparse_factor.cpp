@@ -10,15 +10,53 @@
 #include <utility>
 
 namespace silvafit::fit {
+namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-namespace {
-
 // Share of numbers that differ from zero from which the last columns are stored as a dense matrix.
 constexpr double kDense = 0.5;
+// Size up to which a triangle is inverted at once; halves of larger ones are products of matrices.
+constexpr Index kSmallTriangle = 64;
+
+/// Overwrites the lower triangle L of a matrix by that of its inverse.
+void invert_triangle(Eigen::Ref<MatrixXd> matrix) {
+  const Index n = matrix.rows();
+  auto lower = matrix.triangularView<Eigen::Lower>();
+  if (n <= kSmallTriangle) {
+    const MatrixXd inverse = lower.solve(MatrixXd::Identity(n, n));
+    lower = inverse;
+    return;
+  }
+  const Index half = n / 2;
+  invert_triangle(matrix.topLeftCorner(half, half));
+  invert_triangle(matrix.bottomRightCorner(n - half, n - half));
+  const MatrixXd product = matrix.bottomLeftCorner(n - half, half) *
+                           matrix.topLeftCorner(half, half).triangularView<Eigen::Lower>();
+  matrix.bottomLeftCorner(n - half, half) =
+      matrix.bottomRightCorner(n - half, n - half).triangularView<Eigen::Lower>() * -product;
+}
+
+/// Overwrites the lower triangle W of a matrix by that of W'W.
+void square_triangle(Eigen::Ref<MatrixXd> matrix) {
+  const Index n = matrix.rows();
+  if (n <= kSmallTriangle) {
+    const MatrixXd lower = matrix.triangularView<Eigen::Lower>();
+    matrix.triangularView<Eigen::Lower>() = lower.transpose() * lower;
+    return;
+  }
+  const Index half = n / 2;
+  square_triangle(matrix.topLeftCorner(half, half));
+  auto below = matrix.bottomLeftCorner(n - half, half);
+  matrix.topLeftCorner(half, half).selfadjointView<Eigen::Lower>().rankUpdate(below.transpose());
+  const MatrixXd product =
+      matrix.bottomRightCorner(n - half, n - half).triangularView<Eigen::Lower>().transpose() *
+      below;
+  below = product;
+  square_triangle(matrix.bottomRightCorner(n - half, n - half));
+}
 
 }  // namespace
 
@@ -82,8 +120,7 @@ void SparsePattern::find_columns() {
   for (std::size_t j = 0; j < sparse; ++j) {
     const auto first_dense = std::ranges::lower_bound(below[j], static_cast<int>(sparse));
     rows_.push_back(static_cast<int>(j));
-    dense_begin_.push_back(begin_.back() + 1 +
-                           static_cast<int>(first_dense - below[j].begin()));
+    dense_begin_.push_back(begin_.back() + 1 + static_cast<int>(first_dense - below[j].begin()));
     rows_.insert(rows_.end(), below[j].begin(), below[j].end());
     begin_.push_back(static_cast<int>(rows_.size()));
   }
@@ -119,9 +156,8 @@ void SparsePattern::place_cells() {
     Index pair = 0;
     for (Index b = 0; b < q; ++b) {
       for (Index a = b; a < q; ++a) {
-        const auto [low, high] =
-            std::minmax({pivot_[static_cast<std::size_t>(of_cells_(a, k))],
-                         pivot_[static_cast<std::size_t>(of_cells_(b, k))]});
+        const auto [low, high] = std::minmax({pivot_[static_cast<std::size_t>(of_cells_(a, k))],
+                                              pivot_[static_cast<std::size_t>(of_cells_(b, k))]});
         of_pairs_(pair++, k) = position(high, low);
       }
     }
@@ -235,10 +271,9 @@ void SparseFactor::invert() {
   inverse_.resize(factor_.size());
   Dense last = dense(inverse_);
   if (last.size() > 0) {
-    MatrixXd half = MatrixXd::Identity(last.rows(), last.cols());
-    dense(factor_).triangularView<Eigen::Lower>().solveInPlace(half);
-    last.setZero();
-    last.selfadjointView<Eigen::Lower>().rankUpdate(half.transpose());
+    last = dense(std::as_const(factor_));
+    invert_triangle(last);
+    square_triangle(last);
   }
   for (int j = pattern_->columns(); j-- > 0;) invert_column(j);
 }

@@ -143,8 +143,8 @@ class Elimination {
     return true;
   }
 
-  /// With t = f - L v for a vector f of the adjoint and its effects v, the products P of a cell have
-  /// the derivative t t', and the design -2 P t v'; the determinant adds its own.
+  /// With t = f - L v for a vector f of the adjoint and its effects v, the products P of a cell
+  /// have the derivative t t', and the design -2 P t v'; the determinant adds its own.
   void differentiate(std::size_t c,
                      const Adjoint& from,
                      const std::function<void(Index, const MatrixXd&)>& by_products) {
@@ -230,8 +230,8 @@ class Elimination {
         const Index place = layout_.begin(number) + layout_.pattern(number)->place(row, k);
         if (is_done[static_cast<std::size_t>(place)]) continue;
         is_done[static_cast<std::size_t>(place)] = true;
-        open += MatrixXd::Identity(q, q) -
-                clusters_[c].factor.inverse_block(k).block(row, row, q, q);
+        open +=
+            MatrixXd::Identity(q, q) - clusters_[c].factor.inverse_block(k).block(row, row, q, q);
       }
     }
     const MatrixXd half = factor.transpose().partialPivLu().solve(open);

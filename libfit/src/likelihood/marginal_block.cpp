@@ -119,7 +119,8 @@ bool MarginalBlock::factorize_determinants(const RandomDesign& design) {
   for (std::size_t c = 0; c < determinants_.size(); ++c) {
     const auto cluster = static_cast<Index>(c);
     if (modes_.is_known(cluster)) continue;
-    if (!determinants_[c].compute(modes_.pattern(cluster), design, modes_.approximations(cluster))) return false;
+    if (!determinants_[c].compute(modes_.pattern(cluster), design, modes_.approximations(cluster)))
+      return false;
   }
   return true;
 }

@@ -128,8 +128,8 @@ class MarginalBlock {
   Eigen::Index r_;
   ClusterModes modes_;
   std::vector<EffectFactor> determinants_;  ///< with K for the curvature; empty if it is the same
-  Eigen::MatrixXd weights_;                ///< (triangle x groups) the matrices M
-  Eigen::MatrixXd totals_;                 ///< sums of total terms, one column per group
+  Eigen::MatrixXd weights_;                 ///< (triangle x groups) the matrices M
+  Eigen::MatrixXd totals_;                  ///< sums of total terms, one column per group
   /// (joint effects squared x groups) replaces H^-1 in derivatives of the log-determinant
   Eigen::MatrixXd spread_;
   /// Derivatives of the value by the modes, then of the modes by the parameters.

@@ -408,7 +408,8 @@ double LindstromBates::take_step(LindstromBatesState& state,
   // The squares of each group with those of its effects of the last term.
   const bool is_crossed = model_.crossed() != nullptr;
   const auto penalized = [is_crossed](VectorXd squares, const LindstromBatesState& of) {
-    if (!of.spherical.empty() && !is_crossed) squares += of.spherical.back().colwise().squaredNorm().transpose();
+    if (!of.spherical.empty() && !is_crossed)
+      squares += of.spherical.back().colwise().squaredNorm().transpose();
     return squares;
   };
   const VectorXd current = penalized(at.squares, state);

@@ -196,8 +196,8 @@ class Components {
         const Index rows = of_.model_.group_begin(all[k].cell + 1) - begin;
         const MatrixXd own = of_.terms_[fine].columns.middleRows(begin, rows).transpose() *
                              of_.terms_[coarse].columns.middleRows(begin, rows);
-        const bool is_new = k == 0 || all[k - 1].fine != all[k].fine ||
-                            all[k - 1].coarse != all[k].coarse;
+        const bool is_new =
+            k == 0 || all[k - 1].fine != all[k].fine || all[k - 1].coarse != all[k].coarse;
         products = is_new ? own : MatrixXd(products + own);
         if (k + 1 < all.size() && all[k + 1].fine == all[k].fine &&
             all[k + 1].coarse == all[k].coarse) {
@@ -248,9 +248,8 @@ class Components {
     for (Index cell = 0; cell < model_.group_count(); ++cell) {
       result.push_back({model_.group_of(fine, cell), model_.group_of(coarse, cell), cell});
     }
-    std::ranges::stable_sort(result, {}, [](const Meeting& of) {
-      return std::pair(of.fine, of.coarse);
-    });
+    std::ranges::stable_sort(
+        result, {}, [](const Meeting& of) { return std::pair(of.fine, of.coarse); });
     return result;
   }
 
@@ -333,8 +332,8 @@ class Components {
             z.middleRows(begin, rows).transpose() * mean_.middleRows(begin, rows);
       });
       for_each_cell(term, [&](Index begin, Index rows, Index group) {
-        result.middleRows(begin, rows) = z.middleRows(begin, rows) *
-                                         (component.form * sums[static_cast<std::size_t>(group)]);
+        result.middleRows(begin, rows) =
+            z.middleRows(begin, rows) * (component.form * sums[static_cast<std::size_t>(group)]);
       });
       return result;
     }
@@ -453,7 +452,8 @@ class Components {
         return std::abs(change(i, j) - along) > kUnmoved * product;
       });
     };
-    const std::string group = terms_.size() < 2 ? std::string() : " | " + level.effects->group_name();
+    const std::string group =
+        terms_.size() < 2 ? std::string() : " | " + level.effects->group_name();
     const std::vector<std::string>& names = level.effects->coefficients;
     for (std::size_t k = 0; k < names.size(); ++k) {
       const auto at = static_cast<Index>(k);

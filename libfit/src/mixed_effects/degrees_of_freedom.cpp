@@ -43,7 +43,6 @@ bool varies_within(const Eigen::Ref<const VectorXd>& column, const Cuts& cuts) {
   return false;
 }
 
-
 /// Whether a column varies within a group of a crossed term.
 bool varies_within(const NonlinearModel& model,
                    std::size_t term,
@@ -85,8 +84,8 @@ std::vector<Grouping> groupings(const NonlinearModel& model) {
   }
   if (model.specification().random.empty() || !result.empty()) return result;
   const auto add = [&result](Cuts cuts) {
-    result.push_back({cuts.size() - 1,
-                      [cuts](const auto& column) { return varies_within(column, cuts); }});
+    result.push_back(
+        {cuts.size() - 1, [cuts](const auto& column) { return varies_within(column, cuts); }});
   };
   if (model.term_count() > 1) {
     Cuts cuts;

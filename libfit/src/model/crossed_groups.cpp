@@ -36,8 +36,8 @@ class DisjointSets {
 /// The groups of all terms of the rows, numbered by first appearance.
 struct RowGroups {
   std::vector<std::size_t> rows{};
-  std::vector<std::vector<std::string>> labels{};      ///< of each term
-  std::vector<std::vector<std::size_t>> of_rows{};     ///< by row of the table, of each term
+  std::vector<std::vector<std::string>> labels{};   ///< of each term
+  std::vector<std::vector<std::size_t>> of_rows{};  ///< by row of the table, of each term
 
   RowGroups(const ModelSpecification& specification,
             const data::Table& table,

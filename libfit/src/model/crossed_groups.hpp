@@ -15,8 +15,8 @@ namespace silvafit::fit {
 /// Cells are sets of rows that are in the same group of every term; they are the groups of the
 /// model. Clusters are sets of cells that no group connects to others.
 struct CrossedGroups {
-  std::vector<std::vector<std::string>> labels{};        ///< (G) of each term
-  std::vector<std::vector<Eigen::Index>> of_cells{};     ///< (cells) group in each term
+  std::vector<std::vector<std::string>> labels{};          ///< (G) of each term
+  std::vector<std::vector<Eigen::Index>> of_cells{};       ///< (cells) group in each term
   std::vector<std::vector<Eigen::Index>> cluster_begin{};  ///< (clusters + 1) first group, by term
 
   /// The same of some of the cells.

@@ -129,9 +129,7 @@ TEST_CASE("blocks and nested groupings of random effects are read") {
   CHECK(within[1].coefficients == Names{"a", "b"});
   CHECK(within[1].group == "plot");
   CHECK(within[1].group_text() == "stand/plot");
-  CHECK_THROWS_AS(parse_random_effects("a | stand; a | region/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a | stand/plot; a | stand/plot"), FormulaError);
-  CHECK_THROWS_AS(parse_random_effects("a | region/stand/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a | plot/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("() | plot"), FormulaError);
 }

@@ -65,8 +65,7 @@ void add_levels(std::string_view text,
       if (!random.group.empty()) random.within.push_back(random.group);
       random.group = of(text, column);
       if (std::ranges::find(random.within, random.group) != random.within.end()) {
-        throw FormulaError(
-            "nested groupings need two different columns", text, column.begin + 1);
+        throw FormulaError("nested groupings need two different columns", text, column.begin + 1);
       }
     }
     const bool is_known = std::ranges::any_of(
@@ -196,10 +195,8 @@ std::string nested_label(std::string_view outer, std::string_view inner) {
 
 std::string nested_label(const std::vector<std::string_view>& labels) {
   std::string result;
-  for (const std::string_view label : labels) {
-    result += &label == &labels.back() ? std::string(label) : outer_part(label) + "/";
-  }
-  return result;
+  for (std::size_t k = 0; k + 1 < labels.size(); ++k) result += outer_part(labels[k]) + "/";
+  return result.append(labels.back());
 }
 
 NestedParts nested_parts(std::string_view label) {

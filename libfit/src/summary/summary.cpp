@@ -101,7 +101,9 @@ void append_model(std::string& text, const FittedModel& fit) {
   append(text, "method {}, {} rows", method_title(fit), fit.observations);
   if (fit.excluded > 0) append(text, " ({} more with missing values)", fit.excluded);
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
-    append(text, ", {}", groups_text(fit.random[k].labels.size(), specification.random[k].group_name()));
+    append(text,
+           ", {}",
+           groups_text(fit.random[k].labels.size(), specification.random[k].group_name()));
   }
   append(text, ", {:.3g} s\n\n", fit.seconds);
 }

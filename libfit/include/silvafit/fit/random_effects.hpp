@@ -48,7 +48,7 @@ bool are_crossed(const std::vector<RandomEffects>& terms);
 /// Reads `a + b + b:C | plot`; parentheses make blocks, as in `(a + b) + c | plot`. Nested
 /// groupings: `a | stand/plot` gives both the same effects, `a | stand; a + b | plot` each its own.
 /// `a | stand; a + b | stand/plot` is the latter with labels of plots that hold within stands.
-/// Crossed groupings: `a | plot + year`, or `(a | plot) + (a + b | year)` with effects of their own.
+/// Crossed groupings: `a | plot + year`, or `(a | plot) + (a + b | year)` with own effects.
 /// \returns one element for each grouping; two nested ones with the coarser one first
 /// \throws FormulaError with the position of the error
 std::vector<RandomEffects> parse_random_effects(std::string_view text);
