@@ -105,7 +105,9 @@ py::list random_terms(const fit::FittedModel& fit) {
 std::string random_text(const fit::FittedModel& fit) {
   std::string text;
   for (const fit::RandomEffects& term : fit.specification.random) {
-    text += fmt::format("{}{} | {}", text.empty() ? "" : "; ", term.text(), term.group_text());
+    const std::string own = fmt::format("{} | {}", term.text(), term.group_text());
+    if (!text.empty()) text += term.is_crossed ? " + " : "; ";
+    text += term.is_crossed ? fmt::format("({})", own) : own;
   }
   return text;
 }

@@ -20,8 +20,8 @@ group_text <- function(group) if (is.null(attr(group, "text"))) paste(vapply(gro
 
 # The columns of groups in a text of silvafit.
 text_groups <- function(text) {
-  after <- sub("\\)$", "", trimws(sub("^[^|]*\\|", "", unlist(strsplit(text, ";|\\) *\\+ *\\("))))) # also (a | plot) + (b | year)
-  unique(gsub("`", "", trimws(unlist(strsplit(after, "[/+:]")))))
+  after <- unlist(regmatches(text, gregexpr("\\|[^|;()]*", text)))
+  unique(gsub("[|`]", "", trimws(unlist(strsplit(sub("|", "", after, fixed = TRUE), "[/+:]")))))
 }
 
 # nlme's `groups = ~ stand/plot`.

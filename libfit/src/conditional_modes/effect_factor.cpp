@@ -6,27 +6,24 @@ namespace silvafit::fit {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/// \param designs  number of different ones: 1, or one for each cell
+/// \param is_shared  whether all cells have the same design
 template <class DesignOf>
 bool EffectFactor::compute_sparse(const SparsePattern& pattern,
                                   const DesignOf& design_of,
-                                  Index designs,
+                                  bool is_shared,
                                   const Eigen::Ref<const MatrixXd>& curvatures,
                                   double ridge) {
   if (!sparse_) sparse_ = std::make_unique<Sparse>();
-  bool is_same = sparse_->pattern == &pattern && sparse_->ridge == ridge &&
-                 std::ssize(sparse_->joints) == designs &&
-                 sparse_->curvatures.cols() == curvatures.cols() &&
-                 sparse_->curvatures == curvatures;
-  for (Index k = 0; k < designs && is_same; ++k) {
-    is_same = sparse_->joints[static_cast<std::size_t>(k)] == design_of(k).joint;
-  }
+  const SmallMatrix& first = design_of(0).joint;
+  const bool is_same = is_shared && sparse_->pattern == &pattern && sparse_->ridge == ridge &&
+                       sparse_->joint.rows() == first.rows() && sparse_->joint == first &&
+                       sparse_->curvatures.cols() == curvatures.cols() &&
+                       sparse_->curvatures == curvatures;
   if (is_same) return sparse_->is_factorized;
-  sparse_->pattern = &pattern;
+  sparse_->pattern = is_shared ? &pattern : nullptr;
   sparse_->ridge = ridge;
   sparse_->curvatures = curvatures;
-  sparse_->joints.clear();
-  for (Index k = 0; k < designs; ++k) sparse_->joints.push_back(design_of(k).joint);
+  sparse_->joint = first;
   sparse_->is_inverted = false;
   SparseFactor& factor = sparse_->factor;
   factor.begin(pattern, 1.0 + ridge);
@@ -45,7 +42,7 @@ bool EffectFactor::compute(const SparsePattern* pattern,
                            double ridge) {
   if (pattern == nullptr) return arrow_.compute(design, curvatures, ridge);
   const auto same = [&design](Index) -> const RandomDesign& { return design; };
-  return compute_sparse(*pattern, same, 1, curvatures, ridge);
+  return compute_sparse(*pattern, same, true, curvatures, ridge);
 }
 
 bool EffectFactor::compute(const SparsePattern* pattern,
@@ -56,7 +53,7 @@ bool EffectFactor::compute(const SparsePattern* pattern,
   const auto own = [&designs](Index k) -> const RandomDesign& {
     return *designs[static_cast<std::size_t>(k)];
   };
-  return compute_sparse(*pattern, own, std::ssize(designs), curvatures, ridge);
+  return compute_sparse(*pattern, own, false, curvatures, ridge);
 }
 
 void EffectFactor::invert() {

@@ -45,8 +45,8 @@ class EffectFactor {
   /// takes most of the time.
   struct Sparse {
     SparseFactor factor{};
-    const SparsePattern* pattern = nullptr;
-    std::vector<SmallMatrix> joints{};
+    const SparsePattern* pattern = nullptr;  ///< null unless the design is shared
+    SmallMatrix joint{};
     Eigen::MatrixXd curvatures{};
     double ridge = 0.0;
     bool is_factorized = false;
@@ -55,7 +55,7 @@ class EffectFactor {
   template <class DesignOf>
   bool compute_sparse(const SparsePattern& pattern,
                       const DesignOf& design_of,
-                      Eigen::Index designs,
+                      bool is_shared,
                       const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
                       double ridge);
 

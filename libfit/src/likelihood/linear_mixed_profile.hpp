@@ -118,12 +118,12 @@ struct LinearMixedProfile {
 
 /// F = -log-likelihood = N/2 (log(2 pi S/N) + 1) + sum log|A| / 2 + sum log g, where A = I +
 /// L'Z'V^-1 Z L of each group and then, with V including the groups' effects, of each cluster; with
-/// crossed terms of all effects of a cluster, where the determinant and its derivatives are those
-/// of a sparse factorization; restricted, N becomes N - p and log|X'V^-1 X| / 2 is added. Without
-/// derivatives only the first six members and the derivatives by beta and sigma are filled. Held
-/// parameters are not maximized over: then the first part is N/2 log(2 pi sigma^2) + S / (2
-/// sigma^2). \param displacement  (m) of the variance parameters from those of the moments Source:
-/// Pinheiro and Bates 2000, sections 2.2 and 5.2.
+/// crossed terms of all effects of a cluster at once. Restricted, N becomes N - p and log|X'V^-1 X|
+/// / 2 is added. Without derivatives only the first six members and the derivatives by beta and
+/// sigma are filled. Held parameters are not maximized over: then the first part is N/2 log(2 pi
+/// sigma^2) + S / (2 sigma^2).
+/// \param displacement  (m) of the variance parameters from those of the moments
+/// Source: Pinheiro and Bates 2000, sections 2.2 and 5.2.
 LinearMixedProfile profile(const LinearMixedModel& model,
                            const RelativeFactors& factors,
                            const Eigen::VectorXd& displacement,

@@ -230,7 +230,9 @@ void append_statistics(std::string& text, const FittedModel& fit) {
   append(
       text, "log-likelihood {:.6f} with {} parameters\n", fit.log_likelihood, fit.parameter_count);
   append(text, "AIC {:.4f}  AICc {:.4f}  BIC {:.4f}", fit.aic(), fit.aicc(), fit.bic());
-  if (fit.has_random_effects()) append(text, "  BIC by groups {:.4f}", fit.bic_groups());
+  if (const double value = fit.bic_groups(); fit.has_random_effects() && !std::isnan(value)) {
+    append(text, "  BIC by groups {:.4f}", value);
+  }
   append(text, "\n\n");
   const auto line = [&text](const char* level, const FitStatistics& values) {
     append(text,
