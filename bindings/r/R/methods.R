@@ -351,7 +351,7 @@ level_word <- function(object, level) {
   if (isTRUE(level == 0)) return("population")
   if (isTRUE(level == groupings)) return("conditional")
   if (isTRUE(level == 1 && groupings == 2) && !is_crossed(object)) return("outer")
-  stop_usage("`level` has to be \"population\", \"conditional\", \"calibrated\", \"marginal\", or a number from 0 to ", groupings,
+  stop_usage("`level` has to be \"population\", \"conditional\", \"calibrated\", \"marginal\", or a number from 0 to ", groupings, if (is_crossed(object)) " without those between",
              if (is.numeric(level) && isTRUE(level > 0 && level < 1)) "; the coverage of intervals is `coverage`")
 }
 

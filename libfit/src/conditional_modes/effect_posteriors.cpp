@@ -123,7 +123,8 @@ class BlockPosteriors {
 
   /// The column of a group in matrices of a term.
   Index column(std::size_t term, const GroupPlace& at) const {
-    return shared_.model.group_of(term, at.group);
+    if (shared_.model.crossed() != nullptr) return shared_.model.group_of(term, at.group);
+    return term + 1 == shared_.layout.terms() ? at.group : at.cluster;
   }
 
   /// (s + q x columns) numbers of all terms that belong to a group.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "conditional_modes/sparse_factor.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
@@ -8,6 +10,8 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -18,6 +22,8 @@ using Eigen::VectorXd;
 
 // Share of numbers that differ from zero from which the last columns are stored as a dense matrix.
 constexpr double kDense = 0.5;
+// Numbers of a factor: 4 GB, and as many again for the inverse.
+constexpr double kMostNumbers = 5e8;
 // Size up to which a triangle is inverted at once; halves of larger ones are products of matrices.
 constexpr Index kSmallTriangle = 64;
 
@@ -101,10 +107,19 @@ void SparsePattern::find_columns() {
       }
     }
   }
+  double stored = 0.0;
   for (std::size_t j = 0; j < n; ++j) {
     std::vector<int>& rows = below[j];
     std::ranges::sort(rows);
     rows.erase(std::ranges::unique(rows).begin(), rows.end());
+    stored += static_cast<double>(rows.size()) / kDense;
+    if (stored > kMostNumbers) {
+      throw UsageError(fmt::format(
+          "the {} crossed random effects are connected to so many others that their Cholesky "
+          "factor has more than {:.0e} numbers; use fewer groups or fewer random effects",
+          size_,
+          kMostNumbers));
+    }
     if (rows.size() < 2) continue;
     std::vector<int>& parent = below[static_cast<std::size_t>(rows.front())];
     parent.insert(parent.end(), rows.begin() + 1, rows.end());

@@ -18,6 +18,7 @@ namespace silvafit::fit {
 class SparsePattern {
  public:
   /// \param of_cells  (Q x cells) places of the effects that act on each cell, distinct
+  /// \throws UsageError if the factor would have more than 5e8 numbers
   SparsePattern(Eigen::Index size, Eigen::MatrixXi of_cells);
 
   Eigen::Index size() const { return size_; }

@@ -207,11 +207,54 @@ std::string crossed_text(const RandomEffects& first, const RandomEffects& second
       "({} | {}) + ({} | {})", first.text(), first.group, second.text(), second.group);
 }
 
+/// "yr recurs in every site".
+std::string recurrence_text(const RecurringLabels& found,
+                            const std::string& finer,
+                            const std::string& coarser) {
+  if (found.is_complete) return fmt::format("{} recurs in every {}", finer, coarser);
+  return fmt::format("{} of {} labels of {} recur in several groups of {}",
+                     found.recurring,
+                     found.labels,
+                     finer,
+                     coarser);
+}
+
+/// A list of three or more groupings, `a | region; a | stand; a | plot`, may be meant as nested
+/// levels, as nlme's lists are, unless labels do not recur.
+void check_list(const std::vector<RandomEffects>& terms,
+                std::string_view text,
+                const data::Table& table) {
+  const bool is_list = split(text, 0, text.size(), ';').size() == terms.size();
+  if (!is_list || are_bars(text)) return;
+  std::vector<std::string> columns;
+  std::vector<std::string> bars;
+  for (const RandomEffects& term : terms) {
+    columns.push_back(term.group);
+    bars.push_back(fmt::format("({} | {})", term.text(), term.group_text()));
+  }
+  for (std::size_t t = 1; t < terms.size(); ++t) {
+    if (!terms[t].within.empty()) continue;
+    const RecurringLabels found =
+        recurring_labels(table.labels(columns[t]), table.labels(columns[t - 1]));
+    if (found.recurring == 0) continue;
+    throw FormulaError(
+        fmt::format("{}: nested levels are written with all columns, as in `{} | {}`, and crossed "
+                    "groups in parentheses, `{}`",
+                    recurrence_text(found, columns[t], columns[t - 1]),
+                    terms[t].text(),
+                    fmt::join(columns, "/"),
+                    fmt::join(bars, "; ")),
+        text,
+        text.rfind(columns[t]) + 1);
+  }
+}
+
 /// Labels of the finer grouping that recur in several of the coarser groups are those of crossed
 /// effects if the terms are written as lme4 does; else either may be meant, and has to be written.
 void decide_nesting(std::vector<RandomEffects>& terms,
                     std::string_view text,
                     const data::Table& table) {
+  if (terms.size() > 2) return check_list(terms, text, table);
   if (terms.size() < 2 || are_crossed(terms) || !terms.back().within.empty()) return;
   const RandomEffects& coarser = terms.front();
   const RandomEffects& finer = terms.back();
@@ -233,18 +276,11 @@ void decide_nesting(std::vector<RandomEffects>& terms,
                        text,
                        position);
   }
-  const std::string what = found.is_complete
-                               ? fmt::format("{} recurs in every {}", finer.group, coarser.group)
-                               : fmt::format("{} of {} labels of {} recur in several groups of {}",
-                                             found.recurring,
-                                             found.labels,
-                                             finer.group,
-                                             coarser.group);
   throw FormulaError(
       fmt::format(
           "{}: for {} within {}, where '{}' in '{}' and in '{}' are different groups, write "
           "`{}`; if it is the same group everywhere (crossed random effects), `{}`",
-          what,
+          recurrence_text(found, finer.group, coarser.group),
           finer.group,
           coarser.group,
           found.label,

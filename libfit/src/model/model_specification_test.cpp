@@ -163,6 +163,10 @@ TEST_CASE("labels that recur in several coarser groups need a nested grouping") 
   CHECK_THROWS_WITH(add(crossed, "a | site; a | yr"), Contains("`a | site + yr`"));
   CHECK_THROWS_WITH(add(crossed, "a | site; a + b | yr"), Contains("`(a | site) + (a + b | yr)`"));
   CHECK_NOTHROW(add(crossed, "(a | site); (a + b | yr)"));
+  CHECK_THROWS_WITH(add(crossed, "a | x; a | site; a | yr"),
+                    Contains("`a | x/site/yr`") && Contains("`(a | x); (a | site); (a | yr)`"));
+  CHECK_NOTHROW(add(crossed, "a | x/site/yr"));
+  CHECK_NOTHROW(add(crossed, "(a | x); (a | site); (a | yr)"));
   CHECK_NOTHROW(add(crossed, "a | site/yr"));
   CHECK_NOTHROW(add(crossed, "a | site; a + b | site/yr"));
 
