@@ -64,7 +64,7 @@ curve <- function(id, random, first, second, third, map, start = list()) {
 }
 plot <- number(data$plot_id); year <- number(data$year)
 region <- number(data$region); stand <- number(data$region, data$stand)
-only_a <- factor(c(1, NA, NA)); one_sd <- factor(c(1, NA)); none <- factor(c(NA, NA))
+only_a <- factor(c(1, NA, NA)); one_sd <- factor(c(1, NA))
 one <- rep(0L, nrow(data))
 fits <- c(fits, list(
   curve("curve_plot_year", "a | plot_id + year", plot, year, one, list(factor = only_a, sd = one_sd)),

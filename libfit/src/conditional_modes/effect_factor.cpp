@@ -15,15 +15,16 @@ bool EffectFactor::compute_sparse(const SparsePattern& pattern,
                                   double ridge) {
   if (!sparse_) sparse_ = std::make_unique<Sparse>();
   const SmallMatrix& first = design_of(0).joint;
-  const bool is_same = is_shared && sparse_->pattern == &pattern && sparse_->ridge == ridge &&
-                       sparse_->joint.rows() == first.rows() && sparse_->joint == first &&
-                       sparse_->curvatures.cols() == curvatures.cols() &&
-                       sparse_->curvatures == curvatures;
+  const bool is_same =
+      is_shared && sparse_->pattern == &pattern && sparse_->ridge == ridge &&
+      sparse_->joints.size() == 1 && sparse_->joints.front().rows() == first.rows() &&
+      sparse_->joints.front() == first && sparse_->curvatures.cols() == curvatures.cols() &&
+      sparse_->curvatures == curvatures;
   if (is_same) return sparse_->is_factorized;
-  sparse_->pattern = is_shared ? &pattern : nullptr;
+  sparse_->pattern = &pattern;
   sparse_->ridge = ridge;
   sparse_->curvatures = curvatures;
-  sparse_->joint = first;
+  sparse_->joints.assign(is_shared ? 1 : 0, first);
   sparse_->is_inverted = false;
   SparseFactor& factor = sparse_->factor;
   factor.begin(pattern, 1.0 + ridge);

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "conditional_modes/arrow_factor.hpp"
 #include "conditional_modes/sparse_factor.hpp"
@@ -45,8 +46,8 @@ class EffectFactor {
   /// takes most of the time.
   struct Sparse {
     SparseFactor factor{};
-    const SparsePattern* pattern = nullptr;  ///< null unless the design is shared
-    SmallMatrix joint{};
+    const SparsePattern* pattern = nullptr;
+    std::vector<SmallMatrix> joints{};  ///< the design if all cells share it, else empty
     Eigen::MatrixXd curvatures{};
     double ridge = 0.0;
     bool is_factorized = false;
