@@ -265,7 +265,7 @@ void add_crossed(const FittedModel& fit,
         std::ranges::count(groups, -1) < std::ssize(groups)) {
       throw UsageError(
           "the mean over new groups is not available where the fit has groups of other crossed "
-          "terms; choose `new-groups` population, missing or error");
+          "terms; choose `new_groups` population, missing or error");
     }
     const auto term = static_cast<std::size_t>(unknown - groups.begin());
     new_rows.mark(row, fit.specification.random[term].group, labels.of(term, row), set);
