@@ -216,10 +216,10 @@ void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
   std::vector<RandomEffects>& random = fit.specification.random;
   if (are_crossed(random)) {
     if (!std::ranges::all_of(random, &RandomEffects::is_crossed)) {
-      json.fail("must have `within` in all terms or in none");
+      json.fail("must have the key 'within' in all terms or in none");
     }
   } else if (random.size() > 2) {
-    json.fail("has more than two terms, which need `within`");
+    json.fail("has more than two terms, which need the key 'within'");
   } else if (random.size() == 2) {
     random.back().within = {random.front().group};
   }
