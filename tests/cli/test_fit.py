@@ -232,6 +232,9 @@ class MixedEffects(ProgramTest):
         error = self.run_program(*call, "a | site; a | yr", status=2).stderr
         self.assertIn("yr recurs in every site: for yr within site", error)
         self.assertIn("write `a | site/yr`", error)
+        self.assertIn("`a | site + yr`", error)
+        crossed = self.run_json(*call, "a | site + yr")
+        self.assertEqual(crossed["groups"], {"site": 3, "yr": 4})
         nested = self.run_json(*call, "a | site/yr")
         self.assertEqual(nested["groups"], {"site": 3, "yr": 12})
         same = self.run_json(*call, "a | site; a | site/yr")

@@ -180,23 +180,24 @@ class Estimates:
     def group_coefficients(self) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
         """Coefficients of each group, the sum of fixed and random effects, as coef() of nlme has them.
 
-        With several groupings a dict; the groups of the finer one have the effects of the coarser, too.
+        With several groupings a dict; the groups of the finer one have the effects of the coarser, too. With
+        crossed groupings, as coef() of lme4 has them, only their own.
         """
         found: List[Tuple[str, pd.DataFrame]] = []
         outer = pd.DataFrame()
         for term in self._core.random_terms:
             effects = pd.DataFrame(term["effects"], self._groups_of(term), term["names"])
             effects = effects.reindex(columns=self.fixed_effects.index, fill_value=0.0)
-            if found:
+            if found and not term["crossed"]:
                 effects += outer.loc[effects.index.get_level_values(0)].to_numpy()
-            found.append((term["columns"][-1], effects + self.fixed_effects))
+            found.append((term["group"], effects + self.fixed_effects))
             outer = effects
         return _one_or_dict(found)
 
     @property
     def random_covariance(self) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
         """Covariance matrix of the random effects; with several groupings a dict."""
-        found = [(term["columns"][-1], pd.DataFrame(term["covariance"], term["names"], term["names"]))
+        found = [(term["group"], pd.DataFrame(term["covariance"], term["names"], term["names"]))
                  for term in self._core.random_terms]
         return _one_or_dict(found)
 
@@ -224,7 +225,7 @@ class Estimates:
         for term in self._core.random_terms:
             if term[what] is None:
                 raise UsageError("the file that this fit is from does not have standard errors of random effects")
-            found.append((term["columns"][-1], pd.DataFrame(term[what], self._groups_of(term), term["names"])))
+            found.append((term["group"], pd.DataFrame(term[what], self._groups_of(term), term["names"])))
         return _one_or_dict(found)
 
     def _groups_of(self, term: dict) -> pd.Index:
@@ -250,7 +251,7 @@ class Estimates:
     @property
     def groups(self) -> Dict[str, int]:
         """Number of groups by column."""
-        return {term["columns"][-1]: len(term["labels"][0]) for term in self._core.random_terms}
+        return {term["group"]: len(term["labels"][0]) for term in self._core.random_terms}
 
     @property
     def loglik(self) -> float:

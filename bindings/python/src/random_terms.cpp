@@ -30,6 +30,21 @@ py::object errors_of(const fit::EffectUncertainty& uncertainty, Index effects) {
   return py::cast(errors);
 }
 
+/// The labels of the columns of a crossed term as lists.
+Labels labels_of_columns(const std::vector<std::string>& labels, std::size_t columns) {
+  Labels result(columns);
+  for (const std::string& label : labels) {
+    std::string_view rest = label;
+    for (std::size_t k = 0; k < columns; ++k) {
+      const bool is_last = k + 1 == columns;
+      const std::string_view part = is_last ? rest : rest.substr(0, rest.find('/'));
+      result[k].push_back(is_last ? std::string(part) : fit::without_escapes(part));
+      rest.remove_prefix(is_last ? rest.size() : part.size() + 1);
+    }
+  }
+  return result;
+}
+
 /// The labels `coarser/finer` as two lists, without the escapes of the coarser ones.
 Labels labels_of_nested(const fit::EstimatedEffects& coarser, const fit::EstimatedEffects& finer) {
   std::map<std::string, std::string, std::less<>> known_labels;
@@ -50,6 +65,8 @@ py::dict term(const fit::RandomEffects& specification,
               const Labels& labels) {
   py::dict result;
   result["columns"] = columns;
+  result["group"] = specification.group_name();
+  result["crossed"] = specification.is_crossed;
   result["names"] = specification.coefficients;
   result["form"] = fit::covariance_text(specification.covariance);
   result["covariance"] = estimated.covariance;
@@ -66,6 +83,15 @@ py::list random_terms(const fit::FittedModel& fit) {
   std::vector<std::string> columns;
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
     const fit::RandomEffects& specification = fit.specification.random[k];
+    if (specification.is_crossed) {
+      columns = specification.within;
+      columns.push_back(specification.group);
+      terms.append(term(specification,
+                        fit.random[k],
+                        columns,
+                        labels_of_columns(fit.random[k].labels, columns.size())));
+      continue;
+    }
     columns.push_back(specification.group);
     terms.append(term(specification,
                       fit.random[k],
@@ -79,7 +105,9 @@ py::list random_terms(const fit::FittedModel& fit) {
 std::string random_text(const fit::FittedModel& fit) {
   std::string text;
   for (const fit::RandomEffects& term : fit.specification.random) {
-    text += fmt::format("{}{} | {}", text.empty() ? "" : "; ", term.text(), term.group_text());
+    const std::string own = fmt::format("{} | {}", term.text(), term.group_text());
+    if (!text.empty()) text += term.is_crossed ? " + " : "; ";
+    text += term.is_crossed ? fmt::format("({})", own) : own;
   }
   return text;
 }

@@ -68,6 +68,29 @@ def test_values_have_the_shapes_and_names_of_pandas(mixed, stands):
     assert mixed.nobs == len(stands) and mixed.groups == {"plot": 32}
 
 
+def test_crossed_groups_are_a_dict_of_their_own(stands):
+    years = stands.assign(year=[2000 + k % 5 for k in range(len(stands))])
+    fit = sf.fit(FORMULA, years, random="a | plot + year")
+    assert {name: len(effects) for name, effects in fit.random_effects.items()} == {
+        "plot": years["plot"].nunique(), "year": 5}
+    assert fit.random == "(a | plot) + (a | year)"
+    assert sf.fit(FORMULA, years, random=fit.random).loglik == fit.loglik
+    of_years = fit.group_coefficients["year"]
+    expected = fit.fixed_effects["a"] + fit.random_effects["year"]["a"]
+    assert (of_years["a"] - expected).abs().max() < 1e-12
+    conditional = fit.predict(years, level="conditional")
+    assert (conditional - fit.fitted_values).abs().max() < 1e-10
+    with pytest.raises(sf.UsageError, match="population"):
+        fit.predict(years, level="conditional", interval=0.95)
+
+
+def test_three_levels_have_an_index_of_all_columns(stands):
+    regions = stands.assign(region=["east" if stand < "S5" else "west" for stand in stands["stand"]])
+    fit = sf.fit(FORMULA, regions, random="a | region/stand/number")
+    assert list(fit.random_effects) == ["region", "region:stand", "region:stand:number"]
+    assert fit.random_effects["region:stand:number"].index.names == ["region", "stand", "number"]
+
+
 def test_nested_groups_have_an_index_of_both_columns(stands):
     fit = sf.fit(FORMULA, stands, random="a | stand/plot")
     assert list(fit.random_effects) == ["stand", "plot"]

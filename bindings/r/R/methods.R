@@ -48,6 +48,12 @@ ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
   check_flag(condVar, "condVar")
   terms <- random_terms_of(object)
   if (length(terms) == 0) stop_usage("the fit has no random effects")
+  if (attr(terms, "is_crossed")) {
+    # nlme has no such fits.
+    no_further(list(...))
+    effects <- lapply(terms, function(term) with_uncertainty(term$modes, term, se, condVar))
+    return(if (length(effects) == 1) effects[[1]] else effects)
+  }
   call <- match.call()
   call[intersect(c("se", "condVar"), names(call))] <- NULL
   effects <- by_nlme("ranef", call, parent.frame(), also = c("se", "condVar"))
@@ -71,7 +77,16 @@ coef.silvafit <- function(object, ...) {
     no_further(list(...))
     return(fixef(object))
   }
-  by_nlme("coef", match.call(), parent.frame())
+  if (!is_crossed(object)) return(by_nlme("coef", match.call(), parent.frame()))
+  # As lme4 has them: the fixed effects with those of one grouping.
+  no_further(list(...))
+  effects <- lapply(random_terms_of(object), function(term) {
+    coefficients <- as.data.frame(as.list(fixef(object)), optional = TRUE)[rep(1, nrow(term$modes)), , drop = FALSE]
+    rownames(coefficients) <- rownames(term$modes)
+    coefficients[term$effects] <- coefficients[term$effects] + term$modes
+    coefficients
+  })
+  if (length(effects) == 1) effects[[1]] else effects
 }
 
 #' @rdname estimates
@@ -241,7 +256,7 @@ terms.silvafit <- function(x, ...) {
   no_further(list(...))
   needs_data(x, "terms()")
   # The response and the columns that the mean reads; the formula itself is not linear.
-  columns <- setdiff(names(x$frame), c(deparse1(x$formula[[2]]), names(grouping_counts(x))))
+  columns <- setdiff(names(x$frame), c(deparse1(x$formula[[2]]), grouping_names(x)))
   stats::terms(stats::reformulate(if (length(columns) > 0) vapply(columns, name_text, "") else "1", x$formula[[2]], env = environment(x$formula)))
 }
 
@@ -335,8 +350,8 @@ level_word <- function(object, level) {
   }
   if (isTRUE(level == 0)) return("population")
   if (isTRUE(level == groupings)) return("conditional")
-  if (isTRUE(level == 1 && groupings == 2)) return("outer")
-  stop_usage("`level` has to be \"population\", \"conditional\", \"calibrated\", \"marginal\", or a number from 0 to ", groupings,
+  if (isTRUE(level == 1 && groupings == 2) && !is_crossed(object)) return("outer")
+  stop_usage("`level` has to be \"population\", \"conditional\", \"calibrated\", \"marginal\", or a number from 0 to ", groupings, if (is_crossed(object)) " without those between",
              if (is.numeric(level) && isTRUE(level > 0 && level < 1)) "; the coverage of intervals is `coverage`")
 }
 
@@ -448,7 +463,7 @@ with_data <- function(object, data) {
   data[[response$name]] <- if (is.null(response$values)) data[[response$name]] else response$values
   fit <- object$fit
   of_variance <- unlist(lapply(c(list(fit$variance), fit$variance$factors), function(one) c(one$of, one$strata)))
-  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), names(fit$groups), of_variance)), names(data))
+  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), grouping_names(object), of_variance)), names(data))
   frame <- data[columns]
   result <- engine(.Call(C_rows_of_fit, object$handle, plain_columns(frame, columns)))
   mae <- mean(abs(result$observed - result$population))

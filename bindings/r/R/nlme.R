@@ -43,13 +43,20 @@ getGroups.silvafit <- function(object, form, level = length(grouping_counts(obje
 # The groups of each row of the fit.
 group_frame <- function(object) {
   needs_data(object, "the groups of rows")
-  as.data.frame(group_factors(object$frame[names(grouping_counts(object))]), row.names = row.names(object$frame), optional = TRUE)
+  as.data.frame(group_factors(group_columns(object, object$frame), is_crossed(object)), row.names = row.names(object$frame), optional = TRUE)
 }
 
-# Columns of groups as factors. Those of a finer grouping have the names coarse/fine, as in nlme.
-group_factors <- function(columns) {
+# A column for each grouping; of crossed terms with several columns their labels with slashes.
+group_columns <- function(object, frame) {
+  if (!is_crossed(object)) return(frame[names(grouping_counts(object))])
+  columns <- lapply(object$fit$random, function(term) do.call(paste, c(unname(as.list(frame[c(unlist(term$within), term$group)])), sep = "/")))
+  stats::setNames(columns, names(grouping_counts(object)))
+}
+
+# Columns of groups as factors. Those of the finer of two nested groupings have the names coarse/fine, as in nlme.
+group_factors <- function(columns, is_crossed = FALSE) {
   columns <- lapply(columns, function(column) factor(column, exclude = NULL))
-  if (length(columns) == 2) columns[[2]] <- factor(paste(columns[[1]], columns[[2]], sep = "/"))
+  if (length(columns) == 2 && !is_crossed) columns[[2]] <- factor(paste(columns[[1]], columns[[2]], sep = "/"))
   columns
 }
 
@@ -60,6 +67,7 @@ getGroupsFormula.silvafit <- function(object, asList = FALSE, sep) {
   names <- names(grouping_counts(object))
   if (length(names) == 0) return(NULL)
   one <- function(name) stats::as.formula(paste("~", name), globalenv())
+  if (is_crossed(object)) return(if (asList) lapply(names, one) else one(paste(names, collapse = " + ")))
   names <- vapply(names, name_text, "")
   if (asList) lapply(names, one) else one(paste(names, collapse = "/"))
 }
@@ -89,6 +97,8 @@ getVarCov.silvafit <- function(obj, level = length(grouping_counts(obj)), type =
 # The groups that have random effects, where no data are needed. Labels of the finer ones begin with that of the coarser one, a slash in it written as %2F.
 groups_of_effects <- function(terms) {
   if (length(terms) == 0) return(NULL)
+  # Only the numbers of groups matter, which differ.
+  if (attr(terms, "is_crossed")) return(lapply(terms, function(term) factor(rownames(term$modes))))
   labels <- rownames(terms[[length(terms)]]$modes)
   columns <- if (length(terms) == 1) list(labels) else list(gsub("%2F", "/", sub("/.*", "", labels), fixed = TRUE), labels)
   as.data.frame(stats::setNames(lapply(columns, function(one) factor(one, unique(one))), names(terms)), optional = TRUE)

@@ -80,13 +80,25 @@ random_terms_of <- function(object) {
   terms <- if (is.null(names(stored))) stored else if (is.null(stored$outer)) list(stored) else list(stored$outer, stored)
   result <- lapply(terms, function(term) {
     effects <- r_names(object, term$effects)
-    list(group = term$group, effects = effects, form = term$form,
+    list(group = paste(c(unlist(term$within), term$group), collapse = ":"), effects = effects, form = term$form,
          covariance = matrix_of(term$covariance, effects),
          modes = frame_of(term$eblup, effects), errors = if (!is.null(term$eblup_se)) frame_of(term$eblup_se, effects),
          covariances = if (!is.null(term$eblup_covariance)) array_of(term$eblup_covariance, effects))
   })
   names(result) <- vapply(result, `[[`, "", "group")
-  result
+  structure(result, is_crossed = is_crossed(object))
+}
+
+# Whether groupings are crossed or have more than two levels.
+is_crossed <- function(object) {
+  terms <- object$fit$random
+  is.null(names(terms)) && length(terms) > 0 && "within" %in% names(terms[[1]])
+}
+
+# The columns of all groupings.
+grouping_names <- function(object) {
+  if (!is_crossed(object)) return(names(grouping_counts(object)))
+  unique(unlist(lapply(object$fit$random, function(term) c(unlist(term$within), term$group))))
 }
 
 matrix_of <- function(rows, names) {

@@ -90,7 +90,7 @@ random_formulas <- function(x) {
   groups <- names(random_terms_of(x))
   formulas <- lapply(seq_along(groups), function(i) {
     effects <- vapply(random_terms_of(x)[[i]]$effects, name_text, "")
-    within <- paste(vapply(groups[seq_len(i)], name_text, ""), collapse = ":")
+    within <- if (is_crossed(x)) groups[i] else paste(vapply(groups[seq_len(i)], name_text, ""), collapse = ":")
     stats::as.formula(paste("~", paste(effects, collapse = " + "), "|", within), globalenv())
   })
   if (length(formulas) == 1) formulas[[1]] else formulas

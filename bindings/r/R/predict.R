@@ -60,7 +60,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
     newdata <- object$frame
   }
   newdata <- prediction_data(object, newdata, level)
-  absent <- setdiff(names(grouping_counts(object)), names(newdata))
+  absent <- setdiff(grouping_names(object), names(newdata))
   if (level == "conditional" && length(absent) > 0) {
     stop_input("unknown column '", absent[1], "' in `newdata`; without the groups use level = \"population\"", column = absent[1])
   }
@@ -89,6 +89,10 @@ tell_new_groups <- function(object, newdata, level, result) {
   if (level != "conditional" || !has_random(object)) return(invisible())
   is_new <- result$is_new_group == 1
   if (!any(is_new)) return(invisible())
+  if (is_crossed(object)) {
+    return(tell(paste0(sum(is_new), if (sum(is_new) == 1) " row is" else " rows are", " of groups that are not in the fit (", paste(names(grouping_counts(object)), collapse = " or "),
+                       "): their predictions have the effects of the known groups only; `new_groups` has other choices")))
+  }
   column <- utils::tail(names(grouping_counts(object)), 1)
   labels <- unique(as.character(newdata[[column]][is_new]))
   labels <- labels[!is.na(labels) & labels != new_group_label]
@@ -136,7 +140,8 @@ predict_levels <- function(object, newdata, levels, says_new, ...) {
   at <- function(level) if (says_new) stats::predict(object, data, level = level) else stats::predict(object, data, level = level, ...)
   columns <- lapply(levels, function(level) as.vector(at(level)))
   names(columns) <- ifelse(levels == 0, "predict.fixed", paste0("predict.", groups[pmax(levels, 1)]))
-  data.frame(group_factors(as.list(data)[intersect(groups, names(data))]), columns, check.names = FALSE, row.names = row.names(data))
+  of_rows <- if (is_crossed(object)) group_columns(object, data) else as.list(data)[intersect(groups, names(data))]
+  data.frame(group_factors(of_rows, is_crossed(object)), columns, check.names = FALSE, row.names = row.names(data))
 }
 
 # The columns that the model reads. A missing response is no error unless calibration needs it.

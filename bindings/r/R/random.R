@@ -15,12 +15,13 @@ random_effects <- function(random, groups, data, contrasts) {
        groups = unique(unlist(lapply(merged, `[[`, "group"))))
 }
 
-group_text <- function(group) paste(vapply(group, name_text, ""), collapse = "/")
+# Columns that are nested unless they have a text of their own; see group_names().
+group_text <- function(group) if (is.null(attr(group, "text"))) paste(vapply(group, name_text, ""), collapse = "/") else attr(group, "text")
 
 # The columns of groups in a text of silvafit.
 text_groups <- function(text) {
-  after <- sub("^[^|]*\\|", "", unlist(strsplit(text, ";", fixed = TRUE)))
-  unique(gsub("`", "", trimws(unlist(strsplit(after, "/", fixed = TRUE)))))
+  after <- unlist(regmatches(text, gregexpr("\\|[^|;()]*", text)))
+  unique(gsub("[|`]", "", trimws(unlist(strsplit(sub("|", "", after, fixed = TRUE), "[/+:]")))))
 }
 
 # nlme's `groups = ~ stand/plot`.
@@ -29,14 +30,20 @@ random_groups <- function(groups) {
   group_names(as_formula(groups, "groups")[[2]])
 }
 
-# stand/plot as c("stand", "plot"), the coarser first.
+# stand/plot as c("stand", "plot"), the coarser first. Crossed groups, plot + year, and combinations, recipe:replicate, have the
+# attribute `text`.
 group_names <- function(expression) {
   expression <- strip_parentheses(expression)
   if (is.name(expression)) return(as.character(expression))
-  if (is.call(expression) && identical(expression[[1]], quote(`/`))) {
-    return(c(group_names(expression[[2]]), group_names(expression[[3]])))
+  operator <- if (is.call(expression) && length(expression) == 3) as.character(expression[[1]]) else ""
+  if (!operator %in% c("/", "+", ":")) {
+    stop_formula("'", deparse1(expression), "' is not a group; write the name of a column, stand/plot, or plot + year for crossed groups")
   }
-  stop_formula("'", deparse1(expression), "' is not a group; write the name of a column, or stand/plot")
+  parts <- list(group_names(expression[[2]]), group_names(expression[[3]]))
+  text <- if (operator != "/" || !all(vapply(parts, function(part) is.null(attr(part, "text")), NA))) {
+    paste(vapply(parts, group_text, ""), collapse = if (operator == "+") " + " else operator)
+  }
+  structure(c(parts[[1]], parts[[2]]), text = text)
 }
 
 # One entry for each formula: its formulas, the groups, and the form of the covariance.

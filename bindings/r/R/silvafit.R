@@ -19,8 +19,9 @@
 #'
 #' **Random effects.** `random = a + b ~ 1 | plot` gives the parameters `a` and `b` an effect for each plot;
 #' `a ~ 1 | stand/plot` nests plots in stands; `list(stand = a ~ 1, plot = a + b ~ 1)` gives both groupings
-#' their own effects. Crossed groupings are not available: labels of plots that
-#' recur in several stands are an error unless nesting is written, `list(a ~ 1 | stand, a + b ~ 1 | stand/plot)`. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent;
+#' their own effects; labels of plots that recur in several stands are an error unless nesting is written,
+#' `list(a ~ 1 | stand, a + b ~ 1 | stand/plot)`. Crossed groupings: `a ~ 1 | plot + year`, or the text
+#' `"(a + b | plot) + (a | year)"` with effects of their own. Several formulas with the same groups, `list(a ~ 1 | plot, b ~ 1 | plot)`, are independent;
 #' a list without groups, `list(a ~ 1, b ~ 1)`, is one correlated term, as in nlme. Its groups are `groups`, or those of a groupedData.
 #' A term of \pkg{lme4} in the formula, as in `h ~ a + b * dbh + (1 | plot)`, is read if each of its effects is that of one parameter.
 #' The classes `pdDiag`, `pdIdent`, `pdSymm` and `pdBlocked` of \pkg{nlme} can be used, or `covariance`.

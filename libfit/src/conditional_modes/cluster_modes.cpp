@@ -124,7 +124,7 @@ void ClusterModes::take(const MatrixXd& effects, ObservationSums::Workspace& wor
 void ClusterModes::place_effects(const GroupPriors& priors, Index cluster, MatrixXd& effects) {
   const auto z = of_cluster(z_, cluster);
   for (Index g = group_begin(cluster); g < group_begin(cluster + 1); ++g) {
-    const SmallVector own = layout_.of_group(z, g - group_begin(cluster));
+    const SmallVector own = of_group(z, cluster, g - group_begin(cluster));
     effects.col(begin_ + g) = priors.design(begin_ + g).joint.lazyProduct(own);
     if (priors.offsets() != nullptr) effects.col(begin_ + g) += priors.offsets()->col(begin_ + g);
   }
@@ -275,7 +275,7 @@ void ClusterModes::add_slopes(const GroupPriors& priors,
   for (Index k = 0; k < slopes.cols(); ++k) {
     const SmallMatrix& joint = priors.design(begin_ + group_begin(c) + k).joint;
     const SmallVector own = joint.transpose().lazyProduct(slopes.col(k));
-    layout_.add_to_group(sum, k, own);
+    add_to_group(sum, c, k, own);
   }
 }
 
@@ -296,13 +296,13 @@ bool ClusterModes::propose(const GroupPriors& priors, Index c) {
 /// Far from the mode the Hessian may have to be made positive definite.
 bool ClusterModes::factorize(const GroupPriors& priors, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
-  ArrowFactor& hessian = cluster.hessian;
+  EffectFactor& hessian = cluster.hessian;
   const Index first = begin_ + group_begin(c);
-  cluster.is_convex = priors.factorize(first, curvatures(c), 0.0, hessian);
+  cluster.is_convex = priors.factorize(pattern(c), first, curvatures(c), 0.0, hessian);
   if (cluster.is_convex) return true;
   constexpr double kLargestRidge = 1e12;
   for (double ridge = 1e-2; ridge < kLargestRidge; ridge *= 4.0) {
-    if (priors.factorize(first, curvatures(c), ridge, hessian)) return true;
+    if (priors.factorize(pattern(c), first, curvatures(c), ridge, hessian)) return true;
   }
   return false;
 }

@@ -66,7 +66,10 @@ class ClusterModes {
   bool is_known(Eigen::Index cluster) const {
     return clusters_[static_cast<std::size_t>(cluster)].is_known;
   }
-  const ArrowFactor& hessian(Eigen::Index cluster) const {
+  const EffectFactor& hessian(Eigen::Index cluster) const {
+    return clusters_[static_cast<std::size_t>(cluster)].hessian;
+  }
+  EffectFactor& hessian(Eigen::Index cluster) {
     return clusters_[static_cast<std::size_t>(cluster)].hessian;
   }
   /// Whether the search ended at a minimum. At a saddle point, where the gradient is zero, the
@@ -82,6 +85,23 @@ class ClusterModes {
   /// The modes of all clusters, from layout().begin(first_cluster()) on.
   const Eigen::VectorXd& modes() const { return z_; }
   const EffectLayout& layout() const { return layout_; }
+  /// The pattern of a cluster's Hessian; see EffectLayout.
+  const SparsePattern* pattern(Eigen::Index cluster) const {
+    return layout_.pattern(first_ + cluster);
+  }
+  /// The effects of all terms that act on a group, by its number in a cluster; and their sum.
+  /// \param of_cluster  vector of the effects of the cluster
+  template <typename Vector>
+  SmallVector of_group(const Vector& of_cluster, Eigen::Index cluster, Eigen::Index k) const {
+    return layout_.of_group(of_cluster, first_ + cluster, k);
+  }
+  template <typename Vector, typename Change>
+  void add_to_group(Vector&& of_cluster,
+                    Eigen::Index cluster,
+                    Eigen::Index k,
+                    const Change& change) const {
+    layout_.add_to_group(of_cluster, first_ + cluster, k, change);
+  }
   /// Number of effects of a cluster.
   Eigen::Index size_of(Eigen::Index cluster) const {
     return layout_.begin(first_ + cluster + 1) - layout_.begin(first_ + cluster);
@@ -119,7 +139,7 @@ class ClusterModes {
     bool is_known = false;
     bool is_convex = false;  ///< at the modes, without a ridge
     bool is_at_kink = false;
-    ArrowFactor hessian{};
+    EffectFactor hessian{};
   };
   void begin(const Eigen::VectorXd& modes);
   void end(Eigen::VectorXd& modes);

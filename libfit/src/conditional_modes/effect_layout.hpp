@@ -3,8 +3,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
+#include "conditional_modes/sparse_factor.hpp"
 #include "model/small_matrix.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -25,6 +27,12 @@ class EffectLayout {
   std::size_t terms() const { return counts_.size(); }
   /// Number of effects of a term.
   Eigen::Index count(std::size_t term) const { return counts_[term]; }
+  /// Number of effects of a cluster.
+  Eigen::Index size_of(Eigen::Index cluster) const { return begin(cluster + 1) - begin(cluster); }
+  /// The pattern of the Hessian of a cluster with crossed terms; null of nested ones.
+  const SparsePattern* pattern(Eigen::Index cluster) const {
+    return patterns_.empty() ? nullptr : patterns_[static_cast<std::size_t>(cluster)].get();
+  }
   /// Number of effects of all terms that act on one group of the model.
   Eigen::Index joint_count() const { return shared_ + counts_.back(); }
   /// First place of the effects of group k of a term.
@@ -32,18 +40,32 @@ class EffectLayout {
     return places_[term][static_cast<std::size_t>(k)];
   }
 
-  /// The effects of all terms that act on a group of a cluster, from a vector that begins with the
-  /// cluster.
+  /// The effects of all terms that act on a group of a cluster, from a vector of the cluster.
   /// \param k  the group's number in its cluster
   template <typename Vector>
-  SmallVector of_group(const Vector& of_cluster, Eigen::Index k) const {
+  SmallVector of_group(const Vector& of_cluster, Eigen::Index cluster, Eigen::Index k) const {
     SmallVector result(joint_count());
+    if (const SparsePattern* const crossed = pattern(cluster)) {
+      for (Eigen::Index i = 0; i < result.size(); ++i) {
+        result[i] = of_cluster[crossed->place(i, k)];
+      }
+      return result;
+    }
     result << of_cluster.head(shared_), of_cluster.segment(own(k), counts_.back());
     return result;
   }
   /// Adds to the effects of all terms that act on a group.
   template <typename Vector, typename Change>
-  void add_to_group(Vector&& of_cluster, Eigen::Index k, const Change& change) const {
+  void add_to_group(Vector&& of_cluster,
+                    Eigen::Index cluster,
+                    Eigen::Index k,
+                    const Change& change) const {
+    if (const SparsePattern* const crossed = pattern(cluster)) {
+      for (Eigen::Index i = 0; i < change.size(); ++i) {
+        of_cluster[crossed->place(i, k)] += change[i];
+      }
+      return;
+    }
     of_cluster.head(shared_) += change.head(shared_);
     of_cluster.segment(own(k), counts_.back()) += change.tail(counts_.back());
   }
@@ -54,11 +76,14 @@ class EffectLayout {
 
  private:
   Eigen::Index own(Eigen::Index k) const { return shared_ + k * counts_.back(); }
+  void place_nested(const NonlinearModel& model);
+  void place_crossed(const NonlinearModel& model);
 
   std::vector<Eigen::Index> counts_;               ///< (q) of each term
   Eigen::Index shared_ = 0;                        ///< effects of the terms before the last
   std::vector<Eigen::Index> cluster_begin_;        ///< (C + 1)
   std::vector<std::vector<Eigen::Index>> places_;  ///< (G) of each term
+  std::vector<std::shared_ptr<const SparsePattern>> patterns_;  ///< of clusters, if crossed
 };
 
 }  // namespace silvafit::fit

@@ -55,7 +55,8 @@ std::vector<EffectPosterior> empty_posteriors(const NonlinearModel& model,
          .uncertainty = {.covariances = MatrixXd::Constant(q * q, groups, kNaN),
                          .sensitivities = MatrixXd::Constant(q * p, groups, kNaN),
                          .cross_covariances = MatrixXd::Constant(q * before, groups, kNaN)}});
-    before += q;
+    // Each of two crossed groups has a covariance with many groups of the other term.
+    if (model.crossed() == nullptr) before += q;
   }
   return result;
 }
@@ -99,8 +100,11 @@ class BlockPosteriors {
  private:
   bool factorize(Index c, bool is_exact) {
     const Index first = modes_.first_group() + modes_.group_begin(c);
-    return shared_.designs.factorize(
-        first, is_exact ? modes_.curvatures(c) : modes_.approximations(c), 0.0, factor_);
+    return shared_.designs.factorize(modes_.pattern(c),
+                                     first,
+                                     is_exact ? modes_.curvatures(c) : modes_.approximations(c),
+                                     0.0,
+                                     factor_);
   }
 
   /// (r x p) the derivative of a group's slope by the coefficients, effects held.
@@ -119,6 +123,7 @@ class BlockPosteriors {
 
   /// The column of a group in matrices of a term.
   Index column(std::size_t term, const GroupPlace& at) const {
+    if (shared_.model.crossed() != nullptr) return shared_.model.group_of(term, at.group);
     return term + 1 == shared_.layout.terms() ? at.group : at.cluster;
   }
 
@@ -148,7 +153,6 @@ class BlockPosteriors {
 
   /// (size x p) d z / d beta' of a cluster; NaN where it is not known.
   MatrixXd follow(Index c) {
-    const EffectLayout& layout = shared_.layout;
     const Index p = shared_.model.coefficient_count();
     MatrixXd result = MatrixXd::Zero(modes_.size_of(c), p);
     for (Index k = 0; k < modes_.group_count(c); ++k) {
@@ -158,7 +162,7 @@ class BlockPosteriors {
       MatrixXd change = by_coefficients(modes_.group_begin(c) + k, curvature);
       if (!shared_.priors.slopes.empty()) change += curvature * shift_of(at);
       const MatrixXd by_effects = -shared_.designs.design(at.group).joint.transpose() * change;
-      for (Index j = 0; j < p; ++j) layout.add_to_group(result.col(j), k, by_effects.col(j));
+      for (Index j = 0; j < p; ++j) modes_.add_to_group(result.col(j), c, k, by_effects.col(j));
     }
     if (!factorize(c, true) && !factorize(c, false)) {
       result.setConstant(kNaN);
@@ -178,6 +182,7 @@ class BlockPosteriors {
     const MatrixXd by_beta = follow(c);
     const bool is_exact = !shared_.is_linearized && factorize(c, true);
     if (!is_exact && !factorize(c, false)) return;
+    factor_.invert();
     const VectorXd z =
         spherical.segment(shared_.layout.begin(modes_.first_cluster() + c), modes_.size_of(c));
     for (Index k = 0; k < modes_.group_count(c); ++k) {
@@ -198,22 +203,24 @@ class BlockPosteriors {
     const MatrixXd covariance = root * factor_.inverse_block(at.in_cluster) * root.transpose();
     MatrixXd own(layout.joint_count(), by_beta.cols());
     for (Index j = 0; j < own.cols(); ++j) {
-      own.col(j) = layout.of_group(by_beta.col(j), at.in_cluster);
+      own.col(j) = layout.of_group(by_beta.col(j), at.cluster, at.in_cluster);
     }
     MatrixXd slope = root * own;
     if (!priors.slopes.empty()) slope += joint(priors.slopes, at, slope.cols());
-    const VectorXd effects = joint(priors.means, at, 1) + root * layout.of_group(z, at.in_cluster);
+    const VectorXd effects =
+        joint(priors.means, at, 1) + root * layout.of_group(z, at.cluster, at.in_cluster);
     Index row = 0;
     for (std::size_t t = 0; t < result.size(); ++t) {
       const Index q = layout.count(t);
       const Index k = column(t, at);
       EffectUncertainty& of = result[t].uncertainty;
       const bool is_last = t + 1 == result.size();
-      if (is_last || at.in_cluster == 0) {
+      const bool is_crossed = shared_.model.crossed() != nullptr;
+      if (is_crossed || is_last || at.in_cluster == 0) {
         result[t].effects.col(k) = effects.segment(row, q);
         of.covariances.col(k) = covariance.block(row, row, q, q).reshaped();
         of.sensitivities.col(k) = slope.middleRows(row, q).reshaped();
-        of.cross_covariances.col(k) = covariance.block(row, 0, q, row).reshaped();
+        if (!is_crossed) of.cross_covariances.col(k) = covariance.block(row, 0, q, row).reshaped();
       }
       row += q;
     }
@@ -222,7 +229,7 @@ class BlockPosteriors {
   const Setting& shared_;
   const ClusterModes& modes_;
   MatrixXd mixed_;
-  ArrowFactor factor_;
+  EffectFactor factor_;
 };
 
 /// The estimates of a fit as sums are evaluated at them.

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "conditional_modes/arrow_factor.hpp"
+#include "conditional_modes/effect_factor.hpp"
 
 namespace silvafit::fit {
 
@@ -29,14 +29,17 @@ class GroupPriors {
   const Eigen::MatrixXd* offsets() const { return offsets_; }
 
   /// Factorizes the Hessian of a cluster with groups [first, first + number of curvatures).
-  bool factorize(Eigen::Index first,
+  /// \param pattern  of crossed groups, or null
+  bool factorize(const SparsePattern* pattern,
+                 Eigen::Index first,
                  const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
                  double ridge,
-                 ArrowFactor& factor) const {
-    if (shared_ != nullptr) return factor.compute(*shared_, curvatures, ridge);
+                 EffectFactor& factor) const {
+    if (shared_ != nullptr) return factor.compute(pattern, *shared_, curvatures, ridge);
     const std::span<const RandomDesign* const> all(designs_);
     const auto count = static_cast<std::size_t>(curvatures.cols());
-    return factor.compute(all.subspan(static_cast<std::size_t>(first), count), curvatures, ridge);
+    return factor.compute(
+        pattern, all.subspan(static_cast<std::size_t>(first), count), curvatures, ridge);
   }
 
  private:

@@ -18,6 +18,7 @@
 #include "least_squares/variable_projection.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
+#include "mixed_effects/crossed_checks.hpp"
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
 #include "optimum_search/optimum_search.hpp"
@@ -77,6 +78,7 @@ std::vector<ColumnRange> ranges_of(const NonlinearModel& model) {
 }
 
 FitResult described(const NonlinearModel& model, Method method, const FitModelOptions& options) {
+  check_crossed_groups(model);
   FitResult result{.fit = FittedModel(model.specification())};
   FittedModel& fit = result.fit;
   fit.method = method;

@@ -34,6 +34,14 @@ Grouping grouping_of(const FittedModel& fit, const std::string& group) {
   return {.labels = &fit.random.back().labels, .within = fit.random.size() > 1 ? &fit : nullptr};
 }
 
+/// Where a fit is crossed, labels of both are those of the whole path of columns.
+Grouping crossed_grouping(const FittedModel& fit, const RandomEffects& of) {
+  for (std::size_t t = 0; t < fit.random.size(); ++t) {
+    if (fit.specification.random[t].has_groups_of(of)) return {.labels = &fit.random[t].labels};
+  }
+  return {.labels = &fit.random.back().labels};
+}
+
 bool have_same_labels(Labels a, Labels b) {
   std::ranges::sort(a);
   std::ranges::sort(b);
@@ -71,9 +79,12 @@ bool are_same(const Grouping& a, const Grouping& b) {
 
 std::string obstacle_to_same_groups(const FittedModel& larger,
                                     const FittedModel& smaller,
-                                    const std::string& group) {
-  const Grouping large = grouping_of(larger, group);
-  const Grouping small = grouping_of(smaller, group);
+                                    const RandomEffects& term) {
+  const std::string& group = term.group;
+  const bool is_crossed =
+      are_crossed(larger.specification.random) || are_crossed(smaller.specification.random);
+  const Grouping large = is_crossed ? crossed_grouping(larger, term) : grouping_of(larger, group);
+  const Grouping small = is_crossed ? crossed_grouping(smaller, term) : grouping_of(smaller, group);
   if (large.labels->empty() || small.labels->empty()) {
     return fmt::format(
         "a fit does not store its groups by {}, so it is unknown whether both fits have the same "

@@ -17,6 +17,6 @@ namespace silvafit::fit {
 /// \param group  column of a grouping that both have
 std::string obstacle_to_same_groups(const FittedModel& larger,
                                     const FittedModel& smaller,
-                                    const std::string& group);
+                                    const RandomEffects& term);
 
 }  // namespace silvafit::fit

@@ -123,7 +123,7 @@ void add_random(const SurfaceSetting& setting,
                 std::vector<NaturalParameter>& result) {
   const ModelSpecification& specification = setting.model.specification();
   const RandomEffects& random = specification.random[term];
-  const std::string group = specification.random.size() > 1 ? random.group : "";
+  const std::string group = specification.random.size() > 1 ? random.group_name() : "";
   const std::vector<std::string>& names = random.coefficients;
   // The joint effect of one unit of each coordinate of the factor.
   const VectorXd unit = layout.frame().effects[term].rowwise().norm();

@@ -165,26 +165,26 @@ class Comparer {
     }
   }
 
-  /// The random effects of a specification by one grouping, or null.
+  /// The random effects of a specification by the groups of a term, or null.
   static const RandomEffects* by_group(const ModelSpecification& specification,
-                                       const std::string& group) {
+                                       const RandomEffects& of) {
     for (const RandomEffects& term : specification.random) {
-      if (term.group == group) return &term;
+      const bool is_crossed = of.is_crossed || term.is_crossed;
+      if (is_crossed ? term.has_groups_of(of) : term.group == of.group) return &term;
     }
     return nullptr;
   }
 
   void compare_levels() {
     for (const RandomEffects& term : smaller_.random) {
-      const std::string& group = term.group;
-      if (by_group(larger_, group) == nullptr) {
-        fail(fmt::format("only the smaller model has random effects by {}", group));
+      if (by_group(larger_, term) == nullptr) {
+        fail(fmt::format("only the smaller model has random effects by {}", term.group_name()));
         return;
       }
-      fail(obstacle_to_same_groups(larger_fit_, smaller_fit_, group));
+      fail(obstacle_to_same_groups(larger_fit_, smaller_fit_, term));
     }
     for (const RandomEffects& term : larger_.random) {
-      compare_level(term, by_group(smaller_, term.group));
+      compare_level(term, by_group(smaller_, term));
     }
   }
 

@@ -21,8 +21,8 @@ SmallVector MarginalBlock::slope_change(const PointChange& change,
   const VectorXd& beta = change.observation.beta;
   const auto others = static_cast<Index>(sums_.others().size());
   const Index m = change.observation.variance.size() + 1;
-  const SmallVector mode = modes_.layout().of_group(modes_.of_cluster(kept_modes_, cluster),
-                                                    group - modes_.group_begin(cluster));
+  const SmallVector mode = modes_.of_group(
+      modes_.of_cluster(kept_modes_, cluster), cluster, group - modes_.group_begin(cluster));
   SmallVector shift = change.design.joint.lazyProduct(mode);
   if (others < beta.size()) {
     for (Index c = 0; c < r_; ++c) shift[c] += beta[sums_.random()[static_cast<std::size_t>(c)]];
@@ -49,7 +49,7 @@ void MarginalBlock::follow(const PointChange& change, VectorXd& modes) {
     const Index begin = modes_.group_begin(c);
     const Index groups = modes_.group_count(c);
     const auto curvatures = kept_density_.block(1 + r_, begin, r_ * (r_ + 1) / 2, groups);
-    if (!kept_hessian_.compute(kept_design_, curvatures)) continue;
+    if (!kept_hessian_.compute(modes_.pattern(c), kept_design_, curvatures)) continue;
     step.setZero(modes_.size_of(c));
     for (Index k = 0; k < groups; ++k) {
       const SmallMatrix curvature = unpacked(curvatures.col(k).data(), r_);
@@ -57,7 +57,7 @@ void MarginalBlock::follow(const PointChange& change, VectorXd& modes) {
       const auto slope = kept_density_.col(begin + k).segment(1, r_);
       SmallVector own = -kept_design_.joint.transpose().lazyProduct(turn);
       own -= change.design.joint.transpose().lazyProduct(slope);
-      modes_.layout().add_to_group(step, k, own);
+      modes_.add_to_group(step, c, k, own);
     }
     const VectorXd right = step;
     kept_hessian_.solve(step);

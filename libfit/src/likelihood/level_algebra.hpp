@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "likelihood/linear_mixed_profile.hpp"
+#include "likelihood/profile_sums.hpp"
 
 namespace silvafit::fit::level_algebra {
 
@@ -50,13 +50,6 @@ class LogOfProduct {
  private:
   double product_ = 1.0;
   double sum_ = 0.0;
-};
-
-/// The derivative of the likelihood by a symmetric matrix of cross products, F F', with the vectors
-/// of F in rows.
-struct Adjoint {
-  Index count = 0;
-  std::vector<double> vectors{};  ///< (count x width)
 };
 
 /// Numbers on the stack if their count is known at compile time, so that the compiler can exclude

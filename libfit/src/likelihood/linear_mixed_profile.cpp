@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "likelihood/linear_mixed_profile.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "likelihood/crossed_profile.hpp"
 #include "likelihood/level_algebra.hpp"
+#include "likelihood/profile_sums.hpp"
 #include "silvafit/base/parallel.hpp"
 
 namespace silvafit::fit {
@@ -71,7 +71,7 @@ class Evaluation {
 
   LinearMixedProfile run(bool with_derivatives) {
     sum_up();
-    LinearMixedProfile result = solve();
+    LinearMixedProfile result = sums_.solve(model_, displacement_, held_);
     if (result.is_valid && with_derivatives) differentiate(result);
     return result;
   }
@@ -143,10 +143,10 @@ class Evaluation {
       cluster_products_.assign(static_cast<std::size_t>(clusters() * width_ * width_), 0.0);
     }
     for_each_part([this](Part& part) { sum_up(part); });
-    total_.setZero(width_, width_);
+    sums_.total.setZero(width_, width_);
     for (const Part& part : parts_) {
-      total_ += part.total;
-      log_determinant_ += part.determinant.value();
+      sums_.total += part.total;
+      sums_.log_determinant += part.determinant.value();
     }
   }
 
@@ -169,59 +169,6 @@ class Evaluation {
     group_algebra_.add_remainder(of, kept(group), sum);
   }
 
-  LinearMixedProfile solve() {
-    LinearMixedProfile result;
-    const Index p = width_ - 1;
-    result.information = total_.topLeftCorner(p, p);
-    information_.compute(result.information);
-    if (information_.info() != Eigen::Success) return result;
-    const VectorXd right = total_.col(p).head(p);
-    result.coefficients = information_.solve(right);
-    result.sum_of_squares = total_(p, p) - result.coefficients.dot(right);
-    if (held_.coefficients.size() > 0) {
-      const VectorXd away = held_.coefficients - result.coefficients;
-      result.sum_of_squares += away.dot(result.information * away);
-      result.coefficients = held_.coefficients;
-    }
-    const double freedom = static_cast<double>(model_.observations - (model_.restricted ? p : 0));
-    result.sigma2 = held_.sigma2 > 0.0 ? held_.sigma2 : result.sum_of_squares / freedom;
-    if (!(result.sigma2 > 0.0)) return result;
-    result.minus_log_likelihood =
-        0.5 * freedom * (std::log(2.0 * std::numbers::pi * result.sigma2) + 1.0) +
-        log_determinant_ + moments_.sum_log_at(displacement_);
-    if (held_.sigma2 > 0.0) {
-      result.minus_log_likelihood += 0.5 * (result.sum_of_squares / result.sigma2 - freedom);
-    }
-    result.by_coefficients = (result.information * result.coefficients - right) / result.sigma2;
-    result.by_log_sigma = freedom - result.sum_of_squares / result.sigma2;
-    if (model_.restricted) {
-      const MatrixXd& triangle = information_.matrixLLT();
-      result.minus_log_likelihood +=
-          triangle.diagonal().array().log().sum() + 0.5 * model_.log_units;
-    }
-    result.is_valid = std::isfinite(result.minus_log_likelihood);
-    return result;
-  }
-
-  /// dF / d total: the residuals' part of S and, restricted, that of log|X'V^-1 X| / 2.
-  Adjoint adjoint_of_total(const LinearMixedProfile& at) const {
-    const Index p = width_ - 1;
-    Adjoint result{.count = 1};
-    const double scale = 1.0 / std::sqrt(2.0 * at.sigma2);
-    for (const double value : at.coefficients) result.vectors.push_back(-value * scale);
-    result.vectors.push_back(scale);
-    if (!model_.restricted) return result;
-    const MatrixXd inverse = information_.matrixL().solve(MatrixXd::Identity(p, p));
-    for (Index k = 0; k < p; ++k) {
-      for (Index c = 0; c < p; ++c) {
-        result.vectors.push_back(std::numbers::sqrt2 / 2.0 * inverse(k, c));
-      }
-      result.vectors.push_back(0.0);
-      ++result.count;
-    }
-    return result;
-  }
-
   void differentiate(LinearMixedProfile& result) {
     for (std::size_t t = 0; t < factors_.size(); ++t) {
       const bool is_last = t + 1 == factors_.size();
@@ -229,7 +176,7 @@ class Evaluation {
     }
     // Stored by rows here, and transposed at the end.
     result.by_factor = result.by_covariance = zeros_like(factors_);
-    const Adjoint of_total = adjoint_of_total(result);
+    const Adjoint of_total = sums_.adjoint(model_, result);
     for_each_part([&](Part& part) { differentiate(part, of_total, result); });
     VectorXd by_term = VectorXd::Zero(moments_.terms());
     for (const Part& part : parts_) {
@@ -307,9 +254,7 @@ class Evaluation {
   std::vector<double> group_kept_;
   std::vector<double> cluster_kept_;
   std::vector<double> cluster_products_;
-  double log_determinant_ = 0.0;
-  MatrixXd total_;
-  Eigen::LLT<MatrixXd> information_;
+  ProfileSums sums_;
 };
 
 /// (G) the cluster of each group.
@@ -352,6 +297,9 @@ LinearMixedProfile profile(const LinearMixedModel& model,
                            const VectorXd& displacement,
                            bool with_derivatives,
                            const HeldParameters& held) {
+  if (model.random.crossed) {
+    return crossed_profile(model, factors, displacement, with_derivatives, held);
+  }
   switch (model.random.terms.empty() ? 0 : model.random.terms.back().size()) {
     case 1:
       return profile_of_width<1>(model, factors, displacement, with_derivatives, held);
@@ -383,7 +331,11 @@ VectorXd expected_squares(const LinearMixedModel& model,
       combination[p] = 1.0;
       for (std::size_t t = effects.size(); t-- > 0;) {
         const bool is_last = t + 1 == effects.size();
-        const Index of = is_last ? group : cluster_of[static_cast<std::size_t>(group)];
+        const auto number = static_cast<std::size_t>(group);
+        const bool is_crossed = model.random.crossed != nullptr;
+        const Index of = is_crossed ? model.random.of_groups[t][number]
+                         : is_last  ? group
+                                    : cluster_of[number];
         Index row = 0;
         for (const Index column : model.random.terms[t]) {
           combination[column] -= effects[t](row++, of);

@@ -3,15 +3,22 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <utility>
 #include <vector>
 
 namespace silvafit::fit {
 
+class EffectLayout;
+
 /// The columns of X that form Z, for each term of random effects.
 struct RandomColumns {
-  std::vector<std::vector<Eigen::Index>> terms{};  ///< (q) of each, at most two nested ones
+  std::vector<std::vector<Eigen::Index>> terms{};  ///< (q) of each
   std::vector<Eigen::Index> cluster_begin{};       ///< (C + 1) first group of each cluster
+  /// Of crossed terms, else null and empty: the places of effects, and by term the group that each
+  /// of the model's groups is in.
+  std::shared_ptr<const EffectLayout> crossed{};
+  std::vector<std::vector<Eigen::Index>> of_groups{};
 };
 
 /// L with Psi / sigma^2 = L L', (q x q), lower triangular, of each term.
@@ -110,10 +117,11 @@ struct LinearMixedProfile {
 };
 
 /// F = -log-likelihood = N/2 (log(2 pi S/N) + 1) + sum log|A| / 2 + sum log g, where A = I +
-/// L'Z'V^-1 Z L of each group and then, with V including the groups' effects, of each cluster;
-/// restricted, N becomes N - p and log|X'V^-1 X| / 2 is added. Without derivatives only the first
-/// six members and the derivatives by beta and sigma are filled. Held parameters are not maximized
-/// over: then the first part is N/2 log(2 pi sigma^2) + S / (2 sigma^2).
+/// L'Z'V^-1 Z L of each group and then, with V including the groups' effects, of each cluster; with
+/// crossed terms of all effects of a cluster at once. Restricted, N becomes N - p and log|X'V^-1 X|
+/// / 2 is added. Without derivatives only the first six members and the derivatives by beta and
+/// sigma are filled. Held parameters are not maximized over: then the first part is N/2 log(2 pi
+/// sigma^2) + S / (2 sigma^2).
 /// \param displacement  (m) of the variance parameters from those of the moments
 /// Source: Pinheiro and Bates 2000, sections 2.2 and 5.2.
 LinearMixedProfile profile(const LinearMixedModel& model,

@@ -4,8 +4,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <ranges>
 
+#include "conditional_modes/effect_layout.hpp"
+#include "model/crossed_groups.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/row_sums.hpp"
 
@@ -45,6 +48,10 @@ Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& varianc
     : model_(model), variance_(variance), random_({.terms = model.random_coefficients()}) {
   for (Index c = 0; c <= model.cluster_count(); ++c) {
     random_.cluster_begin.push_back(model.cluster_begin(c));
+  }
+  if (model.crossed() != nullptr) {
+    random_.crossed = std::make_shared<const EffectLayout>(model);
+    random_.of_groups = model.crossed()->of_cells;
   }
   for (const std::vector<Index>& columns : random_.terms | std::views::reverse) {
     for (const Index column : columns) {

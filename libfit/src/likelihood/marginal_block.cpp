@@ -119,7 +119,8 @@ bool MarginalBlock::factorize_determinants(const RandomDesign& design) {
   for (std::size_t c = 0; c < determinants_.size(); ++c) {
     const auto cluster = static_cast<Index>(c);
     if (modes_.is_known(cluster)) continue;
-    if (!determinants_[c].compute(design, modes_.approximations(cluster))) return false;
+    if (!determinants_[c].compute(modes_.pattern(cluster), design, modes_.approximations(cluster)))
+      return false;
   }
   return true;
 }
@@ -137,7 +138,12 @@ bool MarginalBlock::has_clear_modes() const {
   return true;
 }
 
-const ArrowFactor& MarginalBlock::determinant(Index cluster) const {
+const EffectFactor& MarginalBlock::determinant(Index cluster) const {
+  return determinants_.empty() ? modes_.hessian(cluster)
+                               : determinants_[static_cast<std::size_t>(cluster)];
+}
+
+EffectFactor& MarginalBlock::determinant(Index cluster) {
   return determinants_.empty() ? modes_.hessian(cluster)
                                : determinants_[static_cast<std::size_t>(cluster)];
 }
@@ -288,6 +294,7 @@ void MarginalBlock::weigh(const SmallMatrix& joint, MatrixXd& weights) {
   weights.resize(r_ * (r_ + 1) / 2, groups);
   if (rule_ == nullptr) spread_.resize(size * size, groups);
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
+    if (rule_ == nullptr) determinant(c).invert();
     for (Index g = modes_.group_begin(c); g < modes_.group_begin(c + 1); ++g) {
       Eigen::Map<MatrixXd> spread(spread_.col(g).data(), size, size);
       if (rule_ == nullptr) spread = determinant(c).inverse_block(g - modes_.group_begin(c));
@@ -309,7 +316,7 @@ void MarginalBlock::follow_modes(const RandomDesign& design) {
     for (Index k = 0; k < modes_.group_count(c); ++k) {
       const auto turn = totals_.col(modes_.group_begin(c) + k).head(r_);
       const SmallVector own = design.joint.transpose().lazyProduct(turn);
-      modes_.layout().add_to_group(follow, k, own);
+      modes_.add_to_group(follow, c, k, own);
     }
     modes_.hessian(c).solve(follow);
   }
@@ -319,13 +326,12 @@ void MarginalBlock::add_group(const RandomDesign& design,
                               Index cluster,
                               Index group,
                               MarginalValue& result) const {
-  const EffectLayout& layout = modes_.layout();
   const SmallMatrix& joint = design.joint;
   const Index k = group - modes_.group_begin(cluster);
   const auto turn = totals_.col(group).head(r_);
   const auto slope = modes_.slope(group);
-  const SmallVector mode = layout.of_group(modes_.of_cluster(modes_.modes(), cluster), k);
-  const SmallVector follow = layout.of_group(modes_.of_cluster(follow_, cluster), k);
+  const SmallVector mode = modes_.of_group(modes_.of_cluster(modes_.modes(), cluster), cluster, k);
+  const SmallVector follow = modes_.of_group(modes_.of_cluster(follow_, cluster), cluster, k);
   const SmallVector shift = joint.lazyProduct(follow);
   const SmallMatrix curvature = unpacked(modes_.curvatures(cluster).col(k).data(), r_);
   const SmallVector bend = curvature.lazyProduct(shift);

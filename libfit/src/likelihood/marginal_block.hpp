@@ -87,7 +87,8 @@ class MarginalBlock {
                            const SmallMatrix& curvature,
                            Eigen::Index cluster,
                            Eigen::Index group) const;
-  const ArrowFactor& determinant(Eigen::Index cluster) const;
+  EffectFactor& determinant(Eigen::Index cluster);
+  const EffectFactor& determinant(Eigen::Index cluster) const;
   void integrate(const MarginalPoint& point,
                  const RandomDesign& design,
                  Eigen::MatrixXd& effects,
@@ -126,9 +127,9 @@ class MarginalBlock {
   const QuadratureRule* rule_;
   Eigen::Index r_;
   ClusterModes modes_;
-  std::vector<ArrowFactor> determinants_;  ///< with K for the curvature; empty if it is the same
-  Eigen::MatrixXd weights_;                ///< (triangle x groups) the matrices M
-  Eigen::MatrixXd totals_;                 ///< sums of total terms, one column per group
+  std::vector<EffectFactor> determinants_;  ///< with K for the curvature; empty if it is the same
+  Eigen::MatrixXd weights_;                 ///< (triangle x groups) the matrices M
+  Eigen::MatrixXd totals_;                  ///< sums of total terms, one column per group
   /// (joint effects squared x groups) replaces H^-1 in derivatives of the log-determinant
   Eigen::MatrixXd spread_;
   /// Derivatives of the value by the modes, then of the modes by the parameters.
@@ -138,7 +139,7 @@ class MarginalBlock {
   Eigen::VectorXd kept_modes_;
   Eigen::MatrixXd kept_density_;
   Eigen::MatrixXd kept_totals_;
-  ArrowFactor kept_hessian_;  ///< of the current cluster
+  EffectFactor kept_hessian_;  ///< of the current cluster
   // For quadrature:
   std::vector<Eigen::MatrixXd> nodes_;  ///< (q x nodes) by group
   std::vector<NodeScale> scales_;       ///< by group

@@ -406,8 +406,10 @@ double LindstromBates::take_step(LindstromBatesState& state,
                                  Linearization& at,
                                  const LinearMixedProfile& target) {
   // The squares of each group with those of its effects of the last term.
-  const auto penalized = [](VectorXd squares, const LindstromBatesState& of) {
-    if (!of.spherical.empty()) squares += of.spherical.back().colwise().squaredNorm().transpose();
+  const bool is_crossed = model_.crossed() != nullptr;
+  const auto penalized = [is_crossed](VectorXd squares, const LindstromBatesState& of) {
+    if (!of.spherical.empty() && !is_crossed)
+      squares += of.spherical.back().colwise().squaredNorm().transpose();
     return squares;
   };
   const VectorXd current = penalized(at.squares, state);
@@ -442,7 +444,8 @@ double LindstromBates::take_step(LindstromBatesState& state,
     Index shortened = 0;
     for (Index cluster = 0, j = 0; j < reached.size(); ++j) {
       while (j >= model_.cluster_begin(cluster + 1)) ++cluster;
-      if (reached[j] <= current[j] + 0.1 * total || lengths.empty()) continue;
+      // Crossed effects move many groups.
+      if (reached[j] <= current[j] + 0.1 * total || lengths.empty() || is_crossed) continue;
       if (lengths.size() > 1) lengths.front()[cluster] *= 0.5;
       lengths.back()[j] *= 0.25;
       ++shortened;

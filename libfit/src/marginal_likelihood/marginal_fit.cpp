@@ -88,7 +88,8 @@ void check_marginal(const NonlinearModel& model,
   if (integration != Integration::kQuadrature) return;
   constexpr std::size_t kMostQuadrature = 3;
   const std::size_t effects = specification.random.back().coefficients.size();
-  if (specification.random.size() > 1 || effects > kMostQuadrature) {
+  if (specification.random.size() > 1 || are_crossed(specification.random) ||
+      effects > kMostQuadrature) {
     throw UsageError(fmt::format(
         "quadrature (agq) supports at most {} random effects of one grouping; use laplace",
         kMostQuadrature));

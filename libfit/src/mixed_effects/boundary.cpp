@@ -94,7 +94,7 @@ std::vector<Evidence> boundary_of(const NonlinearModel& model,
     levels.push_back({fit.random[k].names,
                       fit.random[k].covariance,
                       slopes.frame.effects[k],
-                      terms > 1 ? " | " + specification.random[k].group : ""});
+                      terms > 1 ? " | " + specification.random[k].group_name() : ""});
   }
   std::vector<Evidence> result;
   for (const GroupingCovariance& level : levels) {

@@ -154,7 +154,9 @@ class Components {
     /// Products of components of a term over the rows of one of its groups.
     void add_within(std::size_t term, Index begin, Index rows) {
       const auto z = of_.terms_[term].columns.middleRows(begin, rows);
-      const MatrixXd products = z.transpose() * z;
+      add_within(term, z.transpose() * z);
+    }
+    void add_within(std::size_t term, const MatrixXd& products) {
       for (std::size_t k = 0; k < parts_.size(); ++k) {
         if (of_.all_[k].term != term) continue;
         parts_[k] = of_.all_[k].form * products;
@@ -167,8 +169,12 @@ class Components {
 
     /// Products of components of two terms over the rows of a group of the finer one.
     void add_between(std::size_t coarse, std::size_t fine, Index begin, Index rows) {
-      const MatrixXd products = of_.terms_[fine].columns.middleRows(begin, rows).transpose() *
-                                of_.terms_[coarse].columns.middleRows(begin, rows);
+      add_between(coarse,
+                  fine,
+                  of_.terms_[fine].columns.middleRows(begin, rows).transpose() *
+                      of_.terms_[coarse].columns.middleRows(begin, rows));
+    }
+    void add_between(std::size_t coarse, std::size_t fine, const MatrixXd& products) {
       for (std::size_t k = 0; k < parts_.size(); ++k) {
         if (of_.all_[k].term == coarse) parts_[k] = of_.all_[k].form * products.transpose();
         if (of_.all_[k].term != fine) continue;
@@ -177,6 +183,30 @@ class Components {
           if (of_.all_[l].term == coarse) {
             add(k, l, part.cwiseProduct(parts_[l].transpose()).sum());
           }
+        }
+      }
+    }
+
+    /// Products of components of crossed terms over the rows that are in a group of both.
+    void add_crossed(std::size_t coarse, std::size_t fine) {
+      MatrixXd products;
+      const std::vector<Meeting> all = of_.meetings(fine, coarse);
+      for (std::size_t k = 0; k < all.size(); ++k) {
+        const Index begin = of_.model_.group_begin(all[k].cell);
+        const Index rows = of_.model_.group_begin(all[k].cell + 1) - begin;
+        const MatrixXd own = of_.terms_[fine].columns.middleRows(begin, rows).transpose() *
+                             of_.terms_[coarse].columns.middleRows(begin, rows);
+        const bool is_new =
+            k == 0 || all[k - 1].fine != all[k].fine || all[k - 1].coarse != all[k].coarse;
+        products = is_new ? own : MatrixXd(products + own);
+        if (k + 1 < all.size() && all[k + 1].fine == all[k].fine &&
+            all[k + 1].coarse == all[k].coarse) {
+          continue;
+        }
+        if (fine == coarse) {
+          add_within(fine, products);
+        } else {
+          add_between(coarse, fine, products);
         }
       }
     }
@@ -206,6 +236,23 @@ class Components {
     std::vector<MatrixXd> parts_;
   };
 
+  /// A group of the model that is in a group of one term and in a group of another.
+  struct Meeting {
+    Index fine = 0;
+    Index coarse = 0;
+    Index cell = 0;
+  };
+  /// Those of two crossed terms, sorted by the groups of both.
+  std::vector<Meeting> meetings(std::size_t fine, std::size_t coarse) const {
+    std::vector<Meeting> result;
+    for (Index cell = 0; cell < model_.group_count(); ++cell) {
+      result.push_back({model_.group_of(fine, cell), model_.group_of(coarse, cell), cell});
+    }
+    std::ranges::stable_sort(
+        result, {}, [](const Meeting& of) { return std::pair(of.fine, of.coarse); });
+    return result;
+  }
+
   Index first_row(std::size_t term, Index group) const {
     return model_.group_begin(model_.first_group(term, group));
   }
@@ -223,8 +270,10 @@ class Components {
     MatrixXd total = MatrixXd::Zero(count, count);
     Sum sum(*this, total);
     sum.add_residual();
+    const bool is_crossed = model_.crossed() != nullptr;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
-      for (Index k = 0; k < model_.group_count(t); ++k) {
+      for (std::size_t coarse = 0; is_crossed && coarse <= t; ++coarse) sum.add_crossed(coarse, t);
+      for (Index k = 0; k < model_.group_count(t) && !is_crossed; ++k) {
         const Index begin = first_row(t, k);
         const Index rows = first_row(t, k + 1) - begin;
         sum.add_within(t, begin, rows);
@@ -258,6 +307,15 @@ class Components {
     }
   }
 
+  /// Calls with the first row and the rows of each of the model's groups, and its group of a term.
+  template <class Call>
+  void for_each_cell(std::size_t term, const Call& call) const {
+    for (Index cell = 0; cell < model_.group_count(); ++cell) {
+      const Index begin = model_.group_begin(cell);
+      call(begin, model_.group_begin(cell + 1) - begin, model_.group_of(term, cell));
+    }
+  }
+
   /// (N x p) the product of a component's matrix and Q.
   MatrixXd image(const Component& component) const {
     if (!component.term) {
@@ -266,6 +324,19 @@ class Components {
     const std::size_t term = *component.term;
     const MatrixXd& z = terms_[term].columns;
     MatrixXd result(mean_.rows(), mean_.cols());
+    if (model_.crossed() != nullptr) {
+      std::vector<MatrixXd> sums(static_cast<std::size_t>(model_.group_count(term)),
+                                 MatrixXd::Zero(z.cols(), mean_.cols()));
+      for_each_cell(term, [&](Index begin, Index rows, Index group) {
+        sums[static_cast<std::size_t>(group)] +=
+            z.middleRows(begin, rows).transpose() * mean_.middleRows(begin, rows);
+      });
+      for_each_cell(term, [&](Index begin, Index rows, Index group) {
+        result.middleRows(begin, rows) =
+            z.middleRows(begin, rows) * (component.form * sums[static_cast<std::size_t>(group)]);
+      });
+      return result;
+    }
     for (Index k = 0; k < model_.group_count(term); ++k) {
       const Index begin = first_row(term, k);
       const Index rows = first_row(term, k + 1) - begin;
@@ -381,7 +452,8 @@ class Components {
         return std::abs(change(i, j) - along) > kUnmoved * product;
       });
     };
-    const std::string group = terms_.size() < 2 ? std::string() : " | " + level.effects->group;
+    const std::string group =
+        terms_.size() < 2 ? std::string() : " | " + level.effects->group_name();
     const std::vector<std::string>& names = level.effects->coefficients;
     for (std::size_t k = 0; k < names.size(); ++k) {
       const auto at = static_cast<Index>(k);

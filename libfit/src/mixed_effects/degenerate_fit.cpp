@@ -41,8 +41,8 @@ double typical_residual(const MixedEffectsFit& fit) {
 std::string exactness(const NonlinearModel& model, const MixedEffectsFit& fit, double spread) {
   const double residual = typical_residual(fit);
   const ModelSpecification& specification = model.specification();
-  const bool is_single =
-      !specification.random.empty() && model.group_count() == model.observations();
+  const bool is_single = !specification.random.empty() &&
+                         model.group_count(model.term_count() - 1) == model.observations();
   if (is_single && residual < kNothingLeft * spread) {
     return fmt::format(
         "each group of {} has one observation, so its random effects fit it perfectly and the "

@@ -2,6 +2,9 @@
 #include "mixed_effects/degrees_of_freedom.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <limits>
+#include <utility>
 #include <vector>
 
 namespace silvafit::fit {
@@ -19,20 +22,11 @@ constexpr double kConstant = 1.5e-8;
 /// First rows of the groups of one grouping, and the end.
 using Cuts = std::vector<Index>;
 
-/// The groupings from the coarsest to the finest.
-std::vector<Cuts> groupings(const NonlinearModel& model) {
-  std::vector<Cuts> result;
-  if (model.specification().random.empty()) return result;
-  if (model.specification().random.size() > 1) {
-    Cuts& cuts = result.emplace_back();
-    for (Index c = 0; c <= model.cluster_count(); ++c) {
-      cuts.push_back(model.group_begin(model.cluster_begin(c)));
-    }
-  }
-  Cuts& cuts = result.emplace_back();
-  for (Index g = 0; g <= model.group_count(); ++g) cuts.push_back(model.group_begin(g));
-  return result;
-}
+/// One grouping of several nested ones.
+struct Grouping {
+  std::size_t groups = 0;
+  std::function<bool(const Eigen::Ref<const VectorXd>&)> column_varies_within{};
+};
 
 bool is_constant(const Eigen::Ref<const VectorXd>& column) {
   const double first = column[0];
@@ -49,12 +43,98 @@ bool varies_within(const Eigen::Ref<const VectorXd>& column, const Cuts& cuts) {
   return false;
 }
 
+/// Whether a column varies within a group of a crossed term.
+bool varies_within(const NonlinearModel& model,
+                   std::size_t term,
+                   const Eigen::Ref<const VectorXd>& column) {
+  const double tolerance = kEqualValues * column.cwiseAbs().maxCoeff();
+  const Index groups = model.group_count(term);
+  VectorXd least = VectorXd::Constant(groups, std::numeric_limits<double>::infinity());
+  VectorXd most = -least;
+  for (Index cell = 0; cell < model.group_count(); ++cell) {
+    const Index group = model.group_of(term, cell);
+    for (Index i = model.group_begin(cell); i < model.group_begin(cell + 1); ++i) {
+      least[group] = std::min(least[group], column[i]);
+      most[group] = std::max(most[group], column[i]);
+    }
+  }
+  return ((most - least).array() > tolerance).any();
+}
+
+/// Whether each group of a crossed term is in one group of the term before.
+bool are_nested(const NonlinearModel& model) {
+  for (std::size_t t = 1; t < model.term_count(); ++t) {
+    std::vector<Index> coarser(static_cast<std::size_t>(model.group_count(t)), -1);
+    for (Index cell = 0; cell < model.group_count(); ++cell) {
+      Index& of = coarser[static_cast<std::size_t>(model.group_of(t, cell))];
+      const Index found = model.group_of(t - 1, cell);
+      if (of >= 0 && of != found) return false;
+      of = found;
+    }
+  }
+  return true;
+}
+
+/// The groupings from the coarsest to the finest.
+std::vector<Grouping> groupings(const NonlinearModel& model) {
+  std::vector<Grouping> result;
+  for (std::size_t t = 0; t < model.term_count() && model.crossed() != nullptr; ++t) {
+    result.push_back({static_cast<std::size_t>(model.group_count(t)),
+                      [&model, t](const auto& column) { return varies_within(model, t, column); }});
+  }
+  if (model.specification().random.empty() || !result.empty()) return result;
+  const auto add = [&result](Cuts cuts) {
+    result.push_back(
+        {cuts.size() - 1, [cuts](const auto& column) { return varies_within(column, cuts); }});
+  };
+  if (model.term_count() > 1) {
+    Cuts cuts;
+    for (Index c = 0; c <= model.cluster_count(); ++c) {
+      cuts.push_back(model.group_begin(model.cluster_begin(c)));
+    }
+    add(std::move(cuts));
+  }
+  Cuts cuts;
+  for (Index g = 0; g <= model.group_count(); ++g) cuts.push_back(model.group_begin(g));
+  add(std::move(cuts));
+  return result;
+}
+
 /// The finest stratum in which a column varies: 0 is between the coarsest groups.
-std::size_t stratum_of(const Eigen::Ref<const VectorXd>& column, const std::vector<Cuts>& levels) {
+std::size_t stratum_of(const Eigen::Ref<const VectorXd>& column,
+                       const std::vector<Grouping>& levels) {
   for (std::size_t level = levels.size(); level > 0; --level) {
-    if (varies_within(column, levels[level - 1])) return level;
+    if (levels[level - 1].column_varies_within(column)) return level;
   }
   return 0;
+}
+
+/// A coefficient whose column is constant in the groups of a term has the groups of that term less
+/// the number of such coefficients, the least of several terms; the others have the observations
+/// less the groups of all terms.
+FixedFreedom crossed_freedom(const NonlinearModel& model,
+                             const Eigen::Ref<const MatrixXd>& jacobian) {
+  const Index p = jacobian.cols();
+  FixedFreedom result{.of_tests = VectorXd(p)};
+  double rest = static_cast<double>(model.observations() - p);
+  for (std::size_t t = 0; t < model.term_count(); ++t) {
+    rest -= static_cast<double>(model.group_count(t) - 1);
+  }
+  result.of_tests.setConstant(rest);
+  for (std::size_t t = 0; t < model.term_count(); ++t) {
+    std::vector<Index> between;
+    int counted = 0;  // without constants, which are between the groups of every term
+    for (Index j = 0; j < p; ++j) {
+      if (varies_within(model, t, jacobian.col(j))) continue;
+      between.push_back(j);
+      if (!is_constant(jacobian.col(j))) ++counted;
+    }
+    const auto freedom = static_cast<double>(model.group_count(t) - std::ssize(between));
+    for (const Index j : between) result.of_tests[j] = std::min(result.of_tests[j], freedom);
+    result.coefficients_between.push_back(counted);
+  }
+  result.of_tests = result.of_tests.cwiseMax(1.0);
+  return result;
 }
 
 }  // namespace
@@ -62,14 +142,15 @@ std::size_t stratum_of(const Eigen::Ref<const VectorXd>& column, const std::vect
 FixedFreedom fixed_freedom(const NonlinearModel& model,
                            const Eigen::Ref<const MatrixXd>& jacobian,
                            const std::vector<double>& units) {
-  const std::vector<Cuts> levels = groupings(model);
+  if (model.crossed() != nullptr && !are_nested(model)) return crossed_freedom(model, jacobian);
+  const std::vector<Grouping> levels = groupings(model);
   const auto n = units.empty() ? static_cast<double>(model.observations()) : units.back();
   const auto p = static_cast<double>(jacobian.cols());
   if (levels.empty()) return {.of_tests = VectorXd::Constant(jacobian.cols(), n - p)};
   std::vector<double> freedom;
   double above = 0.0;
   for (std::size_t level = 0; level < levels.size(); ++level) {
-    const auto count = units.empty() ? static_cast<double>(levels[level].size() - 1) : units[level];
+    const auto count = units.empty() ? static_cast<double>(levels[level].groups) : units[level];
     freedom.push_back(count - above);
     above = count;
   }

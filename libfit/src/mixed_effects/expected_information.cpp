@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "mixed_effects/expected_information.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <memory>
 
+#include "conditional_modes/effect_layout.hpp"
+#include "likelihood/crossed_profile.hpp"
+#include "model/crossed_groups.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -73,6 +78,37 @@ MatrixXd standardized_columns(const NonlinearModel& model,
   return result;
 }
 
+/// The same with crossed terms.
+/// \param columns  (N x (effects + p)) as standardized_columns() has them, the last term's first
+MatrixXd crossed_covariance(const NonlinearModel& model,
+                            const Estimates& fit,
+                            const MatrixXd& columns,
+                            const MatrixXd& frame) {
+  const Index p = model.coefficient_count();
+  RandomColumns random{.crossed = std::make_shared<const EffectLayout>(model),
+                       .of_groups = model.crossed()->of_cells};
+  RelativeFactors factors;
+  Index end = columns.cols() - p;
+  for (const EstimatedEffects& term : fit.random) {
+    const Index q = term.covariance.rows();
+    std::vector<Index>& own = random.terms.emplace_back();
+    for (Index k = end - q; k < end; ++k) own.push_back(k);
+    factors.emplace_back(MatrixXd::Identity(q, q));
+    end -= q;
+  }
+  for (Index c = 0; c <= model.cluster_count(); ++c) {
+    random.cluster_begin.push_back(model.cluster_begin(c));
+  }
+  const MatrixXd sum =
+      without_crossed_effects(random, factors, columns.cols(), [&](Index cell) -> MatrixXd {
+        const Index begin = model.group_begin(cell);
+        const MatrixXd rows = columns.middleRows(begin, model.group_begin(cell + 1) - begin);
+        return rows.transpose() * rows;
+      });
+  const MatrixXd inverse = sum.bottomRightCorner(p, p).llt().solve(MatrixXd(frame.transpose()));
+  return frame * inverse;
+}
+
 }  // namespace
 
 MatrixXd expected_covariance(const NonlinearModel& model,
@@ -83,6 +119,7 @@ MatrixXd expected_covariance(const NonlinearModel& model,
   const Index p = model.coefficient_count();
   const MatrixXd columns = standardized_columns(model, fit, coefficients, residual_sd, frame);
   if (!columns.allFinite()) return MatrixXd::Constant(p, p, kNaN);
+  if (model.crossed() != nullptr) return crossed_covariance(model, fit, columns, frame);
   const Index q = fit.random.empty() ? 0 : fit.random.back().covariance.rows();
   const Index s = columns.cols() - q - p;
   MatrixXd information(0, p);

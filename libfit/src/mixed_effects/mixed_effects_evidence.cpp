@@ -104,7 +104,8 @@ double distance(const MixedEffectsFit& fit) {
 
 /// Whether random effects are confounded with the residual because of single observations.
 bool has_single_observations(const NonlinearModel& model) {
-  return !model.specification().random.empty() && model.group_count() == model.observations();
+  return model.term_count() > 0 &&
+         model.group_count(model.term_count() - 1) == model.observations();
 }
 
 /// Advice if a search did not converge.
@@ -219,7 +220,7 @@ std::string remedy(const NonlinearModel& model, bool is_of_effects) {
         specification.random.back().group,
         specification.random.back().group);
   }
-  if (is_of_effects && specification.random.size() > 1 &&
+  if (is_of_effects && specification.random.size() > 1 && model.crossed() == nullptr &&
       model.group_count() == model.cluster_count()) {
     return fmt::format(": each group of {} has one of {}. Remove one of the two groupings.",
                        specification.random.front().group,

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/crossed_groups.hpp"
 #include "model/held_coefficients.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
@@ -25,6 +26,7 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
   Index cluster = 0;
   Index last_group = -1;
   Index last_cluster = -1;
+  std::vector<Index> cells;
   for (const Index i : observations) {
     while (i >= group_begin_[static_cast<std::size_t>(group) + 1]) ++group;
     while (group >= cluster_begin_[static_cast<std::size_t>(cluster) + 1]) ++cluster;
@@ -38,6 +40,7 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
     if (group != last_group) {
       part.group_labels_.push_back(group_labels_[static_cast<std::size_t>(group)]);
       part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
+      cells.push_back(group);
       last_group = group;
     }
     part.rows_.push_back(rows_[static_cast<std::size_t>(i)]);
@@ -48,6 +51,10 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
   }
   part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
   part.cluster_begin_.push_back(static_cast<Index>(part.group_labels_.size()));
+  if (crossed_) {
+    part.crossed_ =
+        std::make_shared<const CrossedGroups>(crossed_->part(cells, part.cluster_begin_));
+  }
   part.response_ = response_(observations);
   part.columns_ = columns_(observations, Eigen::all);
   part.covariates_ = covariates_(observations, Eigen::all);
@@ -92,6 +99,7 @@ NonlinearModel NonlinearModel::with_random_effects(std::vector<RandomEffects> te
   model.group_labels_.assign(1, {});
   model.group_begin_ = {0, observations()};
   model.cluster_labels_.clear();
+  model.crossed_.reset();
   model.cluster_begin_ = {0, 1};
   model.compile();
   return model;

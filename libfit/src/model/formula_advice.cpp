@@ -96,18 +96,21 @@ void add_blocks(const BarTerm& bar, const Names& coefficients, BarGrouping& grou
   }
 }
 
-/// stand:plot beside stand is plot within stand; other products of groups have no equivalent.
-std::optional<std::string> group_text(const BarTerm& bar, const std::vector<BarTerm>& bars) {
+/// stand:plot beside stand is plot within stand, stand/plot.
+std::string group_text(const BarTerm& bar, const std::vector<BarTerm>& bars) {
   const std::size_t colon = bar.group.find(':');
   if (colon == std::string::npos) return bar.group;
   const Part outer = trimmed(bar.group, 0, colon);
   const bool has_outer = std::ranges::any_of(
       bars, [&](const BarTerm& other) { return other.group == of(bar.group, outer); });
-  if (!has_outer) return std::nullopt;
-  return std::string(of(bar.group, trimmed(bar.group, colon + 1, bar.group.size())));
+  if (!has_outer) return bar.group;
+  const Part inner = trimmed(bar.group, colon + 1, bar.group.size());
+  return fmt::format("{}/{}", of(bar.group, outer), of(bar.group, inner));
 }
 
+/// Groups of several columns are the finest ones.
 std::size_t group_levels(const std::string& group, const data::Table& table) {
+  if (group.find_first_of("/:") != std::string::npos) return table.rows();
   return table.has(group) ? table.labels(group).levels().size() : 0;
 }
 
@@ -190,11 +193,11 @@ std::optional<std::string> random_text_of(const std::vector<BarTerm>& bars,
   std::vector<BarGrouping> groupings;
   for (const BarTerm& bar : bars) {
     const auto coefficients = coefficients_of(bar, mean, parameters);
-    const auto group = group_text(bar, bars);
-    if (!coefficients || !group) return std::nullopt;
-    auto grouping = std::ranges::find(groupings, *group, &BarGrouping::group);
+    const std::string group = group_text(bar, bars);
+    if (!coefficients) return std::nullopt;
+    auto grouping = std::ranges::find(groupings, group, &BarGrouping::group);
     if (grouping == groupings.end()) {
-      groupings.push_back({.group = *group});
+      groupings.push_back({.group = group});
       grouping = groupings.end() - 1;
     }
     add_blocks(bar, *coefficients, *grouping);
@@ -203,9 +206,10 @@ std::optional<std::string> random_text_of(const std::vector<BarTerm>& bars,
   std::ranges::stable_sort(groupings, {}, [&](const BarGrouping& grouping) {
     return group_levels(grouping.group, table);
   });
+  if (groupings.size() == 1) return grouping_text(groupings.front());
   std::string text;
   for (const BarGrouping& grouping : groupings) {
-    text += (text.empty() ? "" : "; ") + grouping_text(grouping);
+    text += fmt::format("{}({})", text.empty() ? "" : "; ", grouping_text(grouping));
   }
   return text;
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -38,20 +39,35 @@ class GroupLabels {
   /// \throws UsageError if a column of groups is missing
   GroupLabels(const ModelSpecification& specification, const data::Table& table) {
     for (const RandomEffects& term : specification.random) {
-      terms_.push_back(table.labels(term.group));
+      std::vector<data::TextColumn>& columns = terms_.emplace_back();
+      for (const std::string& column : outer_columns(specification, term)) {
+        columns.push_back(table.labels(column));
+      }
+      columns.push_back(table.labels(term.group));
     }
   }
 
   /// The label in a term.
   std::string of(std::size_t term, std::size_t row) const {
-    for (std::size_t t = 0; t <= term; ++t) {
-      if (terms_[t].is_missing(row)) return {};
+    std::vector<std::string_view> labels;
+    for (const data::TextColumn& column : terms_[term]) {
+      if (column.is_missing(row)) return {};
+      labels.push_back(column[row]);
     }
-    return term == 0 ? std::string(terms_[0][row]) : nested_label(terms_[0][row], terms_[1][row]);
+    return nested_label(labels);
   }
 
  private:
-  std::vector<data::TextColumn> terms_;
+  /// Labels of the second of two nested levels hold within the first, also where that is not
+  /// written.
+  static std::vector<std::string> outer_columns(const ModelSpecification& specification,
+                                                const RandomEffects& term) {
+    const RandomEffects& first = specification.random.front();
+    if (term.is_crossed || &term == &first) return term.within;
+    return {first.group};
+  }
+
+  std::vector<std::vector<data::TextColumn>> terms_;  ///< columns of each
 };
 
 }  // namespace silvafit::fit

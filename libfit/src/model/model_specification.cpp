@@ -152,8 +152,10 @@ void check_random_effects(const RandomEffects& random,
     }
     position += effect->size();
   }
-  if (!table.has(random.group)) {
-    refuse_missing_column(random.group, text, text.rfind(random.group) + 1, table);
+  std::vector<std::string> columns = random.within;
+  columns.push_back(random.group);
+  for (const std::string& column : columns) {
+    if (!table.has(column)) refuse_missing_column(column, text, text.rfind(column) + 1, table);
   }
 }
 
@@ -197,18 +199,73 @@ std::string nested_text(const RandomEffects& coarser, const RandomEffects& finer
   return fmt::format("{} | {}; {} | {}", coarser.text(), coarser.group, finer.text(), groups);
 }
 
-/// Labels of the finer grouping that recur in several of the coarser groups may be those of crossed
-/// effects, so that nesting must be written.
-void check_nesting(const std::vector<RandomEffects>& terms,
-                   std::string_view text,
-                   const data::Table& table) {
-  if (terms.size() < 2 || !terms.back().within.empty()) return;
+std::string crossed_text(const RandomEffects& first, const RandomEffects& second) {
+  if (first.text() == second.text()) {
+    return fmt::format("{} | {} + {}", first.text(), first.group, second.group);
+  }
+  return fmt::format(
+      "({} | {}) + ({} | {})", first.text(), first.group, second.text(), second.group);
+}
+
+/// "yr recurs in every site".
+std::string recurrence_text(const RecurringLabels& found,
+                            const std::string& finer,
+                            const std::string& coarser) {
+  if (found.is_complete) return fmt::format("{} recurs in every {}", finer, coarser);
+  return fmt::format("{} of {} labels of {} recur in several groups of {}",
+                     found.recurring,
+                     found.labels,
+                     finer,
+                     coarser);
+}
+
+/// A list of three or more groupings, `a | region; a | stand; a | plot`, may be meant as nested
+/// levels, as nlme's lists are, unless labels do not recur.
+void check_list(const std::vector<RandomEffects>& terms,
+                std::string_view text,
+                const data::Table& table) {
+  const bool is_list = split(text, 0, text.size(), ';').size() == terms.size();
+  if (!is_list || are_bars(text)) return;
+  std::vector<std::string> columns;
+  std::vector<std::string> bars;
+  for (const RandomEffects& term : terms) {
+    columns.push_back(term.group);
+    bars.push_back(fmt::format("({} | {})", term.text(), term.group_text()));
+  }
+  for (std::size_t t = 1; t < terms.size(); ++t) {
+    if (!terms[t].within.empty()) continue;
+    const RecurringLabels found =
+        recurring_labels(table.labels(columns[t]), table.labels(columns[t - 1]));
+    if (found.recurring == 0) continue;
+    throw FormulaError(
+        fmt::format("{}: nested levels are written with all columns, as in `{} | {}`, and crossed "
+                    "groups in parentheses, `{}`",
+                    recurrence_text(found, columns[t], columns[t - 1]),
+                    terms[t].text(),
+                    fmt::join(columns, "/"),
+                    fmt::join(bars, "; ")),
+        text,
+        text.rfind(columns[t]) + 1);
+  }
+}
+
+/// Labels of the finer grouping that recur in several of the coarser groups are those of crossed
+/// effects if the terms are written as lme4 does; else either may be meant, and has to be written.
+void decide_nesting(std::vector<RandomEffects>& terms,
+                    std::string_view text,
+                    const data::Table& table) {
+  if (terms.size() > 2) return check_list(terms, text, table);
+  if (terms.size() < 2 || are_crossed(terms) || !terms.back().within.empty()) return;
   const RandomEffects& coarser = terms.front();
   const RandomEffects& finer = terms.back();
   const data::TextColumn outer = table.labels(coarser.group);
   const data::TextColumn inner = table.labels(finer.group);
   const RecurringLabels found = recurring_labels(inner, outer);
   if (found.recurring == 0) return;
+  if (are_bars(text)) {
+    for (RandomEffects& term : terms) term.is_crossed = true;
+    return;
+  }
   const std::size_t position = text.rfind(finer.group) + 1;
   if (recurring_labels(outer, inner).recurring == 0) {
     throw FormulaError(fmt::format("each group of {0} is in one of {1}, so {1} is the coarser "
@@ -219,24 +276,18 @@ void check_nesting(const std::vector<RandomEffects>& terms,
                        text,
                        position);
   }
-  const std::string what = found.is_complete
-                               ? fmt::format("{} recurs in every {}", finer.group, coarser.group)
-                               : fmt::format("{} of {} labels of {} recur in several groups of {}",
-                                             found.recurring,
-                                             found.labels,
-                                             finer.group,
-                                             coarser.group);
   throw FormulaError(
       fmt::format(
           "{}: for {} within {}, where '{}' in '{}' and in '{}' are different groups, write "
-          "`{}`; crossed random effects are not available",
-          what,
+          "`{}`; if it is the same group everywhere (crossed random effects), `{}`",
+          recurrence_text(found, finer.group, coarser.group),
           finer.group,
           coarser.group,
           found.label,
           found.first,
           found.second,
-          nested_text(coarser, finer)),
+          nested_text(coarser, finer),
+          crossed_text(coarser, finer)),
       text,
       position);
 }
@@ -279,7 +330,10 @@ std::vector<std::string> ModelSpecification::label_columns() const {
     add(factor.column, numbers);
     add(factor.stratum, labels);
   }
-  for (const RandomEffects& term : random) add(term.group, labels);
+  for (const RandomEffects& term : random) {
+    for (const std::string& column : term.within) add(column, labels);
+    add(term.group, labels);
+  }
   std::erase_if(labels, [&](const std::string& name) {
     return std::ranges::find(numbers, name) != numbers.end();
   });
@@ -379,7 +433,7 @@ void add_random_effects(ModelSpecification& specification,
   for (const RandomEffects& term : terms) {
     check_random_effects(term, specification.coefficient_names(), text, table);
   }
-  check_nesting(terms, text, table);
+  decide_nesting(terms, text, table);
   specification.random = std::move(terms);
 }
 

@@ -129,9 +129,7 @@ TEST_CASE("blocks and nested groupings of random effects are read") {
   CHECK(within[1].coefficients == Names{"a", "b"});
   CHECK(within[1].group == "plot");
   CHECK(within[1].group_text() == "stand/plot");
-  CHECK_THROWS_AS(parse_random_effects("a | stand; a | region/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a | stand/plot; a | stand/plot"), FormulaError);
-  CHECK_THROWS_AS(parse_random_effects("a | region/stand/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a | plot/plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("() | plot"), FormulaError);
 }
@@ -162,6 +160,13 @@ TEST_CASE("labels that recur in several coarser groups need a nested grouping") 
       Contains("yr recurs in every site: for yr within site") && Contains("`a | site/yr`"));
   CHECK_THROWS_WITH(add(crossed, "a | site; a + b | yr"),
                     Contains("`a | site; a + b | site/yr`") && Contains("crossed random effects"));
+  CHECK_THROWS_WITH(add(crossed, "a | site; a | yr"), Contains("`a | site + yr`"));
+  CHECK_THROWS_WITH(add(crossed, "a | site; a + b | yr"), Contains("`(a | site) + (a + b | yr)`"));
+  CHECK_NOTHROW(add(crossed, "(a | site); (a + b | yr)"));
+  CHECK_THROWS_WITH(add(crossed, "a | x; a | site; a | yr"),
+                    Contains("`a | x/site/yr`") && Contains("`(a | x); (a | site); (a | yr)`"));
+  CHECK_NOTHROW(add(crossed, "a | x/site/yr"));
+  CHECK_NOTHROW(add(crossed, "(a | x); (a | site); (a | yr)"));
   CHECK_NOTHROW(add(crossed, "a | site/yr"));
   CHECK_NOTHROW(add(crossed, "a | site; a + b | site/yr"));
 
@@ -199,6 +204,30 @@ TEST_CASE("random effects and variance functions are read") {
   CHECK(random[0].group == "plot");
   CHECK(random[0].covariance == Covariance::kGeneral);
   CHECK_THROWS_AS(parse_random_effects("a + b"), FormulaError);
+
+  const auto groups_of = [](const char* text) {
+    Names result;
+    for (const RandomEffects& term : parse_random_effects(text)) {
+      result.push_back(term.text() + " | " + term.group_text());
+    }
+    return result;
+  };
+  CHECK(groups_of("a | stand/plot") == Names{"a | stand", "a | stand/plot"});
+  CHECK(groups_of("a | stand; a + b | stand/plot") == Names{"a | stand", "a + b | stand/plot"});
+  CHECK(groups_of("a | plot + year") == Names{"a | plot", "a | year"});
+  CHECK(groups_of("(a + b | plot) + (a | year)") == Names{"a + b | plot", "a | year"});
+  CHECK(groups_of("a | region/stand/plot") ==
+        Names{"a | region", "a | region:stand", "a | region:stand:plot"});
+  CHECK(groups_of("a | stand/plot + year") == Names{"a | stand", "a | stand:plot", "a | year"});
+  CHECK(groups_of("a | recipe:replicate") == Names{"a | recipe:replicate"});
+  // The text of crossed terms is read as the same terms.
+  CHECK(groups_of("a | region; a | region:stand; b | region:stand:plot") ==
+        Names{"a | region", "a | region:stand", "b | region:stand:plot"});
+  CHECK_FALSE(are_crossed(parse_random_effects("a | stand; a | plot")));
+  CHECK(are_crossed(parse_random_effects("a | stand + plot")));
+  CHECK_THROWS_AS(parse_random_effects("a | plot + plot"), FormulaError);
+  CHECK_THROWS_AS(parse_random_effects("a | plot/plot"), FormulaError);
+  CHECK_THROWS_AS(parse_random_effects("a | plot +"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a + | plot"), FormulaError);
   CHECK_THROWS_AS(parse_random_effects("a |"), FormulaError);
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "model/crossed_groups.hpp"
 #include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -224,7 +225,11 @@ void NonlinearModel::choose_rows(const data::Table& table) {
     }
   }
   file_ = table.file();
-  sort_by_group(table, complete);
+  if (are_crossed(specification_.random)) {
+    sort_by_cell(table, complete);
+  } else {
+    sort_by_group(table, complete);
+  }
   lines_.reserve(rows_.size());
   for (const std::size_t row : rows_) {
     lines_.push_back(static_cast<std::uint32_t>(table.line(row)));
@@ -267,6 +272,22 @@ void NonlinearModel::sort_by_group(const data::Table& table, const std::vector<b
   }
   group_begin_.push_back(static_cast<Index>(rows_.size()));
   cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
+}
+
+void NonlinearModel::sort_by_cell(const data::Table& table, const std::vector<bool>& complete) {
+  CellRows cells = cell_rows(specification_, table, complete);
+  rows_ = std::move(cells.rows);
+  group_begin_ = std::move(cells.cell_begin);
+  cluster_begin_ = std::move(cells.cluster_begin);
+  for (Index cell = 0; cell + 1 < std::ssize(group_begin_); ++cell) {
+    group_labels_.push_back(cells.groups.cell_label(cell));
+  }
+  crossed_ = std::make_shared<const CrossedGroups>(std::move(cells.groups));
+}
+
+const std::vector<std::string>& NonlinearModel::group_labels(std::size_t term) const {
+  if (crossed_) return crossed_->labels[term];
+  return is_last(term) ? group_labels_ : cluster_labels_;
 }
 
 void NonlinearModel::load_strata(const data::Table& table) {
@@ -377,6 +398,7 @@ std::vector<std::string> NonlinearModel::random_kinks() const {
 }
 
 Index NonlinearModel::group_of(std::size_t term, Index group) const {
+  if (crossed_) return crossed_->of_cells[term][static_cast<std::size_t>(group)];
   if (is_last(term)) return group;
   return std::ranges::upper_bound(cluster_begin_, group) - cluster_begin_.begin() - 1;
 }

@@ -67,7 +67,7 @@ std::vector<NamedValue> parameter_values(const FittedModel& fit) {
   }
   const std::vector<RandomEffects>& terms = fit.specification.random;
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
-    const std::string group = terms.size() > 1 ? " | " + terms[k].group : "";
+    const std::string group = terms.size() > 1 ? " | " + terms[k].group_name() : "";
     add_level(terms[k], fit.random[k].covariance, group, values);
   }
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {

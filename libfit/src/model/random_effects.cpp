@@ -50,10 +50,41 @@ Part without_constant(std::string_view text, Part effects) {
   return {effects.begin, tilde};
 }
 
-/// Reads `a + b | plot` or `a + b | stand/plot`.
-std::vector<RandomEffects> parse_grouping(std::string_view text, Part whole) {
-  // As lme4 writes it, (a | plot).
-  if (is_enclosed(text, whole)) whole = trimmed(text, whole.begin + 1, whole.end - 1);
+/// Adds the terms of `stand/plot`; `recipe:replicate` is one term. Coarser groups that have a term
+/// of their own already, as in `a | stand; a + b | stand/plot`, are not added again.
+void add_levels(std::string_view text,
+                Part whole,
+                RandomEffects random,
+                std::vector<RandomEffects>& terms) {
+  const std::vector<Part> levels = split(text, whole.begin, whole.end, '/');
+  for (const Part level : levels) {
+    for (const Part column : split(text, level.begin, level.end, ':')) {
+      if (column.begin == column.end) {
+        throw FormulaError("expected a group column", text, whole.begin + 1);
+      }
+      if (!random.group.empty()) random.within.push_back(random.group);
+      random.group = of(text, column);
+      if (std::ranges::find(random.within, random.group) != random.within.end()) {
+        throw FormulaError("nested groupings need two different columns", text, column.begin + 1);
+      }
+    }
+    const bool is_known = std::ranges::any_of(
+        terms, [&](const RandomEffects& term) { return term.has_groups_of(random); });
+    const bool is_finest = level.end == levels.back().end;
+    if (is_known && is_finest) {
+      throw FormulaError(
+          fmt::format("the groups of {} are given twice; independent effects of one grouping are "
+                      "written as blocks, as in `(a) + b | plot`",
+                      random.group),
+          text,
+          level.begin + 1);
+    }
+    if (!is_known) terms.push_back(random);
+  }
+}
+
+/// Reads `a + b | plot`, `a + b | stand/plot`, or with crossed groups `a + b | plot + year`.
+void add_grouping(std::string_view text, Part whole, std::vector<RandomEffects>& terms) {
   const std::size_t bar = find_outside(text, whole, "|");
   if (bar == whole.end) {
     throw FormulaError(
@@ -65,13 +96,36 @@ std::vector<RandomEffects> parse_grouping(std::string_view text, Part whole) {
     add_block(text, part, random);
   }
   if (random.covariance != Covariance::kBlock) random.blocks.clear();
-  std::vector<RandomEffects> groupings;
-  for (const Part group : split(text, bar + 1, whole.end, '/')) {
+  const std::vector<Part> groups = split(text, bar + 1, whole.end, '+');
+  random.is_crossed = groups.size() > 1;
+  for (const Part group : groups) {
     if (group.begin == group.end) throw FormulaError("expected a group column", text, bar + 2);
-    random.within = std::exchange(random.group, of(text, group));
-    groupings.push_back(random);
+    add_levels(text, group, random, terms);
   }
-  return groupings;
+}
+
+/// Reads one grouping, also in parentheses, or the sum of several, `(a | plot) + (b | year)`.
+void add_terms(std::string_view text, Part part, std::vector<RandomEffects>& terms) {
+  const auto without_parentheses = [text](Part whole) {
+    return is_enclosed(text, whole) ? trimmed(text, whole.begin + 1, whole.end - 1) : whole;
+  };
+  const std::vector<Part> bars = split(text, part.begin, part.end, '+');
+  const bool are_several =
+      bars.size() > 1 && std::ranges::all_of(bars, [text](Part bar) {
+        return is_enclosed(text, bar) && of(text, bar).find('|') != std::string_view::npos;
+      });
+  if (!are_several) return add_grouping(text, without_parentheses(part), terms);
+  for (const Part bar : bars) {
+    add_grouping(text, without_parentheses(bar), terms);
+    terms.back().is_crossed = true;
+  }
+}
+
+/// Whether terms are one grouping, or two that may be nested.
+bool are_nested(const std::vector<RandomEffects>& terms) {
+  if (terms.size() > 2 || !terms.front().within.empty()) return false;
+  const std::vector<std::string>& within = terms.back().within;
+  return within.empty() || within == std::vector{terms.front().group};
 }
 
 }  // namespace
@@ -98,28 +152,27 @@ std::string RandomEffects::text() const {
 }
 
 std::string RandomEffects::group_text() const {
-  return within.empty() ? group : within + "/" + group;
+  std::string text;
+  for (const std::string& column : within) text += column + (is_crossed ? ":" : "/");
+  return text + group;
+}
+
+bool are_crossed(const std::vector<RandomEffects>& terms) {
+  return std::ranges::any_of(terms, &RandomEffects::is_crossed);
 }
 
 std::vector<RandomEffects> parse_random_effects(std::string_view text) {
-  std::vector<RandomEffects> groupings;
-  std::size_t end = 0;
-  for (const Part part : split(text, 0, text.size(), ';')) {
-    std::vector<RandomEffects> terms = parse_grouping(text, part);
-    // In `a | stand; a + b | stand/plot` the stands have a term of their own.
-    const bool has_own = groupings.size() == 1 && terms.size() == 2 &&
-                         groupings.front().group == terms.front().group;
-    if (has_own) terms.erase(terms.begin());
-    std::ranges::move(terms, std::back_inserter(groupings));
-    end = part.end;
-    if (groupings.size() > 2) {
-      throw FormulaError("at most two nested groupings can be fitted", text, part.begin + 1);
-    }
+  std::vector<RandomEffects> terms;
+  for (const Part part : split(text, 0, text.size(), ';')) add_terms(text, part, terms);
+  if (are_crossed(terms) || !are_nested(terms)) {
+    for (RandomEffects& term : terms) term.is_crossed = true;
   }
-  if (groupings.size() == 2 && groupings[0].group == groupings[1].group) {
-    throw FormulaError("nested groupings need two different columns", text, end);
-  }
-  return groupings;
+  return terms;
+}
+
+bool are_bars(std::string_view text) {
+  const std::vector<Part> parts = split(text, 0, text.size(), ';');
+  return std::ranges::all_of(parts, [text](Part part) { return is_enclosed(text, part); });
 }
 
 std::string outer_part(std::string_view outer) {
@@ -128,8 +181,22 @@ std::string outer_part(std::string_view outer) {
   return label;
 }
 
+std::string without_escapes(std::string_view part) {
+  std::string label(part);
+  for (std::size_t at = 0; (at = label.find("%2F", at)) != std::string::npos; ++at) {
+    label.replace(at, 3, "/");
+  }
+  return label;
+}
+
 std::string nested_label(std::string_view outer, std::string_view inner) {
   return outer_part(outer).append("/").append(inner);
+}
+
+std::string nested_label(const std::vector<std::string_view>& labels) {
+  std::string result;
+  for (std::size_t k = 0; k + 1 < labels.size(); ++k) result += outer_part(labels[k]) + "/";
+  return result.append(labels.back());
 }
 
 NestedParts nested_parts(std::string_view label) {

@@ -51,7 +51,7 @@ void add_smaller(const NonlinearModel& model,
                  std::vector<SmallerStructure>& result) {
   const RandomEffects& random = model.specification().random[term];
   if (random.coefficients.size() < 2) return;
-  const std::string of = model.term_count() > 1 ? " by " + random.group : "";
+  const std::string of = model.term_count() > 1 ? " by " + random.group_name() : "";
   for (std::size_t k = 0; k < random.coefficients.size(); ++k) {
     result.push_back(
         {.model = with_term(model, term, without(random, k)),

@@ -24,6 +24,11 @@ void check(const FittedModel& fit, SeenGroups seen) {
   if (!fit.has_random_effects()) {
     throw UsageError("the fit has no random effects to calibrate");
   }
+  if (are_crossed(fit.specification.random)) {
+    throw UsageError(
+        "effects of new groups cannot be estimated with crossed random effects or more than two "
+        "levels of groups; choose `level` conditional for the groups of the fit, or population");
+  }
   const bool has_variances = fit.random.back().covariance.allFinite() && std::isfinite(fit.sigma);
   if (fit.estimate.allFinite() && fit.convergence.converged() && !has_variances) {
     throw UsageError(

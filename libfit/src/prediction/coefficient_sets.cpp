@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -136,9 +137,10 @@ class NewGroupRows {
       : fit_(fit), table_(table), choice_(choice), is_calibrated_(is_calibrated), result_(result) {}
 
   void mark(std::size_t row, std::string_view label, Index set) {
-    if (choice_ == NewGroups::kError) {
-      refuse_group(table_, row, fit_.specification.random.back().group, label, is_calibrated_);
-    }
+    mark(row, fit_.specification.random.back().group, label, set);
+  }
+  void mark(std::size_t row, const std::string& column, std::string_view label, Index set) {
+    if (choice_ == NewGroups::kError) refuse_group(table_, row, column, label, is_calibrated_);
     result_.is_new_group[row] = true;
     result_.is_missing[row] = choice_ == NewGroups::kMissing;
     result_.set_of_row[row] = set;
@@ -157,7 +159,7 @@ class NewGroupRows {
 class FittedGroups {
  public:
   explicit FittedGroups(const FittedModel& fit) : fit_(fit) {
-    if (fit.random.size() > 1) clusters_ = numbered(outer_parts(fit.random.front().labels));
+    if (fit.random.size() == 2) clusters_ = numbered(outer_parts(fit.random.front().labels));
   }
 
   /// The group of a term, and the one of the term before that it is in, if the fit has it.
@@ -215,6 +217,59 @@ void add_conditional(const FittedModel& fit,
     new_rows.mark(row, labels.of(last, row), sets.population());
   };
   for (std::size_t row = 0; row < table.rows(); ++row) set_row(row);
+}
+
+/// Sets of the combinations of the fit's groups in the rows of a table.
+void add_crossed(const FittedModel& fit,
+                 const data::Table& table,
+                 const PredictionOptions& options,
+                 bool with_covariances,
+                 CoefficientSets& result) {
+  if (with_covariances) {
+    throw UsageError(
+        "standard errors and intervals of predictions with crossed random effects, or with more "
+        "than two levels of groups, are available at the population `level` only");
+  }
+  std::vector<LabelNumbers> numbers;
+  for (const EstimatedEffects& term : fit.random) numbers.push_back(numbered(term.labels));
+  const GroupLabels labels(fit.specification, table);
+  std::map<std::vector<Index>, Index> sets;  // by group of each term, -1 for unknown ones
+  std::vector<std::vector<Index>> groups_of_set;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    std::vector<Index> groups;
+    for (std::size_t t = 0; t < numbers.size(); ++t) {
+      const auto found = numbers[t].find(labels.of(t, row));
+      groups.push_back(found == numbers[t].end() ? -1 : found->second);
+    }
+    const auto [place, is_new] = sets.emplace(groups, std::ssize(groups_of_set));
+    if (is_new) groups_of_set.push_back(groups);
+    result.set_of_row[row] = place->second;
+  }
+  SetBuilder builder(fit, std::ssize(groups_of_set), false, result);
+  const FittedGroups known(fit);
+  for (std::size_t set = 0; set < groups_of_set.size(); ++set) {
+    std::vector<KnownEffects> effects;
+    for (std::size_t t = numbers.size(); t-- > 0;) {
+      const Index group = groups_of_set[set][t];
+      if (group >= 0) effects.push_back(known.known(t, group));
+    }
+    if (!effects.empty()) builder.set(static_cast<Index>(set), effects);
+  }
+  NewGroupRows new_rows(fit, table, options.new_groups, false, result);
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const Index set = result.set_of_row[row];
+    const std::vector<Index>& groups = groups_of_set[static_cast<std::size_t>(set)];
+    const auto unknown = std::ranges::find(groups, -1);
+    if (unknown == groups.end()) continue;
+    if (options.new_groups == NewGroups::kMarginal &&
+        std::ranges::count(groups, -1) < std::ssize(groups)) {
+      throw UsageError(
+          "the mean over new groups is not available where the fit has groups of other crossed "
+          "terms; choose `new_groups` population, missing or error");
+    }
+    const auto term = static_cast<std::size_t>(unknown - groups.begin());
+    new_rows.mark(row, fit.specification.random[term].group, labels.of(term, row), set);
+  }
 }
 
 /// Sets of the groups of the table.
@@ -375,7 +430,8 @@ CoefficientSets coefficient_sets(const FittedModel& fit,
     const SetBuilder builder(fit, 1, with_covariances, result);
     result.is_marginal[0] = level == Level::kMarginal && fit.has_random_effects();
   } else if (level == Level::kConditional) {
-    add_conditional(fit, table, options, with_covariances, result);
+    const auto add = are_crossed(fit.specification.random) ? add_crossed : add_conditional;
+    add(fit, table, options, with_covariances, result);
   } else {
     add_calibrated(fit, table, options, with_covariances, result);
   }

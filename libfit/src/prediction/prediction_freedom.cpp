@@ -28,7 +28,11 @@ double residual_freedom(const FittedModel& fit) {
     if (std::isfinite(value)) freedom = std::max(freedom, value);
   }
   if (!fit.has_random_effects()) return freedom;
-  const Index within = fit.observations - std::ssize(fit.random.back().labels);
+  Index within = fit.observations - std::ssize(fit.random.back().labels);
+  if (are_crossed(fit.specification.random)) {
+    within = fit.observations;
+    for (const EstimatedEffects& term : fit.random) within -= std::ssize(term.labels);
+  }
   return within > 0 ? std::min(freedom, static_cast<double>(within)) : freedom;
 }
 
@@ -38,7 +42,8 @@ double freedom_between(const FittedModel& fit, std::size_t term) {
   const auto groups = [&](std::size_t t) {
     return static_cast<double>(fit.random[t].labels.size());
   };
-  const double of_layout = groups(term) - (term == 0 ? 1.0 : groups(term - 1));
+  const bool is_alone = term == 0 || are_crossed(fit.specification.random);
+  const double of_layout = groups(term) - (is_alone ? 1.0 : groups(term - 1));
   const std::vector<int>& coefficients = fit.coefficients_between;
   return std::max(1.0, of_layout - (term < coefficients.size() ? coefficients[term] : 0));
 }
@@ -54,7 +59,7 @@ MatrixXd inverse_reliability(const MatrixXd& reliability) {
 /// comparison of groups within coarser ones.
 EffectUncertainty within_coarser(const FittedModel& fit, std::size_t term) {
   EffectUncertainty result = fit.random[term].uncertainty;
-  if (term == 0) return result;
+  if (term == 0 || are_crossed(fit.specification.random)) return result;
   const EstimatedEffects& before = fit.random[term - 1];
   if (!result.is_known() || !before.uncertainty.is_known()) return result;
   const LabelNumbers coarser = numbered(outer_parts(before.labels));

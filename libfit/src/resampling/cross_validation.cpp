@@ -308,6 +308,11 @@ CrossValidation cross_validate(const FittedModel& fit,
   if (options.measured > 0 && !fit.has_random_effects()) {
     throw UsageError("a model without random effects cannot be calibrated with measured trees");
   }
+  if (options.measured > 0 && are_crossed(fit.specification.random)) {
+    throw UsageError(
+        "effects of groups that are left out cannot be estimated from measured trees with crossed "
+        "random effects or more than two levels of groups; choose `measured` 0");
+  }
   const NonlinearModel model(fit.specification, table);
   result.measured = options.measured;
   result.rows = model.rows();

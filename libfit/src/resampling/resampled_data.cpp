@@ -88,6 +88,11 @@ CaseDraw::CaseDraw(const FittedModel& fit, const data::Table& table, const std::
 }
 
 void CaseDraw::add_groups(const NonlinearModel& model) {
+  if (model.crossed() != nullptr) {
+    throw UsageError(
+        "cases are drawn by independent groups, which crossed random effects do not have; use "
+        "`resample=parametric`");
+  }
   if (fit_.random.back().labels != model.group_labels()) {
     throw UsageError("the groups of the table differ from those of the fit");
   }

@@ -147,6 +147,10 @@ EffectUncertainty read_uncertainty(const JsonReader& json,
 
 RandomEffects read_term(const JsonReader& json, const std::vector<std::string>& known) {
   RandomEffects term{.coefficients = json.at("effects").texts(), .group = json.at("group").text()};
+  if (const auto within = json.find("within")) {
+    term.is_crossed = true;
+    term.within = within->texts();
+  }
   if (json.at("form").text() == covariance_text(Covariance::kBlock)) {
     term.covariance = Covariance::kBlock;
     for (const JsonReader& size : json.at("blocks").items()) {
@@ -195,7 +199,6 @@ std::vector<JsonReader> terms_of(const JsonReader& json, Schema schema) {
 
 void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
   const std::vector<JsonReader> terms = terms_of(json, schema);
-  if (terms.size() > 2) json.fail("has more than two terms; at most two nested groupings are read");
   Index effects = 0;
   Index coarser = 0;
   for (const JsonReader& item : terms) {
@@ -207,11 +210,19 @@ void read_random(const JsonReader& json, Schema schema, FittedModel& fit) {
     }
     EstimatedEffects& term = fit.random.emplace_back(read_effects(item, specification));
     term.uncertainty = read_uncertainty(item, term, fit.estimate.size(), coarser);
-    coarser = static_cast<Index>(term.names.size());
+    coarser = specification.is_crossed ? 0 : static_cast<Index>(term.names.size());
   }
   // Labels of stored groups are those within the coarser ones.
   std::vector<RandomEffects>& random = fit.specification.random;
-  if (random.size() == 2) random.back().within = random.front().group;
+  if (are_crossed(random)) {
+    if (!std::ranges::all_of(random, &RandomEffects::is_crossed)) {
+      json.fail("must have the key 'within' in all terms or in none");
+    }
+  } else if (random.size() > 2) {
+    json.fail("has more than two terms, which need the key 'within'");
+  } else if (random.size() == 2) {
+    random.back().within = {random.front().group};
+  }
 }
 
 /// One value, or one per stratum.

@@ -45,7 +45,7 @@ ordered_json parameters(const ModelSpecification& specification) {
 ordered_json groups(const FittedModel& fit) {
   ordered_json result = ordered_json::object();
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
-    result[fit.specification.random[k].group] = fit.random[k].labels.size();
+    result[fit.specification.random[k].group_name()] = fit.random[k].labels.size();
   }
   return result;
 }
@@ -145,6 +145,8 @@ ordered_json random_term(const RandomEffects& specification, const EstimatedEffe
   ordered_json result{{"group", specification.group},
                       {"effects", specification.coefficients},
                       {"form", covariance_text(specification.covariance)}};
+  // Only of crossed terms; the second of two nested ones is within the first.
+  if (specification.is_crossed) result["within"] = specification.within;
   if (specification.covariance == Covariance::kBlock) result["blocks"] = specification.blocks;
   result["covariance"] = rows(term.covariance);
   result["sd"] = list(term.sd());

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
@@ -39,6 +40,16 @@ bool is_mixed(Method method) {
 Method default_method(const ModelSpecification& specification) {
   if (!specification.random.empty()) return Method::kLindstromBates;
   return specification.variance.is_constant() ? Method::kOrdinary : Method::kGeneralized;
+}
+
+double FittedModel::bic_groups() const {
+  const std::vector<RandomEffects>& terms = specification.random;
+  const auto is_within_first = [&terms](const RandomEffects& term) {
+    return &term == &terms.front() ||
+           (!term.within.empty() && term.within.front() == terms.front().group);
+  };
+  const bool are_independent = !are_crossed(terms) || std::ranges::all_of(terms, is_within_first);
+  return are_independent ? Estimates::bic_groups() : kNaN;
 }
 
 VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& fitted,

@@ -7,6 +7,7 @@
 
 #include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -135,7 +136,10 @@ Residuals residuals(const FittedModel& fit, const data::Table& table) {
     const Index size = model.group_begin(g + 1) - begin;
     errors.segment(begin, size) += slopes.middleRows(begin, size) * effects.col(g);
   }
-  result.marginal = Decorrelation(fit, model).apply(errors, slopes, deviation.cwiseAbs2());
+  // All rows of crossed groups depend on each other.
+  result.marginal = model.crossed() != nullptr
+                        ? VectorXd::Constant(errors.size(), kNaN)
+                        : Decorrelation(fit, model).apply(errors, slopes, deviation.cwiseAbs2());
   result.population = level(result.observed, std::move(population), deviation);
   result.conditional = level(result.observed, std::move(conditional), deviation);
   result.normalized = result.conditional.standardized;

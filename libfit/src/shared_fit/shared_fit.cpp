@@ -37,7 +37,7 @@ Integration shared_integration(Method method) {
 }
 
 void check(const ModelSpecification& specification, const FitModelOptions& options) {
-  if (specification.random.size() != 1) {
+  if (specification.random.size() != 1 || are_crossed(specification.random)) {
     throw UsageError("shared groups need random effects of one grouping");
   }
   for (const VarianceFactor& factor : specification.variance.factors) {

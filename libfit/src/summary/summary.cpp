@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -40,10 +41,17 @@ void append_random_structure(std::string& text,
          covariance_text(random.covariance));
 }
 
-/// The coarser groups first, as in --random.
+/// The coarser groups first, as in --random; "year, crossed" where groups are not within others.
 void append_random_structures(std::string& text, const ModelSpecification& specification) {
   std::string within;
   for (const RandomEffects& term : specification.random) {
+    if (term.is_crossed) {
+      const bool is_first = &term == &specification.random.front();
+      within = term.within.empty() && !is_first ? ", crossed" : "";
+      for (const std::string& column : term.within | std::views::reverse) {
+        within += " within " + column;
+      }
+    }
     append_random_structure(text, term, term.group + within);
     within = " within " + term.group;
   }
@@ -93,7 +101,9 @@ void append_model(std::string& text, const FittedModel& fit) {
   append(text, "method {}, {} rows", method_title(fit), fit.observations);
   if (fit.excluded > 0) append(text, " ({} more with missing values)", fit.excluded);
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
-    append(text, ", {}", groups_text(fit.random[k].labels.size(), specification.random[k].group));
+    append(text,
+           ", {}",
+           groups_text(fit.random[k].labels.size(), specification.random[k].group_name()));
   }
   append(text, ", {:.3g} s\n\n", fit.seconds);
 }
@@ -181,7 +191,7 @@ void append_random_level(std::string& text,
 void append_random_effects(std::string& text, const FittedModel& fit) {
   const std::vector<RandomEffects>& terms = fit.specification.random;
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
-    const std::string of = terms.size() > 1 ? " of " + terms[k].group : "";
+    const std::string of = terms.size() > 1 ? " of " + terms[k].group_name() : "";
     append_random_level(text, "random effect" + of, terms[k], fit.random[k]);
   }
 }
@@ -220,7 +230,9 @@ void append_statistics(std::string& text, const FittedModel& fit) {
   append(
       text, "log-likelihood {:.6f} with {} parameters\n", fit.log_likelihood, fit.parameter_count);
   append(text, "AIC {:.4f}  AICc {:.4f}  BIC {:.4f}", fit.aic(), fit.aicc(), fit.bic());
-  if (fit.has_random_effects()) append(text, "  BIC by groups {:.4f}", fit.bic_groups());
+  if (const double value = fit.bic_groups(); fit.has_random_effects() && !std::isnan(value)) {
+    append(text, "  BIC by groups {:.4f}", value);
+  }
   append(text, "\n\n");
   const auto line = [&text](const char* level, const FitStatistics& values) {
     append(text,

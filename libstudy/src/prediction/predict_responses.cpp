@@ -182,10 +182,7 @@ class Predictor {
     if (is_calibrated() && by_group) hide_responses(fit, rows, part);
     if (by_group) {
       require_groups(fit.specification);
-      if (fit.random.size() > 1) {
-        unify_spelling(fit.specification.random.front().group, fit.random.front().labels, part);
-      }
-      unify_spelling(fit.specification.random.back().group, inner_labels(fit), part);
+      unify_groups(fit, part);
     }
     unify_spelling(fit, part);
     flag_columns(fit, part, rows);
@@ -204,6 +201,19 @@ class Predictor {
     store(fit, rows, prediction, result);
     flag_spread(fit, rows, prediction);
     if (by_group) flag_groups(fit, part, rows, prediction);
+  }
+
+  void unify_groups(const fit::FittedModel& fit, data::Table& part) {
+    const std::vector<fit::RandomEffects>& terms = fit.specification.random;
+    if (fit::are_crossed(terms)) {
+      for (std::size_t t = 0; t < terms.size(); ++t) {
+        // Labels of several columns are not those of one.
+        if (terms[t].within.empty()) unify_spelling(terms[t].group, fit.random[t].labels, part);
+      }
+      return;
+    }
+    if (terms.size() > 1) unify_spelling(terms.front().group, fit.random.front().labels, part);
+    unify_spelling(terms.back().group, inner_labels(fit), part);
   }
 
   void require_domain_of(const fit::FittedModel& fit, const data::Table& part) const {
@@ -283,8 +293,14 @@ class Predictor {
                    const data::Table& part,
                    const std::vector<std::size_t>& rows,
                    const fit::Prediction& prediction) {
-    const std::string& group = fit.specification.random.back().group;
-    const data::TextColumn labels = part.labels(group);
+    const std::vector<fit::RandomEffects>& terms = fit.specification.random;
+    // Of crossed terms any may be new.
+    Names groups;
+    for (const fit::RandomEffects& term : terms) groups.push_back(term.group);
+    const bool is_crossed = fit::are_crossed(terms);
+    const std::string group =
+        is_crossed ? fmt::format("{}", fmt::join(groups, " or ")) : terms.back().group;
+    const data::TextColumn labels = part.labels(terms.back().group);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (!prediction.is_new_group[i]) continue;
       if (labels.is_missing(i)) {
@@ -310,11 +326,15 @@ class Predictor {
 
   void require_groups(const fit::ModelSpecification& specification) const {
     for (const fit::RandomEffects& term : specification.random) {
-      if (table_.has(term.group)) continue;
-      throw InputError(fmt::format("the column '{}' is missing; {} predictions need it",
-                                   term.group,
-                                   is_calibrated() ? "calibrated" : "conditional"),
-                       {.file = table_.file()});
+      Names columns = term.within;
+      columns.push_back(term.group);
+      for (const std::string& column : columns) {
+        if (table_.has(column)) continue;
+        throw InputError(fmt::format("the column '{}' is missing; {} predictions need it",
+                                     column,
+                                     is_calibrated() ? "calibrated" : "conditional"),
+                         {.file = table_.file()});
+      }
     }
   }
 

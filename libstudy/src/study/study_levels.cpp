@@ -291,7 +291,7 @@ std::vector<Trial> period_trials(const Candidate& mixed,
   std::vector<Trial> trials;
   for (Trial& trial : random_effect_trials(mixed.fit, period, largest)) {
     fit::RandomEffects own = trial.specification.random.front();
-    own.within = of_groups.random.front().group;
+    own.within = {of_groups.random.front().group};
     trial.specification.random = {of_groups.random.front(), own};
     trial.terms.clear();
     for (const fit::RandomEffects& term : trial.specification.random) {

@@ -99,6 +99,17 @@ for (random in crossed_lists) {
   expect_true(grepl("`a | plot; b | plot/year`", message_of_error(silvafit(height, data = years, random = random)), fixed = TRUE))
 }
 expect_equal(names(ranef(silvafit(height, data = years, random = list(a ~ 1 | plot, a ~ 1 | plot/year)))), c("plot", "year"))
+# Crossed groups: the same model as a formula, as a text, and as terms of lme4.
+by_both <- silvafit(height, data = years, random = a ~ 1 | plot + year)
+expect_equal(lengths(lapply(ranef(by_both), row.names)), c(plot = length(unique(years$plot)), year = 4L))
+expect_equal(logLik(silvafit(height, data = years, random = "(a | plot) + (a | year)")), logLik(by_both))
+expect_equal(getGroupsFormula(by_both), ~ plot + year, check.attributes = FALSE)
+expect_equal(coef(by_both)$year$a, fixef(by_both)[["a"]] + ranef(by_both)$year$a)
+expect_equal(as.vector(predict(by_both, years)), as.vector(fitted(by_both)), tolerance = 1e-10)
+expect_equal(as.vector(predict(by_both, years, level = 0)), as.vector(fitted(by_both, level = "population")), tolerance = 1e-10)
+expect_equal(class_of_error(predict(by_both, years, level = "calibrated")), "silvafit_usage_error")
+linear <- silvafit(h ~ a + b * dbh + (1 | plot) + (1 | year), data = years)
+expect_equal(sort(names(ranef(linear))), c("plot", "year"))
 broken <- tempfile(fileext = ".json")
 writeLines("{bad", broken)
 expect_true(grepl(basename(broken), message_of_error(read_fit(broken)), fixed = TRUE))

@@ -80,6 +80,8 @@ struct FittedModel : Estimates {
   std::optional<Intervals> intervals{};  ///< if requested: confidence_intervals()
   double seconds = 0.0;
 
+  /// As that of the estimates; NaN unless all groups are within those of the first term.
+  double bic_groups() const;
   /// (N) residual standard deviation of a table's rows by the variance function.
   /// \param fitted  (N) fitted values of the rows
   Eigen::VectorXd residual_sd(const Eigen::Ref<const Eigen::VectorXd>& fitted,

@@ -37,8 +37,8 @@ struct ParameterModel {
 struct ModelSpecification {
   data::Formula formula;
   std::vector<ParameterModel> parameters{};
-  /// Terms as in lme4: one grouping, or two nested ones with the coarser one first, whose groups
-  /// contain those of the second. Empty without random effects.
+  /// Terms as in lme4: one grouping; two nested ones with the coarser one first, whose groups
+  /// contain those of the second; or crossed ones. Empty without random effects.
   std::vector<RandomEffects> random{};
   VarianceFunction variance{};
   /// Columns that sub-models use as factors: values that the fit does not have give no prediction.

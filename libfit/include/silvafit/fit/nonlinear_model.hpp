@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <set>
 #include <stop_token>
 #include <string>
@@ -20,6 +21,8 @@
 
 namespace silvafit::fit {
 
+struct CrossedGroups;
+
 /// The mean function f(phi; data) of a model on the rows of a table, with phi linear in the
 /// coefficients.
 ///
@@ -27,7 +30,8 @@ namespace silvafit::fit {
 /// covariate, a stratum or the group are skipped. Rows are sorted by group (groups in the order of
 /// their first appearance, rows within a group in file order); without random effects all rows are
 /// one group. With two nested terms the groups are those of the second, distinguished within
-/// each group of the first and sorted by it. Immutable; evaluate() may run on several
+/// each group of the first and sorted by it; with crossed terms they are cells, rows that are in
+/// the same group of every term. Immutable; evaluate() may run on several
 /// threads, each with its own Workspace.
 ///
 /// Computations with a model may use several threads; results do not depend on their number.
@@ -82,23 +86,24 @@ class NonlinearModel {
   /// First observation of group g; group_begin(group_count()) is N.
   Eigen::Index group_begin(Eigen::Index group) const { return group_begin_[group]; }
 
-  /// Number of independent clusters: the groups of the first term.
+  /// Number of independent clusters: the groups of the first term, or with crossed terms sets of
+  /// cells that no group connects to others.
   Eigen::Index cluster_count() const {
     return static_cast<Eigen::Index>(cluster_begin_.size()) - 1;
   }
   /// First group of a cluster; cluster_begin(cluster_count()) is G.
   Eigen::Index cluster_begin(Eigen::Index cluster) const { return cluster_begin_[cluster]; }
 
-  /// Number of terms of random effects. The groups of each consist of groups of the next; those of
-  /// the last are the model's groups.
+  /// Number of terms of random effects. The groups of each consist of groups of the next, those of
+  /// the last are the model's groups; unless they are crossed.
   std::size_t term_count() const { return specification_.random.size(); }
+  /// The groups of crossed terms, or null.
+  const CrossedGroups* crossed() const { return crossed_.get(); }
   Eigen::Index group_count(std::size_t term) const {
-    return is_last(term) ? group_count() : cluster_count();
+    return static_cast<Eigen::Index>(group_labels(term).size());
   }
-  const std::vector<std::string>& group_labels(std::size_t term) const {
-    return is_last(term) ? group_labels_ : cluster_labels_;
-  }
-  /// First of the model's groups in group k of a term.
+  const std::vector<std::string>& group_labels(std::size_t term) const;
+  /// First of the model's groups in group k of a term, not crossed.
   Eigen::Index first_group(std::size_t term, Eigen::Index k) const {
     return is_last(term) ? k : cluster_begin_[k];
   }
@@ -183,6 +188,7 @@ class NonlinearModel {
   };
   void choose_rows(const data::Table& table);
   void sort_by_group(const data::Table& table, const std::vector<bool>& complete);
+  void sort_by_cell(const data::Table& table, const std::vector<bool>& complete);
   void load_columns(const data::Table& table);
   void load_levels(const data::Table& table);
   void load_covariates(const data::Table& table);
@@ -211,7 +217,8 @@ class NonlinearModel {
   std::map<std::string, std::set<std::string>> levels_;
   std::vector<std::string> group_labels_;
   std::vector<Eigen::Index> group_begin_;
-  std::vector<std::string> cluster_labels_;  ///< of the first of two terms
+  std::vector<std::string> cluster_labels_;  ///< of the first of two nested terms
+  std::shared_ptr<const CrossedGroups> crossed_;
   std::vector<Eigen::Index> cluster_begin_;
   std::vector<Strata> strata_;
   Eigen::VectorXd response_;

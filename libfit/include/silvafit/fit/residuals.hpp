@@ -32,7 +32,7 @@ struct Residuals {
   /// (N) residuals of the model linear around the estimates, including the random effects,
   /// L^-1 (y - f(beta + b) + Z b) with L L' = Z Psi Z' + sigma^2 G^2 of a group, rows in the order
   /// of its observations: independent and standard normal if the model holds.
-  Eigen::VectorXd marginal{};
+  Eigen::VectorXd marginal{};  ///< NaN with crossed groups or more than two levels
 };
 
 /// The residuals of the complete rows of a table.

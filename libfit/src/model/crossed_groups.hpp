@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// The groups of terms of random effects that are not one or two nested levels.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/table.hpp"
+#include "silvafit/fit/model_specification.hpp"
+
+namespace silvafit::fit {
+
+/// Cells are sets of rows that are in the same group of every term; they are the groups of the
+/// model. Clusters are sets of cells that no group connects to others.
+struct CrossedGroups {
+  std::vector<std::vector<std::string>> labels{};          ///< (G) of each term
+  std::vector<std::vector<Eigen::Index>> of_cells{};       ///< (cells) group in each term
+  std::vector<std::vector<Eigen::Index>> cluster_begin{};  ///< (clusters + 1) first group, by term
+
+  /// The same of some of the cells.
+  /// \param cells          in ascending order
+  /// \param cluster_cells  (clusters + 1) first of them in each cluster
+  CrossedGroups part(const std::vector<Eigen::Index>& cells,
+                     const std::vector<Eigen::Index>& cluster_cells) const;
+  /// What identifies a cell: the label of the term whose groups are the cells, or those of all.
+  std::string cell_label(Eigen::Index cell) const;
+};
+
+/// Rows in the order of clusters and cells.
+struct CellRows {
+  CrossedGroups groups{};
+  std::vector<std::size_t> rows{};
+  std::vector<Eigen::Index> cell_begin{};     ///< (cells + 1)
+  std::vector<Eigen::Index> cluster_begin{};  ///< (clusters + 1) first cell
+};
+
+/// \param complete  (rows of the table) those that may be used; rows without a group are not
+CellRows cell_rows(const ModelSpecification& specification,
+                   const data::Table& table,
+                   const std::vector<bool>& complete);
+
+}  // namespace silvafit::fit
