@@ -56,13 +56,13 @@ LocalOptima::LocalOptima(const NonlinearModel& model,
       linearized_(linearized),
       marginal_(marginal),
       starts_(std::move(starts)),
-      budget_(model, 1, kOperations) {
+      budget_(model, kOperations) {
   linearized_.starts.clear();
 }
 
 void LocalOptima::search(bool is_result) {
   descend();
-  budget_ = SearchBudget(model_, 1, kOperations);
+  budget_ = SearchBudget(model_, kOperations);
   const bool has_effects = !model_.specification().random.empty();
   if (has_effects && (is_result || has_several())) climb();
   if (!has_high_end()) climb_exactly();

@@ -13,9 +13,8 @@ namespace silvafit::fit {
 /// the machine.
 class SearchBudget {
  public:
-  /// \param points      of quadrature a random effect
   /// \param operations  of the search
-  SearchBudget(const NonlinearModel& model, int points, double operations) : left_(operations) {
+  SearchBudget(const NonlinearModel& model, double operations) : left_(operations) {
     double q = 0.0;
     for (const RandomEffects& term : model.specification().random) {
       q += static_cast<double>(term.coefficients.size());
@@ -27,9 +26,8 @@ class SearchBudget {
     pass_ = kStep + n * (p + q + 2.0);
     // The cross products of the linear models of all groups.
     alternation_ = kStep + groups * std::pow(p + q + 1.0, 3);
-    // The modes, with about three sums of second derivatives, and the density at the points.
-    evaluation_ =
-        kStep + n * (3.0 * (1.0 + q) * (1.0 + q) + (points > 1 ? std::pow(points, q) : 0.0));
+    // The modes, with about three sums of second derivatives.
+    evaluation_ = kStep + n * 3.0 * (1.0 + q) * (1.0 + q);
   }
 
   void spend_work(const LindstromBatesWork& work) {

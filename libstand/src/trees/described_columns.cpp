@@ -153,11 +153,16 @@ void Describer::describe(const std::string& column) {
         data::column_reference(
             described.read_as, sources_[first->second].source, table_.names(), reader_.file()),
         ignored);
-    for (double& value : values) {
-      const bool is_zero = value == 0.0 && is_zero_missing(standard->name);
-      if (!is_zero && !is_missing_number_of(standard->name, value)) continue;
-      codes_.add(column, data::shortest(value));
-      value = data::kMissing;
+    // Codes are those of the file, before the conversion of units.
+    const std::vector<double> as_read =
+        described.is_numeric
+            ? std::vector<double>(table_.numbers(column).begin(), table_.numbers(column).end())
+            : values;
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      const bool is_zero = values[row] == 0.0 && is_zero_missing(standard->name);
+      if (!is_zero && !is_missing_number_of(standard->name, as_read[row])) continue;
+      codes_.add(column, data::shortest(as_read[row]));
+      values[row] = data::kMissing;
     }
   } else if (described.is_numeric) {
     values.assign(table_.numbers(column).begin(), table_.numbers(column).end());

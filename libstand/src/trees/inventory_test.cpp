@@ -391,9 +391,9 @@ TEST_CASE("a single unusual value gives a note") {
 
 TEST_CASE("a file without needed columns is refused with the remedy") {
   CHECK_THROWS_WITH(
-      read_inventory_text("plot,girth\n1,20\n"),
+      read_inventory_text("plot,shoots\n1,20\n"),
       Contains("no column dbh (diameter at breast height in cm) was found; name it with "
-               "`columns=dbh=COLUMN`; available: plot, girth"));
+               "`columns=dbh=COLUMN`; available: plot, shoots"));
   CHECK_THROWS_WITH(read_inventory_text("dbh,x\n20,1\n", {.needs_coordinates = true}),
                     Contains("no column y"));
   CHECK_THROWS_WITH(read_inventory_text("dbh\n20\n", {.needs = {"hcb"}}),
