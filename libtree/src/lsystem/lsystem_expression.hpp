@@ -35,14 +35,11 @@ class LsystemExpression {
   /// \param parameters  one for each name
   /// \throws ArithmeticProblem
   double value(const double* parameters, Random& random) const {
-    return code_.size() == 1 && code_.front().operation == Operation::kNumber
-               ? code_.front().number
-               : run(parameters, random);
+    return code_.size() == 1 && code_.front().kind == Kind::kNumber ? code_.front().number
+                                                                    : run(parameters, random);
   }
 
-  bool is_constant() const {
-    return code_.size() == 1 && code_.front().operation == Operation::kNumber;
-  }
+  bool is_constant() const { return code_.size() == 1 && code_.front().kind == Kind::kNumber; }
   bool draws_random_numbers() const;
   /// Operations of an evaluation, at most.
   std::size_t size() const { return code_.size(); }
@@ -50,44 +47,21 @@ class LsystemExpression {
   const std::string& text() const { return text_; }
 
   // For the parser, which fills it.
-  enum class Operation : std::uint8_t {
+  enum class Kind : std::uint8_t {
     kNumber,
     kParameter,
-    kAdd,
-    kSubtract,
-    kMultiply,
-    kDivide,
-    kRemainder,
-    kPower,
-    kNegate,
-    kNot,
-    kLess,
-    kLessEqual,
-    kGreater,
-    kGreaterEqual,
-    kEqual,
-    kNotEqual,
+    kOperation,
+    kDraw,         ///< an operation with random numbers
     kSkipIfFalse,  ///< of &&: the following operand is not evaluated
     kSkipIfTrue,   ///< of ||
-    kTruth,
-    kSqrt,
-    kSin,
-    kCos,
-    kTan,
-    kExp,
-    kLog,
-    kAbs,
-    kFloor,
-    kCeil,
-    kMin,
-    kMax,
-    kUniform,
-    kNormal,
   };
+  using Compute = double (*)(double a, double b, Random& random);
   struct Instruction {
-    Operation operation = Operation::kNumber;
-    std::uint32_t index = 0;  ///< index of a parameter; target of a jump
+    Kind kind = Kind::kNumber;
+    std::uint32_t index =
+        0;  ///< of a parameter; number of values of an operation; target of a jump
     double number = 0.0;
+    Compute compute = nullptr;
   };
 
  private:
