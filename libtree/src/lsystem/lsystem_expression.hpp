@@ -24,8 +24,9 @@ struct ExpressionNames {
   std::vector<std::string> parameters{};
 };
 
-/// An expression of a production. libdata's expressions are made for derivatives and for whole
-/// columns; this one draws random numbers and takes a module's parameters in place.
+/// An expression of a production. A Program of libdata computes equal parts once, which random
+/// numbers must not be, skips no operand of && and ||, and has blocks of rows where this one takes
+/// a module's parameters in place.
 class LsystemExpression {
  public:
   /// Reads up to the first character that cannot continue an expression, and stops there.
