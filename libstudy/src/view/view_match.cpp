@@ -79,9 +79,8 @@ class Places {
 
 class Matcher {
  public:
-  Matcher(ViewStand& stand, const std::vector<std::string>& nodes, const tree::ReadScene& scene)
-      : stand_(stand), scene_(scene) {
-    for (std::size_t i = 0; i < nodes.size(); ++i) nodes_.emplace(nodes[i], i);
+  Matcher(ViewStand& stand, const tree::ReadScene& scene) : stand_(stand), scene_(scene) {
+    for (std::size_t i = 0; i < scene.nodes.size(); ++i) nodes_.emplace(scene.nodes[i].name, i);
     for (const tree::ReadInstance& instance : scene.instances) {
       named_.emplace(instance.name, &instance);
       // A tree has at most one instance of its model per material.
@@ -181,10 +180,6 @@ class Matcher {
 
 }  // namespace
 
-void match_trees(ViewStand& stand,
-                 const std::vector<std::string>& nodes,
-                 const tree::ReadScene& scene) {
-  Matcher(stand, nodes, scene).match();
-}
+void match_trees(ViewStand& stand, const tree::ReadScene& scene) { Matcher(stand, scene).match(); }
 
 }  // namespace silvafit::study

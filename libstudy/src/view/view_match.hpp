@@ -2,9 +2,6 @@
 // Matching of a table's trees with a scene, by names and positions.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "silvafit/tree/scene_reader.hpp"
 #include "view/view_stand.hpp"
 
@@ -15,11 +12,8 @@ namespace silvafit::study {
 /// within 5 cm in x and y, so that measurements of other trees are never shown. An instance that
 /// matches more than one tree by position gets that of its number if it is one of them, and else
 /// none; a tree that matches more than one instance gets none. Notes count trees without a match.
-/// \param nodes  names of all nodes of the file, in its order
 /// \throws InputError if no tree is found, or fewer instances than half the scene's or the table's
 /// trees, whichever are fewer
-void match_trees(ViewStand& stand,
-                 const std::vector<std::string>& nodes,
-                 const tree::ReadScene& scene);
+void match_trees(ViewStand& stand, const tree::ReadScene& scene);
 
 }  // namespace silvafit::study

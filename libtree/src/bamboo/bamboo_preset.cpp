@@ -4,147 +4,112 @@
 
 #include "bamboo/bamboo_leaves.hpp"
 #include "catalogue/preset_head.hpp"
+#include "silvafit/base/atomic_file.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/tree/bamboo.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-CulmStyle culm_of(const JsonEntry& entry) {
-  entry.allow_only({"bend_deg",
-                    "bend_sd_deg",
-                    "sun_azimuth_deg",
-                    "sun_azimuth_sd_deg",
-                    "nod",
-                    "internode_m",
-                    "internodes_least",
-                    "internodes_most",
-                    "internodes_sd",
-                    "internode_base",
-                    "internode_top",
-                    "longest_at",
-                    "internode_length_sd",
-                    "ridge_height",
-                    "ridge_m"});
+CulmStyle culm_of(const data::JsonReader& entry) {
   CulmStyle culm;
-  culm.bend_deg = entry.number("bend_deg", 0.0, 60.0);
-  culm.bend_sd_deg = entry.number("bend_sd_deg", 0.0, 30.0);
-  culm.sun_azimuth_deg = entry.number("sun_azimuth_deg", 0.0, 360.0);
-  culm.sun_azimuth_sd_deg = entry.number("sun_azimuth_sd_deg", 0.0, 360.0);
-  culm.nod = entry.number("nod", 0.0, 0.2);
-  culm.internode_m = entry.number("internode_m", 0.01, 2.0);
-  culm.internodes_least = whole_number(entry, "internodes_least", 2, 100);
-  culm.internodes_most = whole_number(entry, "internodes_most", 2, 200);
+  read_numbers(entry,
+               {{"bend_deg", &culm.bend_deg, 0.0, 60.0},
+                {"bend_sd_deg", &culm.bend_sd_deg, 0.0, 30.0},
+                {"sun_azimuth_deg", &culm.sun_azimuth_deg, 0.0, 360.0},
+                {"sun_azimuth_sd_deg", &culm.sun_azimuth_sd_deg, 0.0, 360.0},
+                {"nod", &culm.nod, 0.0, 0.2},
+                {"internode_m", &culm.internode_m, 0.01, 2.0},
+                {"internodes_sd", &culm.internodes_sd, 0.0, 0.3},
+                {"internode_base", &culm.internode_base, 0.01, 1.0},
+                {"internode_top", &culm.internode_top, 0.01, 1.0},
+                {"longest_at", &culm.longest_at, 0.05, 0.95},
+                {"internode_length_sd", &culm.internode_length_sd, 0.0, 0.3},
+                {"ridge_height", &culm.ridge_height, 0.0, 0.5},
+                {"ridge_m", &culm.ridge_m, 0.001, 0.2},
+                {"internodes_least", &culm.internodes_least, 2, 100},
+                {"internodes_most", &culm.internodes_most, 2, 200}});
   if (culm.internodes_most < culm.internodes_least) {
-    throw InputError("must not be below internodes_least", entry.place_of("internodes_most"));
+    entry.at("internodes_most").fail("must not be below internodes_least");
   }
-  culm.internodes_sd = entry.number("internodes_sd", 0.0, 0.3);
-  culm.internode_base = entry.number("internode_base", 0.01, 1.0);
-  culm.internode_top = entry.number("internode_top", 0.01, 1.0);
-  culm.longest_at = entry.number("longest_at", 0.05, 0.95);
-  culm.internode_length_sd = entry.number("internode_length_sd", 0.0, 0.3);
-  culm.ridge_height = entry.number("ridge_height", 0.0, 0.5);
-  culm.ridge_m = entry.number("ridge_m", 0.001, 0.2);
   return culm;
 }
 
-NormalCloud cloud_of(const JsonEntry& entry) {
-  NormalCloud cloud{.expectation = entry.number("expectation_deg", 0.0, 89.0),
-                    .entropy = entry.number("entropy_deg", 0.0, 90.0),
-                    .hyper_entropy = entry.number("hyper_entropy_deg", 0.0, 90.0),
-                    .low = entry.number("low_deg", 0.0, 89.0),
-                    .high = entry.number("high_deg", 0.0, 89.0)};
+NormalCloud cloud_of(const data::JsonReader& entry) {
+  NormalCloud cloud;
+  read_numbers(entry,
+               {{"expectation_deg", &cloud.expectation, 0.0, 89.0},
+                {"entropy_deg", &cloud.entropy, 0.0, 90.0},
+                {"hyper_entropy_deg", &cloud.hyper_entropy, 0.0, 90.0},
+                {"low_deg", &cloud.low, 0.0, 89.0},
+                {"high_deg", &cloud.high, 0.0, 89.0}},
+               {"values"});
   try {
     check(cloud);
   } catch (const UsageError& error) {
-    throw InputError(error.message(), entry.place_of("expectation_deg"));
+    entry.at("expectation_deg").fail(error.message());
   }
   return cloud;
 }
 
-CulmBranching branches_of(const JsonEntry& entry) {
-  entry.allow_only({"angle",
-                    "angle_sd_deg",
-                    "mu",
-                    "pair_spread_deg",
-                    "second_length",
-                    "length_low",
-                    "length_high",
-                    "bend_deg",
-                    "bend_sd_deg",
-                    "thickness",
-                    "thickest",
-                    "segments"});
-  const JsonEntry angle = entry.child("angle");
-  angle.allow_only(
-      {"expectation_deg", "entropy_deg", "hyper_entropy_deg", "low_deg", "high_deg", "values"});
+CulmBranching branches_of(const data::JsonReader& entry) {
+  const data::JsonReader angle = entry.at("angle");
   CulmBranching branches;
+  read_numbers(entry,
+               {{"angle_sd_deg", &branches.angle_sd_deg, 0.0, 30.0},
+                {"mu", &branches.mu, 3.56994, 4.0},
+                {"pair_spread_deg", &branches.pair_spread_deg, 0.0, 180.0},
+                {"second_length", &branches.second_length, 0.1, 1.0},
+                {"length_low", &branches.length_low, 0.1, 1.0},
+                {"bend_deg", &branches.bend_deg, 0.0, 120.0},
+                {"bend_sd_deg", &branches.bend_sd_deg, 0.0, 60.0},
+                {"thickness", &branches.thickness, 0.0005, 0.2},
+                {"thickest", &branches.thickest, 0.01, 1.0},
+                {"segments", &branches.segments, 1, 20}},
+               {"angle", "length_high"});
   branches.angle = cloud_of(angle);
-  branches.values = static_cast<std::size_t>(whole_number(angle, "values", 1, 1000));
-  branches.angle_sd_deg = entry.number("angle_sd_deg", 0.0, 30.0);
-  branches.mu = entry.number("mu", 3.56994, 4.0);
-  branches.pair_spread_deg = entry.number("pair_spread_deg", 0.0, 180.0);
-  branches.second_length = entry.number("second_length", 0.1, 1.0);
-  branches.length_low = entry.number("length_low", 0.1, 1.0);
-  branches.length_high = entry.number("length_high", branches.length_low, 1.0);
-  branches.bend_deg = entry.number("bend_deg", 0.0, 120.0);
-  branches.bend_sd_deg = entry.number("bend_sd_deg", 0.0, 60.0);
-  branches.thickness = entry.number("thickness", 0.0005, 0.2);
-  branches.thickest = entry.number("thickest", 0.01, 1.0);
-  branches.segments = whole_number(entry, "segments", 1, 20);
+  branches.values = static_cast<std::size_t>(whole_number(angle.at("values"), 1, 1000));
+  branches.length_high = entry.at("length_high").number_between(branches.length_low, 1.0);
   return branches;
 }
 
-CulmTwigs twigs_of(const JsonEntry& entry) {
-  entry.allow_only({"spacing_m",
-                    "least",
-                    "most",
-                    "from",
-                    "angle_deg",
-                    "angle_sd_deg",
-                    "relative_length",
-                    "tip_length",
-                    "droop"});
+CulmTwigs twigs_of(const data::JsonReader& entry) {
   CulmTwigs twigs;
-  twigs.spacing_m = entry.number("spacing_m", 0.01, 10.0);
-  twigs.least = whole_number(entry, "least", 1, 50);
-  twigs.most = whole_number(entry, "most", twigs.least, 50);
-  twigs.from = entry.number("from", 0.0, 0.95);
-  twigs.angle_deg = entry.number("angle_deg", 0.0, 120.0);
-  twigs.angle_sd_deg = entry.number("angle_sd_deg", 0.0, 60.0);
-  twigs.relative_length = entry.number("relative_length", 0.01, 2.0);
-  twigs.tip_length = entry.number("tip_length", 0.0, 1.0);
-  twigs.droop = entry.number("droop", 0.0, 0.5);
+  read_numbers(entry,
+               {{"spacing_m", &twigs.spacing_m, 0.01, 10.0},
+                {"from", &twigs.from, 0.0, 0.95},
+                {"angle_deg", &twigs.angle_deg, 0.0, 120.0},
+                {"angle_sd_deg", &twigs.angle_sd_deg, 0.0, 60.0},
+                {"relative_length", &twigs.relative_length, 0.01, 2.0},
+                {"tip_length", &twigs.tip_length, 0.0, 1.0},
+                {"droop", &twigs.droop, 0.0, 0.5},
+                {"least", &twigs.least, 1, 50}},
+               {"most"});
+  twigs.most = whole_number(entry.at("most"), twigs.least, 50);
   return twigs;
 }
 
-LeafLight light_of(const JsonEntry& entry) {
-  entry.allow_only({"outer", "height", "sun", "order", "sd"});
-  const LeafLight light{.outer = entry.number("outer", 0.0, 1.0),
-                        .height = entry.number("height", 0.0, 1.0),
-                        .sun = entry.number("sun", 0.0, 1.0),
-                        .order = entry.number("order", 0.0, 1.0),
-                        .sd = entry.number("sd", 0.0, 1.0)};
+LeafLight light_of(const data::JsonReader& entry) {
+  LeafLight light;
+  read_numbers(entry,
+               {{"outer", &light.outer, 0.0, 1.0},
+                {"height", &light.height, 0.0, 1.0},
+                {"sun", &light.sun, 0.0, 1.0},
+                {"order", &light.order, 0.0, 1.0},
+                {"sd", &light.sd, 0.0, 1.0}});
   constexpr double kRounding = 1e-9;
   if (std::abs(light.outer + light.height + light.sun + light.order - 1.0) > kRounding) {
-    throw InputError("the weights outer, height, sun and order must sum to 1",
-                     entry.place_of("outer"));
+    entry.at("outer").fail("the weights outer, height, sun and order must sum to 1");
   }
   return light;
 }
 
-LeafForm form_of(const JsonEntry& entry) {
-  const auto form = entry.get<std::string>("form");
-  if (form == "card") return LeafForm::kCard;
-  if (form == "crossed cards") return LeafForm::kCrossedCards;
-  throw InputError("must be \"card\" or \"crossed cards\"", entry.place_of("form"));
-}
-
 /// From dark to bright in equal steps.
-std::vector<std::shared_ptr<const Texture>> drawn_pictures(const JsonEntry& entry) {
-  const int grades = whole_number(entry, "grades", 1, 10);
-  const int size = whole_number(entry, "picture_size", 16, 1024);
-  const Color dark = color_of(entry, "dark_color");
-  const Color bright = color_of(entry, "bright_color");
+std::vector<std::shared_ptr<const Texture>> drawn_pictures(const data::JsonReader& entry) {
+  const int grades = whole_number(entry.at("grades"), 1, 10);
+  const int size = whole_number(entry.at("picture_size"), 16, 1024);
+  const Color dark = color_of(entry.at("dark_color"));
+  const Color bright = color_of(entry.at("bright_color"));
   std::vector<std::shared_ptr<const Texture>> pictures;
   for (int i = 0; i < grades; ++i) {
     const double share = grades == 1 ? 0.5 : static_cast<double>(i) / (grades - 1);
@@ -157,11 +122,11 @@ std::vector<std::shared_ptr<const Texture>> drawn_pictures(const JsonEntry& entr
 }
 
 /// The files in the folder of the preset.
-std::vector<std::shared_ptr<const Texture>> read_pictures(const JsonEntry& entry) {
-  const auto names = entry.get<std::vector<std::string>>("pictures");
+std::vector<std::shared_ptr<const Texture>> read_pictures(const data::JsonReader& entry) {
+  const auto names = entry.at("pictures").texts();
   constexpr std::size_t kMost = 10;
   if (names.empty() || names.size() > kMost) {
-    throw InputError("must list one to ten PNG files", entry.place_of("pictures"));
+    entry.at("pictures").fail("must list one to ten PNG files");
   }
   std::vector<std::shared_ptr<const Texture>> pictures;
   for (const std::string& name : names) {
@@ -175,37 +140,25 @@ std::vector<std::shared_ptr<const Texture>> read_pictures(const JsonEntry& entry
   return pictures;
 }
 
-CulmLeaves leaves_of(const JsonEntry& entry) {
-  entry.allow_only({"per_twig",
-                    "length_m",
-                    "crown_radius_m",
-                    "aspect",
-                    "droop",
-                    "form",
-                    "picture_size",
-                    "dark_color",
-                    "bright_color",
-                    "grades",
-                    "pictures",
-                    "leaves_per_spray",
-                    "leaf_aspect",
-                    "leaf_length",
-                    "light"});
+CulmLeaves leaves_of(const data::JsonReader& entry) {
   CulmLeaves leaves;
-  leaves.per_twig = whole_number(entry, "per_twig", 1, 20);
-  leaves.length_m = entry.number("length_m", 0.005, 3.0);
-  leaves.crown_radius_m = entry.number("crown_radius_m", 0.01, 60.0);
-  leaves.aspect = entry.number("aspect", 0.05, 2.0);
-  leaves.droop = entry.number("droop", 0.0, 3.0);
-  leaves.form = form_of(entry);
-  leaves.light = light_of(entry.child("light"));
-  leaves.picture_size = whole_number(entry, "picture_size", 16, 1024);
+  read_numbers(entry,
+               {{"length_m", &leaves.length_m, 0.005, 3.0},
+                {"crown_radius_m", &leaves.crown_radius_m, 0.01, 60.0},
+                {"aspect", &leaves.aspect, 0.05, 2.0},
+                {"droop", &leaves.droop, 0.0, 3.0},
+                {"leaf_aspect", &leaves.leaf_aspect, 0.02, 1.0},
+                {"leaf_length", &leaves.leaf_length, 0.05, 1.0},
+                {"per_twig", &leaves.per_twig, 1, 20},
+                {"picture_size", &leaves.picture_size, 16, 1024},
+                {"leaves_per_spray", &leaves.leaves_per_spray, 1, 20}},
+               {"form", "dark_color", "bright_color", "grades", "pictures", "light"});
+  leaves.form = entry.at("form").one_of({"card", "crossed cards"}) == 0 ? LeafForm::kCard
+                                                                        : LeafForm::kCrossedCards;
+  leaves.light = light_of(entry.at("light"));
   if (!std::has_single_bit(static_cast<unsigned>(leaves.picture_size))) {
-    throw InputError("must be a power of two", entry.place_of("picture_size"));
+    entry.at("picture_size").fail("must be a power of two");
   }
-  leaves.leaves_per_spray = whole_number(entry, "leaves_per_spray", 1, 20);
-  leaves.leaf_aspect = entry.number("leaf_aspect", 0.02, 1.0);
-  leaves.leaf_length = entry.number("leaf_length", 0.05, 1.0);
   leaves.pictures =
       ranked_by_color(entry.has("pictures") ? read_pictures(entry) : drawn_pictures(entry));
   return leaves;
@@ -215,7 +168,7 @@ CulmLeaves leaves_of(const JsonEntry& entry) {
 
 BambooPreset BambooPreset::load(const std::filesystem::path& models,
                                 const std::filesystem::path& file) {
-  const JsonEntry entry = JsonEntry::load(file, "silvafit-bamboo/1");
+  const data::JsonReader entry = open_entry(file, "silvafit-bamboo/1");
   entry.allow_only({"schema",
                     "name",
                     "title",
@@ -228,13 +181,13 @@ BambooPreset BambooPreset::load(const std::filesystem::path& models,
                     "leaves",
                     "culm_color",
                     "basis"});
-  entry.child("crown").allow_only({"index_up", "index_down", "relative_hc"});
+  entry.at("crown").allow_only({"index_up", "index_down", "relative_hc"});
   return {.head = preset_head_of(models, entry),
-          .culm = culm_of(entry.child("culm")),
-          .branches = branches_of(entry.child("branches")),
-          .twigs = twigs_of(entry.child("twigs")),
-          .leaves = leaves_of(entry.child("leaves")),
-          .culm_color = color_of(entry, "culm_color")};
+          .culm = culm_of(entry.at("culm")),
+          .branches = branches_of(entry.at("branches")),
+          .twigs = twigs_of(entry.at("twigs")),
+          .leaves = leaves_of(entry.at("leaves")),
+          .culm_color = color_of(entry.at("culm_color"))};
 }
 
 }  // namespace silvafit::tree

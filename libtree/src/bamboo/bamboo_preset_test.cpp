@@ -53,7 +53,7 @@ TEST_CASE("an invalid bamboo preset is refused with its file and field") {
     try {
       BambooPreset::load(models, scratch.path());
     } catch (const InputError& error) {
-      return error.place().column;
+      return test::path_of(error);
     }
     return std::string("accepted");
   };

@@ -4,21 +4,17 @@
 #include <algorithm>
 #include <utility>
 
-#include "catalogue/json_entry.hpp"
+#include "catalogue/preset_head.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-data::Expression equation_of_age(const JsonEntry& entry, const std::string& field) {
-  try {
-    data::Expression equation = data::Expression::parse(entry.get<std::string>(field));
-    for (const std::string& name : equation.variables()) {
-      if (name != "age") throw UsageError("may use only 'age', not '" + name + "'");
-    }
-    return equation;
-  } catch (const UsageError& error) {
-    throw InputError(error.message(), entry.place_of(field));
+data::Expression equation_of_age(const data::JsonReader& entry) {
+  data::Expression equation = entry.expression();
+  for (const std::string& name : equation.variables()) {
+    if (name != "age") entry.fail("may use only 'age', not '" + name + "'");
   }
+  return equation;
 }
 
 }  // namespace
@@ -27,20 +23,19 @@ BranchCount::BranchCount(data::Expression total, data::Expression dead)
     : total_(std::move(total)), dead_(std::move(dead)) {}
 
 BranchCount BranchCount::load(const std::filesystem::path& file) {
-  const JsonEntry entry = JsonEntry::load(file, "silvafit-branch-count/1");
-  BranchCount count(equation_of_age(entry, "total"), equation_of_age(entry, "dead"));
-  count.name_ = entry.get<std::string>("name");
-  const JsonEntry range = entry.child("age_range_years");
-  count.youngest_years_ = range.number("from", 0.0, 1000.0);
-  count.oldest_years_ = range.number("to", count.youngest_years_, 1000.0);
+  const data::JsonReader entry = open_entry(file, "silvafit-branch-count/1");
+  BranchCount count(equation_of_age(entry.at("total")), equation_of_age(entry.at("dead")));
+  count.name_ = entry.at("name").text();
+  const data::JsonReader range = entry.at("age_range_years");
+  count.youngest_years_ = range.at("from").number_between(0.0, 1000.0);
+  count.oldest_years_ = range.at("to").number_between(count.youngest_years_, 1000.0);
   constexpr int kChecks = 100;
   for (int i = 0; i <= kChecks; ++i) {
     const double share = static_cast<double>(i) / kChecks;
     const Count at =
         count.at(count.youngest_years_ + share * (count.oldest_years_ - count.youngest_years_));
     if (!(at.total > at.dead && at.dead > 0.0)) {
-      throw InputError("total > dead > 0 must hold in the whole range of years",
-                       entry.place_of("age_range_years"));
+      entry.at("age_range_years").fail("total > dead > 0 must hold in the whole range of years");
     }
   }
   return count;

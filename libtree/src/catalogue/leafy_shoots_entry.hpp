@@ -2,16 +2,16 @@
 // The fields `leafy_shoots` and `bark` of presets.
 #pragma once
 
-#include "catalogue/json_entry.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/tree/leafy_shoots.hpp"
 
 namespace silvafit::tree {
 
 /// \throws InputError naming file and field
-LeafyShoots leafy_shoots_of(const JsonEntry& entry);
+LeafyShoots leafy_shoots_of(const data::JsonReader& entry);
 
 /// The field `bark`: smooth (default) or furrowed.
 /// \throws InputError naming file and field
-BarkKind bark_kind_of(const JsonEntry& entry);
+BarkKind bark_kind_of(const data::JsonReader& entry);
 
 }  // namespace silvafit::tree

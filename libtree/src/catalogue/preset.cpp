@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "catalogue/json_entry.hpp"
 #include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
 #include "catalogue/species_names.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 
 namespace silvafit::tree {
@@ -14,129 +14,117 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<AngleLayer> layers_of(const JsonEntry& entry) {
+std::vector<AngleLayer> layers_of(const data::JsonReader& entry) {
   std::vector<AngleLayer> layers;
-  for (const auto& values : entry.get<std::vector<std::array<double, 3>>>("angle_layers")) {
-    const auto [from, low, high] = values;
+  for (const auto& [from, low, high] : rows_of<3>(entry)) {
     const bool ascends = layers.empty() ? from == 0.0 : from > layers.back().from && from < 1.0;
     if (!ascends || !(low > 0.0 && low < high && high <= 90.0)) {
-      throw InputError(
-          "must be [from, low, high] with increasing 'from', starting at 0, and angles in (0, 90]",
-          entry.place_of("angle_layers"));
+      entry.fail(
+          "must be [from, low, high] with increasing 'from', starting at 0, and angles in (0, 90]");
     }
     layers.push_back({from, low, high});
   }
-  if (layers.empty())
-    throw InputError("must have at least one layer", entry.place_of("angle_layers"));
+  if (layers.empty()) entry.fail("must have at least one layer");
   return layers;
 }
 
-YearlyWhorls yearly_whorls_of(const JsonEntry& entry) {
+YearlyWhorls yearly_whorls_of(const data::JsonReader& entry) {
   YearlyWhorls yearly;
-  yearly.low = whole_number(entry, "low", 1, 20);
-  yearly.high = whole_number(entry, "high", yearly.low, 20);
-  yearly.spacing_m = entry.number("spacing_m", 0.001, 1.0);
+  yearly.low = whole_number(entry.at("low"), 1, 20);
+  yearly.high = whole_number(entry.at("high"), yearly.low, 20);
+  yearly.spacing_m = entry.at("spacing_m").number_between(0.001, 1.0);
   return yearly;
 }
 
-Fork fork_of(const JsonEntry& entry) {
+Fork fork_of(const data::JsonReader& entry) {
   Fork fork;
-  fork.limbs = whole_number(entry, "limbs", 1, 6);
-  fork.from = entry.number("from", 0.0, 0.9);
-  fork.to = entry.number("to", fork.from, 0.95);
-  fork.low_deg = entry.number("low_deg", 1.0, 89.0);
-  fork.high_deg = entry.number("high_deg", fork.low_deg, 90.0);
-  fork.thickness = entry.number("thickness", 0.1, 1.0);
+  fork.limbs = whole_number(entry.at("limbs"), 1, 6);
+  fork.from = entry.at("from").number_between(0.0, 0.9);
+  fork.to = entry.at("to").number_between(fork.from, 0.95);
+  fork.low_deg = entry.at("low_deg").number_between(1.0, 89.0);
+  fork.high_deg = entry.at("high_deg").number_between(fork.low_deg, 90.0);
+  fork.thickness = entry.at("thickness").number_between(0.1, 1.0);
   return fork;
 }
 
-Branching branching_of(const JsonEntry& entry) {
+Branching branching_of(const data::JsonReader& entry) {
   Branching branching;
-  const auto arrangement = entry.get<std::string>("arrangement");
-  if (arrangement != "whorls" && arrangement != "spiral") {
-    throw InputError("must be whorls or spiral", entry.place_of("arrangement"));
-  }
-  if (arrangement == "whorls") {
+  if (entry.at("arrangement").one_of({"whorls", "spiral"}) == 0) {
     branching.arrangement = Arrangement::kWhorls;
-    branching.per_whorl = whole_number(entry, "per_whorl", 1, 12);
-    if (entry.has("whorl_spread")) branching.whorl_spread = entry.number("whorl_spread", 0.0, 1.0);
+    branching.per_whorl = whole_number(entry.at("per_whorl"), 1, 12);
+    if (entry.has("whorl_spread"))
+      branching.whorl_spread = entry.at("whorl_spread").number_between(0.0, 1.0);
   } else {
     branching.arrangement = Arrangement::kSpiral;
     branching.per_whorl = 1;
-    branching.divergence_deg = entry.number("divergence_deg", 0.0, 360.0);
+    branching.divergence_deg = entry.at("divergence_deg").number_between(0.0, 360.0);
   }
-  branching.spacing_m = entry.number("spacing_m", 0.01, 10.0);
-  branching.tip_density = entry.number("tip_density", 1.0, 3.0);
-  branching.least = whole_number(entry, "least", 1, 1000);
-  branching.most = whole_number(entry, "most", branching.least, 1000);
-  branching.azimuth_sd_deg = entry.number("azimuth_sd_deg", 0.0, 90.0);
-  branching.sag = entry.number("sag", -0.5, 0.5);
-  branching.crookedness = entry.number("crookedness", 0.0, 0.3);
-  branching.thickness = entry.number("thickness", 0.001, 0.4);
-  branching.thickest = entry.number("thickest", 0.01, 1.0);
-  branching.stem_bend = entry.number("stem_bend", 0.0, 0.5);
-  branching.segments = whole_number(entry, "segments", 1, 12);
-  branching.layers = layers_of(entry);
-  if (entry.has("yearly_whorls")) branching.yearly = yearly_whorls_of(entry.child("yearly_whorls"));
-  if (entry.has("fork")) branching.fork = fork_of(entry.child("fork"));
+  branching.spacing_m = entry.at("spacing_m").number_between(0.01, 10.0);
+  branching.tip_density = entry.at("tip_density").number_between(1.0, 3.0);
+  branching.least = whole_number(entry.at("least"), 1, 1000);
+  branching.most = whole_number(entry.at("most"), branching.least, 1000);
+  branching.azimuth_sd_deg = entry.at("azimuth_sd_deg").number_between(0.0, 90.0);
+  branching.sag = entry.at("sag").number_between(-0.5, 0.5);
+  branching.crookedness = entry.at("crookedness").number_between(0.0, 0.3);
+  branching.thickness = entry.at("thickness").number_between(0.001, 0.4);
+  branching.thickest = entry.at("thickest").number_between(0.01, 1.0);
+  branching.stem_bend = entry.at("stem_bend").number_between(0.0, 0.5);
+  branching.segments = whole_number(entry.at("segments"), 1, 12);
+  branching.layers = layers_of(entry.at("angle_layers"));
+  if (entry.has("yearly_whorls")) branching.yearly = yearly_whorls_of(entry.at("yearly_whorls"));
+  if (entry.has("fork")) branching.fork = fork_of(entry.at("fork"));
   return branching;
 }
 
-Twigs twigs_of(const JsonEntry& entry) {
+Twigs twigs_of(const data::JsonReader& entry) {
   Twigs twigs;
-  const auto arrangement = entry.get<std::string>("arrangement");
-  if (arrangement != "pairs" && arrangement != "spiral") {
-    throw InputError("must be pairs or spiral", entry.place_of("arrangement"));
-  }
-  twigs.arrangement = arrangement == "pairs" ? TwigArrangement::kPairs : TwigArrangement::kSpiral;
-  twigs.spacing_m = entry.number("spacing_m", 0.01, 10.0);
-  twigs.least = whole_number(entry, "least", 0, 100);
-  twigs.most = whole_number(entry, "most", twigs.least, 100);
-  twigs.angle_low_deg = entry.number("angle_low_deg", 1.0, 120.0);
-  twigs.angle_high_deg = entry.number("angle_high_deg", twigs.angle_low_deg + 1.0, 130.0);
-  twigs.from = entry.number("from", 0.0, 0.95);
-  twigs.relative_length = entry.number("relative_length", 0.01, 1.5);
-  twigs.tip_length = entry.number("tip_length", 0.01, 1.0);
-  twigs.spread_deg = entry.number("spread_deg", 0.0, 90.0);
-  twigs.lift = entry.number("lift", -1.0, 2.0);
-  twigs.has_wood = entry.get<bool>("has_wood");
-  twigs.segments = whole_number(entry, "segments", 1, 12);
+  twigs.arrangement = entry.at("arrangement").one_of({"pairs", "spiral"}) == 0
+                          ? TwigArrangement::kPairs
+                          : TwigArrangement::kSpiral;
+  twigs.spacing_m = entry.at("spacing_m").number_between(0.01, 10.0);
+  twigs.least = whole_number(entry.at("least"), 0, 100);
+  twigs.most = whole_number(entry.at("most"), twigs.least, 100);
+  twigs.angle_low_deg = entry.at("angle_low_deg").number_between(1.0, 120.0);
+  twigs.angle_high_deg =
+      entry.at("angle_high_deg").number_between(twigs.angle_low_deg + 1.0, 130.0);
+  twigs.from = entry.at("from").number_between(0.0, 0.95);
+  twigs.relative_length = entry.at("relative_length").number_between(0.01, 1.5);
+  twigs.tip_length = entry.at("tip_length").number_between(0.01, 1.0);
+  twigs.spread_deg = entry.at("spread_deg").number_between(0.0, 90.0);
+  twigs.lift = entry.at("lift").number_between(-1.0, 2.0);
+  twigs.has_wood = entry.at("has_wood").boolean();
+  twigs.segments = whole_number(entry.at("segments"), 1, 12);
   return twigs;
 }
 
-Foliage foliage_of(const JsonEntry& entry) {
+Foliage foliage_of(const data::JsonReader& entry) {
   Foliage foliage;
-  const auto kind = entry.get<std::string>("kind");
-  if (kind != "needles" && kind != "leaves") {
-    throw InputError("must be needles or leaves", entry.place_of("kind"));
-  }
-  if (kind == "needles") {
+  if (entry.at("kind").one_of({"needles", "leaves"}) == 0) {
     foliage.kind = FoliageKind::kNeedles;
-    foliage.fullness = entry.number("fullness", 0.05, 1.0);
-    foliage.lift = entry.number("lift", 0.0, 2.0);
-    foliage.droop = entry.number("droop", 0.0, 2.0);
+    foliage.fullness = entry.at("fullness").number_between(0.05, 1.0);
+    foliage.lift = entry.at("lift").number_between(0.0, 2.0);
+    foliage.droop = entry.at("droop").number_between(0.0, 2.0);
   } else {
     foliage.kind = FoliageKind::kLeaves;
-    foliage.tufts_per_shoot = whole_number(entry, "tufts_per_shoot", 0, 20);
-    foliage.leaves_per_tuft = whole_number(entry, "leaves_per_tuft", 2, 60);
-    foliage.leaf_length_m = entry.number("leaf_length_m", 0.01, 2.0);
-    foliage.leaf_aspect = entry.number("leaf_aspect", 0.05, 2.0);
+    foliage.tufts_per_shoot = whole_number(entry.at("tufts_per_shoot"), 0, 20);
+    foliage.leaves_per_tuft = whole_number(entry.at("leaves_per_tuft"), 2, 60);
+    foliage.leaf_length_m = entry.at("leaf_length_m").number_between(0.01, 2.0);
+    foliage.leaf_aspect = entry.at("leaf_aspect").number_between(0.05, 2.0);
     foliage.tuft = Tuft::of(foliage.leaves_per_tuft, foliage.leaf_aspect);
   }
-  foliage.inner = color_of(entry, "inner_color");
-  foliage.outer = color_of(entry, "outer_color");
+  foliage.inner = color_of(entry.at("inner_color"));
+  foliage.outer = color_of(entry.at("outer_color"));
   for (std::size_t i = 0; i < 3; ++i) {
     if (!(foliage.outer[i] > 0.0 && foliage.inner[i] <= foliage.outer[i])) {
-      throw InputError("must be above 0 and not darker than inner_color",
-                       entry.place_of("outer_color"));
+      entry.at("outer_color").fail("must be above 0 and not darker than inner_color");
     }
   }
-  foliage.color_variation = entry.number("color_variation", 0.0, 0.5);
+  foliage.color_variation = entry.at("color_variation").number_between(0.0, 0.5);
   return foliage;
 }
 
 Preset preset_of(const fs::path& models, const fs::path& file) {
-  const JsonEntry entry = JsonEntry::load(file, "silvafit-preset/1");
+  const data::JsonReader entry = open_entry(file, "silvafit-preset/1");
   const PresetHead head = preset_head_of(models, entry);
   Preset preset;
   preset.name = head.name;
@@ -145,16 +133,16 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
   preset.crown_index = head.crown_index;
   preset.relative_hc = head.relative_hc;
   preset.taper = head.taper;
-  preset.branching = branching_of(entry.child("branching"));
-  preset.twigs = twigs_of(entry.child("twigs"));
-  if (entry.has("shoots")) preset.shoots = twigs_of(entry.child("shoots"));
-  preset.foliage = foliage_of(entry.child("foliage"));
-  preset.leafy_shoots = leafy_shoots_of(entry.child("leafy_shoots"));
-  preset.bark = color_of(entry, "bark_color");
+  preset.branching = branching_of(entry.at("branching"));
+  preset.twigs = twigs_of(entry.at("twigs"));
+  if (entry.has("shoots")) preset.shoots = twigs_of(entry.at("shoots"));
+  preset.foliage = foliage_of(entry.at("foliage"));
+  preset.leafy_shoots = leafy_shoots_of(entry.at("leafy_shoots"));
+  preset.bark = color_of(entry.at("bark_color"));
   preset.bark_kind = bark_kind_of(entry);
   if (entry.has("branch_count")) {
-    preset.branch_count = BranchCount::load(models / "branch_count" /
-                                            (entry.get<std::string>("branch_count") + ".json"));
+    preset.branch_count =
+        BranchCount::load(models / "branch_count" / (entry.at("branch_count").text() + ".json"));
   }
   return preset;
 }

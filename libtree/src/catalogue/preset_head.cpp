@@ -1,44 +1,62 @@
 // SPDX-License-Identifier: MIT
 #include "catalogue/preset_head.hpp"
 
-#include <map>
-
 namespace silvafit::tree {
 
-PresetHead preset_head_of(const std::filesystem::path& models, const JsonEntry& entry) {
-  const JsonEntry crown = entry.child("crown");
+data::JsonReader open_entry(const std::filesystem::path& file, std::string_view schema) {
+  data::JsonReader entry = data::JsonReader::open(file);
+  entry.at("schema").one_of({schema});
+  return entry;
+}
+
+PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonReader& entry) {
+  const data::JsonReader crown = entry.at("crown");
   PresetHead head;
-  head.name = entry.get<std::string>("name");
-  head.title = entry.get<std::string>("title");
-  head.species = entry.get<std::vector<std::string>>("species");
-  head.crown_index = {crown.number("index_up", 1.0, 2.0), crown.number("index_down", 1.0, 2.0)};
-  head.relative_hc = crown.number("relative_hc", 0.0, 1.0);
-  head.taper = Taper::load(models / "taper" / (entry.get<std::string>("taper") + ".json"));
+  head.name = entry.at("name").text();
+  head.title = entry.at("title").text();
+  head.species = entry.at("species").texts();
+  head.crown_index = {crown.at("index_up").number_between(1.0, 2.0),
+                      crown.at("index_down").number_between(1.0, 2.0)};
+  head.relative_hc = crown.at("relative_hc").number_between(0.0, 1.0);
+  head.taper = Taper::load(models / "taper" / (entry.at("taper").text() + ".json"));
   // `basis` is required: it separates published from guessed numbers.
-  entry.get<std::map<std::string, std::string>>("basis");
+  for (const auto& [field, basis] : entry.at("basis").members()) basis.any_text();
   return head;
 }
 
-double largest_gap_of(const JsonEntry& entry) {
+double largest_gap_of(const data::JsonReader& entry) {
   constexpr double kSmallest = 0.1;
-  return entry.has("largest_gap") ? entry.number("largest_gap", kSmallest, 2.0) : 0.0;
+  return entry.has("largest_gap") ? entry.at("largest_gap").number_between(kSmallest, 2.0) : 0.0;
 }
 
-Color color_of(const JsonEntry& entry, const std::string& field) {
-  const auto color = entry.get<Color>(field);
+Color color_of(const data::JsonReader& entry) {
+  const Color color = numbers_of<3>(entry);
   for (const double channel : color) {
-    if (!(channel >= 0.0 && channel <= 1.0)) {
-      throw InputError("must be three numbers in [0, 1]", entry.place_of(field));
-    }
+    if (!(channel >= 0.0 && channel <= 1.0)) entry.fail("must be three numbers in [0, 1]");
   }
   return color;
 }
 
-int whole_number(const JsonEntry& entry, const std::string& field, int low, int high) {
-  const double value = entry.number(field, low, high);
+int whole_number(const data::JsonReader& entry, int low, int high) {
+  const double value = entry.number_between(low, high);
   const int number = static_cast<int>(value);
-  if (number != value) throw InputError("must be an integer", entry.place_of(field));
+  if (number != value) entry.fail("must be an integer");
   return number;
+}
+
+void read_numbers(const data::JsonReader& entry,
+                  const std::vector<PresetNumber>& numbers,
+                  const std::vector<std::string_view>& others) {
+  std::vector<std::string_view> keys = others;
+  for (const PresetNumber& number : numbers) keys.push_back(number.key);
+  entry.allow_only(keys);
+  for (const auto& [key, into, low, high] : numbers) {
+    if (const auto* whole = std::get_if<int*>(&into)) {
+      **whole = whole_number(entry.at(key), static_cast<int>(low), static_cast<int>(high));
+    } else {
+      *std::get<double*>(into) = entry.at(key).number_between(low, high);
+    }
+  }
 }
 
 }  // namespace silvafit::tree

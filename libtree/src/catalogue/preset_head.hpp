@@ -1,25 +1,62 @@
 // SPDX-License-Identifier: MIT
-// The common fields of the preset files of all builders.
+// The common fields of the files of models/. Errors name file and field.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
+#include <string_view>
+#include <variant>
+#include <vector>
 
-#include "catalogue/json_entry.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/tree/builder.hpp"
 
 namespace silvafit::tree {
 
+/// An entry of the catalogue with that schema.
+data::JsonReader open_entry(const std::filesystem::path& file, std::string_view schema);
+
 /// \param models  the folder with taper/
-/// \throws InputError naming file and field
-PresetHead preset_head_of(const std::filesystem::path& models, const JsonEntry& entry);
+PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonReader& entry);
 
 /// The optional field of the same name, 0 if it is absent: FitOptions.
-double largest_gap_of(const JsonEntry& entry);
+double largest_gap_of(const data::JsonReader& entry);
 
 /// Three numbers in [0, 1].
-Color color_of(const JsonEntry& entry, const std::string& field);
+Color color_of(const data::JsonReader& entry);
 
 /// An integer in [low, high].
-int whole_number(const JsonEntry& entry, const std::string& field, int low, int high);
+int whole_number(const data::JsonReader& entry, int low, int high);
+
+/// A number with its range, and where it goes; an int takes whole numbers only.
+struct PresetNumber {
+  std::string_view key{};
+  std::variant<double*, int*> into{};
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Reads the numbers of an object that has no keys but theirs and `others`.
+void read_numbers(const data::JsonReader& entry,
+                  const std::vector<PresetNumber>& numbers,
+                  const std::vector<std::string_view>& others = {});
+
+template <std::size_t N>
+std::array<double, N> numbers_of(const data::JsonReader& entry) {
+  const std::vector<double> values = entry.numbers();
+  if (values.size() != N) entry.fail("must have " + std::to_string(N) + " numbers");
+  std::array<double, N> result{};
+  std::ranges::copy(values, result.begin());
+  return result;
+}
+
+/// A list of lists of N numbers.
+template <std::size_t N>
+std::vector<std::array<double, N>> rows_of(const data::JsonReader& entry) {
+  std::vector<std::array<double, N>> rows;
+  for (const data::JsonReader& row : entry.items()) rows.push_back(numbers_of<N>(row));
+  return rows;
+}
 
 }  // namespace silvafit::tree

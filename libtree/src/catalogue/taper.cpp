@@ -4,18 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
-#include "catalogue/json_entry.hpp"
+#include "catalogue/preset_head.hpp"
 #include "morphology/breast_height.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/data/expression.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-data::Expression equation_of(const JsonEntry& entry) {
-  data::Expression equation = data::Expression::parse(entry.get<std::string>("relative_diameter"));
-  for (const auto& [name, value] : entry.get<std::map<std::string, double>>("coefficients")) {
+data::Expression equation_of(const data::JsonReader& entry) {
+  data::Expression equation = entry.at("relative_diameter").expression();
+  for (const auto& [name, value] : entry.at("coefficients").numbers_by_name()) {
     equation = equation.substitute(name, data::Expression::constant(value));
   }
   return equation;
@@ -24,11 +24,11 @@ data::Expression equation_of(const JsonEntry& entry) {
 }  // namespace
 
 Taper Taper::load(const std::filesystem::path& file) {
-  const JsonEntry entry = JsonEntry::load(file, "silvafit-taper/1");
+  const data::JsonReader entry = open_entry(file, "silvafit-taper/1");
   Taper taper;
-  taper.name_ = entry.get<std::string>("name");
-  taper.source_ = entry.get<std::string>("source");
-  taper.butt_limit_ = entry.number("butt_limit", 1.0, 10.0);
+  taper.name_ = entry.at("name").text();
+  taper.source_ = entry.at("source").text();
+  taper.butt_limit_ = entry.at("butt_limit").number_between(1.0, 10.0);
   try {
     const std::array<data::Expression, 1> outputs{equation_of(entry)};
     taper.program_ = data::Program(outputs,
@@ -36,7 +36,7 @@ Taper Taper::load(const std::filesystem::path& file) {
                                     {.name = "h", .is_scalar = true},
                                     {.name = "dbh", .is_scalar = true}});
   } catch (const UsageError& error) {
-    throw InputError(error.message(), entry.place_of("relative_diameter"));
+    entry.at("relative_diameter").fail(error.message());
   }
   taper.check_ends(entry.file());
   return taper;

@@ -86,8 +86,8 @@ TEST_CASE("an invalid taper entry (DBH, tip or field) is refused with its place"
     load(R"({"schema": "silvafit-taper/1", "name": "t"})");
     FAIL("a missing field was accepted");
   } catch (const InputError& error) {
-    CHECK(error.place().column == "source");
-    CHECK(error.message() == "is missing");
+    CHECK(error.place().file == file.string());
+    CHECK(error.message() == "the key \"source\" is missing");
   }
   std::filesystem::remove(file);
 }

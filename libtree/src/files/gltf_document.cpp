@@ -127,8 +127,7 @@ class Reader {
   Reader(json description, std::vector<std::string> buffers)
       : json_(std::move(description)), buffers_(std::move(buffers)) {
     for (const std::string& bytes : buffers_) allowance_ += kAllowancePerByte * bytes.size();
-    reached_.resize(count_of("nodes"));
-    scene_.nodes.resize(reached_.size());
+    scene_.nodes.resize(count_of("nodes"));
   }
 
   ReadScene read() {
@@ -138,10 +137,8 @@ class Reader {
     const std::size_t meshes = count_of("meshes");
     for (std::size_t i = 0; i < meshes; ++i)
       scene_.models.push_back(model(item(json_, "meshes", i)));
-    const auto roots = scene.find("nodes");
-    if (roots != scene.end()) {
-      for (const json& root : *roots) add_node(index_of(root), identity(), 0);
-    }
+    check_hierarchy(scene);
+    for (const json& root : children_of(scene, "nodes")) add_node(index_of(root), identity(), 0);
     return std::move(scene_);
   }
 
@@ -165,6 +162,29 @@ class Reader {
         refuse_gltf("it requires the unsupported extension " + json_text(name));
       }
     }
+  }
+
+  static const json& children_of(const json& owner, const char* list) {
+    static const json kNone = json::array();
+    const auto found = owner.find(list);
+    return found == owner.end() ? kNone : *found;
+  }
+
+  /// Nodes form trees, also those that are not in the scene, so that every traversal terminates.
+  void check_hierarchy(const json& scene) const {
+    std::vector<bool> has_parent(scene_.nodes.size(), false);
+    const auto check = [&](const json& children) {
+      for (const json& child : children) {
+        const std::size_t index = index_of(child);
+        item(json_, "nodes", index);
+        if (has_parent[index]) {
+          refuse_gltf(fmt::format("nodes[{}] has two parents, or is its own descendant", index));
+        }
+        has_parent[index] = true;
+      }
+    };
+    for (const json& node : children_of(json_, "nodes")) check(children_of(node, "children"));
+    check(children_of(scene, "nodes"));
   }
 
   void read_origin(const json& scene) {
@@ -238,36 +258,15 @@ class Reader {
     }
   }
 
-  static std::size_t size_of(std::size_t type) {
-    switch (type) {
-      case 5120:
-      case 5121:
-        return 1;
-      case 5122:
-      case 5123:
-        return 2;
-      case 5125:
-      case 5126:
-        return 4;
-      default:
-        refuse_gltf(fmt::format("unknown component type {}", type));
-    }
-  }
-
-  static std::size_t width_of(const std::string& type) {
-    if (type == "SCALAR") return 1;
-    if (type == "VEC2") return 2;
-    if (type == "VEC3") return 3;
-    if (type == "VEC4") return 4;
-    refuse_gltf("unknown accessor type " + type);
-  }
-
   Values values(std::size_t index) {
     const json& accessor = item(json_, "accessors", index);
     if (accessor.contains("sparse")) refuse_gltf("sparse accessors are not supported");
     const std::size_t type = number(accessor, "componentType");
-    const std::size_t size = size_of(type);
-    Values result{.width = width_of(gltf_text(accessor, "type"))};
+    const std::size_t size = component_size(type);
+    if (size == 0) refuse_gltf(fmt::format("unknown component type {}", type));
+    const std::string shape = gltf_text(accessor, "type");
+    Values result{.width = component_count(shape)};
+    if (result.width == 0) refuse_gltf("unknown accessor type " + shape);
     const std::size_t count = number(accessor, "count");
     const std::size_t view_index = number(accessor, "bufferView");
     const json& view_json = item(json_, "bufferViews", view_index);
@@ -279,10 +278,7 @@ class Reader {
       refuse_gltf(
           fmt::format("accessor {} has a buffer view with the invalid stride {}", index, stride));
     }
-    // A division instead of a multiplication, because the product of two numbers of the file may
-    // overflow.
-    if (count == 0 || count > kMostElements || from > bytes.size() || row > bytes.size() - from ||
-        count - 1 > (bytes.size() - from - row) / stride) {
+    if (count > kMostElements || !has_rows(bytes.size(), from, row, stride, count)) {
       refuse_gltf(fmt::format("accessor {} exceeds its buffer view", index));
     }
     spend(count * result.width * sizeof(double));
@@ -425,12 +421,11 @@ class Reader {
     if (mesh.indices.size() % 3 != 0) refuse_gltf("the number of indices is not a multiple of 3");
   }
 
-  void add_node(std::size_t index, const Matrix& parent, int depth) {
+  /// \returns whether it is shown
+  bool add_node(std::size_t index, const Matrix& parent, int depth) {
     constexpr int kDeepest = 64;
     if (depth > kDeepest) refuse_gltf("its nodes are nested too deeply");
     const json& node = item(json_, "nodes", index);
-    if (reached_[index]) refuse_gltf(fmt::format("nodes[{}] has two parents", index));
-    reached_[index] = true;
     Matrix own = parent;
     if (node.contains("matrix")) {
       own = product(parent, numbers<16>(node, "matrix", identity()));
@@ -440,16 +435,21 @@ class Reader {
                            numbers<4>(node, "rotation", {0, 0, 0, 1}),
                            numbers<3>(node, "scale", {1, 1, 1})));
     }
-    scene_.nodes[index] = own;
+    ReadNode& read = scene_.nodes[index];
+    read = {.name = gltf_text(node, "name"), .transform = own};
+    spend(read.name.size());
     // Nodes that an animation shows at another time now have scale 0.
-    if (has_no_size(own)) return;
+    if (has_no_size(own)) return false;
     if (node.contains("mesh")) {
       const std::size_t mesh = number(node, "mesh");
       if (mesh >= scene_.models.size()) refuse_gltf(fmt::format("meshes[{}] does not exist", mesh));
       add_instances(node, mesh, own);
     }
-    if (!node.contains("children")) return;
-    for (const json& child : node["children"]) add_node(index_of(child), own, depth + 1);
+    read.is_shown = node.contains("mesh");
+    for (const json& child : children_of(node, "children")) {
+      if (add_node(index_of(child), own, depth + 1)) read.is_shown = true;
+    }
+    return read.is_shown;
   }
 
   void add_instances(const json& node, std::size_t mesh, const Matrix& own) {
@@ -506,7 +506,6 @@ class Reader {
   json json_;
   std::vector<std::string> buffers_;
   std::size_t allowance_ = kLeastAllowance;
-  std::vector<bool> reached_{};
   std::map<std::size_t, std::string> unpacked_{};
   std::map<std::size_t, std::shared_ptr<const Texture>> pictures_{};
   ReadScene scene_{};
@@ -521,6 +520,36 @@ void refuse_gltf(const std::string& what) {
 std::string gltf_text(const json& in, const char* name) {
   const auto found = in.find(name);
   return found != in.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+std::size_t component_size(std::size_t type) {
+  switch (type) {
+    case 5120:
+    case 5121:
+      return 1;
+    case 5122:
+    case 5123:
+      return 2;
+    case 5125:
+    case 5126:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
+std::size_t component_count(std::string_view type) {
+  constexpr std::array<std::string_view, 5> kTypes{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+  const auto found = std::ranges::find(kTypes, type);
+  return found == kTypes.end() ? 0 : static_cast<std::size_t>(found - kTypes.begin());
+}
+
+bool has_rows(
+    std::size_t bytes, std::size_t from, std::size_t row, std::size_t stride, std::size_t count) {
+  // A division instead of a multiplication, because the product of two numbers of the file may
+  // overflow.
+  return count > 0 && stride >= row && from <= bytes && row <= bytes - from &&
+         count - 1 <= (bytes - from - row) / stride;
 }
 
 ReadScene read_document(json description, std::vector<std::string> buffers) {

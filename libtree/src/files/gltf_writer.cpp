@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "files/format_writers.hpp"
+#include "files/glb_container.hpp"
 #include "files/gltf_animation.hpp"
 #include "files/gltf_buffers.hpp"
 #include "files/gltf_materials.hpp"
@@ -28,14 +29,6 @@ double rounded(double meters) {
   constexpr double kPerMeter = 1e6;
   const double value = std::round(meters * kPerMeter) / kPerMeter;
   return value == 0.0 ? 0.0 : value;  // no -0
-}
-
-std::string word(std::size_t value) {
-  std::string bytes(4, '\0');
-  for (std::size_t i = 0; i < 4; ++i) {
-    bytes[i] = static_cast<char>(value >> (8 * i) & 0xFFU);
-  }
-  return bytes;
 }
 
 bool is_ground(const ModelPart& part) { return part.part == "ground"; }
@@ -335,12 +328,11 @@ class GltfWriter final : public SceneWriter {
   std::size_t write_binary_to(std::ostream& stream) {
     Pieces text = description({}, {});
     text.add(std::string(aligned_to_word(text.size()) - text.size(), ' '));
-    constexpr std::size_t kHeaders = 12 + 8 + 8;
-    const std::size_t total = kHeaders + text.size() + buffers_.size();
+    const std::size_t total = glb_size(text.size(), buffers_.size());
     check_binary_size(total);
-    stream << "glTF" << word(2) << word(total) << word(text.size()) << "JSON";
+    stream << glb_head(text.size(), buffers_.size());
     text.write_to(stream);
-    stream << word(buffers_.size()) << std::string("BIN\0", 4);
+    stream << glb_buffer_head(buffers_.size());
     buffers_.data().copy_to(stream);
     return total;
   }

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "files/glb_container.hpp"
 #include "files/gltf_buffers.hpp"
 #include "files/gltf_document.hpp"
 #include "files/packed_part.hpp"
@@ -27,7 +28,6 @@ namespace {
 using nlohmann::json;
 constexpr const char* kCompressionName = "EXT_meshopt_compression";
 constexpr const char* kQuantizationName = "KHR_mesh_quantization";
-constexpr std::size_t kGlbHeaders = 12 + 8;
 constexpr int kTriangles = 4;
 /// Uncompressed bytes that share views.
 constexpr std::size_t kBytesTogether = std::size_t{1} << 18U;
@@ -50,15 +50,6 @@ struct Batch {
   Bytes bytes{};
   std::vector<std::pair<std::size_t, std::size_t>> starts{};  // of accessors
 };
-
-std::size_t size_of(int component) { return component <= 5121 ? 1 : component <= 5123 ? 2 : 4; }
-
-std::size_t width_of(const std::string& type) {
-  static const std::map<std::string, std::size_t> kWidths{
-      {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
-  const auto found = kWidths.find(type);
-  return found == kWidths.end() ? 0 : found->second;
-}
 
 bool has_floats(const json& accessor) {
   return accessor.at("componentType").get<int>() == static_cast<int>(ComponentType::kFloat);
@@ -170,7 +161,7 @@ class GlbPacker {
     Role& role = roles_[index];
     if (role == Role::kKept) return;
     const json& accessor = json_["accessors"][index];
-    const std::size_t width = width_of(accessor.at("type").get<std::string>());
+    const std::size_t width = component_count(accessor.at("type").get<std::string>());
     if (role == Role::kNone || width == 0 || !accessor.contains("bufferView") ||
         view_of(accessor).at("buffer").get<std::size_t>() != 0) {
       role = Role::kKept;
@@ -205,13 +196,12 @@ class GlbPacker {
     const json& accessor = json_["accessors"][index];
     const json& view = view_of(accessor);
     const std::string_view bytes = bytes_of_view(view);
-    const std::size_t each = size_of(accessor.at("componentType").get<int>()) *
-                             width_of(accessor.at("type").get<std::string>());
+    const std::size_t each = component_size(accessor.at("componentType")) *
+                             component_count(accessor.at("type").get<std::string>());
     const auto stride = view.value("byteStride", each);
     const auto from = accessor.value("byteOffset", std::size_t{0});
     const auto count = accessor.at("count").get<std::size_t>();
-    if (count == 0 || stride < each || from > bytes.size() || each > bytes.size() - from ||
-        count - 1 > (bytes.size() - from - each) / stride) {
+    if (!has_rows(bytes.size(), from, each, stride, count)) {
       refuse_gltf("an accessor exceeds its buffer view");
     }
     Rows rows{.each = each, .bytes = Bytes(count * each)};
@@ -418,17 +408,7 @@ class GlbPacker {
     require(kQuantizationName);
     std::string text = json_text(json_);
     text.resize(aligned_to_word(text.size()), ' ');
-    const std::size_t total = kGlbHeaders + text.size() + 8 + buffer_.size();
-    std::string glb = "glTF" + word(2) + word(total) + word(text.size()) + "JSON";
-    glb.reserve(total);
-    glb += text;
-    return glb + word(buffer_.size()) + std::string("BIN\0", 4) + buffer_;
-  }
-
-  static std::string word(std::size_t value) {
-    std::string bytes(4, '\0');
-    for (std::size_t i = 0; i < 4; ++i) bytes[i] = static_cast<char>(value >> (8 * i) & 0xFFU);
-    return bytes;
+    return glb_head(text.size(), buffer_.size()) + text + glb_buffer_head(buffer_.size()) + buffer_;
   }
 
   json json_;
@@ -446,23 +426,16 @@ class GlbPacker {
 }  // namespace
 
 std::string packed_glb(std::string_view glb) {
-  const auto word_at = [&](std::size_t at) {
-    std::uint32_t value = 0;
-    std::memcpy(&value, glb.data() + at, sizeof(value));
-    return std::size_t{value};
-  };
-  const std::size_t length = word_at(12);
-  const std::size_t binary = kGlbHeaders + length;
-  json description = json::parse(glb.substr(kGlbHeaders, length), nullptr, false);
-  const bool has_buffer = binary + 8 <= glb.size() && description.contains("buffers") &&
+  GlbParts parts = glb_parts(glb);
+  const json& description = parts.description;
+  const bool has_buffer = parts.buffer && description.contains("buffers") &&
                           !description["buffers"].empty() &&
                           !description["buffers"][0].contains("uri");
   if (!has_buffer || !description.contains("meshes") || !has_known_references(description)) {
     return std::string(glb);
   }
-  const std::string_view buffer = glb.substr(binary + 8, word_at(binary));
   try {
-    std::string packed = GlbPacker(std::move(description), buffer).packed();
+    std::string packed = GlbPacker(std::move(parts.description), *parts.buffer).packed();
     return packed.size() < glb.size() ? packed : std::string(glb);
   } catch (const json::exception&) {
     refuse_gltf("a value has another type than glTF requires");

@@ -2,13 +2,12 @@
 #include "silvafit/tree/scene_reader.hpp"
 
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
+#include "files/glb_container.hpp"
 #include "files/gltf_document.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -20,21 +19,8 @@ namespace {
 
 using nlohmann::json;
 
-std::uint32_t word_at(std::string_view bytes, std::size_t at) {
-  if (at + 4 > bytes.size()) refuse_gltf("the file is truncated");
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes.data() + at, sizeof(value));
-  return value;
-}
-
-json parsed(std::string_view bytes) {
-  json description = json::parse(bytes, nullptr, false);
-  if (!description.is_object()) refuse_gltf("its JSON part is not valid JSON");
-  return description;
-}
-
 template <typename Read>
-ReadScene guarded(Read read) {
+auto guarded(Read read) {
   try {
     return read();
   } catch (const json::exception& error) {
@@ -47,22 +33,10 @@ ReadScene guarded(Read read) {
 }
 
 ReadScene read_glb_unguarded(std::string_view bytes) {
-  if (bytes.size() < 20 || bytes.substr(0, 4) != "glTF")
-    refuse_gltf("it does not begin with 'glTF'");
-  if (word_at(bytes, 4) != 2) refuse_gltf("its version is not 2");
-  if (word_at(bytes, 8) != bytes.size())
-    refuse_gltf("its length differs from the length in its header");
-  const std::size_t length = word_at(bytes, 12);
-  if (bytes.substr(16, 4) != "JSON" || length > bytes.size() - 20)
-    refuse_gltf("it has no JSON part");
+  GlbParts parts = glb_parts(bytes);
   std::vector<std::string> buffers;
-  const std::size_t binary = 20 + length;
-  if (binary + 8 <= bytes.size()) {
-    const std::size_t size = word_at(bytes, binary);
-    if (size > bytes.size() - binary - 8) refuse_gltf("its binary buffer is truncated");
-    buffers.emplace_back(bytes.substr(binary + 8, size));
-  }
-  return read_document(parsed(bytes.substr(20, length)), std::move(buffers));
+  if (parts.buffer) buffers.emplace_back(*parts.buffer);
+  return read_document(std::move(parts.description), std::move(buffers));
 }
 
 /// The message for OBJ, PLY and tables, which are often given instead of scenes.
@@ -113,7 +87,7 @@ void require_own_buffer(const json& buffer, const std::string& bytes, const std:
 
 ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::string& bytes) {
   require_gltf(bytes);
-  json description = parsed(bytes);
+  json description = gltf_description(bytes);
   std::vector<std::string> buffers;
   std::set<std::filesystem::path> names;
   if (description.contains("buffers")) {
@@ -170,6 +144,8 @@ std::size_t ReadScene::triangle_count() const {
 ReadScene read_glb(std::string_view bytes) {
   return guarded([&] { return read_glb_unguarded(bytes); });
 }
+
+json glb_description(std::string_view bytes) { return glb_parts(bytes).description; }
 
 ReadScene read_scene(const std::filesystem::path& path) {
   const std::string bytes = read_file(path, kLargestScene);

@@ -265,10 +265,7 @@ Mesh Impostors::build(const Builder& builder,
   const CrownRadii& radii = shape.radii;
   const double widest = std::max({radii.east_m, radii.west_m, radii.south_m, radii.north_m});
   Mesh mesh{.surface_error_m = std::hypot(widest, shape.h_m - shape.hcb_m)};
-  for (MeshPart* part : {&stem, &foliage}) {
-    check_finite(*part);
-    mesh.parts.push_back(std::move(*part));
-  }
+  take_parts(mesh, {&stem, &foliage});
   return mesh;
 }
 

@@ -21,38 +21,41 @@ namespace {
 using Constants = std::map<std::string, double>;
 
 /// The list `by_height` gives some constants other values for taller trees.
-std::vector<LsystemPreset::Stage> stages_of(const JsonEntry& entry,
+std::vector<LsystemPreset::Stage> stages_of(const data::JsonReader& entry,
                                             const std::filesystem::path& grammars) {
-  const auto name = entry.get<std::string>("grammar");
+  const auto name = entry.at("grammar").text();
   const std::filesystem::path file = grammars / (name + ".lsys");
-  const auto common = entry.get<Constants>("constants");
-  const auto grammar = [&](Constants constants, const Place& place) {
+  const auto common = entry.at("constants").numbers_by_name();
+  const auto grammar = [&](const data::JsonReader& own, Constants constants) {
     constants.insert(common.begin(), common.end());
     try {
       return Grammar::load(file, constants);
     } catch (const UsageError& error) {
-      throw InputError(error.message(), place);
+      own.fail(error.message());
     }
   };
-  if (!entry.has("by_height")) return {{0.0, grammar({}, entry.place_of("constants"))}};
+  if (!entry.has("by_height")) return {{0.0, grammar(entry.at("constants"), {})}};
   std::vector<LsystemPreset::Stage> stages;
-  for (const JsonEntry& stage : entry.children("by_height")) {
+  for (const data::JsonReader& stage : entry.at("by_height").items()) {
     stage.allow_only({"from_m", "constants"});
     constexpr double kTallest = 200.0;
     const double lowest = stages.empty() ? 0.0 : stages.back().from_m;
-    const double from_m = stage.number("from_m", lowest, stages.empty() ? 0.0 : kTallest);
+    const double from_m =
+        stage.at("from_m").number_between(lowest, stages.empty() ? 0.0 : kTallest);
     stages.push_back(
-        {from_m, grammar(stage.get<Constants>("constants"), stage.place_of("constants"))});
+        {from_m, grammar(stage.at("constants"), stage.at("constants").numbers_by_name())});
   }
-  if (stages.empty()) throw InputError("is empty", entry.place_of("by_height"));
+  if (stages.empty()) entry.at("by_height").fail("is empty");
   return stages;
 }
 
-AerialRoots aerial_roots_of(const JsonEntry& entry) {
-  entry.allow_only({"spacing_m", "props", "diameter_m"});
-  return {.spacing_m = entry.number("spacing_m", 0.1, 100.0),
-          .props = entry.number("props", 0.0, 1.0),
-          .diameter_m = entry.number("diameter_m", 0.005, 1.0)};
+AerialRoots aerial_roots_of(const data::JsonReader& entry) {
+  AerialRoots roots;
+  read_numbers(entry,
+               {{"spacing_m", &roots.spacing_m, 0.1, 100.0},
+                {"props", &roots.props, 0.0, 1.0},
+                {"diameter_m", &roots.diameter_m, 0.005, 1.0}});
+  return roots;
 }
 
 /// The same drawing with another azimuth.
@@ -79,7 +82,7 @@ struct LsystemBuilder::Derived {
 
 std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path& models,
                                                      const std::filesystem::path& file) {
-  const JsonEntry entry = JsonEntry::load(file, "silvafit-lsystem/1");
+  const data::JsonReader entry = open_entry(file, "silvafit-lsystem/1");
   entry.allow_only({"schema",
                     "name",
                     "title",
@@ -99,20 +102,20 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "basis"});
   LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
   preset.fit.largest_gap = largest_gap_of(entry);
-  preset.style.bark = color_of(entry, "bark_color");
+  preset.style.bark = color_of(entry.at("bark_color"));
   preset.style.bark_kind = bark_kind_of(entry);
   if (entry.has("leafy_shoots")) {
-    preset.style.shoots = leafy_shoots_of(entry.child("leafy_shoots"));
+    preset.style.shoots = leafy_shoots_of(entry.at("leafy_shoots"));
   }
   if (entry.has("aerial_roots")) {
-    preset.style.aerial_roots = aerial_roots_of(entry.child("aerial_roots"));
+    preset.style.aerial_roots = aerial_roots_of(entry.at("aerial_roots"));
   }
-  for (const JsonEntry& look : entry.children("leaves")) {
+  for (const data::JsonReader& look : entry.at("leaves").items()) {
     preset.style.leaves.push_back(leaf_look_of(look));
   }
   if (entry.has("bud")) {
     const int last = static_cast<int>(preset.style.leaves.size()) - 1;
-    preset.bud_grade = static_cast<std::uint32_t>(whole_number(entry, "bud", 0, last));
+    preset.bud_grade = static_cast<std::uint32_t>(whole_number(entry.at("bud"), 0, last));
   }
   return std::make_unique<LsystemBuilder>(preset_head_of(models, entry), std::move(preset));
 }

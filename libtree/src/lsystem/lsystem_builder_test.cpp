@@ -57,7 +57,8 @@ class Models {
     try {
       LsystemBuilder::load(path_, file);
     } catch (const InputError& error) {
-      return error.place().column.empty() ? error.what() : error.place().column;
+      const std::string path = test::path_of(error);
+      return path.empty() ? error.what() : path;
     }
     return "accepted";
   }

@@ -12,7 +12,8 @@
 
 namespace silvafit::tree {
 
-using Operation = LsystemExpression::Operation;
+using Kind = LsystemExpression::Kind;
+using Compute = LsystemExpression::Compute;
 
 namespace {
 
@@ -20,32 +21,6 @@ namespace {
 /// A pair of parentheses counts twice: for itself, and for a sign or power before it.
 constexpr int kDeepest = 200;
 constexpr std::size_t kStack = 256;
-
-struct Function {
-  std::string_view name;
-  Operation operation;
-  int arguments;
-};
-constexpr std::array kFunctions{
-    Function{"sqrt", Operation::kSqrt, 1},
-    Function{"sin", Operation::kSin, 1},
-    Function{"cos", Operation::kCos, 1},
-    Function{"tan", Operation::kTan, 1},
-    Function{"exp", Operation::kExp, 1},
-    Function{"log", Operation::kLog, 1},
-    Function{"abs", Operation::kAbs, 1},
-    Function{"floor", Operation::kFloor, 1},
-    Function{"ceil", Operation::kCeil, 1},
-    Function{"pow", Operation::kPower, 2},
-    Function{"min", Operation::kMin, 2},
-    Function{"max", Operation::kMax, 2},
-    Function{"rnd", Operation::kUniform, 2},
-    Function{"normal", Operation::kNormal, 2},
-};
-
-bool draws(Operation operation) {
-  return operation == Operation::kUniform || operation == Operation::kNormal;
-}
 
 double divided(double a, double b) {
   if (b == 0.0) throw ArithmeticProblem{"division by zero"};
@@ -81,71 +56,54 @@ double normal(double mean, double standard_deviation, Random& random) {
   return random.normal(mean, standard_deviation);
 }
 
-double of_one(Operation operation, double a) {
-  switch (operation) {
-    case Operation::kNegate:
-      return -a;
-    case Operation::kNot:
-      return a == 0.0 ? 1.0 : 0.0;
-    case Operation::kTruth:
-      return a != 0.0 ? 1.0 : 0.0;
-    case Operation::kSqrt:
-      return root(a);
-    case Operation::kSin:
-      return std::sin(a);
-    case Operation::kCos:
-      return std::cos(a);
-    case Operation::kTan:
-      return std::tan(a);
-    case Operation::kExp:
-      return std::exp(a);
-    case Operation::kLog:
-      return logarithm(a);
-    case Operation::kAbs:
-      return std::abs(a);
-    case Operation::kFloor:
-      return std::floor(a);
-    default:
-      return std::ceil(a);
-  }
-}
+double sign_changed(double a, double, Random&) { return -a; }
+double is_zero(double a, double, Random&) { return a == 0.0 ? 1.0 : 0.0; }
+double is_not_zero(double a, double, Random&) { return a != 0.0 ? 1.0 : 0.0; }
+double to_power(double a, double b, Random&) { return power(a, b); }
 
-double of_two(Operation operation, double a, double b, Random& random) {
-  switch (operation) {
-    case Operation::kAdd:
-      return a + b;
-    case Operation::kSubtract:
-      return a - b;
-    case Operation::kMultiply:
-      return a * b;
-    case Operation::kDivide:
-      return divided(a, b);
-    case Operation::kRemainder:
-      return remainder(a, b);
-    case Operation::kPower:
-      return power(a, b);
-    case Operation::kLess:
-      return a < b ? 1.0 : 0.0;
-    case Operation::kLessEqual:
-      return a <= b ? 1.0 : 0.0;
-    case Operation::kGreater:
-      return a > b ? 1.0 : 0.0;
-    case Operation::kGreaterEqual:
-      return a >= b ? 1.0 : 0.0;
-    case Operation::kEqual:
-      return a == b ? 1.0 : 0.0;
-    case Operation::kNotEqual:
-      return a != b ? 1.0 : 0.0;
-    case Operation::kMin:
-      return std::min(a, b);
-    case Operation::kMax:
-      return std::max(a, b);
-    case Operation::kUniform:
-      return random.uniform(a, b);
-    default:
-      return normal(a, b, random);
-  }
-}
+struct Function {
+  std::string_view name;
+  int arguments;
+  Compute compute;
+  Kind kind = Kind::kOperation;
+};
+constexpr std::array kFunctions{
+    Function{"sqrt", 1, [](double a, double, Random&) { return root(a); }},
+    Function{"sin", 1, [](double a, double, Random&) { return std::sin(a); }},
+    Function{"cos", 1, [](double a, double, Random&) { return std::cos(a); }},
+    Function{"tan", 1, [](double a, double, Random&) { return std::tan(a); }},
+    Function{"exp", 1, [](double a, double, Random&) { return std::exp(a); }},
+    Function{"log", 1, [](double a, double, Random&) { return logarithm(a); }},
+    Function{"abs", 1, [](double a, double, Random&) { return std::abs(a); }},
+    Function{"floor", 1, [](double a, double, Random&) { return std::floor(a); }},
+    Function{"ceil", 1, [](double a, double, Random&) { return std::ceil(a); }},
+    Function{"pow", 2, to_power},
+    Function{"min", 2, [](double a, double b, Random&) { return std::min(a, b); }},
+    Function{"max", 2, [](double a, double b, Random&) { return std::max(a, b); }},
+    Function{"rnd", 2, [](double a, double b, Random& r) { return r.uniform(a, b); }, Kind::kDraw},
+    Function{"normal", 2, normal, Kind::kDraw},
+};
+
+/// Operators between two values, those that bind loosest first.
+enum Binding { kComparison, kSum, kProduct, kFactor };
+struct Operator {
+  std::string_view sign;
+  Binding level;
+  Compute compute;
+};
+constexpr std::array kOperators{
+    Operator{"==", kComparison, [](double a, double b, Random&) { return a == b ? 1.0 : 0.0; }},
+    Operator{"!=", kComparison, [](double a, double b, Random&) { return a != b ? 1.0 : 0.0; }},
+    Operator{"<=", kComparison, [](double a, double b, Random&) { return a <= b ? 1.0 : 0.0; }},
+    Operator{">=", kComparison, [](double a, double b, Random&) { return a >= b ? 1.0 : 0.0; }},
+    Operator{"<", kComparison, [](double a, double b, Random&) { return a < b ? 1.0 : 0.0; }},
+    Operator{">", kComparison, [](double a, double b, Random&) { return a > b ? 1.0 : 0.0; }},
+    Operator{"+", kSum, [](double a, double b, Random&) { return a + b; }},
+    Operator{"-", kSum, [](double a, double b, Random&) { return a - b; }},
+    Operator{"*", kProduct, [](double a, double b, Random&) { return a * b; }},
+    Operator{"/", kProduct, [](double a, double b, Random&) { return divided(a, b); }},
+    Operator{"%", kProduct, [](double a, double b, Random&) { return remainder(a, b); }},
+};
 
 }  // namespace
 
@@ -154,42 +112,27 @@ double LsystemExpression::run(const double* parameters, Random& random) const {
   std::size_t top = 0;               // one past the last value
   for (std::size_t i = 0; i < code_.size(); ++i) {
     const Instruction& instruction = code_[i];
-    switch (instruction.operation) {
-      case Operation::kNumber:
+    switch (instruction.kind) {
+      case Kind::kNumber:
         stack[top++] = instruction.number;
         break;
-      case Operation::kParameter:
+      case Kind::kParameter:
         stack[top++] = parameters[instruction.index];
         break;
-      case Operation::kMultiply:
-        --top;
-        stack[top - 1] *= stack[top];
-        break;
-      case Operation::kSkipIfFalse:
-      case Operation::kSkipIfTrue:
-        if ((stack[top - 1] != 0.0) == (instruction.operation == Operation::kSkipIfTrue)) {
+      case Kind::kSkipIfFalse:
+      case Kind::kSkipIfTrue:
+        if ((stack[top - 1] != 0.0) == (instruction.kind == Kind::kSkipIfTrue)) {
           i = instruction.index - 1;
         } else {
           --top;
         }
         break;
-      case Operation::kNegate:
-      case Operation::kNot:
-      case Operation::kTruth:
-      case Operation::kSqrt:
-      case Operation::kSin:
-      case Operation::kCos:
-      case Operation::kTan:
-      case Operation::kExp:
-      case Operation::kLog:
-      case Operation::kAbs:
-      case Operation::kFloor:
-      case Operation::kCeil:
-        stack[top - 1] = of_one(instruction.operation, stack[top - 1]);
-        break;
-      default:
-        --top;
-        stack[top - 1] = of_two(instruction.operation, stack[top - 1], stack[top], random);
+      case Kind::kOperation:
+      case Kind::kDraw:
+        // The index is the number of values that it takes. One value stands for both.
+        top -= instruction.index - 1;
+        stack[top - 1] =
+            instruction.compute(stack[top - 1], stack[top + instruction.index - 2], random);
     }
   }
   if (!std::isfinite(stack[0])) throw ArithmeticProblem{"the number is too large"};
@@ -198,7 +141,7 @@ double LsystemExpression::run(const double* parameters, Random& random) const {
 
 bool LsystemExpression::draws_random_numbers() const {
   return std::any_of(code_.begin(), code_.end(), [](const Instruction& instruction) {
-    return draws(instruction.operation);
+    return instruction.kind == Kind::kDraw;
   });
 }
 
@@ -226,32 +169,31 @@ class ExpressionParser {
     refuse_grammar(cursor_.position(), std::move(message));
   }
 
-  void emit(Operation operation, std::uint32_t index = 0, double number = 0.0) {
-    result_.code_.push_back({operation, index, number});
-  }
-
-  void push(Operation operation, std::uint32_t index, double number) {
-    emit(operation, index, number);
+  void push(const Instruction& value) {
+    result_.code_.push_back(value);
     if (++height_ > kStack)
       fail("the expression is nested too deeply; split it into simpler parts");
   }
 
-  void binary(Operation operation) {
-    emit(operation);
-    --height_;
+  void push_number(double value) { push({.kind = Kind::kNumber, .number = value}); }
+
+  void emit(Compute compute, int arguments, Kind kind = Kind::kOperation) {
+    result_.code_.push_back(
+        {.kind = kind, .index = static_cast<std::uint32_t>(arguments), .compute = compute});
+    height_ -= static_cast<std::size_t>(arguments - 1);
   }
 
   /// A sub-expression without names is evaluated now.
   void fold(std::size_t offset) {
     auto& code = result_.code_;
     const bool varies = std::any_of(code.begin(), code.end(), [](const Instruction& one) {
-      return one.operation == Operation::kParameter || draws(one.operation);
+      return one.kind == Kind::kParameter || one.kind == Kind::kDraw;
     });
     if (varies) return;
     try {
       Random unused(0);
       const double value = result_.run(nullptr, unused);
-      code = {{Operation::kNumber, 0, value}};
+      code = {{.kind = Kind::kNumber, .number = value}};
     } catch (const ArithmeticProblem& problem) {
       refuse_grammar(offset, problem.message + " has no value");
     }
@@ -260,91 +202,60 @@ class ExpressionParser {
   void either() {
     if (++depth_ > kDeepest) fail("parentheses are nested too deeply");
     both();
-    while (cursor_.accept("||")) skippable(Operation::kSkipIfTrue, [this] { both(); });
+    while (cursor_.accept("||")) skippable(Kind::kSkipIfTrue, [this] { both(); });
     --depth_;
   }
 
   void both() {
-    comparison();
-    while (cursor_.accept("&&")) skippable(Operation::kSkipIfFalse, [this] { comparison(); });
+    operation(kComparison);
+    while (cursor_.accept("&&")) skippable(Kind::kSkipIfFalse, [this] { operation(kComparison); });
   }
 
   template <typename Right>
-  void skippable(Operation skip, Right right) {
+  void skippable(Kind skip, Right right) {
     const std::size_t place = result_.code_.size();
-    emit(skip);
+    result_.code_.push_back({.kind = skip});
     --height_;
     right();
     result_.code_[place].index = static_cast<std::uint32_t>(result_.code_.size());
-    emit(Operation::kTruth);
+    emit(is_not_zero, 1);
   }
 
-  void comparison() {
-    sum();
+  const Operator* accepted(int level) {
     // The arrow of a production ends a condition.
-    if (cursor_.at_arrow()) return;
-    const auto compare = [this](Operation operation) {
-      sum();
-      binary(operation);
-    };
-    if (cursor_.accept("==")) return compare(Operation::kEqual);
-    if (cursor_.accept("!=")) return compare(Operation::kNotEqual);
-    if (cursor_.accept("<=")) return compare(Operation::kLessEqual);
-    if (cursor_.accept(">=")) return compare(Operation::kGreaterEqual);
-    if (cursor_.accept("<")) return compare(Operation::kLess);
-    if (cursor_.accept(">")) return compare(Operation::kGreater);
-    if (cursor_.at("=")) fail("use '==' for comparisons, not '='");
+    if (cursor_.at_arrow()) return nullptr;
+    const auto* found = std::ranges::find_if(kOperators, [&](const Operator& one) {
+      return one.level == level && cursor_.accept(one.sign);
+    });
+    return found == kOperators.end() ? nullptr : found;
   }
 
-  void sum() {
-    product();
-    for (;;) {
-      if (cursor_.at_arrow()) return;
-      if (cursor_.accept("+")) {
-        product();
-        binary(Operation::kAdd);
-      } else if (cursor_.accept("-")) {
-        product();
-        binary(Operation::kSubtract);
-      } else {
-        return;
-      }
+  void operation(int level) {
+    if (level == kFactor) return signed_factor();
+    operation(level + 1);
+    while (const Operator* found = accepted(level)) {
+      operation(level + 1);
+      emit(found->compute, 2);
+      if (level == kComparison) return;
     }
-  }
-
-  void product() {
-    signed_factor();
-    for (;;) {
-      if (cursor_.accept("*")) {
-        signed_factor();
-        binary(Operation::kMultiply);
-      } else if (cursor_.accept("/")) {
-        signed_factor();
-        binary(Operation::kDivide);
-      } else if (cursor_.accept("%")) {
-        signed_factor();
-        binary(Operation::kRemainder);
-      } else {
-        return;
-      }
-    }
+    if (level == kComparison && cursor_.at("=")) fail("use '==' for comparisons, not '='");
   }
 
   void signed_factor() {
     if (++depth_ > kDeepest) fail("signs and powers are nested too deeply");
     if (cursor_.accept("-")) {
       signed_factor();
-      emit(Operation::kNegate);
+      emit(sign_changed, 1);
     } else if (cursor_.accept("+")) {
       signed_factor();
     } else if (!cursor_.at("!=") && cursor_.accept("!")) {
       signed_factor();
-      emit(Operation::kNot);
+      emit(is_zero, 1);
     } else {
       primary();
       if (cursor_.accept("^")) {
         signed_factor();
-        binary(Operation::kPower);
+        emit(to_power, 2);
       }
     }
     --depth_;
@@ -371,7 +282,7 @@ class ExpressionParser {
     if (error == std::errc::result_out_of_range) fail("this number is too large or too small");
     if (error != std::errc()) fail("not a number");
     cursor_.take(static_cast<std::size_t>(end - text.data()));
-    push(Operation::kNumber, 0, value);
+    push_number(value);
   }
 
   void named() {
@@ -381,12 +292,12 @@ class ExpressionParser {
     const auto& parameters = names_.parameters;
     const auto parameter = std::find(parameters.begin(), parameters.end(), name);
     if (parameter != parameters.end()) {
-      return push(
-          Operation::kParameter, static_cast<std::uint32_t>(parameter - parameters.begin()), 0.0);
+      return push({.kind = Kind::kParameter,
+                   .index = static_cast<std::uint32_t>(parameter - parameters.begin())});
     }
     const auto constant = names_.constants->find(name);
-    if (constant != names_.constants->end()) return push(Operation::kNumber, 0, constant->second);
-    if (name == "pi") return push(Operation::kNumber, 0, std::numbers::pi);
+    if (constant != names_.constants->end()) return push_number(constant->second);
+    if (name == "pi") return push_number(std::numbers::pi);
     refuse_grammar(begin, unknown(name));
   }
 
@@ -426,8 +337,7 @@ class ExpressionParser {
                                  function->arguments == 1 ? "" : "s",
                                  arguments));
     }
-    emit(function->operation);
-    height_ -= static_cast<std::size_t>(arguments - 1);
+    emit(function->compute, arguments, function->kind);
   }
 
   GrammarCursor& cursor_;

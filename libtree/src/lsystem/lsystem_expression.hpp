@@ -24,8 +24,9 @@ struct ExpressionNames {
   std::vector<std::string> parameters{};
 };
 
-/// An expression of a production. libdata's expressions are made for derivatives and for whole
-/// columns; this one draws random numbers and takes a module's parameters in place.
+/// An expression of a production. A Program of libdata computes equal parts once, which random
+/// numbers must not be, skips no operand of && and ||, and has blocks of rows where this one takes
+/// a module's parameters in place.
 class LsystemExpression {
  public:
   /// Reads up to the first character that cannot continue an expression, and stops there.
@@ -35,14 +36,11 @@ class LsystemExpression {
   /// \param parameters  one for each name
   /// \throws ArithmeticProblem
   double value(const double* parameters, Random& random) const {
-    return code_.size() == 1 && code_.front().operation == Operation::kNumber
-               ? code_.front().number
-               : run(parameters, random);
+    return code_.size() == 1 && code_.front().kind == Kind::kNumber ? code_.front().number
+                                                                    : run(parameters, random);
   }
 
-  bool is_constant() const {
-    return code_.size() == 1 && code_.front().operation == Operation::kNumber;
-  }
+  bool is_constant() const { return code_.size() == 1 && code_.front().kind == Kind::kNumber; }
   bool draws_random_numbers() const;
   /// Operations of an evaluation, at most.
   std::size_t size() const { return code_.size(); }
@@ -50,44 +48,21 @@ class LsystemExpression {
   const std::string& text() const { return text_; }
 
   // For the parser, which fills it.
-  enum class Operation : std::uint8_t {
+  enum class Kind : std::uint8_t {
     kNumber,
     kParameter,
-    kAdd,
-    kSubtract,
-    kMultiply,
-    kDivide,
-    kRemainder,
-    kPower,
-    kNegate,
-    kNot,
-    kLess,
-    kLessEqual,
-    kGreater,
-    kGreaterEqual,
-    kEqual,
-    kNotEqual,
+    kOperation,
+    kDraw,         ///< an operation with random numbers
     kSkipIfFalse,  ///< of &&: the following operand is not evaluated
     kSkipIfTrue,   ///< of ||
-    kTruth,
-    kSqrt,
-    kSin,
-    kCos,
-    kTan,
-    kExp,
-    kLog,
-    kAbs,
-    kFloor,
-    kCeil,
-    kMin,
-    kMax,
-    kUniform,
-    kNormal,
   };
+  using Compute = double (*)(double a, double b, Random& random);
   struct Instruction {
-    Operation operation = Operation::kNumber;
-    std::uint32_t index = 0;  ///< index of a parameter; target of a jump
+    Kind kind = Kind::kNumber;
+    std::uint32_t index =
+        0;  ///< of a parameter; number of values of an operation; target of a jump
     double number = 0.0;
+    Compute compute = nullptr;
   };
 
  private:

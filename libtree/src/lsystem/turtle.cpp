@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <string_view>
 #include <utility>
 
 #include "silvafit/base/constants.hpp"
@@ -36,71 +37,16 @@ bool is_near(Point p) {
   return std::abs(p.x) <= kFarthest && std::abs(p.y) <= kFarthest && std::abs(p.z) <= kFarthest;
 }
 
-enum class Command : std::uint8_t {
-  kNothing,  ///< an unknown module: an apex
-  kDraw,
-  kMove,
-  kTurnLeft,
-  kTurnRight,
-  kPitchDown,
-  kPitchUp,
-  kRollLeft,
-  kRollRight,
-  kTurnAround,
-  kLevel,
-  kWidth,
-  kGrade,
-  kElasticity,
-  kBegin,
-  kEnd,
-  kBeginOutline,
-  kEndOutline,
-  kLeaf,
-  kBud,
-};
+constexpr char kApex = '\0';
+constexpr char kLeaf = 'L';
+constexpr char kBud = 'B';
 
-Command command_of(const std::string& name) {
-  if (name == "~L") return Command::kLeaf;
-  if (name == "~B") return Command::kBud;
-  if (name.size() != 1) return Command::kNothing;
-  switch (name.front()) {
-    case 'F':
-      return Command::kDraw;
-    case 'f':
-      return Command::kMove;
-    case '+':
-      return Command::kTurnLeft;
-    case '-':
-      return Command::kTurnRight;
-    case '&':
-      return Command::kPitchDown;
-    case '^':
-      return Command::kPitchUp;
-    case '\\':
-      return Command::kRollLeft;
-    case '/':
-      return Command::kRollRight;
-    case '|':
-      return Command::kTurnAround;
-    case '$':
-      return Command::kLevel;
-    case '!':
-      return Command::kWidth;
-    case '\'':
-      return Command::kGrade;
-    case '@':
-      return Command::kElasticity;
-    case '[':
-      return Command::kBegin;
-    case ']':
-      return Command::kEnd;
-    case '{':
-      return Command::kBeginOutline;
-    case '}':
-      return Command::kEndOutline;
-    default:
-      return Command::kNothing;
-  }
+/// What a module does: kLeaf, kBud, its symbol, or kApex for an unknown module.
+char command_of(const std::string& name) {
+  if (name == "~L" || name == "~B") return name[1];
+  constexpr std::string_view kCommands = "Ff+-&^\\/|$!'@[]{}";
+  const bool is_known = name.size() == 1 && kCommands.find(name[0]) != std::string_view::npos;
+  return is_known ? name[0] : kApex;
 }
 
 class Turtle {
@@ -149,46 +95,46 @@ class Turtle {
 
   double angle_rad() const { return kRadian * parameter(0, settings_.angle_deg); }
 
-  void obey(Command command) {
+  void obey(char command) {
     switch (command) {
-      case Command::kNothing:
+      case kApex:
         return note_apex();
-      case Command::kDraw:
-      case Command::kMove:
-        return step(command == Command::kDraw);
-      case Command::kTurnLeft:
+      case 'F':
+      case 'f':
+        return step(command == 'F');
+      case '+':
         return state_.frame.turn_left(angle_rad());
-      case Command::kTurnRight:
+      case '-':
         return state_.frame.turn_left(-angle_rad());
-      case Command::kPitchDown:
+      case '&':
         return state_.frame.pitch_down(angle_rad());
-      case Command::kPitchUp:
+      case '^':
         return state_.frame.pitch_down(-angle_rad());
-      case Command::kRollLeft:
+      case '\\':
         return state_.frame.roll_left(angle_rad());
-      case Command::kRollRight:
+      case '/':
         return state_.frame.roll_left(-angle_rad());
-      case Command::kTurnAround:
+      case '|':
         return state_.frame.turn_left(std::numbers::pi);
-      case Command::kLevel:
+      case '$':
         return state_.frame.level();
-      case Command::kWidth:
+      case '!':
         return set_width();
-      case Command::kGrade:
+      case '\'':
         return set_grade();
-      case Command::kElasticity:
+      case '@':
         return set_elasticity();
-      case Command::kBegin:
+      case '[':
         return begin();
-      case Command::kEnd:
+      case ']':
         return end();
-      case Command::kBeginOutline:
+      case '{':
         return begin_outline();
-      case Command::kEndOutline:
+      case '}':
         return end_outline();
-      case Command::kLeaf:
-      case Command::kBud:
-        return leaf(command == Command::kBud);
+      case kLeaf:
+      case kBud:
+        return leaf(command == kBud);
     }
   }
 
@@ -333,7 +279,7 @@ class Turtle {
   const TurtleSettings& settings_;
   const std::string& file_;
   const LsystemLimits& limits_;
-  std::vector<Command> commands_{};
+  std::string commands_{};
   State state_{};
   std::vector<State> stack_{};
   std::vector<Point> outline_{};

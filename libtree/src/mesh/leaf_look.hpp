@@ -2,7 +2,7 @@
 // Fields of presets for the appearance of leaves without pictures.
 #pragma once
 
-#include "catalogue/json_entry.hpp"
+#include "silvafit/data/json_reader.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 
 namespace silvafit::tree {
@@ -10,6 +10,6 @@ namespace silvafit::tree {
 /// A leaf without an image: form (five-polygons or needle-fan), aspect, color, color_variation and
 /// optionally outline.
 /// \throws InputError naming file and field
-LeafLook leaf_look_of(const JsonEntry& entry);
+LeafLook leaf_look_of(const data::JsonReader& entry);
 
 }  // namespace silvafit::tree

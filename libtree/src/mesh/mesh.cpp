@@ -46,6 +46,14 @@ Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
 
 }  // namespace
 
+void take_parts(Mesh& mesh, std::initializer_list<MeshPart*> parts) {
+  mesh.parts.reserve(parts.size());
+  for (MeshPart* part : parts) {
+    check_finite(*part);
+    if (!part->indices.empty()) mesh.parts.push_back(std::move(*part));
+  }
+}
+
 void check_finite(const MeshPart& part) {
   // A finite number times 0 is 0, others are NaN: a sum that the compiler can vectorize.
   const auto is_finite = [](const std::vector<float>& values) {
@@ -137,11 +145,7 @@ Mesh build_mesh(const Skeleton& skeleton,
   }
 
   Mesh mesh{.surface_error_m = surface_error_m(skeleton, crown, options)};
-  mesh.parts.reserve(3);
-  for (MeshPart* part : {&stem, &branches, &foliage}) {
-    check_finite(*part);
-    if (!part->indices.empty()) mesh.parts.push_back(std::move(*part));
-  }
+  take_parts(mesh, {&stem, &branches, &foliage});
   return mesh;
 }
 

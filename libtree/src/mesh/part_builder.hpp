@@ -87,6 +87,28 @@ class PartBuilder {
     indices_ += 3;
   }
 
+  /// Joins two rings of a tube, each with its vertices one after the other; with a seam, the last
+  /// ones are at the position of the first ones.
+  void join(std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
+    for (std::uint32_t i = 0; i < sides; ++i) {
+      const std::uint32_t j = !seam && i + 1 == sides ? 0 : i + 1;
+      triangle(lower + i, lower + j, upper + j);
+      triangle(lower + i, upper + j, upper + i);
+    }
+  }
+
+  /// Joins the last ring of a tube with its end.
+  void join_to_tip(std::uint32_t ring, std::uint32_t tip, std::uint32_t sides, bool seam) {
+    for (std::uint32_t i = 0; i < sides; ++i) {
+      triangle(ring + i, ring + (!seam && i + 1 == sides ? 0 : i + 1), tip);
+    }
+  }
+
+  /// Closes the first ring of a tube.
+  void close(std::uint32_t ring, std::uint32_t sides) {
+    for (std::uint32_t i = 1; i + 1 < sides; ++i) triangle(ring, ring + i + 1, ring + i);
+  }
+
  private:
   template <typename T>
   static void grow(std::vector<T>& buffer, std::size_t size) {

@@ -202,7 +202,7 @@ void add_wood(const Limbs& limbs,
     } else if (options.textured && style.bark_kind != BarkKind::kCulm) {
       const RootFlare roots(rings.of(i).front().radius_m);
       const TubeLook look{.textured = true, .has_foot = true, .roots = roots};
-      add_tube(with_root_rings(rings.of(i), roots), of_stem, look, stem);
+      add_tube(with_root_sections(rings.of(i), roots), of_stem, look, stem);
     } else {
       add_tube(rings.of(i), of_stem, {.textured = options.textured, .has_foot = true}, stem);
     }
@@ -299,11 +299,7 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
     }
   }
   Mesh mesh{.surface_error_m = wood_error_m(limbs, crown, rings, options)};
-  mesh.parts.reserve(4);
-  for (MeshPart* part : {&stem, &branches, &foliage, &roots}) {
-    tree::check_finite(*part);
-    if (!part->indices.empty()) mesh.parts.push_back(std::move(*part));
-  }
+  take_parts(mesh, {&stem, &branches, &foliage, &roots});
   return mesh;
 }
 

@@ -312,17 +312,6 @@ void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners)
 
 namespace {
 
-/// Joins a ring with the previous one; with a seam, the last vertices of both are at the position
-/// of the first ones.
-void join(
-    PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const std::uint32_t j = !seam && i + 1 == sides ? 0 : i + 1;
-    build.triangle(lower + i, lower + j, upper + j);
-    build.triangle(lower + i, upper + j, upper + i);
-  }
-}
-
 /// Of a section at a corner.
 double radius_m(const Ring& ring, std::uint32_t i, std::uint32_t sides, const TubeLook& look) {
   if (!look.roots) return ring.radius_m;
@@ -353,34 +342,10 @@ void add_foot(const Ring& ring,
       build.texture({.u = 0.5 + 0.5 * flat.x, .v = 0.5 + 0.5 * flat.y, .tangent = ring.sideways});
     }
   }
-  for (std::uint32_t i = 1; i + 1 < sides; ++i) build.triangle(base, base + i + 1, base + i);
+  build.close(base, sides);
 }
 
 }  // namespace
-
-std::vector<Ring> with_root_rings(std::span<const Ring> rings, const RootFlare& roots) {
-  constexpr double kNearest = 0.002;
-  std::vector<Ring> result;
-  std::size_t next = 0;
-  for (std::size_t k = 0; k + 1 < rings.size(); ++k) {
-    const Ring& low = rings[k];
-    const Ring& high = rings[k + 1];
-    result.push_back(low);
-    for (; next < RootFlare::kSections.size(); ++next) {
-      const double z = RootFlare::kSections[next] * roots.height_m();
-      if (z > high.at.z - kNearest) break;
-      if (z < result.back().at.z + kNearest) continue;
-      const double part = (z - low.at.z) / (high.at.z - low.at.z);
-      Ring ring = low;
-      ring.at = low.at + part * (high.at - low.at);
-      ring.radius_m = low.radius_m + part * (high.radius_m - low.radius_m);
-      ring.along_m = low.along_m + part * (high.along_m - low.along_m);
-      result.push_back(ring);
-    }
-  }
-  result.push_back(rings.back());
-  return result;
-}
 
 void add_tube(std::span<const Ring> rings,
               std::span<const Point> corners,
@@ -416,11 +381,9 @@ void add_tube(std::span<const Ring> rings,
       }
     }
     if (k > 0) {
-      join(build, lower, first, sides, seam);
+      build.join(lower, first, sides, seam);
     } else if (!look.has_foot) {
-      for (std::uint32_t i = 1; i + 1 < sides; ++i) {
-        build.triangle(first, first + i + 1, first + i);
-      }
+      build.close(first, sides);
     }
     lower = first;
   }
@@ -430,10 +393,7 @@ void add_tube(std::span<const Ring> rings,
   if (look.textured) {
     build.texture({.u = 0.5, .v = -scale.per_m * tip.along_m, .tangent = last.sideways});
   }
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const std::uint32_t j = !seam && i + 1 == sides ? 0 : i + 1;
-    build.triangle(lower + i, lower + j, end);
-  }
+  build.join_to_tip(lower, end, sides, seam);
   if (look.has_foot) add_foot(rings.front(), corners, look, build);
 }
 

@@ -73,9 +73,6 @@ struct TubeLook {
   std::optional<RootFlare> roots{};
 };
 
-/// The rings of a stem with those that its roots need; the stem between its rings stays as it is.
-std::vector<Ring> with_root_rings(std::span<const Ring> rings, const RootFlare& roots);
-
 /// Adds a tube that is closed at its base and ends in a point.
 /// \param corners  of its sections, for radius 1
 void add_tube(std::span<const Ring> rings,

@@ -29,17 +29,6 @@ struct TubeError {
   }
 };
 
-/// Joins a ring with the previous one; both have `count` vertices, one after the other, and with
-/// `seam` the last ones are at the position of the first ones.
-void join_rings(
-    PartBuilder& build, std::uint32_t lower, std::uint32_t upper, std::uint32_t sides, bool seam) {
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const std::uint32_t j = seam ? i + 1 : (i + 1) % sides;
-    build.triangle(lower + i, lower + j, upper + j);
-    build.triangle(lower + i, upper + j, upper + i);
-  }
-}
-
 /// The tube of an upright stem, with roots if it has a texture.
 class StemTube {
  public:
@@ -64,15 +53,13 @@ class StemTube {
     std::uint32_t ring = 0;
     for (std::size_t k = 0; k + 1 < sections_.size(); ++k) {
       const std::uint32_t first = add_ring(sections_[k], sections_[k + 1]);
-      if (k > 0) join_rings(build_, ring, first, sides_, seam_);
+      if (k > 0) build_.join(ring, first, sides_, seam_);
       ring = first;
     }
     const SkeletonPoint& end = sections_.back();
     const std::uint32_t tip = build_.vertex(end.at, {0.0, 0.0, 1.0});
     texture(0, end.at.z);
-    for (std::uint32_t i = 0; i < sides_; ++i) {
-      build_.triangle(ring + i, ring + (seam_ ? i + 1 : (i + 1) % sides_), tip);
-    }
+    build_.join_to_tip(ring, tip, sides_, seam_);
   }
 
   /// \returns the ring's first vertex
@@ -117,7 +104,7 @@ class StemTube {
             {.u = 0.5 + 0.5 * corner.x, .v = 0.5 + 0.5 * corner.y, .tangent = {1.0, 0.0, 0.0}});
       }
     }
-    for (std::uint32_t i = 1; i + 1 < sides_; ++i) build_.triangle(base, base + i + 1, base + i);
+    build_.close(base, sides_);
   }
 
   std::span<const SkeletonPoint> sections_;
@@ -129,30 +116,6 @@ class StemTube {
   RootFlare flare_;
   PartBuilder& build_;
 };
-
-/// Adds the sections that the roots need; the stem between its sections stays as it is.
-void add_root_sections(std::vector<SkeletonPoint>& sections) {
-  const RootFlare flare(sections.front().radius_m);
-  // Sections that floats can distinguish.
-  constexpr double kNearest = 0.002;
-  std::vector<SkeletonPoint> result;
-  std::size_t next = 0;
-  for (std::size_t k = 0; k + 1 < sections.size(); ++k) {
-    const SkeletonPoint& low = sections[k];
-    const SkeletonPoint& high = sections[k + 1];
-    result.push_back(low);
-    for (; next < RootFlare::kSections.size(); ++next) {
-      const double z = RootFlare::kSections[next] * flare.height_m();
-      if (z > high.at.z - kNearest) break;
-      if (z < result.back().at.z + kNearest) continue;
-      const double part = (z - low.at.z) / (high.at.z - low.at.z);
-      result.push_back({low.at + part * (high.at - low.at),
-                        low.radius_m + part * (high.radius_m - low.radius_m)});
-    }
-  }
-  result.push_back(sections.back());
-  sections = std::move(result);
-}
 
 /// Wood at the base of a branch that widens into its parent, instead of a cylinder through it;
 /// nothing if the crown has no space for it.
@@ -285,7 +248,9 @@ double bearer_radius_m(const Skeleton& skeleton, const Axis& axis) {
 void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build) {
   std::vector<SkeletonPoint> sections;
   needed_sections(stem, stem_tolerance_m(options), sections);
-  if (options.textured) add_root_sections(sections);
+  if (options.textured) {
+    sections = with_root_sections<SkeletonPoint>(sections, RootFlare(sections.front().radius_m));
+  }
   StemTube(sections, options, build).add();
 }
 
@@ -357,11 +322,9 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch, double bearer_radiu
     const double v = -dot(points_[k].at - points_.front().at, frame.tangent) * scale.per_m;
     add_ring(points_[k], frame, polygon, scale.around, v, lean);
     if (k > 0) {
-      join_rings(build_, ring, first, sides, seam);
+      build_.join(ring, first, sides, seam);
     } else if (options_.closed_branches) {
-      for (std::uint32_t i = 1; i + 1 < sides; ++i) {
-        build_.triangle(first, first + i + 1, first + i);
-      }
+      build_.close(first, sides);
     }
     ring = first;
   }
@@ -369,9 +332,7 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch, double bearer_radiu
   if (options_.textured) {
     build_.texture({.u = 0.5, .v = -reach * scale.per_m, .tangent = frame.sideways});
   }
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    build_.triangle(ring + i, ring + (seam ? i + 1 : (i + 1) % sides), tip);
-  }
+  build_.join_to_tip(ring, tip, sides, seam);
 }
 
 }  // namespace silvafit::tree

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "reference.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/tree/scene.hpp"
 
@@ -19,6 +21,16 @@ inline const tree::BuilderCatalogue& shipped_builders() {
   static const tree::BuilderCatalogue catalogue =
       tree::BuilderCatalogue::load(source_file("models"));
   return catalogue;
+}
+
+/// The path of an error in a file of the catalogue; for a missing or unknown key, that of the key.
+inline std::string path_of(const InputError& error) {
+  constexpr std::string_view kMark = "key \"";
+  const std::string& path = error.place().column;
+  const std::size_t at = error.message().find(kMark);
+  if (at == std::string::npos) return path;
+  const std::string key = error.message().substr(at + kMark.size());
+  return (path.empty() ? "" : path + ".") + key.substr(0, key.find('"'));
 }
 
 /// Tree 1 of the Chinese fir plot in the segment-model paper (its Table II).

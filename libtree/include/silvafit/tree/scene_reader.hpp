@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,13 +46,19 @@ struct ReadInstance {
   std::array<double, 3> moved(std::array<double, 3> point) const;
 };
 
+/// A node of the file.
+struct ReadNode {
+  std::string name{};
+  std::array<double, 16> transform{};  ///< to the scene, column by column; zeros if it is not in it
+  bool is_shown = false;  ///< a mesh at or below it is in the scene, with a size that is not zero
+};
+
 struct ReadScene {
   std::string file{};  ///< that it was read from; empty if from memory
   Position origin{};
   std::vector<ReadModel> models{};
   std::vector<ReadInstance> instances{};
-  /// Of each node of the file, its transformation to the scene; zeros if it is not in the scene.
-  std::vector<std::array<double, 16>> nodes{};
+  std::vector<ReadNode> nodes{};  ///< in the order of the file
 
   std::size_t triangle_count() const;  ///< as drawn: those of every instance
 };
@@ -68,5 +75,9 @@ ReadScene read_scene(const std::filesystem::path& path);
 /// A GLB file in memory.
 /// \throws InputError
 ReadScene read_glb(std::string_view bytes);
+
+/// The JSON object in a GLB file.
+/// \throws InputError
+nlohmann::json glb_description(std::string_view bytes);
 
 }  // namespace silvafit::tree
