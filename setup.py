@@ -150,6 +150,10 @@ class BuildExtension(build_ext):
             bundle_libraries(extension)
         shutil.copytree(ROOT / "models", package / "share" / "models", ignore=shutil.ignore_patterns("CMakeLists.txt"))
         write_pages(build, package / "share" / "viewer")
+        # Signatures with all settings, which the extension knows.
+        types = output(sys.executable, "-B", "-c", f"import sys; sys.path.insert(0, {str(package.parent)!r}); "
+                                             "from silvafit import _settings; print(_settings.stub())")
+        (package / "__init__.pyi").write_text(types, encoding="utf-8")
 
 
 class Wheel(bdist_wheel):

@@ -11,16 +11,15 @@ import pandas as pd
 
 from . import _core, _location
 from ._data import Frame, frame_of
-from ._errors import Error, UsageError, check_count, check_text, located_in, warn_of
+from ._errors import Error, UsageError, check_text, located_in, warn_of
 from ._estimates import model_frame
 from ._inference import Inference
 from ._listener import Listener
 from ._predictions import Predictions
+from ._settings import takes
 from ._summary import Summary, fit_html, fit_text, summary_of
 from ._words import word
 
-Number = Union[int, float]
-Bound = Tuple[Optional[Number], Optional[Number]]
 Parameters = Union[str, Sequence[str], Mapping[str, str], None]
 
 
@@ -35,25 +34,8 @@ def _texts(parameters: Parameters) -> List[str]:
     return texts
 
 
-def fit(
-    formula: str,
-    data: Any,
-    *,
-    parameters: Parameters = None,
-    random: Optional[str] = None,
-    covariance: Optional[str] = None,
-    variance: Optional[str] = None,
-    method: Optional[str] = None,
-    reml: bool = False,
-    start: Optional[Mapping[str, Number]] = None,
-    starts: int = 0,
-    fixed: Optional[Mapping[str, Number]] = None,
-    bounds: Optional[Mapping[str, Bound]] = None,
-    agq_points: int = 7,
-    maximum_iterations: int = 200,
-    threads: int = 1,
-    trace: bool = False,
-) -> "Fit":
+@takes("model", "fit")
+def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int = 1, trace: bool = False, **settings: Any) -> Fit:
     """Fit a model by least squares or with mixed effects.
 
     Parameters
@@ -69,34 +51,12 @@ def fit(
     parameters : str, list of str or dict, optional
         Linear sub-models of parameters, as in R: ``["b ~ 1 + C"]`` or ``{"b": "1 + C"}``. Columns of text and categories are
         factors. Structural indices that are no columns (W, M, U, C, ...) are computed from x, y and dbh.
-    random : str, optional
-        Random effects: ``"a + b | plot"``; nested: ``"a | stand/plot"``, or with effects of its own for
-        each grouping ``"a | stand; a + b | stand/plot"``.
-    covariance : {"general", "diagonal", "identity"}, optional
-        Form of the covariance matrix of the random effects.
-    variance : str, optional
-        Variance function of the residuals: ``"power"``, ``"exponential"``, ``"power(dbh)"``, ...
-    method : {"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"}, optional
-        Default: lb with random effects, gnls with a variance function, else ols. nlme's words ML and REML
-        stand for the default without and with `reml`.
-    reml : bool
-        Restricted maximum likelihood (lb and gnls).
-    start : dict, optional
-        Start values by coefficient. Mixed fits use them in addition to their own.
-    starts : int
-        Number of further random starts of a mixed fit.
-    fixed : dict, optional
-        Coefficients that are held at a value.
-    bounds : dict, optional
-        Bounds (low, high) by coefficient; None for an open end.
-    agq_points : int
-        Quadrature points per random effect of the method agq.
-    maximum_iterations : int
-        Of the methods lb and gnls.
     threads : int
         0: all cores. Results do not depend on it.
     trace : bool
         Print the iterations on standard error.
+    **settings
+        Of the model and the fit (docs/settings.md). nlme's methods ML and REML stand for the default without and with `reml`.
 
     Returns
     -------
@@ -121,41 +81,27 @@ def fit(
     >>> import silvafit as sf
     >>> fit = sf.fit("h ~ 1.3 + a*(1 - exp(-b*dbh))", trees, random="a + b | plot")  # doctest: +SKIP
     """
-    arguments = {name: dict(value) if isinstance(value, (Mapping, pd.Series)) else value
-                 for name, value in locals().items() if name not in ("data", "trace")}
-    _check(arguments)
+    arguments = {"formula": formula, "parameters": parameters, "threads": threads,
+                 **{name: dict(value) if isinstance(value, (Mapping, pd.Series)) else value for name, value in settings.items()}}
+    for name, is_optional in (("formula", False), ("random", True), ("variance", True)):
+        check_text(name, arguments.get(name), is_optional)
+    arguments["covariance"] = word("covariance", arguments.get("covariance"), is_optional=True)
+    if arguments.get("method") in ("ML", "REML"):  # nlme's words
+        arguments.update(method=None, reml=arguments["method"] == "REML")
     core, frame = _fitted(arguments, data, trace)
     warn_of(core, stacklevel=2)
     return Fit(core, frame, arguments)
 
 
-def _check(arguments: Dict[str, Any]) -> None:
-    """Types of arguments, and words of other packages as ours."""
-    check_text("formula", arguments["formula"], is_optional=False)
-    for name in ("random", "variance", "method"):
-        check_text(name, arguments[name])
-    arguments["covariance"] = word("covariance", arguments["covariance"], is_optional=True)
-    if arguments["method"] in ("ML", "REML"):  # nlme's words
-        arguments.update(method=None, reml=arguments["method"] == "REML")
-    for name, least in (("starts", 0), ("agq_points", 1), ("maximum_iterations", 1), ("threads", 0)):
-        if arguments[name] is not None:
-            check_count(name, arguments[name], least)
-
-
 def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Frame]:
     model, formula = formula_of(arguments["formula"])
-    texts = {name: arguments[name] for name in ("random", "variance")}
-    form = arguments["covariance"]
-    texts["covariance"] = [form] if isinstance(form, str) else form
-    texts.update({"parameters": _texts(arguments["parameters"]), "model" if model else "formula": model or formula})
-    options = {name: value for name, value in arguments.items()
-               if name not in texts and name != "formula" and value is not None}
-    numbers, names, response = _core.uses(formula, texts["parameters"], texts["random"] or "", texts["variance"] or "")
+    keywords: Dict[str, Any] = {**arguments, "parameters": _texts(arguments["parameters"]), "model": model, "formula": None if model else formula}
+    numbers, names, response = _core.uses(formula, keywords["parameters"], keywords.get("random") or "", keywords.get("variance") or "")
     mentioned = list(dict.fromkeys(numbers + names + (["dbh", "h"] if model else [])))
     if isinstance(data, Frame):
         _check_kept(data, mentioned)
-    frame = model_frame(data, texts["parameters"], mentioned, response)
-    return _run_fit(frame, data, _location.catalogue() if model else None, texts, options, trace), frame
+    frame = model_frame(data, keywords["parameters"], mentioned, response)
+    return _run_fit(frame, data, _location.catalogue() if model else None, keywords, trace), frame
 
 
 def formula_of(text: str) -> Tuple[Optional[str], str]:
@@ -180,13 +126,13 @@ def _check_kept(frame: Frame, mentioned: List[str]) -> None:
                          f"'{lost[0]}'; give the data, update(..., data=trees)", column="data")
 
 
-def _run_fit(frame: Frame, data: Any, catalogue: Any, texts: dict, options: dict, trace: bool) -> Any:
+def _run_fit(frame: Frame, data: Any, catalogue: Any, keywords: dict, trace: bool) -> Any:
     listener = Listener()
     # A name of the formula that is no column may be a misspelt one.
-    texts = {**texts, "columns": list(dict.fromkeys([*frame.names, *frame.table.names]))}
+    keywords = {**keywords, "columns": list(dict.fromkeys([*frame.names, *frame.table.names]))}
     try:
         with located_in(frame.index):
-            return _core.fit(frame.table, catalogue, texts, options, bool(trace), listener)
+            return _core.fit(frame.table, catalogue, keywords, bool(trace), listener)
     except (Error, TypeError):
         if set(frame.names) <= set(frame.table.names):
             raise
@@ -195,7 +141,7 @@ def _run_fit(frame: Frame, data: Any, catalogue: Any, texts: dict, options: dict
     every = frame_of(data).table
     table = _core.table(every.rows, frame.table.columns() + [one for one in every.columns() if one[0] not in known])
     with located_in(frame.index):
-        return _core.fit(table, catalogue, texts, options, bool(trace), listener)
+        return _core.fit(table, catalogue, keywords, bool(trace), listener)
 
 
 class Fit(Predictions, Inference):

@@ -36,8 +36,6 @@ class Inference(Estimates):
         """
         frame = self._own_frame("intervals()")
         check_text("method", method, is_optional=False)
-        check_number("level", level)
-        check_count("threads", threads)
         found = _core.intervals(self._core, frame.table, {"method": method, "level": level, "threads": threads})
         columns = ["name", "kind", "estimate", "lower", "upper", "note"]
         result = pd.DataFrame(found["parameters"], columns=columns).set_index("name")
@@ -159,8 +157,9 @@ class Inference(Estimates):
         return result
 
     def _refit_options(self) -> dict:
-        return {name: self._arguments[name] for name in ("fixed", "bounds", "maximum_iterations")
+        return {name: self._arguments[name] for name in ("hold", "bounds", "maximum_iterations")
                 if self._arguments.get(name) is not None}
+
 
 class Bootstrap:
     """Results of `Fit.bootstrap`.

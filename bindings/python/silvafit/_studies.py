@@ -6,7 +6,7 @@ import json
 import os
 import pathlib
 import tempfile
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
+from typing import Any, Dict, List, Mapping, Optional, Union
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ from ._data import Frame, data_frame, has_geometry, source_of
 from ._errors import UsageError, located_in
 from ._fit import Fit
 from ._listener import Listener
+from ._settings import takes
 from ._windows import window_arguments
 
 Path = Union[str, os.PathLike]
@@ -31,33 +32,19 @@ def _index(frame: Optional[Frame]) -> Optional[pd.Index]:
     return None if frame is None else frame.rows
 
 
-def sampling_arguments(options: Dict[str, Any]) -> Dict[str, Any]:
-    """Options with the table of plots, circles and equations as the libraries take them."""
-    result = dict(options)
+def keywords_of(settings: Dict[str, Any], window: Any = None) -> Dict[str, Any]:
+    """Settings as the libraries take them: a window, the table of plots, and where equations are."""
+    result = {**settings, **window_arguments(window)}
     if result.get("plots") is not None:
         result["plots"] = source_of(result["plots"])[0]
     if result.get("equations") is not None:
-        equations = result["equations"]
-        result["equations"] = [f"{species}={name}" if species else name for species, name in equations.items()] \
-            if isinstance(equations, Mapping) else [equations] if isinstance(equations, str) else list(equations)
         result["models_folder"] = _location.models_directory()
-    if isinstance(result.get("circles"), Mapping):
-        result["circles"] = [f"{dbh!r}={radius!r}" for dbh, radius in result["circles"].items()]
     return result
 
 
+@takes("units", "reading", "sampling")
 def structural_units(
-    trees: Any,
-    window: Any = None,
-    *,
-    edge: str = "buffer",
-    buffer: float = 5.0,
-    per: str = "plot",
-    neighbors: int = 4,
-    further: Sequence[str] = (),
-    threads: int = 0,
-    progress: Optional[bool] = None,
-    **options: Any,
+    trees: Any, window: Any = None, *, threads: int = 0, progress: Optional[bool] = None, **settings: Any,
 ) -> pd.DataFrame:
     """Compute the structural indices of every tree: W, M, U, C and further ones.
 
@@ -68,25 +55,12 @@ def structural_units(
         usual other names and units are recognized (docs/inventory.md).
     window : path, shapely polygon, or GeoDataFrame with a column plot, optional
         The area in which all trees were measured. Default: the convex hull of each plot.
-    edge : {"buffer", "hanisch", "torus", "none"}
-        Edge correction.
-    buffer : float
-        Width of the buffer [m].
-    per : {"plot", "stand"}
-        Where neighbors are searched.
-    neighbors : int
-    further : list of str
-        Further indices: CO, T, Hegyi, BAL, CCF, or all.
     threads : int
         0: all cores.
     progress : bool, optional
         Show a bar (tqdm); None: on a terminal.
-    **options
-        alpha, dominance, crowding, competition_radius, open_grown, circle (docs/structural-units.md);
-        columns, missing, fill_down, dead, alive_codes, dead_codes, cut_codes, trust_units, case_sensitive (docs/inventory.md). For sampled
-        plots plots (a DataFrame or path with a row for each plot), plots_columns, circles such as
-        {7: 4, 30: 12}, angle_count, smallest_dbh, expansion, expansion_area, subplots, subplot, slope_correction
-        (docs/plots.md).
+    **settings
+        Of structural units, the table and sampled plots (docs/settings.md). plots is a DataFrame or path; circles may be {7: 4, 30: 12}.
 
     Returns
     -------
@@ -96,10 +70,8 @@ def structural_units(
         in it. ``attrs`` has notes and the means (summary).
     """
     source, frame = source_of(trees)
-    keywords = {"edge": edge, "buffer": buffer, "per": per, "neighbors": neighbors, "further": list(further),
-                "threads": threads, **window_arguments(window), **sampling_arguments(options)}
     with Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
-        found = _core.structural_units(source, keywords, listener)
+        found = _core.structural_units(source, {**keywords_of(settings, window), "threads": threads}, listener)
     result = _with_own_columns(data_frame(found["table"], _index_of(frame, found["rows"])), trees, found["rows"])
     result.attrs.update(summary=json.loads(found["json"]), notes=listener.notes)
     return result
@@ -144,55 +116,24 @@ class Stand:
         return "<h4>Plots</h4>" + self.plots.to_html() + "<h4>Species</h4>" + self.species.to_html()
 
 
-def stand_summary(
-    trees: Any,
-    window: Any = None,
-    *,
-    plot_area: Optional[float] = None,
-    stratum: Optional[str] = None,
-    stratum_areas: Optional[Mapping[str, float]] = None,
-    class_width: float = 4.0,
-    edge: str = "buffer",
-    buffer: float = 5.0,
-    threads: int = 0,
-    **options: Any,
-) -> Stand:
+@takes("stand", "units", "reading", "sampling", "equations")
+def stand_summary(trees: Any, window: Any = None, *, threads: int = 0, **settings: Any) -> Stand:
     """Compute stand tables: stems and basal area per hectare, dominant height, species, diameters.
 
     Parameters
     ----------
-    trees, window, edge, buffer, threads, **options
+    trees, window, threads
         As in `structural_units`.
-    plot_area : float, optional
-        Area of every plot [m2], for inventories without positions.
-    stratum : str, optional
-        Column with each tree's stratum.
-    stratum_areas : dict, optional
-        Areas of strata [ha].
-    equations, equation_files : list of str, optional
-        Equations of volume, biomass and carbon, such as ["jenkins-pine", "ipcc-carbon"] or {"A": "taper"},
-        and files of further ones (docs/stand.md).
-    class_width : float
-        Width of diameter classes [cm].
+    **settings
+        Of stand figures, structural units, the table, sampled plots and equations (docs/settings.md). equations may be {"A": "taper"}.
     """
     source, frame = source_of(trees)
-    keywords = {"edge": edge, "buffer": buffer, "plot_area": plot_area, "stratum": stratum,
-                "stratum_areas": None if stratum_areas is None else dict(stratum_areas),
-                "class_width": class_width, "threads": threads, **window_arguments(window), **sampling_arguments(options)}
     with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
-        return Stand(_core.stand_summary(source, keywords, listener), listener.notes)
+        return Stand(_core.stand_summary(source, {**keywords_of(settings, window), "threads": threads}, listener), listener.notes)
 
 
-def stand_growth(
-    trees: Any,
-    window: Any = None,
-    *,
-    plot_area: Optional[float] = None,
-    stratum: Optional[str] = None,
-    stratum_areas: Optional[Mapping[str, float]] = None,
-    threads: int = 0,
-    **options: Any,
-) -> Dict[str, pd.DataFrame]:
+@takes("stand", "units", "reading", "sampling", "equations")
+def stand_growth(trees: Any, window: Any = None, *, threads: int = 0, **settings: Any) -> Dict[str, pd.DataFrame]:
     """Compute growth between repeated measurements: increments, ingrowth, mortality and cut.
 
     Parameters
@@ -200,7 +141,9 @@ def stand_growth(
     trees : DataFrame, dict of arrays, or path of a CSV file
         A row for each tree and time, with a column year or date; a column of the status says which
         trees are dead or cut (docs/plots.md).
-    window, plot_area, stratum, stratum_areas, threads, **options
+    window, threads
+        As in `structural_units`.
+    **settings
         As in `stand_summary`.
 
     Returns
@@ -210,55 +153,25 @@ def stand_growth(
         of ``silvafit stand --growth`` (summary).
     """
     source, frame = source_of(trees)
-    keywords = {"plot_area": plot_area, "stratum": stratum,
-                "stratum_areas": None if stratum_areas is None else dict(stratum_areas),
-                "threads": threads, **window_arguments(window), **sampling_arguments(options)}
     with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
-        found = _core.stand_growth(source, keywords, listener)
+        found = _core.stand_growth(source, {**keywords_of(settings, window), "threads": threads}, listener)
     tables = {name: data_frame(table) for name, table in found["tables"]}
     for table in tables.values():
         table.attrs.update(summary=json.loads(found["json"]), notes=listener.notes)
     return tables
 
 
-def impute(
-    trees: Any,
-    response: str = "h",
-    *,
-    group: Optional[str] = None,
-    by: Optional[str] = None,
-    formula: Optional[str] = None,
-    models: Sequence[str] = (),
-    random: Optional[str] = None,
-    variance: Optional[str] = None,
-    method: Optional[str] = None,
-    minimum_trees: int = 30,
-    add_residual: bool = False,
-    seed: int = 1,
-    threads: int = 0,
-    **options: Any,
-) -> pd.DataFrame:
+@takes("imputation", "reading")
+def impute(trees: Any, response: str = "h", *, seed: int = 1, threads: int = 0, **settings: Any) -> pd.DataFrame:
     """Fill in a response that was measured on some trees only.
 
     Parameters
     ----------
     trees : DataFrame, dict of arrays, or path of a CSV file
     response : str
-    group : str, optional
-        Column of the plots; default: plot, if there is one.
-    by : str, optional
-        Column whose values have models of their own, such as species.
-    formula, models : str, list of str, optional
-        The model, or models of the catalogue to choose from; default for h: Naslund's curve.
-    random, variance, method : str, optional
-        As in `fit`; ``random="none"`` for none.
-    minimum_trees : int
-        Measured trees for a model of its own.
-    add_residual : bool
-        Add random residuals, so that imputed values vary as measured ones do.
     seed, threads : int
-    **options
-        How the table is read: columns, missing, fill_down, dead, alive_codes, dead_codes, cut_codes, trust_units, case_sensitive.
+    **settings
+        Of imputation and the table (docs/settings.md).
 
     Returns
     -------
@@ -268,9 +181,7 @@ def impute(
         only. ``attrs["models"]`` has the fits by label as JSON, which `Fit.from_json` reads.
     """
     source, frame = source_of(trees)
-    keywords = {"response": response, "group": group, "by": by, "formula": formula, "models": list(models),
-                "random": random, "variance": variance, "method": method, "minimum_trees": minimum_trees,
-                "add_residual": add_residual, "seed": seed, "threads": threads, **options}
+    keywords = {"response": response, "seed": seed, "threads": threads, **settings}
     with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
         found = _core.impute(source, _location.catalogue(), keywords, listener)
     columns = data_frame(found["table"], _index_of(frame, found["rows"]))
@@ -338,32 +249,21 @@ class Library:
         known = ", ".join(f"{one['species']} {one['response']} {one['role']}" for one in self._core.models())
         raise UsageError(f"{len(found)} models match; available: {known}")
 
+    @takes("predictions", "reading", "equations")
     def predict(
-        self,
-        trees: Any,
-        level: str = "population",
-        interval: Optional[str] = None,
-        *,
-        coverage: float = 0.95,
-        standard_errors: bool = False,
-        new_groups: str = "population",
-        seen_groups: str = "fitted",
-        role: Optional[str] = None,
-        threads: int = 0,
-        **options: Any,
+        self, trees: Any, level: str = "population", interval: Optional[str] = None, *, coverage: float = 0.95, threads: int = 0, **settings: Any,
     ) -> pd.DataFrame:
         """Predict every response with the model of each tree's species.
 
         Parameters
         ----------
         trees : DataFrame, dict of arrays, or path of a CSV file
-        level, interval, coverage, standard_errors, new_groups, seen_groups
+        level, interval, coverage
             As in `Fit.predict`.
-        role : {"ols", "covariates", "nlme"}, optional
-            Which model of a study; default: nlme, or the next simpler one where a column is missing.
-        **options
-            How the table is read. ``columns={"C": "C"}`` computes an index as in the study. equations and
-            equation_files as in `stand_summary`; predicted heights are used where none is measured.
+        threads : int
+            0: all cores.
+        **settings
+            Of predictions, the table and equations (docs/settings.md). ``columns={"C": "C"}`` computes an index as in the study.
 
         Returns
         -------
@@ -372,9 +272,8 @@ class Library:
             ``volume_m3``, and ``flag``, with the index of `trees`. Rows of dead trees are not in it.
         """
         source, frame = source_of(trees)
-        keywords = {"level": level, "interval": interval, "coverage": coverage if interval else None, "standard_errors": standard_errors,
-                    "new_groups": new_groups, "seen_groups": seen_groups, "role": role, "threads": threads,
-                    **sampling_arguments(options)}
+        keywords = {"level": level, "interval": interval, "coverage": coverage if interval else None, "threads": threads,
+                    **keywords_of(settings)}
         with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
             found = self._core.predict(source, _location.catalogue(), keywords, listener)
         result = data_frame(found["table"], _index_of(frame, found["rows"]))
@@ -456,6 +355,7 @@ class Study:
         return self.results[[name for name in columns if name in self.results.columns]]
 
 
+@takes("study", "reading", "rows", "units", "sampling")
 def study(
     trees: Any,
     out: Optional[Path] = None,
@@ -482,8 +382,7 @@ def study(
     progress : bool, optional
         Show a bar (tqdm); None: on a terminal.
     **options
-        Keys of study.json: species, responses, candidates, covariates, period, edge, buffer, ...; plots and
-        circles also as in `structural_units`.
+        Keys of study.json; plots and circles also as in `structural_units`.
 
     Returns
     -------
@@ -492,8 +391,9 @@ def study(
     source, frame = source_of(trees)
     given = window_arguments(window)
     call = _call(out, settings, window, options)
-    options = sampling_arguments(options)
-    plots = options.pop("plots", None)
+    plots = keywords_of({"plots": options.pop("plots", None)})["plots"]
+    if isinstance(options.get("circles"), Mapping):
+        options["circles"] = [f"{dbh!r}={radius!r}" for dbh, radius in options["circles"].items()]
     with tempfile.TemporaryDirectory() as folder, Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
         file = _settings_file(settings, dict(options, **{k: _absolute(v) for k, v in given.items() if k == "window"}),
                               pathlib.Path(folder))

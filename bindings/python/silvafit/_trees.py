@@ -8,29 +8,20 @@ import os
 import pathlib
 import tempfile
 import webbrowser
-from typing import Any, List, Optional, Sequence, Union
+from typing import Any, Dict, Optional, Union
 
 from . import _core, _location
 from ._data import source_of
 from ._errors import located_in
 from ._listener import Listener
+from ._settings import takes
 
 Path = Union[str, os.PathLike]
 _SCENES = (".glb", ".gltf", ".obj", ".ply")
 
 
-def grow(
-    trees: Any,
-    out: Path,
-    *,
-    plots: Sequence[Any] = (),
-    builder: str = "segment",
-    lod: Union[int, Sequence[int]] = 0,
-    seed: int = 1,
-    threads: int = 0,
-    progress: Optional[bool] = None,
-    **options: Any,
-) -> dict:
+@takes("grow", "reading")
+def grow(trees: Any, out: Path, *, seed: int = 1, threads: int = 0, progress: Optional[bool] = None, **settings: Any) -> dict:
     """Grow the trees of a table as 3D models.
 
     Parameters
@@ -39,17 +30,11 @@ def grow(
         Columns plot, tree, species, dbh [cm], h, hcb, cw [m], and x, y [m] for a scene.
     out : path
         A file (.glb, .gltf, .obj, .ply) of all trees at their positions, or a folder of one file per tree.
-    plots : list, optional
-        Plots to grow; default: all.
-    builder : {"segment", "lsystem", "ifs", "bamboo"}
-    lod : int or list of int
-        Level of detail, 0 (finest) to 3; several are written to separate files.
     seed, threads : int
     progress : bool, optional
         Show a bar (tqdm); None: on a terminal.
-    **options
-        use, format, preset, grammar, resolve_overlaps, share, models, ground, instancing, quantize,
-        compress, ascii, textures, by, animate, seconds (docs/trees.md), and how the table is read.
+    **settings
+        Of trees and scenes, and the table (docs/settings.md).
 
     Returns
     -------
@@ -58,19 +43,9 @@ def grow(
     """
     source, frame = source_of(trees)
     path = pathlib.Path(out)
-    target = {"scene": str(path)} if path.suffix.lower() in _SCENES else {"out": str(path)}
-    keywords = {"plots": _labels(plots), "builder": builder, "lod": _levels(lod), "seed": seed,
-                "threads": threads, **target, **options}
+    keywords: Dict[str, Any] = {"scene" if path.suffix.lower() in _SCENES else "out": str(path), "seed": seed, "threads": threads, **settings}
     with Listener(progress) as listener, located_in(None if frame is None else frame.rows):
         return json.loads(_core.grow(source, _location.models_directory(), keywords, listener))
-
-
-def _labels(plots: Sequence[Any]) -> List[str]:
-    return [str(plot) for plot in plots]
-
-
-def _levels(lod: Union[int, Sequence[int]]) -> List[int]:
-    return [lod] if isinstance(lod, int) else list(lod)
 
 
 class View:
@@ -116,18 +91,9 @@ class View:
                 'style="border:1px solid #ccc" title="3D view of the stand" allowfullscreen></iframe>')
 
 
+@takes("view", "reading")
 def view(
-    trees: Any,
-    out: Optional[Path] = None,
-    *,
-    plots: Sequence[Any] = (),
-    title: Optional[str] = None,
-    models: int = 6,
-    lod: Sequence[int] = (0, 1, 2, 3),
-    height: int = 600,
-    seed: int = 1,
-    threads: int = 0,
-    **options: Any,
+    trees: Any, out: Optional[Path] = None, *, title: Optional[str] = None, height: int = 600, seed: int = 1, threads: int = 0, **settings: Any,
 ) -> View:
     """Make a 3D page of a stand, which a notebook shows.
 
@@ -137,19 +103,15 @@ def view(
         A table of trees with positions (x, y), the folder of a study, or a GLB scene.
     out : path, optional
         File for the page, which any browser opens; default: none.
-    plots : list, optional
-        Plots to show; default: all.
     title : str, optional
-    models : int
-        Number of models that the trees of a species preset share.
-    lod : list of int
-        Levels of detail in the page.
     height : int
         Height of the frame in a notebook [pixels].
+    seed, threads : int
+    **settings
+        Of the 3D page and the table (docs/settings.md).
     """
     source, frame = source_of(trees)
-    keywords = {"plots": _labels(plots), "title": title or ("Stand" if frame is not None else None),
-                "models": models, "lod": list(lod), "seed": seed, "threads": threads, **options}
+    keywords = {"title": title or ("Stand" if frame is not None else None), "seed": seed, "threads": threads, **settings}
     with tempfile.TemporaryDirectory() as folder, located_in(None if frame is None else frame.rows):
         path = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "view.html"
         summary = _core.view(source, _location.models_directory(), _location.page("scene.html"), str(path), keywords,

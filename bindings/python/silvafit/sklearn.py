@@ -34,7 +34,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
     random : str, optional
         Random effects, ``"a + b | plot"``, or ``"a + b"`` for those of `groups`. Default: the intercept of
         the linear model if there are groups, else none.
-    parameters, covariance, variance, method, reml, start, starts, fixed, bounds, threads
+    parameters, covariance, variance, method, reml, start, starts, hold, bounds, threads
         As in `silvafit.fit`.
     level : {"conditional", "population", "calibrated", "marginal"}
         Of predictions. calibrated: also groups that were not in the fit have random effects, predicted from
@@ -72,7 +72,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         reml: bool = False,
         start: Optional[Mapping[str, float]] = None,
         starts: int = 0,
-        fixed: Optional[Mapping[str, float]] = None,
+        hold: Optional[Mapping[str, float]] = None,
         bounds: Optional[Mapping[str, Any]] = None,
         level: str = "conditional",
         measured: Optional[str] = None,
@@ -87,7 +87,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         self.reml = reml
         self.start = start
         self.starts = starts
-        self.fixed = fixed
+        self.hold = hold
         self.bounds = bounds
         self.level = level
         self.measured = measured
@@ -110,7 +110,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         self.fit_ = _fit(
             formula, table, random=self._random(groups), parameters=self.parameters, covariance=self.covariance,
             variance=self.variance, method=self.method, reml=self.reml, start=self.start, starts=self.starts,
-            fixed=self.fixed, bounds=self.bounds, threads=self.threads)
+            hold=self.hold, bounds=self.bounds, threads=self.threads)
         return self
 
     def predict(self, X: Any, groups: Any = None) -> np.ndarray:

@@ -6,6 +6,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <concepts>
 #include <string>
 #include <vector>
 
@@ -26,11 +27,14 @@ class Arguments {
   /// \throws UsageError if it has another type
   template <class Field>
   bool take(const char* name, Field& field) {
-    known_.emplace_back(name);
-    if (!values_.contains(name)) return false;
-    const py::object value = values_.attr("pop")(name);
+    py::object value = take(name);
     if (value.is_none()) return false;
     try {
+      // True is no number, and a Series of pandas has names, too.
+      if (std::integral<Field> && !std::same_as<Field, bool> && py::isinstance<py::bool_>(value)) {
+        throw py::cast_error();
+      }
+      if (!py::isinstance<py::dict>(value) && py::hasattr(value, "keys")) value = py::dict(value);
       field = value.cast<Field>();
       return true;
     } catch (const py::cast_error&) {
@@ -38,6 +42,11 @@ class Arguments {
           fmt::format("{} is a value of the wrong type", py::repr(value).cast<std::string>()),
           {.column = name});
     }
+  }
+  /// The value itself; None if the argument is absent.
+  py::object take(const char* name) {
+    known_.emplace_back(name);
+    return values_.attr("pop")(name, py::none());
   }
 
   /// \throws UsageError that names an argument that nobody took

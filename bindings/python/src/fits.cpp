@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "errors.hpp"
-#include "fit_options.hpp"
 #include "random_terms.hpp"
 #include "setting_keywords.hpp"
 #include "silvafit/base/error.hpp"
@@ -26,38 +25,26 @@
 namespace silvafit::python {
 namespace {
 
-/// What to fit, from keyword arguments.
-struct Request {
-  std::string model{};  ///< id in the catalogue, instead of a formula
-  fit::ModelTexts texts{};
-};
-
-Request request_of(const py::dict& keywords) {
-  Arguments arguments(keywords);
-  Request request{.texts = settings_of<fit::ModelTexts>(arguments)};
-  arguments.take("model", request.model);
-  arguments.take("columns", request.texts.columns);
-  arguments.finish();
-  return request;
-}
-
 FitPointer fit_of(const TablePointer& table,
                   const study::Catalogue* catalogue,
-                  const py::dict& texts,
                   const py::dict& keywords,
                   bool traces,
                   const py::object& listener) {
-  Request request = request_of(texts);
-  fit::FitModelOptions options = fit_options(keywords);
+  Arguments arguments(keywords);
+  auto texts = settings_of<fit::ModelTexts>(arguments);
+  arguments.take("columns", texts.columns);
+  std::string model;  // id in the catalogue, instead of a formula
+  arguments.take("model", model);
+  fit::FitModelOptions options = fit_options(arguments);
   return run(listener, [&](Work& work) {
     options.stop = work.stop();
     if (traces) options.trace = [&work](const std::string& line) { work.line(line); };
-    if (!request.model.empty()) {
-      study::use_base_model(catalogue->find(request.model), *table, request.texts, options);
+    if (!model.empty()) {
+      study::use_base_model(catalogue->find(model), *table, texts, options);
     }
-    const fit::ModelSpecification specification = fit::specify_model(request.texts, *table);
+    const fit::ModelSpecification specification = fit::specify_model(texts, *table);
     fit::FittedModel fit = fit::fit_model(specification, *table, options).fit;
-    fit.model = request.model;
+    fit.model = model;
     return share(std::move(fit));
   });
 }
@@ -200,6 +187,13 @@ void add_values(py::class_<fit::FittedModel, FitPointer>& fit) {
 
 }  // namespace
 
+fit::FitModelOptions fit_options(Arguments& arguments) {
+  auto options = settings_of<fit::FitModelOptions>(arguments);
+  arguments.take("threads", options.threads);
+  arguments.finish();
+  return options;
+}
+
 py::dict statistics_of(const fit::FitStatistics& statistics) {
   py::dict result;
   result["r2"] = statistics.r2;
@@ -270,8 +264,7 @@ void add_fits(py::module_& module) {
              &fit_of,
              py::arg("table"),
              py::arg("catalogue").none(true),
-             py::arg("texts"),
-             py::arg("options"),
+             py::arg("keywords"),
              py::arg("trace"),
              py::arg("listener"));
   module.def("uses", &uses);

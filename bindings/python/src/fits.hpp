@@ -17,6 +17,12 @@ inline FitPointer share(fit::FittedModel fit) {
   return std::make_shared<fit::FittedModel>(std::move(fit));
 }
 
+class Arguments;
+
+/// How to fit, by the arguments of fit() that nobody took yet.
+/// \throws UsageError for an unknown name or method, or a value of the wrong type
+fit::FitModelOptions fit_options(Arguments& arguments);
+
 /// r2, mean_error, rmse and mae.
 pybind11::dict statistics_of(const fit::FitStatistics& statistics);
 

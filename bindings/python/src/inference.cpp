@@ -3,11 +3,11 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
 #include "errors.hpp"
-#include "fit_options.hpp"
 #include "fits.hpp"
 #include "setting_keywords.hpp"
 #include "silvafit/fit/comparison.hpp"
@@ -19,20 +19,21 @@
 namespace silvafit::python {
 namespace {
 
-const char* kind_text(fit::ParameterKind kind) {
-  switch (kind) {
-    case fit::ParameterKind::kFixed:
-      return "fixed";
-    case fit::ParameterKind::kDeviation:
-      return "standard deviation";
-    case fit::ParameterKind::kCorrelation:
-      return "correlation";
-    case fit::ParameterKind::kVariance:
-      return "variance function";
-    case fit::ParameterKind::kSigma:
-      break;
-  }
-  return "sigma";
+/// Kinds of parameters, in the order of the enumeration.
+constexpr std::array<const char*, 5> kKinds{
+    "fixed", "standard deviation", "correlation", "variance function", "sigma"};
+
+/// The options of a list with the seed, and the threads of all refits.
+template <typename Options>
+Options resampling_options(const py::dict& keywords, const py::dict& refit) {
+  Arguments arguments(keywords);
+  auto options = settings_of<Options>(arguments);
+  arguments.take("seed", options.seed);
+  arguments.take("threads", options.threads);
+  arguments.finish();
+  Arguments of_refits(refit);
+  options.refit = fit_options(of_refits);
+  return options;
 }
 
 py::dict intervals(const FitPointer& fit, const TablePointer& table, const py::dict& keywords) {
@@ -46,8 +47,12 @@ py::dict intervals(const FitPointer& fit, const TablePointer& table, const py::d
   });
   py::list parameters;
   for (const fit::ParameterInterval& one : found.parameters) {
-    parameters.append(py::make_tuple(
-        one.name, kind_text(one.kind), one.estimate, one.lower, one.upper, one.note));
+    parameters.append(py::make_tuple(one.name,
+                                     kKinds.at(static_cast<std::size_t>(one.kind)),
+                                     one.estimate,
+                                     one.lower,
+                                     one.upper,
+                                     one.note));
   }
   py::dict result;
   result["likelihood"] = found.likelihood;
@@ -92,12 +97,7 @@ py::dict bootstrap(const FitPointer& fit,
                    const py::dict& keywords,
                    const py::dict& refit,
                    const py::object& listener) {
-  Arguments arguments(keywords);
-  auto options = settings_of<fit::BootstrapOptions>(arguments);
-  arguments.take("seed", options.seed);
-  arguments.take("threads", options.threads);
-  arguments.finish();
-  options.refit = fit_options(refit);
+  auto options = resampling_options<fit::BootstrapOptions>(keywords, refit);
   return bootstrap_result(run(listener, [&](Work& work) {
     options.refit.stop = work.stop();
     options.progress = work.progress_of("bootstrap");
@@ -129,12 +129,7 @@ py::dict cross_validate(const FitPointer& fit,
                         const py::dict& keywords,
                         const py::dict& refit,
                         const py::object& listener) {
-  Arguments arguments(keywords);
-  auto options = settings_of<fit::CrossValidationOptions>(arguments);
-  arguments.take("seed", options.seed);
-  arguments.take("threads", options.threads);
-  arguments.finish();
-  options.refit = fit_options(refit);
+  auto options = resampling_options<fit::CrossValidationOptions>(keywords, refit);
   return cross_validation_result(run(listener, [&](Work& work) {
     options.refit.stop = work.stop();
     options.progress = work.progress_of("cross-validation");

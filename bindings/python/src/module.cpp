@@ -15,6 +15,7 @@ PYBIND11_MODULE(_core, module) {
   add_fits(module);
   add_predictions(module);
   add_inference(module);
+  add_settings(module);
   add_studies(module);
   add_trees(module);
 }

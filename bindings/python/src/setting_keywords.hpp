@@ -33,13 +33,38 @@ class SettingKeywords {
     }
   }
   void operator()(const data::Setting<std::vector<std::string>>& setting) {
-    if (setting.form != data::SettingForm::kMapping) {
-      arguments_.take(setting.key.data(), setting.value);
-      return;
+    const py::object given = arguments_.take(setting.key.data());
+    const auto text = [](const auto& value) { return py::str(value).template cast<std::string>(); };
+    const bool has_names = setting.type_name.find('=') != std::string_view::npos;
+    if (given.is_none()) return;
+    setting.value.clear();
+    if (has_names && py::isinstance<py::dict>(given)) {
+      for (const auto& [key, value] : given.cast<py::dict>()) {
+        const std::string name = text(key);
+        setting.value.push_back(name.empty() ? text(value) : name + "=" + text(value));
+      }
+    } else if (py::isinstance<py::str>(given)) {
+      setting.value = {text(given)};
+    } else {
+      const bool is_list = py::isinstance<py::sequence>(given) || py::hasattr(given, "tolist");
+      if (!is_list) data::refuse(setting, text(py::repr(given)) + " is a value of the wrong type");
+      for (const py::handle one : given) {
+        // Labels may be numbers.
+        if (!py::isinstance<py::str>(one) && setting.form != data::SettingForm::kNames) {
+          data::refuse(setting, text(py::repr(one)) + " is a value of the wrong type");
+        }
+        setting.value.push_back(text(one));
+      }
     }
-    std::map<std::string, std::string> sources;
-    arguments_.take(setting.key.data(), sources);
-    for (const auto& [name, source] : sources) setting.value.push_back(name + "=" + source);
+  }
+  /// Whole numbers, or one.
+  void operator()(const data::Setting<std::vector<int>>& setting) {
+    const py::object given = arguments_.take(setting.key.data());
+    if (given.is_none()) return;
+    const bool is_one = py::isinstance<py::int_>(given);
+    Arguments one(
+        py::dict(py::arg(setting.key.data()) = is_one ? py::object(py::make_tuple(given)) : given));
+    one.take(setting.key.data(), setting.value);
   }
   /// Pairs of numbers, or None for an open end.
   void operator()(const data::Setting<std::map<std::string, fit::Bounds>>& setting) {

@@ -8,6 +8,8 @@ namespace silvafit::python {
 
 /// Structural units, stand tables, imputation, studies, and the class Library.
 void add_studies(pybind11::module_& module);
+/// The lists of settings.
+void add_settings(pybind11::module_& module);
 /// Scenes and pages of trees.
 void add_trees(pybind11::module_& module);
 

@@ -57,8 +57,8 @@ def test_a_value_outside_the_domain_names_its_row(inventory):
 
 
 def test_unknown_arguments_and_values_are_refused(stands):
-    with pytest.raises(TypeError):
-        sf.fit(FORMULA, stands, colour="red")
+    with pytest.raises(sf.UsageError, match="did you mean start"):
+        sf.fit(FORMULA, stands, stat={"a": 30})
     with pytest.raises(sf.UsageError, match="nlmixed"):
         sf.fit(FORMULA, stands, method="nlmixed")
     with pytest.raises(sf.UsageError, match="start"):

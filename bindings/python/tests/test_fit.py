@@ -36,7 +36,7 @@ def assert_same_json(ours, theirs, path=""):
      ["--random", "a | stand/plot", "--parameter", "b ~ 1 + crowding", "--reml"]),
     (dict(random="a | plot", parameters="a ~ 1 + species", method="laplace"),
      ["--random", "a | plot", "--parameter", "a ~ 1 + species", "--method", "laplace"]),
-    (dict(bounds={"b": (0.01, None)}, fixed={"a": 30}), ["--bound", "b=0.01:", "--fix", "a=30"]),
+    (dict(bounds={"b": (0.01, None)}, hold={"a": 30}), ["--bound", "b=0.01:", "--fix", "a=30"]),
 ])
 def test_the_json_is_that_of_the_program(program, stands, stands_file, arguments, options):
     theirs = json.loads(program("fit", stands_file, "--formula", FORMULA, "--json", "--quiet", *options))

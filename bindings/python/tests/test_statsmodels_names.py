@@ -130,7 +130,7 @@ def test_terms_are_tested_as_by_nlme(expected, stands):
     assert plain.loc["b:size", "statistic"] == pytest.approx(theirs.loc["size:dbh", "F"], rel=1e-7)
     assert plain.loc["b:size", "p"] == pytest.approx(theirs.loc["size:dbh", "p"], rel=1e-6)
     assert plain.loc["a:size", "statistic"] == pytest.approx(theirs.loc["size", "F"], rel=1e-7)
-    held = sf.fit("h ~ a + b*dbh", stands, fixed={"b": 0.3}).wald_test_terms()
+    held = sf.fit("h ~ a + b*dbh", stands, hold={"b": 0.3}).wald_test_terms()
     assert list(held.index) == ["a"]
 
 
@@ -146,7 +146,7 @@ def test_fits_are_updated(mixed, stands):
     assert with_covariate.update(parameters=with_covariate.parameters).loglik == with_covariate.loglik
     read = sf.Fit.from_json(mixed.to_json())
     assert read.update(data=stands).loglik == pytest.approx(mixed.loglik, rel=1e-9)
-    with pytest.raises(TypeError, match="varience"):
+    with pytest.raises(sf.UsageError, match="varience.*did you mean variance"):
         mixed.update(varience="power")
 
 

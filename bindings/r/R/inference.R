@@ -27,7 +27,6 @@
 #' intervals(fit)
 confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile"), threads = 1, ...) {
   no_further(list(...), instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
-  check_count(threads, "threads")
   if (identical(method, "boot")) stop_usage("use bootstrap() for intervals of a bootstrap")
   # lme4 writes "Wald".
   if (is.character(method)) method <- tolower(method)
@@ -63,7 +62,6 @@ print_notes <- function(notes) {
 
 parameter_intervals <- function(object, level, method, threads = 1) {
   needs_data(object, "confidence intervals")
-  if (!is.numeric(level) || length(level) != 1 || !isTRUE(level > 0 && level < 1)) stop_usage("`level` has to be between 0 and 1")
   result <- engine(.Call(C_intervals_of_fit, object$handle, plain_columns(object$frame, names(object$frame)), list(method = method, level = level, threads = threads)))
   result$name <- r_names(object, result$name)
   result$note <- r_names(object, in_words_of_r(result$note))

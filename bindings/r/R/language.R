@@ -8,38 +8,14 @@ known_functions <- c("exp", "log", "log10", "log2", "log1p", "expm1", "sqrt", "a
 operator_precedence <- c("||" = 1, "|" = 1, "&&" = 2, "&" = 2, "!" = 3, "<" = 4, "<=" = 4, ">" = 4, ">=" = 4, "==" = 4, "!=" = 4,
                          "+" = 5, "-" = 5, "*" = 6, "/" = 6, "unary" = 7, "^" = 8)
 
-# The self-starting models of stats as formulas of their arguments.
-self_start_models <- list(
-  SSasymp = quote(Asym + (R0 - Asym) * exp(-exp(lrc) * input)),
-  SSasympOff = quote(Asym * (1 - exp(-exp(lrc) * (input - c0)))),
-  SSasympOrig = quote(Asym * (1 - exp(-exp(lrc) * input))),
-  SSbiexp = quote(A1 * exp(-exp(lrc1) * input) + A2 * exp(-exp(lrc2) * input)),
-  SSfpl = quote(A + (B - A) / (1 + exp((xmid - input) / scal))),
-  SSgompertz = quote(Asym * exp(-b2 * b3^x)),
-  SSlogis = quote(Asym / (1 + exp((xmid - input) / scal))),
-  SSmicmen = quote(Vm * input / (K + input)),
-  SSweibull = quote(Asym - Drop * exp(-exp(lrc) * x^pwr)),
-  SSfol = quote(Dose * exp(lKe + lKa - lCl) * (exp(-exp(lKe) * input) - exp(-exp(lKa) * input)) / (exp(lKa) - exp(lKe)))
-)
-self_start_arguments <- list(
-  SSasymp = c("input", "Asym", "R0", "lrc"), SSasympOff = c("input", "Asym", "lrc", "c0"),
-  SSasympOrig = c("input", "Asym", "lrc"), SSbiexp = c("input", "A1", "lrc1", "A2", "lrc2"),
-  SSfpl = c("input", "A", "B", "xmid", "scal"), SSgompertz = c("x", "Asym", "b2", "b3"),
-  SSlogis = c("input", "Asym", "xmid", "scal"), SSmicmen = c("input", "Vm", "K"),
-  SSweibull = c("x", "Asym", "Drop", "lrc", "pwr"), SSfol = c("Dose", "input", "lKe", "lKa", "lCl")
-)
+# The self-starting models of stats, which C++ knows by the places of their arguments.
+self_start_models <- c("SSasymp", "SSasympOff", "SSasympOrig", "SSbiexp", "SSfpl", "SSgompertz", "SSlogis", "SSmicmen", "SSweibull", "SSfol")
 
-expanded_self_start <- function(call) {
-  name <- as.character(call[[1]])
-  arguments <- self_start_arguments[[name]]
-  given <- as.list(call)[-1]
-  empty <- stats::setNames(rep(list(quote(expr = )), length(arguments)), arguments)
-  matched <- as.list(match.call(as.function(c(empty, list(NULL))), call))[-1]
-  if (length(given) != length(arguments)) {
-    stop_formula(name, "() has the arguments ", paste(arguments, collapse = ", "))
-  }
-  wrapped <- lapply(matched, function(argument) if (is.call(argument)) call("(", argument) else argument)
-  call("(", do.call(substitute, list(self_start_models[[name]], wrapped)))
+with_arguments_in_order <- function(call) {
+  model <- getExportedValue("stats", as.character(call[[1]]))
+  arguments <- names(formals(args(model)))
+  if (length(call) - 1 != length(arguments)) stop_formula(as.character(call[[1]]), "() has the arguments ", paste(arguments, collapse = ", "))
+  as.call(c(call[[1]], unname(as.list(match.call(args(model), call))[-1][arguments])))
 }
 
 number_text <- function(value) {
@@ -124,14 +100,14 @@ call_text <- function(call, name, what) {
   atom <- function(text) list(text = text, precedence = 9)
   if (name == "(") return(atom(paste0("(", expression_text(call[[2]], what), ")")))
   if (name %in% names(operator_precedence)) return(operator_text(call, name, what))
-  if (name %in% names(self_start_models)) return(text_and_precedence(expanded_self_start(call), what))
+  if (name %in% self_start_models) call <- with_arguments_in_order(call)
   if (name == "%in%") return(atom(membership_text(call, what)))
   if (name %in% c("pmin", "pmax")) name <- substr(name, 2, 4)
   if (name == "offset") return(atom(paste0("(", expression_text(call[[2]], what), ")")))
   if (name == "log" && length(call) == 3) {
     return(atom(paste0("(log(", expression_text(call[[2]], what), ")/log(", expression_text(call[[3]], what), "))")))
   }
-  if (!name %in% known_functions) {
+  if (!name %in% c(known_functions, self_start_models)) {
     stop_formula("unknown function '", name, "()' in ", what, "; available: ", paste(known_functions, collapse = ", "))
   }
   arguments <- vapply(as.list(call)[-1], expression_text, "", what = what)

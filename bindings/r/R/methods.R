@@ -124,6 +124,14 @@ VarCorr.silvafit <- function(x, sigma = 1, ...) {
   structure(result, sc = sigma(x), class = "VarCorr.silvafit")
 }
 
+# Two indices are those of nlme's matrix, as in VarCorr(fit)[, "StdDev"].
+#' @export
+`[.VarCorr.silvafit` <- function(x, i, j, ..., drop = TRUE) {
+  if (nargs() - (!missing(drop)) < 3) return(unclass(x)[i])
+  deviations <- c(unlist(lapply(unname(unclass(x)), attr, "stddev")), Residual = attr(x, "sc"))
+  cbind(Variance = deviations^2, StdDev = deviations)[i, j, drop = drop]
+}
+
 #' @export
 print.VarCorr.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
   no_further(list(...))

@@ -13,7 +13,7 @@ new_fit <- function(result, model, call, options, na.action) {
          },
          fitted_values = list(population = result$population, conditional = result$conditional),
          # For refits to other data.
-         options = options[c("fixed", "lower", "upper", "maximum_iterations")],
+         options = options[c("hold", "lower", "upper", "maximum_iterations")],
          residual_sd = result$residual_sd, cpu_seconds = result$cpu_seconds),
     class = "silvafit")
 }

@@ -7,12 +7,8 @@
 #' are in no figure.
 #'
 #' @param object a fit of [silvafit()]
-#' @param replicates number of replicates
-#' @param resample `"parametric"`: random effects and residuals are drawn from the fit, on the same design. `"cases"`: whole groups of the
-#'   coarsest grouping are drawn with replacement, or rows if the model has no random effects
-#' @param level confidence level of the intervals
+#' @eval setting_params("bootstrap")
 #' @param seed seed of the random numbers; results do not depend on the number of threads
-#' @param group column of the groups that `"cases"` draws, instead of the coarsest grouping
 #' @param threads number of threads; 0 means all cores
 #' @param progress show the progress in the console
 #' @return List of class `silvafit_bootstrap`: `parameters`, a data frame with the estimate, the number of replicates that have a value, bias,
@@ -27,9 +23,6 @@
 bootstrap <- function(object, replicates = 500, resample = c("parametric", "cases"), level = 0.95, seed = 1, group = "", threads = 0,
                       progress = interactive()) {
   needs_data(object, "bootstrap()")
-  check_count(replicates, "replicates", 1)
-  check_count(seed, "seed")
-  check_count(threads, "threads")
   settings <- list(refit = object$options, replicates = replicates, resample = match.arg(resample), level = level, seed = seed, group = group,
                    threads = threads, progress = progress)
   result <- engine(.Call(C_bootstrap_fit, object$handle, plain_columns(object$frame, names(object$frame)), settings))
@@ -60,9 +53,7 @@ print.silvafit_bootstrap <- function(x, digits = 4, ...) {
 #' Predicts each group by a fit to the others.
 #'
 #' @param object a fit of [silvafit()]
-#' @param folds number of parts that the groups are dealt to; 0 leaves out one group at a time
-#' @param group column of the groups; by default the coarsest grouping of the random effects
-#' @param measured number of rows of each left-out group that calibrate the predictions of its other rows
+#' @eval setting_params("cross-validation")
 #' @param seed seed of the random numbers
 #' @param threads number of threads; 0 means all cores
 #' @param progress show the progress in the console
@@ -76,10 +67,6 @@ print.silvafit_bootstrap <- function(x, digits = 4, ...) {
 #' attr(cross_validate(fit, 5, threads = 1), "population")
 cross_validate <- function(object, folds = 10, group = "", measured = 0, seed = 1, threads = 0, progress = interactive()) {
   needs_data(object, "cross_validate()")
-  check_count(folds, "folds")
-  check_count(measured, "measured")
-  check_count(seed, "seed")
-  check_count(threads, "threads")
   settings <- list(refit = object$options, folds = folds, group = group, measured = measured, seed = seed, threads = threads, progress = progress)
   result <- engine(.Call(C_cross_validate_fit, object$handle, plain_columns(object$frame, names(object$frame)), settings))
   table <- data.frame(fold = result$fold, observed = result$observed, predicted = not_nan(result$predicted), row.names = row.names(object$frame)[result$rows])

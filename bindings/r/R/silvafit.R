@@ -105,10 +105,9 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   if (!is.null(call$subset)) call$subset <- with_values(substitute(subset), data, parent.frame())
   model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, contrasts)
   if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
-  options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), fixed = engine_names(hold, model, "hold"),
+  options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), hold = engine_names(hold, model, "hold"),
                   lower = engine_names(lower, model, "lower"), upper = engine_names(upper, model, "upper"), starts = starts,
                   agq_points = agq_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
-  check_options(options)
   frame <- model$frame
   omit <- check_missing(frame, na.action)
   # The domain of a model of the catalogue may have a condition on these.
@@ -130,13 +129,6 @@ check_count <- function(value, name, least = 0) {
   if (!is.numeric(value) || length(value) != 1 || !is.finite(value) || value != floor(value) || value < least || value > .Machine$integer.max) {
     stop_usage("`", name, "` has to be a whole number from ", least, " to ", .Machine$integer.max)
   }
-}
-
-check_options <- function(options) {
-  if (!is.null(options$method) && (!is.character(options$method) || length(options$method) != 1)) stop_usage("`method` has to be one text")
-  for (name in c("reml", "trace")) check_flag(options[[name]], name)
-  for (name in c("starts", "threads")) check_count(options[[name]], name)
-  for (name in c("agq_points", "maximum_iterations")) check_count(options[[name]], sub("maximum_", "max_", name), 1)
 }
 
 # A condition in which names that are no columns are replaced by their values, so that it means the same elsewhere.

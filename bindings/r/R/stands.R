@@ -5,20 +5,14 @@
 #'
 #' @param trees data frame with a row for each tree, points of class `sf`, or the path of a CSV file. Columns with usual names are recognized:
 #'   `plot`, `tree`, `species`, `x`, `y` \[m\], `dbh` \[cm\], `h`, `hcb`, `cw` \[m\].
-#' @param columns named vector: where columns come from, such as `c(dbh = "DBH_cm", x = "xk/10")`
 #' @param window the area in which all trees were measured: polygons of class `sf` or `sfc` (the column `plot`, if there is one, names the
 #'   plot), or the path of a GeoJSON, WKT or CSV file
 #' @param circle center and radius of every plot in its own coordinates \[m\], instead of a window: `c(0, 0, 12.62)`
-#' @param edge edge correction: `"buffer"`, `"hanisch"`, `"torus"` or `"none"`
-#' @param buffer width of the buffer \[m\]
-#' @param per search for neighbors within each `"plot"` or the whole `"stand"`
-#' @param neighbors number of neighbors of a structural unit
-#' @param dead standing dead trees: `"leave-out"`, `"neighbors"` or `"include"`; `alive_codes`, `dead_codes` and `cut_codes` explain values of the status
-#' @param trust_units do not stop at columns or plots that seem to have another unit
+#' @eval setting_params(c("reading", "units", "stand", "study", "grow"))
 #' @param threads number of threads; 0 means all cores
 #' @param progress show the progress in the console
-#' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`,
-#'   `case_sensitive`, as the options of the program
+#' @param seed seed of the random numbers
+#' @param ... further settings of the lists of [settings] that the function has
 #' @name inventory-arguments
 #' @keywords internal
 NULL
@@ -38,56 +32,63 @@ tree_source <- function(trees) {
   plain_columns(check_data(trees, "trees"))
 }
 
-setting_names <- function(...) engine(.Call(C_setting_names, c(...)))
+# The settings of lists: name, help and words that are allowed.
+setting_list <- function(...) engine(.Call(C_setting_list, c(...)))
 
-unit_arguments <- function(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, further = list(),
-                           also = NULL) {
-  formal <- names(formals(sys.function(sys.parent())))
-  known <- setdiff(c(setting_names("reading", "units"), also), formal)
-  unknown <- setdiff(names(further), known)
-  if (length(unknown) > 0 || any(names(further) == "") || (length(further) > 0 && is.null(names(further)))) {
-    near <- near_argument(if (length(unknown) > 0) unknown[1] else "", c(known, formal))
-    stop_usage("unknown argument ", if (length(unknown) > 0) paste0("'", unknown[1], "'") else "without a name",
-               if (length(near) > 0) paste0("; did you mean '", near, "'?"), "; available: ", paste(known, collapse = ", "))
-  }
-  if (!is.null(circle)) {
-    if (!is.numeric(circle) || length(circle) != 3) stop_usage("`circle` has to be c(x, y, radius)")
-    circle <- paste(vapply(circle, number_text, ""), collapse = ",")
-  }
-  if (is.numeric(further$alpha)) further$alpha <- number_or_named(further$alpha)
-  if (is.numeric(further$circles)) further$circles <- number_or_named(further$circles)
-  if (!is.null(further$plots)) further$plots <- tree_source(further$plots)
-  further$plots_columns <- named_columns(further$plots_columns, "plots_columns")
-  if (!is.null(further$equations)) {
-    further$equations <- equation_names(further$equations)
-    further$data_folder <- data_folder()
-  }
-  c(reading_arguments(columns, dead, trust_units), window_arguments(window),
-    list(circle = circle, edge = edge, buffer = buffer, per = per, neighbors = neighbors, threads = threads, progress = progress), further)
+# For the help pages. An argument that several lists have is described by the first.
+setting_params <- function(lists, names = NULL) {
+  settings <- setting_list(lists)
+  shown <- !duplicated(settings$name) & !settings$name %in% c("window", "circle", "scene") & (is.null(names) | settings$name %in% names)
+  paste("@param", settings$name[shown], escaped_help(settings$help[shown]))
 }
 
-number_or_named <- function(values) {
-  texts <- vapply(values, number_text, "")
-  if (is.null(names(values))) texts else ifelse(names(values) == "", texts, paste0(names(values), "=", texts))
+escaped_help <- function(texts) gsub("%", "\\%", gsub("`", "", texts, fixed = TRUE), fixed = TRUE)
+
+#' Settings of inventories and trees
+#'
+#' The arguments of [structural_units()], [stand_summary()], [stand_growth()], [impute()], [fit_study()], [grow_trees()], [view_stand()] and
+#' [predict.silvafit_library()] that are settings, with those that these functions take in `...`.
+#'
+#' @eval setting_sections()
+#' @name settings
+NULL
+
+setting_sections <- function() {
+  headings <- c(reading = "Table of trees, of all functions", rows = "Rows of the table of trees, of studies", units = "Structural units, of inventories and studies",
+                sampling = "Sampled plots, of inventories and studies", stand = "Stand figures", equations = "Volume, biomass and carbon", study = "Models of a study",
+                imputation = "Imputation", predictions = "Predictions of libraries", grow = "Trees and scenes", view = "3D page")
+  vapply(names(headings), function(list) {
+    settings <- setting_list(list)
+    paste0("@section ", headings[[list]], ":\n", paste0("- `", settings$argument, "`: ", escaped_help(settings$help), collapse = "\n"))
+  }, "")
 }
 
-# c("jenkins-pine", B = "taper") as texts.
-equation_names <- function(equations) {
-  if (is.null(names(equations))) equations else ifelse(names(equations) == "", equations, paste0(names(equations), "=", equations))
-}
-
-named_columns <- function(columns, argument) {
-  if (is.null(columns)) return(NULL)
-  if (is.null(names(columns)) || any(names(columns) == "")) stop_usage("`", argument, "` has to be a named vector, such as c(dbh = \"DBH_cm\")")
-  paste0(names(columns), "=", columns)
-}
-
-# \param further  list(...) of the caller, with further settings of these parts
-reading_arguments <- function(columns, dead = NULL, trust_units = FALSE, further = list(), parts = "reading") {
-  caller <- sys.function(sys.parent())
+# The settings of a call as the C++ libraries take them: the arguments of the caller that have a value, and those in its dots.
+#
+# \param lists  settings that the dots may have
+# \param own    values of arguments that are given in another form, by name
+settings_of_call <- function(lists, own = list(), instead = character()) {
+  frame <- parent.frame()
+  formal <- formals(sys.function(sys.parent()))
+  further <- eval(quote(list(...)), frame)
   # The scene of grow_trees() is its argument `file`.
-  if (length(further) > 0) no_further(further, setdiff(setting_names(parts), "scene"), accepted = formals(caller))
-  c(list(columns = named_columns(columns, "columns"), dead = dead, trust_units = trust_units), further)
+  no_further(further, setdiff(setting_list(lists)$name, "scene"), instead, formal)
+  settings <- c(mget(setdiff(names(formal), c("trees", "object", "newdata", "out", "file", "...", names(own))), frame), further)
+  settings[names(own)] <- own
+  if (!is.null(settings$circle)) {
+    if (!is.numeric(settings$circle) || length(settings$circle) != 3) stop_usage("`circle` has to be c(x, y, radius)")
+    settings$circle <- paste(vapply(settings$circle, number_text, ""), collapse = ",")
+  }
+  for (name in intersect(c("columns", "plots_columns", "alpha", "circles", "equations"), names(settings))) settings[[name]] <- named_texts(settings[[name]])
+  if (!is.null(settings$plots)) settings$plots <- if ("sampling" %in% lists) tree_source(settings$plots) else as.character(settings$plots)
+  c(settings[names(settings) != "window"], window_arguments(settings$window), list(data_folder = data_folder()))
+}
+
+# c("jenkins-pine", B = "taper") and c(72, SM = 60) as texts name=value.
+named_texts <- function(values) {
+  if (is.null(values)) return(NULL)
+  texts <- if (is.numeric(values)) vapply(values, number_text, "") else as.character(values)
+  if (is.null(names(values))) texts else ifelse(names(values) == "", texts, paste0(names(values), "=", texts))
 }
 
 # Polygons of sf as lists of rings.
@@ -136,9 +137,7 @@ has_values <- function(column, values) {
 #' U, crowding C, and further ones.
 #'
 #' @inheritParams inventory-arguments
-#' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`, `case_sensitive`, as the
-#'   options of the program. For sampled plots: `plots`, a data frame or file with a row for each plot, `plots_columns`, `circles` such as
-#'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `expansion_area`, `subplots`, `subplot`, `slope_correction`
+#' @param ... further [settings] of the table, structural units and sampled plots: `plots` is a data frame or file, `circles` as in `c("7" = 4, "30" = 12)`
 #' @return `trees` with the columns `core` (1 if all nearest neighbors are known) and the indices; NA for rows that cannot be used. A column of
 #'   `trees` with one of these names and other values is an error. If
 #'   `trees` is a path, the columns of the inventory as it was read. The attribute `summary` has the means.
@@ -151,7 +150,7 @@ has_values <- function(column, values) {
 #' units
 structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL,
                              dead = "leave-out", trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), setting_names("sampling"))
+  settings <- settings_of_call(c("reading", "units", "sampling"))
   result <- engine(.Call(C_structural_units, tree_source(trees), settings))
   tell_notes(result$notes)
   table <- as.data.frame(result$table, check.names = FALSE)
@@ -170,15 +169,7 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 #' Stand tables of an inventory
 #'
 #' @inheritParams inventory-arguments
-#' @param plot_area area of every plot \[m2\], for inventories without a window
-#' @param class_width width of a diameter class \[cm\]
-#' @param dominant_trees number of thickest trees per ha for the dominant height
-#' @param stratum column with the stratum of each plot
-#' @param stratum_areas named vector of the areas of strata \[ha\]
-#' @param ... further settings: `alpha`, `dominance`, `crowding`, `further`, `competition_radius`, `open_grown`, `missing`, `case_sensitive`, as the
-#'   options of the program. For sampled plots: `plots`, a data frame or file with a row for each plot, `plots_columns`, `circles` such as
-#'   `c("7" = 4, "30" = 12)`, `angle_count`, `smallest_dbh`, `expansion`, `expansion_area`, `subplots`, `subplot`, `slope_correction`. For volume, biomass
-#'   and carbon: `equations` such as `c("jenkins-pine", "ipcc-carbon", B = "taper")`, and `equation_files`
+#' @param ... further [settings] of the table, structural units, sampled plots, stand figures and equations, such as `equations = c("jenkins-pine", B = "taper")`
 #' @return List of class `silvafit_stand` with data frames: `plots`, `strata`, `species`, `diameters` and, with positions, `classes`.
 #' @export
 #' @examples
@@ -189,10 +180,11 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL,
                           circle = NULL, class_width = 4, dominant_trees = 100, stratum = "", stratum_areas = NULL, dead = "leave-out",
                           trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  settings <- unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...),
-                             setting_names("sampling", "stand", "equations"))
-  settings <- c(settings, list(stratum = stratum, stratum_areas = stratum_areas, plot_area = plot_area, class_width = class_width, dominant_trees = dominant_trees))
-  result <- engine(.Call(C_stand_summary, tree_source(trees), settings))
+  stand_tables(C_stand_summary, trees, settings_of_call(c("reading", "units", "sampling", "stand", "equations")))
+}
+
+stand_tables <- function(entry, trees, settings) {
+  result <- engine(.Call(entry, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
 }
@@ -212,12 +204,7 @@ stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer
 #' stand_growth(trees, plot_area = 400)$growth_trees
 stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL, circle = NULL, stratum = "", stratum_areas = NULL,
                          trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  settings <- unit_arguments(columns, window, circle, NULL, NULL, NULL, NULL, NULL, trust_units, threads, progress, list(...),
-                             setting_names("sampling", "stand", "equations"))
-  settings <- c(settings, list(stratum = stratum, stratum_areas = stratum_areas, plot_area = plot_area))
-  result <- engine(.Call(C_stand_growth, tree_source(trees), settings))
-  tell_notes(result$notes)
-  structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
+  stand_tables(C_stand_growth, trees, settings_of_call(c("reading", "units", "sampling", "stand", "equations")))
 }
 
 #' @export
@@ -240,19 +227,8 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' Fits a model with random effects of the plots to the measured trees, and predicts the others with the effects of their plot.
 #'
 #' @inheritParams inventory-arguments
-#' @param response column to fill in, such as `"h"`
-#' @param group column of the plots; `plot` if there is one
-#' @param by column whose values get models of their own, such as `"species"`
-#' @param minimum_trees number of measured trees that a model of its own needs
-#' @param formula formula instead of a model of the catalogue
-#' @param models models of the catalogue, of which the one with the lowest AIC is taken
-#' @param random random effects as in `"a + b | plot"`, or `"none"`
-#' @param variance variance function, as in [silvafit()]
-#' @param method method, as in [silvafit()]
-#' @param add_residual add random residuals to imputed values, so that they vary as measured ones do
-#' @param seed seed of the random residuals
-#' @param ... further settings of the table: `missing`, `fill_down`, `case_sensitive`, and `alive_codes`, `dead_codes` and `cut_codes`, values of the column of
-#'   the status that mean alive, dead and cut, such as `dead_codes = "DS"`
+#' @eval setting_params("imputation")
+#' @param ... further [settings] of the table
 #' @return `trees` with the response filled in and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level` (plot, stand, population)
 #'   and `RESPONSE_flag`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
 #' @export
@@ -265,10 +241,7 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 30, formula = NULL, models = NULL, random = "", variance = NULL, method = "",
                    add_residual = FALSE, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   if (inherits(formula, "formula")) formula <- paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]]))
-  settings <- c(reading_arguments(columns, dead, trust_units, list(...)),
-                list(response = response, group = group, by = by, minimum_trees = minimum_trees, formula = formula, models = models, random = random,
-                     variance = variance_text(variance), method = method, add_residual = add_residual, seed = seed, threads = threads,
-                     progress = progress, data_folder = data_folder()))
+  settings <- settings_of_call("reading", list(formula = formula, variance = variance_text(variance)))
   result <- engine(.Call(C_impute_table, tree_source(trees), settings))
   tell_notes(c(result$notes, result$sentences))
   filled <- if (is.character(trees)) utils::read.csv(trees, check.names = FALSE) else trees
@@ -285,18 +258,10 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #' From an inventory to structural indices, models at three levels (least squares, covariates, random effects), a model library, predictions and a
 #' report, which are written to a folder.
 #'
-#' @inheritParams structural_units
+#' @inheritParams inventory-arguments
 #' @param out folder for the results
-#' @param species species to study; all with enough trees by default
-#' @param responses responses to model
-#' @param covariates covariates of level 2: structural indices or columns
-#' @param group column of the random effects
-#' @param period column of the year or date of repeated measurements: the rows of all times are used, with random effects of the times within the
-#'   groups
-#' @param minimum_trees number of measured trees that a species needs
 #' @param config path of a study.json (`silvafit study --init`); arguments of the call have priority over it
-#' @param ... any other setting of docs/settings.md, such as `candidates = list(h = c("M4", "h ~ 1.3 + a*dbh^b"))`, `criteria = "cv"` or
-#'   `maximum_random_effects = 1`, of sampled plots and of structural units
+#' @param ... further [settings] of the models, the table, structural units and sampled plots, such as `candidates = list(h = c("M4", "h ~ 1.3 + a*dbh^b"))`
 #' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `notes`; the paths `out` and `report`.
 #'   `read_library(study)` has its models.
 #' @export
@@ -314,9 +279,7 @@ fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"
                       minimum_trees = 100, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL, dead = "leave-out",
                       trust_units = FALSE, config = NULL, threads = 0, progress = interactive(), ...) {
   if (missing(out)) stop_usage("`out` is missing: the folder for the results")
-  settings <- c(unit_arguments(columns, window, circle, edge, buffer, per, neighbors, dead, trust_units, threads, progress, list(...), setting_names("rows", "sampling", "study")),
-                list(species = species, responses = responses, covariates = covariates, group = group, period = period, minimum_trees = minimum_trees,
-                     config = config, given = names(match.call()), out = path.expand(out), data_folder = data_folder()))
+  settings <- settings_of_call(c("reading", "rows", "units", "sampling", "study"), list(given = names(match.call()), out = path.expand(out)))
   result <- engine(.Call(C_study_of, tree_source(trees), settings))
   tell_notes(result$notes)
   structure(list(results = study_results(result$summary$results), out = result$summary$out, report = result$summary$report, fits = result$summary$fits,
@@ -351,10 +314,9 @@ print.silvafit_study <- function(x, ...) {
 #' @param object,x a library
 #' @param newdata data frame or path of a CSV file
 #' @param level,interval,coverage,se.fit,new_groups,seen_groups,threads as in [predict.silvafit()]
-#' @param role `"ols"`, `"covariates"` or `"nlme"`; by default `"nlme"`, or the next simpler model if a column is missing
-#' @param equations,equation_files equations of volume, biomass and carbon, as in [stand_summary()]; predicted heights are used where none is measured
+#' @param role,equations,equation_files see [settings]; predicted heights are used where none is measured
 #' @param columns,trust_units,progress as in [structural_units()]
-#' @param ... further settings of the table: `missing`, `fill_down`, `case_sensitive`; `print()` has none
+#' @param ... further [settings] of the table; `print()` has none
 #' @return `read_library()`: list of class `silvafit_library` with the data frame `models` and, for each of its rows, an object of class
 #'   `silvafit` in the list `fits`, such as `fits[["SM h nlme"]]`; these have no data (see [read_fit()]). `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
 #'   `h_upper`, `h_se`, `h_trees`, those of equations such as `volume_m3`, and `flag`.
@@ -396,14 +358,10 @@ print.silvafit_library <- function(x, ...) {
 predict.silvafit_library <- function(object, newdata, level = "population", interval = c("none", "prediction", "confidence"), coverage = 0.95, se.fit = FALSE,
                                      new_groups = "population", seen_groups = "fitted", role = "", equations = NULL, equation_files = NULL, columns = NULL,
                                      trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  further <- list(...)
-  no_further(further, setting_names("reading"), c(conf.level = "use coverage"))
   interval <- match.arg(interval)
-  settings <- c(reading_arguments(columns, NULL, trust_units, further),
-                list(level = level, new_groups = new_groups, seen_groups = seen_groups, coverage = if (interval != "none") coverage,
-                     interval = if (interval == "none") "prediction" else interval, standard_errors = se.fit, role = role,
-                     equations = if (!is.null(equations)) equation_names(equations), equation_files = equation_files,
-                     threads = threads, progress = progress, data_folder = data_folder()))
+  has_interval <- interval != "none"
+  settings <- settings_of_call("reading", list(interval = if (has_interval) interval else "prediction", coverage = if (has_interval) coverage,
+                                               standard_errors = se.fit), c(conf.level = "use coverage"))
   result <- engine(.Call(C_predict_library, object$handle, tree_source(newdata), settings))
   tell_notes(result$notes)
   predicted <- as.data.frame(result$columns, check.names = FALSE)
@@ -416,15 +374,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #'
 #' @inheritParams inventory-arguments
 #' @param file file of the scene, with the ending .glb, .gltf, .obj or .ply; without it, `out` is a folder for a file of each tree
-#' @param plots plots to grow; all by default
-#' @param use source of h, hcb and cw: `"observed"`, `"ols"`, `"population"` or `"conditional"`
-#' @param builder `"segment"`, `"lsystem"`, `"ifs"` or `"bamboo"`
-#' @param preset preset of the builder for all trees; by species if empty
-#' @param lod level of detail, 0 (finest) to 3, or 4 for pictures of crowns; several levels are written to files of their own
-#' @param share trees of similar shape share a model
-#' @param seed seed of the random numbers
-#' @param ... further settings, as the options of the program: `out`, `format`, `resolve_overlaps`, `ground`, `models`, `instancing`, `quantize`, `compress`,
-#'   `textures`, `grammar`, `unfitted`, `by`, `animate`, `seconds`, `per`, `ascii`, `manifest`, and of the table `missing`, `fill_down`, `dead`, `case_sensitive`
+#' @param ... further [settings] of trees and scenes and of the table
 #' @return Data frame with a row for each tree, invisibly: its file and the measurements of its mesh.
 #' @export
 #' @examples
@@ -435,11 +385,8 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #' file.size(file) > 0
 grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "segment", preset = "", lod = 0, share = FALSE, seed = 1, columns = NULL,
                        trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  further <- list(...)
-  if (missing(file) && is.null(further$out)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
-  settings <- c(reading_arguments(columns, NULL, trust_units, further, c("reading", "grow")),
-                list(scene = if (!missing(file)) path.expand(file), plots = if (!is.null(plots)) as.character(plots), use = use, builder = builder, preset = preset, lod = lod, share = share, seed = seed,
-                     threads = threads, progress = progress, data_folder = data_folder()))
+  if (missing(file) && is.null(list(...)$out)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
+  settings <- settings_of_call(c("reading", "grow"), list(scene = if (!missing(file)) path.expand(file)))
   result <- engine(.Call(C_grow_trees, tree_source(trees), settings))
   tell_notes(c(result$notes, result$left_out))
   invisible(grown_trees(result$json))
@@ -461,11 +408,9 @@ grown_trees <- function(json) {
 #' @inheritParams inventory-arguments
 #' @param trees data frame, path of a CSV file, of a scene (.glb) or of the folder of a study
 #' @param file HTML file to write
-#' @param title title of the page
-#' @param plots plots to show; all by default
-#' @param seed seed of the random numbers
+#' @eval setting_params("view", c("plots", "title"))
 #' @param open open the page
-#' @param ... further settings of the page: `lod`, `models`, `textures`; of the table `missing`, `fill_down`, `dead`, `case_sensitive`
+#' @param ... further [settings] of the page and the table
 #' @return The path of the page, invisibly.
 #' @export
 #' @examples
@@ -475,9 +420,7 @@ grown_trees <- function(json) {
 view_stand <- function(trees, file = tempfile("stand", fileext = ".html"), title = "Stand", plots = NULL, seed = 1, columns = NULL, trust_units = FALSE,
                        open = interactive(), threads = 0, progress = interactive(), ...) {
   if (inherits(trees, "silvafit_study")) trees <- trees$out
-  settings <- c(reading_arguments(columns, NULL, trust_units, list(...), c("reading", "view")),
-                list(file = path.expand(file), title = title, plots = if (!is.null(plots)) as.character(plots), seed = seed, threads = threads, progress = progress,
-                     data_folder = data_folder()))
+  settings <- settings_of_call(c("reading", "view"), list(file = path.expand(file)))
   result <- engine(.Call(C_view_page, tree_source(trees), settings))
   tell_notes(result$notes)
   if (open) (getOption("viewer", utils::browseURL))(file)

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -52,5 +53,14 @@ class Reports {
 /// throws
 std::vector<std::string> run_in_background(const std::function<void(Reports&)>& work,
                                            bool shows_progress);
+
+/// The result of work on another thread, and its notes.
+template <typename Work>
+auto in_background(Work work, bool shows_progress = false) {
+  std::optional<std::invoke_result_t<Work&, Reports&>> result;
+  auto notes =
+      run_in_background([&](Reports& reports) { result.emplace(work(reports)); }, shows_progress);
+  return std::pair(std::move(*result), std::move(notes));
+}
 
 }  // namespace silvafit::r

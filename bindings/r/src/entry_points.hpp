@@ -25,7 +25,7 @@ SEXP bootstrap_fit(SEXP handle, SEXP columns, SEXP settings);
 SEXP cross_validate_fit(SEXP handle, SEXP columns, SEXP settings);
 
 // Stands
-SEXP setting_names(SEXP parts);
+SEXP setting_list(SEXP parts);
 SEXP structural_units(SEXP source, SEXP settings);
 SEXP stand_summary(SEXP source, SEXP settings);
 SEXP stand_growth(SEXP source, SEXP settings);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Fits and derived results.
 #include <algorithm>
+#include <array>
 #include <cpp11/list.hpp>
 #include <ctime>
 #include <filesystem>
@@ -33,21 +34,8 @@
 namespace silvafit::r {
 namespace {
 
-std::string kind_word(fit::ParameterKind kind) {
-  switch (kind) {
-    case fit::ParameterKind::kFixed:
-      return "fixed";
-    case fit::ParameterKind::kDeviation:
-      return "sd";
-    case fit::ParameterKind::kCorrelation:
-      return "cor";
-    case fit::ParameterKind::kVariance:
-      return "variance";
-    case fit::ParameterKind::kSigma:
-      return "sigma";
-  }
-  return "fixed";
-}
+/// Kinds of parameters, in the order of the enumeration.
+constexpr std::array<const char*, 5> kKinds{"fixed", "sd", "cor", "variance", "sigma"};
 
 fit::ModelTexts model_texts(const Arguments& model) {
   auto texts = settings_of<fit::ModelTexts>(model);
@@ -116,7 +104,7 @@ cpp11::sexp list_of(const fit::Intervals& intervals) {
   std::vector<double> upper;
   for (const fit::ParameterInterval& one : intervals.parameters) {
     names.push_back(one.name);
-    kinds.push_back(kind_word(one.kind));
+    kinds.push_back(kKinds.at(static_cast<std::size_t>(one.kind)));
     notes.push_back(one.note);
     estimate.push_back(one.estimate);
     lower.push_back(one.lower);
@@ -250,12 +238,9 @@ SEXP predict_fit(SEXP handle, SEXP columns, SEXP settings) {
   const auto words = settings_of<study::PredictionSettings>(arguments);
   fit::PredictionOptions options = study::prediction_options(words);
   arguments.read("threads", options.threads);
-  fit::Prediction prediction;
-  run_in_background(
-      [&](Reports& /*reports*/) {
-        prediction = fit::predict(fit, table, study::level_of(words.level), options);
-      },
-      false);
+  const auto prediction = in_background([&](Reports& /*reports*/) {
+                            return fit::predict(fit, table, study::level_of(words.level), options);
+                          }).first;
   return list_of(prediction);
 }
 
@@ -265,13 +250,10 @@ SEXP intervals_of_fit(SEXP handle, SEXP columns, SEXP settings) {
   const Arguments arguments(settings);
   auto options = settings_of<fit::IntervalOptions>(arguments);
   arguments.read("threads", options.threads);
-  fit::Intervals intervals;
-  run_in_background(
-      [&](Reports& reports) {
-        options.stop = reports.stop();
-        intervals = fit::confidence_intervals(fit, table, options);
-      },
-      false);
+  const auto intervals = in_background([&](Reports& reports) {
+                           options.stop = reports.stop();
+                           return fit::confidence_intervals(fit, table, options);
+                         }).first;
   return list_of(intervals);
 }
 
@@ -286,12 +268,9 @@ SEXP simulate_fit(SEXP handle, SEXP columns, SEXP replicates, SEXP seed) {
   const data::Table table = table_of(cpp11::list(columns));
   const auto count = static_cast<std::size_t>(number_of(replicates));
   const auto seed_number = static_cast<std::uint64_t>(number_of(seed));
-  fit::SimulatedResponses drawn;
-  run_in_background(
-      [&](Reports& /*reports*/) {
-        drawn = fit::simulate_responses(fit, table, count, seed_number);
-      },
-      false);
+  const auto drawn = in_background([&](Reports& /*reports*/) {
+                       return fit::simulate_responses(fit, table, count, seed_number);
+                     }).first;
   NamedList list;
   list.add("rows", row_numbers(drawn.rows));
   list.add("values", value_of(drawn.values));

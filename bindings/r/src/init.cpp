@@ -42,7 +42,7 @@ extern "C" __attribute__((visibility("default"))) void R_init_silvafit(DllInfo* 
       SILVAFIT_ENTRY(formula_of_model),   SILVAFIT_ENTRY(predict_fit),
       SILVAFIT_ENTRY(intervals_of_fit),   SILVAFIT_ENTRY(compare_fits),
       SILVAFIT_ENTRY(simulate_fit),       SILVAFIT_ENTRY(bootstrap_fit),
-      SILVAFIT_ENTRY(cross_validate_fit), SILVAFIT_ENTRY(setting_names),
+      SILVAFIT_ENTRY(cross_validate_fit), SILVAFIT_ENTRY(setting_list),
       SILVAFIT_ENTRY(structural_units),   SILVAFIT_ENTRY(stand_summary),
       SILVAFIT_ENTRY(stand_growth),       SILVAFIT_ENTRY(impute_table),
       SILVAFIT_ENTRY(study_of),           SILVAFIT_ENTRY(read_library),

@@ -75,14 +75,14 @@ SEXP bootstrap_fit(SEXP handle, SEXP columns, SEXP settings) {
   options.refit = fit_options(Arguments(arguments["refit"]));
   arguments.read("seed", options.seed);
   arguments.read("threads", options.threads);
-  fit::Bootstrap found;
-  run_in_background(
-      [&](Reports& reports) {
-        options.refit.stop = reports.stop();
-        options.progress = progress_of("bootstrap", reports);
-        found = fit::bootstrap(fit, table, options);
-      },
-      shows_progress(arguments));
+  const auto found = in_background(
+                         [&](Reports& reports) {
+                           options.refit.stop = reports.stop();
+                           options.progress = progress_of("bootstrap", reports);
+                           return fit::bootstrap(fit, table, options);
+                         },
+                         shows_progress(arguments))
+                         .first;
   NamedList list;
   list.add("replicates", value_of(std::vector{static_cast<double>(found.replicates)}));
   list.add("converged", value_of(std::vector{static_cast<double>(found.converged)}));
@@ -101,14 +101,14 @@ SEXP cross_validate_fit(SEXP handle, SEXP columns, SEXP settings) {
   options.refit = fit_options(Arguments(arguments["refit"]));
   arguments.read("seed", options.seed);
   arguments.read("threads", options.threads);
-  fit::CrossValidation found;
-  run_in_background(
-      [&](Reports& reports) {
-        options.refit.stop = reports.stop();
-        options.progress = progress_of("cross-validation", reports);
-        found = fit::cross_validate(fit, table, options);
-      },
-      shows_progress(arguments));
+  const auto found = in_background(
+                         [&](Reports& reports) {
+                           options.refit.stop = reports.stop();
+                           options.progress = progress_of("cross-validation", reports);
+                           return fit::cross_validate(fit, table, options);
+                         },
+                         shows_progress(arguments))
+                         .first;
   nlohmann::ordered_json failed = nlohmann::ordered_json::array();
   for (const fit::FailedFold& fold : found.failed) {
     failed.push_back({{"groups", fold.groups}, {"message", fold.verdict}});

@@ -22,11 +22,8 @@ SEXP grow_trees(SEXP source, SEXP settings) {
   arguments.read("threads", options.threads);
   arguments.read("seed", options.seed);
   options.keeps_trees = true;
-  study::GrowResult result;
-  const auto notes = run_in_background(
-      [&](Reports& reports) {
-        result = study::grow(trees, catalogue, options, reports.callbacks());
-      },
+  const auto [result, notes] = in_background(
+      [&](Reports& reports) { return study::grow(trees, catalogue, options, reports.callbacks()); },
       shows_progress(arguments));
   NamedList list;
   list.add("json", value_of(study::json_of(result)));
@@ -45,10 +42,9 @@ SEXP view_page(SEXP source, SEXP settings) {
   arguments.read("threads", options.view.threads);
   arguments.read("seed", options.view.seed);
   const std::filesystem::path page = text_of(arguments["file"]);
-  study::ViewPage result;
-  const auto notes = run_in_background(
+  const auto [result, notes] = in_background(
       [&](Reports& reports) {
-        result = study::write_view_page(
+        return study::write_view_page(
             trees, catalogue, folder / "viewer" / "scene.html", page, options, reports.callbacks());
       },
       shows_progress(arguments));

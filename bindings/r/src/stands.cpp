@@ -15,13 +15,13 @@
 #include "settings.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/stand/stand_json.hpp"
-#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/catalogue.hpp"
-#include "silvafit/study/grow_setting_list.hpp"
 #include "silvafit/study/impute_table.hpp"
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "silvafit/study/predict_table.hpp"
+#include "silvafit/study/setting_lists.hpp"
+#include "silvafit/study/setting_names.hpp"
 #include "silvafit/study/stand_growth.hpp"
 #include "silvafit/study/stand_summary.hpp"
 #include "silvafit/study/study_files.hpp"
@@ -71,9 +71,8 @@ SEXP structural_units(SEXP source, SEXP settings) {
                                 .units = unit_settings(arguments),
                                 .sampling = sampling_settings(arguments)};
   arguments.read("threads", options.threads);
-  study::TreeIndices result;
-  const auto notes = run_in_background(
-      [&](Reports& reports) { result = study::tree_indices(trees, options, reports.callbacks()); },
+  const auto [result, notes] = in_background(
+      [&](Reports& reports) { return study::tree_indices(trees, options, reports.callbacks()); },
       shows_progress(arguments));
   NamedList list;
   list.add("table", columns_of(result.table()));
@@ -87,9 +86,8 @@ SEXP stand_summary(SEXP source, SEXP settings) {
   const Arguments arguments(settings);
   const data::TableSource trees = source_of(source);
   const study::StandOptions options = stand_options(arguments);
-  study::StandSummary result;
-  const auto notes = run_in_background(
-      [&](Reports& reports) { result = study::stand_summary(trees, options, reports.callbacks()); },
+  const auto [result, notes] = in_background(
+      [&](Reports& reports) { return study::stand_summary(trees, options, reports.callbacks()); },
       shows_progress(arguments));
   return results_of(stand::tables_of(result.report), study::json_of(result), notes);
 }
@@ -98,9 +96,8 @@ SEXP stand_growth(SEXP source, SEXP settings) {
   const Arguments arguments(settings);
   const data::TableSource trees = source_of(source);
   const study::StandOptions options = stand_options(arguments);
-  study::GrowthSummary result;
-  const auto notes = run_in_background(
-      [&](Reports& reports) { result = study::stand_growth(trees, options, reports.callbacks()); },
+  const auto [result, notes] = in_background(
+      [&](Reports& reports) { return study::stand_growth(trees, options, reports.callbacks()); },
       shows_progress(arguments));
   return results_of(stand::tables_of(result.report), study::json_of(result), notes);
 }
@@ -113,10 +110,9 @@ SEXP impute_table(SEXP source, SEXP settings) {
   auto options = settings_of<study::ImputeOptions>(arguments);
   arguments.read("threads", options.threads);
   arguments.read("seed", options.seed);
-  study::TableImputation result;
-  const auto notes = run_in_background(
+  const auto [result, notes] = in_background(
       [&](Reports& reports) {
-        result = study::impute_table(trees, catalogue, options, reading, reports.callbacks());
+        return study::impute_table(trees, catalogue, options, reading, reports.callbacks());
       },
       shows_progress(arguments));
   NamedList fits;
@@ -131,24 +127,25 @@ SEXP impute_table(SEXP source, SEXP settings) {
   return list.list();
 }
 
-/// The keys of the settings of some parts.
-SEXP setting_names(SEXP parts) {
+/// The settings of some lists: names, arguments of R and meanings.
+SEXP setting_list(SEXP lists) {
   std::vector<std::string> names;
-  const std::vector<std::string> wanted = texts_of(parts);
-  const auto add = [&](std::string_view part, const auto& settings) {
-    if (std::ranges::find(wanted, part) == wanted.end()) return;
-    each_setting(settings, [&names](const auto& setting) { names.emplace_back(setting.key); });
-  };
-  add("reading", study::ReadingSettings());
-  add("rows", study::RowSettings());
-  add("units", study::UnitSettings());
-  add("sampling", study::SamplingSettings());
-  add("study", study::StudyOptions());
-  add("stand", study::StandOptions());
-  add("equations", study::EquationSettings());
-  add("grow", study::GrowSettings());
-  add("view", study::ViewOptions());
-  return value_of(names);
+  std::vector<std::string> arguments;
+  std::vector<std::string> help;
+  const std::vector<std::string> wanted = texts_of(lists);
+  study::each_setting_list([&](std::string_view list, const auto& settings) {
+    if (std::ranges::find(wanted, list) == wanted.end()) return;
+    each_setting(settings, [&](const auto& setting) {
+      names.emplace_back(setting.key);
+      arguments.emplace_back(study::argument_of_r(setting.key));
+      help.emplace_back(setting.help);
+    });
+  });
+  NamedList result;
+  result.add("name", value_of(names));
+  result.add("argument", value_of(arguments));
+  result.add("help", value_of(help));
+  return result.list();
 }
 
 SEXP study_of(SEXP source, SEXP settings) {
@@ -210,10 +207,9 @@ SEXP predict_library(SEXP library, SEXP source, SEXP settings) {
   options.reading = reading_settings(arguments);
   options.equations = equation_settings(arguments);
   arguments.read("threads", options.threads);
-  study::TablePrediction result;
-  const auto notes = run_in_background(
+  const auto [result, notes] = in_background(
       [&](Reports& reports) {
-        result = study::predict_table(trees, models, catalogue, options, reports.callbacks());
+        return study::predict_table(trees, models, catalogue, options, reports.callbacks());
       },
       shows_progress(arguments));
   NamedList list;

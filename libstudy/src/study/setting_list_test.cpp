@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/fit/setting_list.hpp"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 #include <set>
 
 #include "reference.hpp"
 #include "silvafit/base/atomic_file.hpp"
-#include "silvafit/study/analysis_setting_list.hpp"
-#include "silvafit/study/grow_setting_list.hpp"
+#include "silvafit/study/setting_lists.hpp"
 #include "silvafit/study/setting_names.hpp"
 #include "study/settings_json.hpp"
 #include "study/study_test_support.hpp"
@@ -61,92 +60,59 @@ std::string option_text(const data::Setting<T>& setting) {
 
 /// A list of settings on the page.
 struct Section {
+  std::string_view list{};
   std::string_view heading{};
   std::string_view commands{};  ///< of the program
   std::string_view r{};         ///< functions of R
   std::string_view python{};    ///< and of Python
   bool is_in_file = false;      ///< in study.json
 };
+constexpr std::string_view kInventories =
+    "fit_study, structural_units, stand_summary, stand_growth";
+constexpr std::string_view kOfPython = "study, structural_units, stand_summary, stand_growth";
+constexpr auto kSections = std::to_array<Section>(
+    {{"study", "Models of a study", "study", "fit_study", "study", true},
+     {"reading",
+      "Table of trees",
+      "study, indices, stand, impute, tiles plan",
+      "fit_study, structural_units, stand_summary, stand_growth, impute, "
+      "predict.silvafit_library, grow_trees, view_stand",
+      "study, structural_units, stand_summary, stand_growth, impute, Library.predict, grow, view",
+      true},
+     {"rows",
+      "Rows of the table of trees",
+      "study, indices, stand, fit, predict, impute, grow, view, columns",
+      "fit_study",
+      "study",
+      true},
+     {"units", "Structural units", "study, indices, stand", kInventories, kOfPython, true},
+     {"sampling", "Sampled plots", "study, indices, stand", kInventories, kOfPython, true},
+     {"stand",
+      "Stand figures",
+      "stand",
+      "stand_summary, stand_growth",
+      "stand_summary, stand_growth"},
+     {"equations",
+      "Volume, biomass and carbon",
+      "stand, predict",
+      "stand_summary, stand_growth, predict.silvafit_library",
+      "stand_summary, stand_growth, Library.predict"},
+     {"model", "Model", "fit", "silvafit", "fit"},
+     {"fit", "Fit", "fit", "silvafit", "fit"},
+     {"intervals", "Intervals", "fit", "confint.silvafit", "Fit.intervals"},
+     {"bootstrap", "Bootstrap", "fit", "bootstrap", "Fit.bootstrap"},
+     {"cross-validation", "Cross-validation", "fit", "cross_validate", "Fit.cross_validate"},
+     {"predictions", "Predictions", "predict", "predict.silvafit_library", "Library.predict"},
+     {"imputation", "Imputation", "impute", "impute", "impute"},
+     {"grow", "Trees and scenes", "grow", "grow_trees", "grow"},
+     {"view", "3D page", "view", "view_stand", "view"}});
 
 /// All lists, with default values.
 template <typename Visit>
 void each_list(Visit&& visit) {
-  const StudyConfiguration study;
-  const std::string_view inventories = "fit_study, structural_units, stand_summary, stand_growth";
-  const std::string_view of_python = "study, structural_units, stand_summary, stand_growth";
-  visit(Section{.heading = "Models of a study",
-                .commands = "study",
-                .r = "fit_study",
-                .python = "study",
-                .is_in_file = true},
-        study.study);
-  visit(Section{.heading = "Table of trees",
-                .commands = "study, indices, stand, impute, tiles plan",
-                .r = "fit_study, structural_units, stand_summary, stand_growth, impute, "
-                     "predict.silvafit_library, grow_trees, view_stand",
-                .python = "study, structural_units, stand_summary, stand_growth, impute, "
-                          "Library.predict, grow, view",
-                .is_in_file = true},
-        study.reading);
-  visit(Section{.heading = "Rows of the table of trees",
-                .commands = "study, indices, stand, fit, predict, impute, grow, view, columns",
-                .r = "fit_study",
-                .python = "study",
-                .is_in_file = true},
-        study.reading.rows);
-  visit(Section{.heading = "Structural units",
-                .commands = "study, indices, stand",
-                .r = inventories,
-                .python = of_python,
-                .is_in_file = true},
-        study.units);
-  visit(Section{.heading = "Sampled plots",
-                .commands = "study, indices, stand",
-                .r = inventories,
-                .python = of_python,
-                .is_in_file = true},
-        study.sampling);
-  visit(Section{.heading = "Stand figures",
-                .commands = "stand",
-                .r = "stand_summary, stand_growth",
-                .python = "stand_summary, stand_growth"},
-        StandOptions());
-  visit(Section{.heading = "Volume, biomass and carbon",
-                .commands = "stand, predict",
-                .r = "stand_summary, stand_growth, predict.silvafit_library",
-                .python = "stand_summary, stand_growth, Library.predict"},
-        EquationSettings());
-  visit(Section{.heading = "Model", .commands = "fit", .r = "silvafit", .python = "fit"},
-        fit::ModelTexts());
-  visit(Section{.heading = "Fit", .commands = "fit", .r = "silvafit", .python = "fit"},
-        fit::FitModelOptions());
-  visit(Section{.heading = "Intervals",
-                .commands = "fit",
-                .r = "confint.silvafit",
-                .python = "Fit.intervals"},
-        fit::IntervalOptions());
-  visit(
-      Section{
-          .heading = "Bootstrap", .commands = "fit", .r = "bootstrap", .python = "Fit.bootstrap"},
-      fit::BootstrapOptions());
-  visit(Section{.heading = "Cross-validation",
-                .commands = "fit",
-                .r = "cross_validate",
-                .python = "Fit.cross_validate"},
-        fit::CrossValidationOptions());
-  visit(Section{.heading = "Predictions",
-                .commands = "predict",
-                .r = "predict.silvafit_library",
-                .python = "Library.predict"},
-        PredictionSettings());
-  visit(Section{.heading = "Imputation", .commands = "impute", .r = "impute", .python = "impute"},
-        ImputeOptions());
-  visit(
-      Section{
-          .heading = "Trees and scenes", .commands = "grow", .r = "grow_trees", .python = "grow"},
-      GrowSettings());
-  visit(Section{.heading = "3D page", .commands = "view", .r = "view_stand", .python = "view"},
-        ViewOptions());
+  each_setting_list([&visit](std::string_view name, const auto& settings) {
+    visit(*std::ranges::find(kSections, name, &Section::list), settings);
+  });
 }
 
 /// The names in a list, each in backquotes.

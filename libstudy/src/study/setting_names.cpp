@@ -13,9 +13,7 @@
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
-#include "silvafit/fit/setting_list.hpp"
-#include "silvafit/study/analysis_setting_list.hpp"
-#include "silvafit/study/grow_setting_list.hpp"
+#include "silvafit/study/setting_lists.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -69,21 +67,11 @@ SettingNames all_names() {
     add(setting.key, setting.option_name, setting.form == data::SettingForm::kMapping);
   };
   // The first one of a name counts: `plots` is the table of plots, not those of grown trees.
-  const auto add_list = [&add_setting](const auto&... lists) {
-    (each_setting(lists, add_setting), ...);
-  };
-  add_list(StudyConfiguration(),
-           fit::ModelTexts(),
-           fit::FitModelOptions(),
-           PredictionSettings(),
-           ImputeOptions(),
-           StandOptions(),
-           EquationSettings(),
-           GrowSettings(),
-           ViewOptions(),
-           TileSettings(),
-           fit::BootstrapOptions(),
-           fit::CrossValidationOptions());
+  each_setting_list([&add_setting](std::string_view /*name*/, const auto& settings) {
+    each_setting(settings, add_setting);
+  });
+  const TileSettings tiles;
+  each_setting(tiles, add_setting);
   for (const std::string_view key : kSettingsOfProgram) add(key, "", false);
   return names;
 }

@@ -127,6 +127,7 @@ own <- silvafit(logistic, data = Soybean, random = list(Asym ~ 1, xmid ~ 1), gro
 expect_equal(as.numeric(logLik(own)), as.numeric(logLik(joint)), tolerance = 1e-6)
 expect_equal(as.vector(VarCorr(own)$Plot), as.vector(getVarCov(own)))
 expect_equal(attr(VarCorr(own)$Plot, "correlation")[1, 2], as.numeric(VarCorr(joint)["xmid", "Corr"]), tolerance = 5e-3)
+expect_equal(VarCorr(own)[, "StdDev"], sapply(VarCorr(joint)[, "StdDev"], as.numeric), tolerance = 5e-3)
 
 # weights, method, nAGQ and REML are variance, reml and agq_points.
 powered <- silvafit(logistic, data = Soybean, random = Asym ~ 1 | Plot, weights = varPower())

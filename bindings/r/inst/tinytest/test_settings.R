@@ -35,6 +35,15 @@ for (k in seq_along(starts)) {
     }
   }
 }
+
+# The help page ?settings has each setting with its meaning; where it does not, run scripts/r-help.
+letters_of <- function(text) gsub("[^[:alnum:]]", "", text)
+help <- letters_of(paste(capture.output(tools::Rd2txt(file.path(checkout, "bindings/r/man/settings.Rd"))), collapse = ""))
+settings <- silvafit:::setting_list("reading", "units", "sampling", "stand", "equations", "study", "imputation", "predictions", "grow", "view")
+expect_true(length(settings$name) > 100)
+entries <- letters_of(paste0(settings$argument, settings$help))
+expect_equal(settings$name[!vapply(entries, grepl, NA, x = help, fixed = TRUE)], character())
+
 expect_error(structural_units(data.frame(dbh = 1), fil_down = "plot"), "did you mean 'fill_down'")
 expect_error(impute(data.frame(dbh = 1), fil_down = "plot"), "did you mean 'fill_down'")
 

@@ -56,7 +56,7 @@ void each_setting(S& settings, Visit&& visit) {
                 "Quadrature points per random effect for the method agq")
             .at_most(100));
   visit(Setting("reml", settings.reml, "Restricted maximum likelihood (REML), for lb and gnls"));
-  visit(Setting("fixed", settings.fixed, "Coefficients fixed at a value, such as c=1")
+  visit(Setting("hold", settings.fixed, "Coefficients that are held at a value, such as c=1")
             .type("NAME=VALUE,...")
             .option("--fix"));
   visit(Setting("bounds",
