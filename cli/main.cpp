@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <ios>
@@ -154,6 +155,14 @@ int run_command(const std::vector<std::string>& words) {
   }
 }
 
+/// Embree terminates the process, without an exception, where its threads find no memory.
+[[noreturn]] void end_without_memory() {
+  if (std::current_exception()) std::abort();
+  discard_unfinished_files();
+  write_to_standard_error("silvafit: out of memory or threads\n");
+  std::_Exit(kInternalError);
+}
+
 }  // namespace
 }  // namespace silvafit::cli
 
@@ -162,6 +171,7 @@ int main(int argc, char** argv) {
     silvafit::system::prepare_standard_streams();
     silvafit::system::keep_freed_memory();
     silvafit::system::clean_up_on_interrupts(silvafit::discard_unfinished_files);
+    std::set_terminate(silvafit::cli::end_without_memory);
     return silvafit::cli::run_as_started(silvafit::system::command_line(argc, argv),
                                          silvafit::cli::run_command);
   } catch (...) {

@@ -39,7 +39,7 @@ class Commands(ProgramTest):
 
     def test_without_a_near_one_all_are_listed(self):
         error = self.error("help")
-        self.assertIn("unknown command 'help'. The commands are study, indices, stand, tiles, fit,", error)
+        self.assertIn("unknown command 'help'. The commands are study, columns, indices, stand, tiles, fit,", error)
         for words in ((), ("library",)):
             self.assertIn("a command is needed", self.error(*words))
 
