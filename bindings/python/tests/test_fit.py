@@ -79,7 +79,7 @@ def test_crossed_groups_are_a_dict_of_their_own(stands):
     expected = fit.fixed_effects["a"] + fit.random_effects["year"]["a"]
     assert (of_years["a"] - expected).abs().max() < 1e-12
     conditional = fit.predict(years, level="conditional")
-    assert (conditional - fit.fitted_values).abs().max() < 1e-10
+    assert (conditional - fit.fitted()).abs().max() < 1e-10
     with pytest.raises(sf.UsageError, match="population"):
         fit.predict(years, level="conditional", interval=0.95)
 

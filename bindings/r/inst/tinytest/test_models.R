@@ -103,7 +103,7 @@ expect_equal(names(ranef(silvafit(height, data = years, random = list(a ~ 1 | pl
 by_both <- silvafit(height, data = years, random = a ~ 1 | plot + year)
 expect_equal(lengths(lapply(ranef(by_both), row.names)), c(plot = length(unique(years$plot)), year = 4L))
 expect_equal(logLik(silvafit(height, data = years, random = "(a | plot) + (a | year)")), logLik(by_both))
-expect_equal(getGroupsFormula(by_both), ~ plot + year, check.attributes = FALSE)
+expect_equal(nlme::getGroupsFormula(by_both), ~ plot + year, check.attributes = FALSE)
 expect_equal(coef(by_both)$year$a, fixef(by_both)[["a"]] + ranef(by_both)$year$a)
 expect_equal(as.vector(predict(by_both, years)), as.vector(fitted(by_both)), tolerance = 1e-10)
 expect_equal(as.vector(predict(by_both, years, level = 0)), as.vector(fitted(by_both, level = "population")), tolerance = 1e-10)

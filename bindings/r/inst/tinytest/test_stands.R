@@ -93,7 +93,7 @@ if (requireNamespace("jsonlite", quietly = TRUE)) {
   expect_equal(run$candidates$h, list("M4"))
   expect_equal(c(run$minimum_trees, run$maximum_random_effects), c(200, 1))
   expect_equal(c(run$choice, run$tests, run$criteria$random), c("parsimonious", "shown", "bic"))
-  expect_equal(setdiff(names(run), silvafit:::setting_list("reading", "units", "sampling", "study")$name), character(0))
+  expect_equal(setdiff(names(run), silvafit:::setting_list("reading", "rows", "units", "sampling", "study")$name), character(0))
 }
 expect_error(fit_study(stems, tempfile("study"), choice = "worst"), pattern = "best, parsimonious")
 expect_error(fit_study(stems, tempfile("study"), criteria = c(random = "aic", last = "bic")), pattern = "named ones")
