@@ -81,7 +81,7 @@ def test_crossed_groups_are_a_dict_of_their_own(stands):
     conditional = fit.predict(years, level="conditional")
     assert (conditional - fit.fitted()).abs().max() < 1e-10
     with pytest.raises(sf.UsageError, match="population"):
-        fit.predict(years, level="conditional", interval=0.95)
+        fit.predict(years, level="conditional", interval="prediction")
 
 
 def test_three_levels_have_an_index_of_all_columns(stands):
