@@ -16,9 +16,9 @@ enum class Persistence {
   kUntilFound,  ///< until a start of the variance components leads to a fit, or all have failed
 };
 
-/// The best of runs from several starts. With a variance function, the fit with constant variance is
-/// a start, and the result must not be below it. Otherwise, and if it does not converge, starts with
-/// default variance components are tried.
+/// The best of runs from several starts. With a variance function, the fit with constant variance
+/// is a start, and the result must not be below it. Otherwise, and if it does not converge, starts
+/// with default variance components are tried.
 struct LindstromBatesSearch {
   std::unique_ptr<LindstromBates> engine{};
   LindstromBatesOutcome outcome{};

@@ -42,8 +42,8 @@ struct Scenes {
 ///
 /// The reference tree has the species' commonest DBH and the library's predictions for its indices.
 /// The positions, species, DBH and crown widths of its neighbors are chosen such that it has these
-/// indices (docs/stands-in-3d.md); their own sizes are predicted for indices of 0.5. Indices that no
-/// model depends on: W as the options say, M, U, C 0.5. Scenes are in rows, one species after
+/// indices (docs/stands-in-3d.md); their own sizes are predicted for indices of 0.5. Indices that
+/// no model depends on: W as the options say, M, U, C 0.5. Scenes are in rows, one species after
 /// another.
 /// \throws UsageError if a species has no model of h, hcb or cw of the role, or its DBH is not
 ///   known; NumericalError that names a prediction which is no possible tree; InputError as
