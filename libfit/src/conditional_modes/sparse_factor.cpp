@@ -111,7 +111,7 @@ void SparsePattern::find_columns() {
   for (std::size_t j = 0; j < n; ++j) {
     std::vector<int>& rows = below[j];
     std::ranges::sort(rows);
-    rows.erase(std::ranges::unique(rows).begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     stored += static_cast<double>(rows.size()) / kDense;
     if (stored > kMostNumbers) {
       throw UsageError(fmt::format(

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <ranges>
 
 #include "conditional_modes/effect_layout.hpp"
 #include "model/crossed_groups.hpp"
@@ -53,8 +52,8 @@ Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& varianc
     random_.crossed = std::make_shared<const EffectLayout>(model);
     random_.of_groups = model.crossed()->of_cells;
   }
-  for (const std::vector<Index>& columns : random_.terms | std::views::reverse) {
-    for (const Index column : columns) {
+  for (auto columns = random_.terms.rbegin(); columns != random_.terms.rend(); ++columns) {
+    for (const Index column : *columns) {
       if (std::ranges::find(effect_columns_, column) == effect_columns_.end()) {
         effect_columns_.push_back(column);
       }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -153,8 +152,9 @@ MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, do
   }
   // Columns without random effects are last, because they may be mixed with all others.
   std::vector<Index> random;
-  for (const std::vector<Index>& places : model.random_coefficients() | std::views::reverse) {
-    random.insert(random.end(), places.begin(), places.end());
+  const std::vector<std::vector<Index>> terms = model.random_coefficients();
+  for (auto places = terms.rbegin(); places != terms.rend(); ++places) {
+    random.insert(random.end(), places->begin(), places->end());
   }
   Orthogonalizer all(columns);
   for (const Index j : random) all.add(j);

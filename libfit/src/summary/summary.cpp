@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <ranges>
 #include <string>
 #include <vector>
 
@@ -48,8 +47,8 @@ void append_random_structures(std::string& text, const ModelSpecification& speci
     if (term.is_crossed) {
       const bool is_first = &term == &specification.random.front();
       within = term.within.empty() && !is_first ? ", crossed" : "";
-      for (const std::string& column : term.within | std::views::reverse) {
-        within += " within " + column;
+      for (auto column = term.within.rbegin(); column != term.within.rend(); ++column) {
+        within += " within " + *column;
       }
     }
     append_random_structure(text, term, term.group + within);
