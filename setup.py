@@ -152,7 +152,7 @@ class BuildExtension(build_ext):
         write_pages(build, package / "share" / "viewer")
         # Signatures with all settings, which the extension knows.
         types = output(sys.executable, "-B", "-c", f"import sys; sys.path.insert(0, {str(package.parent)!r}); "
-                                             "from silvafit import _settings; print(_settings.stub())")
+                                             "from silvafit import _settings; print(_settings.type_declarations())")
         (package / "__init__.pyi").write_text(types, encoding="utf-8")
 
 

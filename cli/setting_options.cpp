@@ -15,7 +15,7 @@ using data::Setting;
 using data::SettingHead;
 
 std::string name_of(const SettingHead& setting) {
-  return setting.option_name.empty() ? option_of(setting.key) : std::string(setting.option_name);
+  return setting.option_name.empty() ? option_of(setting.key) : option_of(setting.option_name);
 }
 
 std::string help_of(const SettingHead& setting) { return with_options(setting.help); }

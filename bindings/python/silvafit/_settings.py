@@ -50,7 +50,7 @@ def takes(*lists: str) -> Callable[[Function], Function]:
     return decorated
 
 
-def stub() -> str:
+def type_declarations() -> str:
     """`__init__.pyi`, for editors and type checkers: the names of the package, with the whole signatures of functions."""
     import silvafit
 

@@ -42,7 +42,7 @@ def test_the_package_needs_no_library_that_a_linux_may_lack():
         assert (PACKAGE / "libs" / f"{library}.copyright").stat().st_size > 500
 
 
-def test_the_stub_has_every_setting_with_its_words():
+def test_the_type_declarations_have_every_setting_with_its_words():
     # Written by setup.py, from the lists of the libraries.
     text = (PACKAGE / "__init__.pyi").read_text(encoding="utf-8")
     declared = {node.name: node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)}

@@ -29,7 +29,7 @@ struct EffectColumnsOf {
   explicit EffectColumnsOf(const RandomColumns& random) {
     for (const auto& term : random.terms) all.insert(all.end(), term.begin(), term.end());
     std::ranges::sort(all);
-    all.erase(std::ranges::unique(all).begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
     for (const auto& term : random.terms) {
       std::vector<Index>& places = rows.emplace_back();
       for (const Index column : term) {
@@ -202,7 +202,14 @@ class Elimination {
       design_.joint = columns_.joint(floored, layout_.joint_count());
       for (std::size_t c = 0; c < clusters_.size(); ++c) {
         EffectFactor& factor = clusters_[c].factor;
-        factor.compute(layout_.pattern(static_cast<Index>(c)), design_, clusters_[c].curvatures);
+        const SparsePattern* const pattern = layout_.pattern(static_cast<Index>(c));
+        if (!factor.compute(pattern, design_, clusters_[c].curvatures)) {
+          // Without a slope no covariance is moved into its interior.
+          for (const MatrixXd& zero : factors_) {
+            result.by_covariance.emplace_back(MatrixXd::Zero(zero.rows(), zero.rows()));
+          }
+          return;
+        }
         factor.invert();
       }
     }

@@ -163,6 +163,31 @@ data::TextColumn joined_labels(const data::Table& table, const std::vector<std::
   return labels;
 }
 
+std::vector<double> measured_values(
+    std::string_view name,
+    const data::ColumnReference& reference,
+    data::Table table,
+    const std::function<void(const std::string& column, const std::string& code)>& found) {
+  const auto take = [&](const std::string& column, double& value) {
+    if (found) found(column, data::shortest(value));
+    value = data::kMissing;
+  };
+  for (const std::string& column : std::vector<std::string>(table.names())) {
+    if (!table.is_numeric(column)) continue;
+    std::vector<double> read(table.numbers(column).begin(), table.numbers(column).end());
+    for (double& value : read) {
+      if (value < 0.0 && is_missing_number_of(name, value)) take(column, value);
+    }
+    table.set(column, std::move(read));
+  }
+  std::vector<data::TextCell> ignored;
+  std::vector<double> values = data::numbers_of(table, reference, ignored);
+  for (double& value : values) {
+    if (value == 0.0 && is_zero_missing(name)) take(reference.text, value);
+  }
+  return values;
+}
+
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::function<bool(const std::string&)>& is_wanted,
                                          const std::string& file,

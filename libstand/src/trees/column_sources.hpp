@@ -3,11 +3,14 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "silvafit/data/column_reference.hpp"
+#include "silvafit/data/table.hpp"
 #include "silvafit/stand/tree_columns.hpp"
 
 namespace silvafit::stand {
@@ -21,5 +24,14 @@ std::optional<std::size_t> field_in_any_case(std::string_view name,
 void require_column(const ColumnMapping& mapping,
                     const std::vector<std::string>& header,
                     const std::string& file);
+
+/// The numbers of a standard measure, in its unit. The codes of missing values are those of the
+/// file, before a conversion; 0 is one where the measure cannot be 0. \param table  with the
+/// columns of the reference only \param found  called with the column and the text of each code
+std::vector<double> measured_values(
+    std::string_view name,
+    const data::ColumnReference& reference,
+    data::Table table,
+    const std::function<void(const std::string& column, const std::string& code)>& found = {});
 
 }  // namespace silvafit::stand

@@ -147,23 +147,17 @@ void Describer::describe(const std::string& column) {
   const TreeColumn* const standard =
       first == last ? nullptr : tree_column(sources_[first->second].name);
   if (standard != nullptr && standard->is_measure()) {
-    std::vector<data::TextCell> ignored;
-    values = data::numbers_of(
-        table_,
-        data::column_reference(
-            described.read_as, sources_[first->second].source, table_.names(), reader_.file()),
-        ignored);
-    // Codes are those of the file, before the conversion of units.
-    const std::vector<double> as_read =
-        described.is_numeric
-            ? std::vector<double>(table_.numbers(column).begin(), table_.numbers(column).end())
-            : values;
-    for (std::size_t row = 0; row < values.size(); ++row) {
-      const bool is_zero = values[row] == 0.0 && is_zero_missing(standard->name);
-      if (!is_zero && !is_missing_number_of(standard->name, as_read[row])) continue;
-      codes_.add(column, data::shortest(as_read[row]));
-      values[row] = data::kMissing;
+    const auto reference = data::column_reference(
+        described.read_as, sources_[first->second].source, table_.names(), reader_.file());
+    data::Table read(table_.rows());
+    for (const auto& [used, source] : readers_) {
+      if (source == first->second) data::copy_column(used, table_, used, read);
     }
+    // A source of several columns is described with each of them.
+    const auto note_code = [&](const std::string& of, const std::string& code) {
+      if (of == column || of == reference.text) codes_.add(column, code);
+    };
+    values = measured_values(standard->name, reference, std::move(read), note_code);
   } else if (described.is_numeric) {
     values.assign(table_.numbers(column).begin(), table_.numbers(column).end());
   }

@@ -70,8 +70,8 @@ struct ShorterFirst {
 
 /// The columns of one measure at several times.
 struct WideColumn {
-  std::string name{};         ///< of the new column
-  std::string placeholder{};  ///< name of the column of the times
+  std::string name{};       ///< of the new column
+  std::string time_name{};  ///< of the column of the times
   std::map<std::string, std::size_t> field_at{};
 };
 
@@ -87,8 +87,7 @@ WideColumn wide_column(const ColumnMapping& visit, const data::CsvReader& reader
   }
   const std::string before = visit.source.substr(0, open);
   const std::string after = visit.source.substr(close + 1);
-  WideColumn wide{.name = visit.name,
-                  .placeholder = visit.source.substr(open + 1, close - open - 1)};
+  WideColumn wide{.name = visit.name, .time_name = visit.source.substr(open + 1, close - open - 1)};
   std::set<std::string> units;
   for (std::size_t i = 0; i < header.size(); ++i) {
     const std::string& name = header[i];
@@ -108,7 +107,7 @@ WideColumn wide_column(const ColumnMapping& visit, const data::CsvReader& reader
         fmt::format("no column fits the pattern {} with a number at {{{}}}; available: "
                     "{}",
                     visit.source,
-                    wide.placeholder,
+                    wide.time_name,
                     data::list_of(header)),
         {.file = reader.file()});
   }
@@ -142,10 +141,10 @@ Visits::Visits(const std::vector<ColumnMapping>& visits, const data::CsvReader& 
   std::set<std::size_t> used;
   for (const ColumnMapping& visit : visits) {
     wide_.push_back(wide_column(visit, reader));
-    if (wide_.back().placeholder != wide_.front().placeholder) {
+    if (wide_.back().time_name != wide_.front().time_name) {
       throw UsageError(fmt::format("{{{}}} and {{{}}} are two names of one time",
-                                   wide_.front().placeholder,
-                                   wide_.back().placeholder),
+                                   wide_.front().time_name,
+                                   wide_.back().time_name),
                        {.column = "`visits`"});
     }
     for (const auto& [time, field] : wide_.back().field_at) {
@@ -167,7 +166,7 @@ Visits::Visits(const std::vector<ColumnMapping>& visits, const data::CsvReader& 
 Names Visits::header() const {
   Names names;
   for (const std::size_t field : kept_) names.push_back(old_[field]);
-  names.push_back(wide_.front().placeholder);
+  names.push_back(wide_.front().time_name);
   for (const WideColumn& wide : wide_) names.push_back(wide.name);
   return names;
 }
@@ -193,7 +192,7 @@ void Visits::add(const Fields& fields, const data::CsvReader& reader, data::Tabl
 std::string Visits::note() const {
   return fmt::format("rows of {} are made of the columns of {}: {}",
                      counted(times_.size(), "time", "times"),
-                     wide_.front().placeholder,
+                     wide_.front().time_name,
                      fmt::join(times_, ", "));
 }
 
@@ -337,13 +336,9 @@ void Preparation::add_column(const std::string& name, bool as_text, data::Table&
     return data::copy_column(name, read, reference.text, table);
   }
   std::vector<data::TextCell> ignored;
-  std::vector<double> values = data::numbers_of(read, reference, ignored);
-  for (double& value : values) {
-    const bool is_zero = value == 0.0 && is_zero_missing(name);
-    const bool is_code = is_zero || is_missing_number_of(name, value);
-    if (is_measure(name) && is_code) value = data::kMissing;
-  }
-  table.set(name, std::move(values));
+  table.set(name,
+            is_measure(name) ? measured_values(name, reference, read)
+                             : data::numbers_of(read, reference, ignored));
 }
 
 /// The columns of a condition. Ours are as mapped, or under a usual name; others those of the file.

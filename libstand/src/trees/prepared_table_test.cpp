@@ -57,6 +57,13 @@ TEST_CASE("the unit of visits is that of their columns") {
   CHECK(inventory.time[1] == "2024");
 }
 
+TEST_CASE("a code of missing values fulfils no condition, in any unit") {
+  // -999 mm is a code and not -99.9 cm; -5 mm is a wrong number, which other checks name.
+  const PreparedTable prepared =
+      prepared_table(csv("tree,BHD [mm]\n1,205\n2,-999\n3,-5\n"), {.where = "dbh < 21"});
+  CHECK(column(prepared.table, "tree") == std::vector<double>{1, 3});
+}
+
 TEST_CASE("a condition reads columns of the file and ours") {
   const auto trees_where = [](const char* where) {
     RowPreparation rows{.where = where, .columns = parse_column_mappings("dbh=DBH_2019")};

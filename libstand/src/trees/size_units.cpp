@@ -103,7 +103,7 @@ class Judge {
   std::span<const double> values(std::string_view name) const;
   bool is_dbh_wrong() const;
   bool is_h_wrong() const;
-  /// "if h is in feet, use --columns h=h*0.3048", for each change of units.
+  /// "if h is in feet, use `columns=h=h*0.3048`", for each change of units.
   std::string advice(const UnitPair& units) const;
   std::vector<std::string> advice_on_trees() const;
   std::vector<std::string> advice_on_length(const SizeColumn& length, double most) const;

@@ -52,7 +52,7 @@ std::string default_text(const data::Setting<const T>& setting) {
 template <typename T>
 std::string option_text(const data::Setting<T>& setting) {
   if (setting.key == "candidates") return "";
-  if (!setting.option_name.empty()) return fmt::format("`{}`", setting.option_name);
+  if (!setting.option_name.empty()) return fmt::format("`--{}`", setting.option_name);
   std::string option = setting.key == "criteria" ? "criterion" : std::string(setting.key);
   std::ranges::replace(option, '_', '-');
   return fmt::format("`--{}`", option);

@@ -59,9 +59,9 @@ using SettingNames = std::map<std::string, SettingName, std::less<>>;
 SettingNames all_names() {
   SettingNames names;
   const auto add = [&names](std::string_view key, std::string_view option, bool is_mapping) {
-    std::string usual = "--" + std::string(key);
-    std::ranges::replace(usual, '_', '-');
-    names.emplace(key, SettingName{option.empty() ? usual : std::string(option), is_mapping});
+    std::string name = "--" + std::string(option.empty() ? key : option);
+    std::ranges::replace(name, '_', '-');
+    names.emplace(key, SettingName{std::move(name), is_mapping});
   };
   const auto add_setting = [&add](const auto& setting) {
     add(setting.key, setting.option_name, setting.form == data::SettingForm::kMapping);

@@ -66,8 +66,8 @@ struct Setting : SettingHead {
     choices = std::move(words);
     return *this;
   }
-  /// The option of the program, if it is not that of the key; of a bool that is true by default,
-  /// the flag that makes it false.
+  /// The option of the program without its hyphens, if it is not that of the key; of a bool that is
+  /// true by default, the flag that makes it false.
   Setting& option(std::string_view name) {
     option_name = name;
     return *this;

@@ -22,7 +22,7 @@ void each_setting(S& settings, Visit&& visit) {
                 "Linear sub-models of parameters, written as in R: \"b ~ 1 + C\", \"b ~ "
                 "C*species\" (text columns are factors), \"b ~ I(dbh^2)\"")
             .as(SettingForm::kRepeatable, "SUBMODEL")
-            .option("--parameter"));
+            .option("parameter"));
   visit(Setting("random",
                 settings.random,
                 "Random effects: coefficients and groups, such as \"a + b:C | plot\"; nested: \"a "
@@ -58,12 +58,12 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("reml", settings.reml, "Restricted maximum likelihood (REML), for lb and gnls"));
   visit(Setting("hold", settings.fixed, "Coefficients that are held at a value, such as c=1")
             .type("NAME=VALUE,...")
-            .option("--fix"));
+            .option("fix"));
   visit(Setting("bounds",
                 settings.bounds,
                 "Bounds of coefficients, such as b=0:1,c=0: (one end may be open)")
             .type("NAME=LOW:HIGH,...")
-            .option("--bound"));
+            .option("bound"));
   visit(Setting("start",
                 settings.start,
                 "Start values, such as a=30,b=0.03; mixed fits use them in addition to their own")
@@ -84,7 +84,7 @@ void each_setting(S& settings, Visit&& visit) {
                 "Confidence intervals of all parameters: wald (from standard errors) or profile "
                 "(from the profile likelihood)")
             .one_of({"wald", "profile"})
-            .option("--intervals"));
+            .option("intervals"));
   visit(Setting("level", settings.level, "Level of the intervals").share());
 }
 
@@ -97,7 +97,7 @@ void each_setting(S& settings, Visit&& visit) {
             .type("REPLICATES")
             .at_least(2)
             .at_most(10000000)
-            .option("--bootstrap"));
+            .option("bootstrap"));
   visit(Setting("resample",
                 settings.resample,
                 "Bootstrap data: parametric (simulated from the fit) or cases (groups drawn with "
@@ -105,7 +105,7 @@ void each_setting(S& settings, Visit&& visit) {
             .one_of({"parametric", "cases"}));
   visit(Setting("level", settings.level, "Level of the bootstrap intervals")
             .share()
-            .option("--bootstrap-level"));
+            .option("bootstrap-level"));
   visit(Setting("group",
                 settings.group,
                 "Column of the groups to draw or leave out (default: the groups of the random "
@@ -122,13 +122,13 @@ void each_setting(S& settings, Visit&& visit) {
             .type("FOLDS")
             .or_word("leave-one-out")
             .at_least(2)
-            .option("--cross-validate"));
+            .option("cross-validate"));
   visit(Setting("measured",
                 settings.measured,
                 "Number of trees per left-out group that are used as measured, to calibrate the "
                 "others")
             .optional()
-            .option("--measured-trees"));
+            .option("measured-trees"));
   visit(Setting("group",
                 settings.group,
                 "Column of the groups to leave out (default: those of the random effects, the "

@@ -36,7 +36,7 @@ void each_setting(S& settings, Visit&& visit) {
                 report.stratum_areas_ha,
                 "Areas of the strata in ha, for totals, such as A=120,B=33.5")
             .type("STRATUM=HA,...")
-            .option("--stratum-area"));
+            .option("stratum-area"));
 }
 
 template <data::Same<EquationSettings> S, typename Visit>
@@ -46,13 +46,13 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.equations,
                 "Equations of volume, biomass and carbon, for all or single species, such as "
                 "laasasenaho-pine,B=taper; taper is the volume by the taper equation that trees "
-                "are drawn with (silvafit models --equations lists them)")
+                "are drawn with")
             .type("[SPECIES=]ID,..."));
   visit(Setting("equation_files",
                 settings.files,
                 "Files of further equations (JSON, schema silvafit-tree-equations/1)")
             .as(data::SettingForm::kRepeatable, "FILE.json")
-            .option("--equation-file"));
+            .option("equation-file"));
 }
 
 template <data::Same<PredictionSettings> S, typename Visit>
@@ -78,12 +78,12 @@ void each_setting(S& settings, Visit&& visit) {
       Setting("coverage", settings.interval, "Add interval limits with this coverage, such as 0.95")
           .type("LEVEL")
           .share()
-          .option("--interval"));
+          .option("interval"));
   visit(Setting("interval",
                 settings.interval_kind,
                 "prediction: for the value of a tree; confidence: for the mean of such trees")
             .one_of({"prediction", "confidence"})
-            .option("--interval-kind"));
+            .option("interval-kind"));
   visit(Setting("standard_errors",
                 settings.standard_errors,
                 "Add the standard error of the kind that `interval` selects"));
@@ -103,7 +103,7 @@ void each_setting(S& settings, Visit&& visit) {
                 "Models of the catalogue, or all:h; the one with the lowest AIC is used (default: "
                 "Naslund's curve for h, else all models of the response)")
             .as(data::SettingForm::kRepeatable, "ID")
-            .option("--model"));
+            .option("model"));
   visit(Setting("formula", settings.formula, "A formula instead of a model of the catalogue")
             .type("FORMULA"));
   visit(Setting("random",
@@ -133,7 +133,7 @@ void each_setting(S& settings, Visit&& visit) {
   using data::Setting;
   visit(Setting("plots", settings.plots, "Show these plots only")
             .as(data::SettingForm::kNames, "PLOT,...")
-            .option("--plot"));
+            .option("plot"));
   visit(Setting("title", settings.title, "Headline (default: the name)"));
   visit(Setting("models",
                 settings.models_per_preset,
@@ -142,7 +142,7 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("textures",
                 settings.textures,
                 "Pictures of bark and shoots; plain: leaves as polygons in plain colors")
-            .option("--plain"));
+            .option("plain"));
 }
 
 template <data::Same<TileSettings> S, typename Visit>

@@ -55,7 +55,7 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("textures",
                 settings.textures,
                 "Pictures of bark and shoots; plain: leaves as polygons in plain colors")
-            .option("--plain"));
+            .option("plain"));
   visit(Setting("builder",
                 settings.builder,
                 "Builder of the trees (for its presets: silvafit models --builders)")
@@ -71,7 +71,7 @@ void each_setting(S& settings, Visit&& visit) {
                 "(builders lsystem and ifs); no other measurement is needed"));
   visit(Setting("plots", settings.plots, "Plots to grow, separated by commas (default: all)")
             .as(SettingForm::kNames, "PLOT,...")
-            .option("--plot"));
+            .option("plot"));
   visit(Setting("by",
                 settings.by,
                 "Column with the time of each row, such as year; writes one scene per time, such "
