@@ -89,10 +89,6 @@ class Linearizer {
     std::vector<double> carried{};  ///< (terms x width x width) of that group, empty without one
     double carried_before = 0.0;    ///< of its squares_before
   };
-  struct Parameter {
-    bool is_scalar = false;
-    std::vector<Eigen::Index> coefficients{};
-  };
   /// A second derivative of log g by two quantities, which may be zero everywhere.
   struct QuantityPair {
     std::size_t first = 0;
@@ -201,7 +197,7 @@ class Linearizer {
   std::vector<Segment> segments_;
   std::vector<std::size_t> blocks_;  ///< first segment of each block, and the end
   std::vector<std::size_t> chunks_;  ///< first block of each chunk, and the end
-  std::vector<Parameter> parameters_;
+  std::vector<bool> is_scalar_;      ///< of each parameter
   std::vector<QuantityPair> quantity_pairs_;
   std::vector<Term> terms_;  ///< of the series, in the order of GroupMoments less term 0
   std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;

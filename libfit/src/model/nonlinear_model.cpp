@@ -200,7 +200,7 @@ NonlinearModel::NonlinearModel(ModelSpecification specification,
   choose_rows(table);
   load_columns(table);
   load_levels(table);
-  load_covariates(table);
+  design_ = ParameterDesign(specification_.parameters, table, rows_);
   load_strata(table);
   if (has_edge(specification_, variables_, columns_)) {
     specification_.formula.right = specification_.formula.right.with_limits();
@@ -329,22 +329,6 @@ void NonlinearModel::load_levels(const data::Table& table) {
   }
 }
 
-void NonlinearModel::load_covariates(const data::Table& table) {
-  std::vector<Eigen::VectorXd> values;
-  for (std::size_t k = 0; k < specification_.parameters.size(); ++k) {
-    const ParameterModel& parameter = specification_.parameters[k];
-    if (parameter.has_intercept) slots_.push_back({.parameter = static_cast<Index>(k)});
-    for (const Covariate& covariate : parameter.covariates) {
-      slots_.push_back(
-          {.parameter = static_cast<Index>(k), .covariate = static_cast<Index>(values.size())});
-      values.push_back(gathered(data::evaluate(covariate.value, table), rows_));
-    }
-  }
-  covariates_.resize(observations(), static_cast<Index>(values.size()));
-  for (std::size_t k = 0; k < values.size(); ++k)
-    covariates_.col(static_cast<Index>(k)) = values[k];
-}
-
 void NonlinearModel::compile() {
   // A parameter has one value per call unless it has covariates or random effects.
   std::vector<data::Program::Input> inputs;
@@ -383,7 +367,7 @@ void NonlinearModel::compile() {
 }
 
 bool NonlinearModel::has_kink_in(Index coefficient) const {
-  return parameter_has_kink_[static_cast<std::size_t>(parameter_of(coefficient))];
+  return parameter_has_kink_[static_cast<std::size_t>(design_.parameter_of(coefficient))];
 }
 
 std::vector<std::string> NonlinearModel::random_kinks() const {
@@ -440,24 +424,9 @@ const NonlinearModel::Strata& NonlinearModel::strata(std::string_view column) co
   return *found;
 }
 
-Index NonlinearModel::parameter_of(Index coefficient) const {
-  return slots_[static_cast<std::size_t>(coefficient)].parameter;
-}
-
-Eigen::VectorXd NonlinearModel::multiplier(Index coefficient) const {
-  const Slot& slot = slots_[static_cast<std::size_t>(coefficient)];
-  if (slot.covariate < 0) return Eigen::VectorXd::Ones(observations());
-  return covariates_.col(slot.covariate);
-}
-
-const double* NonlinearModel::multiplier_values(Index coefficient) const {
-  const Slot& slot = slots_[static_cast<std::size_t>(coefficient)];
-  return slot.covariate < 0 ? nullptr : covariates_.col(slot.covariate).data();
-}
-
 bool NonlinearModel::is_bilinear(Index i, Index j) const {
-  return parameter_bilinear_[static_cast<std::size_t>(slots_[i].parameter)]
-                            [static_cast<std::size_t>(slots_[j].parameter)];
+  return parameter_bilinear_[static_cast<std::size_t>(design_.parameter_of(i))]
+                            [static_cast<std::size_t>(design_.parameter_of(j))];
 }
 
 bool NonlinearModel::is_linear() const {
@@ -487,21 +456,11 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
   const Index first = is_one_set ? 0 : after - group_begin_.begin() - 1;
   for (Index set = first, row = begin; row < end; ++set) {
     const Index stop = is_one_set ? end : std::min(end, group_begin_[set + 1]);
+    const auto value = [&coefficients, set](Index j) { return coefficients(j, set); };
     for (Index k = 0; k < parameters.cols(); ++k) {
-      if (specification_.parameters[static_cast<std::size_t>(k)].has_intercept) continue;
       const bool varies = !inputs[static_cast<std::size_t>(k)].is_scalar;
-      parameters.col(k).segment(row - begin, varies ? stop - row : 1).setZero();
-    }
-    for (std::size_t slot_index = 0; slot_index < slots_.size(); ++slot_index) {
-      const Slot& slot = slots_[slot_index];
-      const double value = coefficients(static_cast<Index>(slot_index), set);
-      const bool varies = !inputs[static_cast<std::size_t>(slot.parameter)].is_scalar;
-      auto target = parameters.col(slot.parameter).segment(row - begin, varies ? stop - row : 1);
-      if (slot.covariate < 0) {
-        target.setConstant(value);  // an intercept is first
-      } else {
-        target += value * covariates_.col(slot.covariate).segment(row, stop - row);
-      }
+      double* const target = parameters.col(k).data() + (row - begin);
+      design_.fill(k, row, varies ? stop - row : 1, value, target);
     }
     row = stop;
   }
@@ -554,16 +513,14 @@ void NonlinearModel::evaluate_rows(const Eigen::Ref<const Eigen::MatrixXd>& coef
   }
   // The derivative by an intercept is that by its parameter.
   for (Index j = 0; j < coefficient_count(); ++j) {
-    const Slot& slot = slots_[static_cast<std::size_t>(j)];
-    if (slot.covariate < 0) outputs[1 + slot.parameter] = jacobian->col(j).data() + begin;
+    if (design_.multiplier(j) != nullptr) continue;
+    outputs[1 + design_.parameter_of(j)] = jacobian->col(j).data() + begin;
   }
   gradient_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
   for (Index j = 0; j < coefficient_count(); ++j) {
-    const Slot& slot = slots_[static_cast<std::size_t>(j)];
-    if (slot.covariate < 0) continue;
-    const Eigen::Map<const Eigen::VectorXd> derivative(outputs[1 + slot.parameter], rows);
-    jacobian->col(j).segment(begin, rows) =
-        derivative.cwiseProduct(covariates_.col(slot.covariate).segment(begin, rows));
+    if (design_.multiplier(j) == nullptr) continue;
+    const double* const by_parameter = outputs[1 + design_.parameter_of(j)];
+    design_.differentiate(j, begin, rows, by_parameter, jacobian->col(j).data() + begin);
   }
 }
 
