@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "silvafit/base/constants.hpp"
 #include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
@@ -201,6 +202,33 @@ void add_variance(const SurfaceSetting& setting,
   }
 }
 
+/// A function of the coefficients that are estimated; the others are numbers in it.
+NaturalParameter derived_parameter(const SurfaceSetting& setting,
+                                   const SurfaceLayout& layout,
+                                   const DerivedQuantity& quantity) {
+  NaturalParameter result{.kind = ParameterKind::kDerived,
+                          .name = quantity.name,
+                          .form = Form::kDerived,
+                          .derived = quantity,
+                          .coefficients = setting.model.coefficient_names()};
+  const std::vector<std::string>& all = setting.fit.coefficient_names;
+  for (std::size_t j = 0; j < all.size(); ++j) {
+    if (std::ranges::find(result.coefficients, all[j]) != result.coefficients.end()) continue;
+    const double value = setting.fit.estimate[static_cast<Index>(j)];
+    result.derived->value =
+        result.derived->value.substitute(all[j], data::Expression::constant(value));
+  }
+  const VectorXd gradient = result.derived->gradient(result.coefficients, setting.estimate);
+  result.weights = layout.frame().beta.transpose() * gradient;
+  result.weights.cwiseAbs().maxCoeff(&result.coordinate);
+  return result;
+}
+
+/// (p) the coefficients at x.
+VectorXd coefficients_at(const SurfaceLayout& layout, const VectorXd& x) {
+  return layout.frame().beta * x.head(layout.beta_count());
+}
+
 }  // namespace
 
 double NaturalParameter::value(const SurfaceLayout& layout,
@@ -209,6 +237,8 @@ double NaturalParameter::value(const SurfaceLayout& layout,
   switch (form) {
     case Form::kCoefficient:
       return weights.dot(x.head(weights.size()));
+    case Form::kDerived:
+      return derived->at(coefficients, coefficients_at(layout, x));
     case Form::kCoordinate:
       return scale * x[coordinate];
     case Form::kIdentity:
@@ -240,6 +270,9 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
   switch (form) {
     case Form::kCoefficient:
       x[coordinate] += (value - weights.dot(x.head(weights.size()))) / weights[coordinate];
+      break;
+    case Form::kDerived:
+      hold_derived(layout, value, x);
       break;
     case Form::kCoordinate:
     case Form::kIdentity:
@@ -279,6 +312,24 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
   return x;
 }
 
+VectorXd NaturalParameter::derived_slopes(const SurfaceLayout& layout, const VectorXd& x) const {
+  return layout.frame().beta.transpose() *
+         derived->gradient(coefficients, coefficients_at(layout, x));
+}
+
+void NaturalParameter::hold_derived(const SurfaceLayout& layout, double value, VectorXd& x) const {
+  // Newton's method, from near; coordinates are of the size of the residuals' deviation.
+  constexpr int kMostSteps = 50;
+  constexpr double kRounding = 1e-13;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double excess = derived->at(coefficients, coefficients_at(layout, x)) - value;
+    const double change = excess / derived_slopes(layout, x)[coordinate];
+    x[coordinate] -= change;
+    if (!(std::abs(change) > kRounding * std::max(1.0, std::abs(x[coordinate])))) return;
+  }
+  x[coordinate] = kNaN;
+}
+
 VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
                                      const VarianceModel& variance,
                                      const VectorXd& free,
@@ -290,6 +341,12 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       result.head(weights.size()) -= gradient[coordinate] / weights[coordinate] * weights;
       result[coordinate] = 0.0;
       break;
+    case Form::kDerived: {
+      const VectorXd slopes = derived_slopes(layout, hold(layout, variance, free, value));
+      result.head(slopes.size()) -= gradient[coordinate] / slopes[coordinate] * slopes;
+      result[coordinate] = 0.0;
+      break;
+    }
     case Form::kCoordinate:
     case Form::kIdentity:
     case Form::kExponential:
@@ -357,9 +414,19 @@ std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
   return result;
 }
 
+std::vector<NaturalParameter> derived_parameters(const SurfaceSetting& setting,
+                                                 const SurfaceLayout& layout) {
+  std::vector<NaturalParameter> result;
+  for (const DerivedQuantity& quantity : setting.fit.specification.derived) {
+    result.push_back(derived_parameter(setting, layout, quantity));
+  }
+  return result;
+}
+
 double to_symmetric(const NaturalParameter& parameter, double value) {
   switch (parameter.form) {
     case Form::kCoefficient:
+    case Form::kDerived:
     case Form::kCoordinate:
       return value;
     case Form::kCorrelation:
@@ -372,6 +439,7 @@ double to_symmetric(const NaturalParameter& parameter, double value) {
 double from_symmetric(const NaturalParameter& parameter, double value) {
   switch (parameter.form) {
     case Form::kCoefficient:
+    case Form::kDerived:
     case Form::kCoordinate:
       return value;
     case Form::kCorrelation:

@@ -96,6 +96,10 @@ ModelSpecification specify_model(const ModelTexts& texts, const data::Table& tab
     specification.variance = parse_variance_function(texts.variance);
   }
   require_columns(specification, table);
+  for (const std::string& text : texts.derived) {
+    specification.derived.push_back(
+        parse_derived_quantity(text, specification.coefficient_names()));
+  }
   return specification;
 }
 

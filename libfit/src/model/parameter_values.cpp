@@ -75,6 +75,9 @@ std::vector<NamedValue> parameter_values(const FittedModel& fit) {
     add_factor(factor, is_only ? "" : factor.factor.text() + " ", values);
   }
   values.push_back({"sigma", fit.sigma});
+  for (const DerivedQuantity& quantity : fit.specification.derived) {
+    values.push_back({quantity.name, quantity.at(fit.coefficient_names, fit.estimate)});
+  }
   return values;
 }
 

@@ -400,6 +400,14 @@ FittedModel from_json(const JsonReader& json) {
   }
   if (json.has("optima")) fit.optima = read_optima(json.at("optima"), fit.coefficient_names);
   if (json.has("factors")) fit.specification.factors = json.at("factors").texts();
+  if (const auto derived = json.find("derived")) {
+    for (const auto& [name, value] : derived->members()) {
+      fit.specification.derived.push_back(
+          {.name = name, .value = read_with(value.at("expression"), [&](const std::string& text) {
+                           return parse_derived_quantity(text, fit.coefficient_names).value;
+                         })});
+    }
+  }
   if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
   fit.seconds = json.at("seconds").number_or_missing();
   return fit;

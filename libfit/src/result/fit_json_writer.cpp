@@ -95,6 +95,19 @@ ordered_json fixed(const FittedModel& fit) {
   return result;
 }
 
+ordered_json derived(const FittedModel& fit) {
+  ordered_json result = ordered_json::object();
+  const std::vector<DerivedValue> values = derived_values(fit);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const DerivedQuantity& quantity = fit.specification.derived[k];
+    result[quantity.name] = {{"expression", quantity.value.text()},
+                             {"estimate", number(values[k].estimate)},
+                             {"se", number(values[k].standard_error)},
+                             {"df", number(values[k].degrees_of_freedom)}};
+  }
+  return result;
+}
+
 /// An object with a member for each group. Labels are distinct, so that no search for an existing
 /// member is needed.
 template <class ValueOf>
@@ -298,6 +311,7 @@ ordered_json json_of(const FittedModel& model) {
       {"seconds", number(fit.seconds)}};
   if (!fit.levels.empty()) result["levels"] = levels(fit);
   if (!fit.specification.factors.empty()) result["factors"] = fit.specification.factors;
+  if (!fit.specification.derived.empty()) result["derived"] = derived(fit);
   if (!fit.coefficients_between.empty()) result["coefficients_between"] = fit.coefficients_between;
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   if (!fit.optima.empty()) result["optima"] = optima(fit);

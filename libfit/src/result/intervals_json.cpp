@@ -17,8 +17,8 @@ using data::JsonReader;
 using nlohmann::ordered_json;
 
 /// In the order of the enumeration.
-constexpr std::array<std::string_view, 5> kKinds{
-    "fixed", "standard deviation", "correlation", "variance function", "sigma"};
+constexpr std::array<std::string_view, 6> kKinds{
+    "fixed", "standard deviation", "correlation", "variance function", "sigma", "derived"};
 
 // The meanings of null.
 constexpr std::string_view kUnbounded = "unbounded";

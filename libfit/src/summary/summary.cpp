@@ -187,6 +187,31 @@ void append_random_level(std::string& text,
   append(text, "\n");
 }
 
+void append_derived(std::string& text, const FittedModel& fit) {
+  if (fit.specification.derived.empty()) return;
+  std::vector<std::string> names;
+  for (const DerivedQuantity& quantity : fit.specification.derived) names.push_back(quantity.name);
+  const std::size_t width = widest(names, 16);
+  append(text,
+         "{:<{}} {:>12} {:>12} {:>8}\n",
+         "derived quantity",
+         width,
+         "estimate",
+         "std. error",
+         "df");
+  const std::vector<DerivedValue> values = derived_values(fit);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    append(text,
+           "{:<{}} {:>12} {:>12} {:>8}\n",
+           names[k],
+           width,
+           significant(values[k].estimate),
+           significant(values[k].standard_error),
+           significant(values[k].degrees_of_freedom));
+  }
+  append(text, "\n");
+}
+
 void append_random_effects(std::string& text, const FittedModel& fit) {
   const std::vector<RandomEffects>& terms = fit.specification.random;
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
@@ -343,6 +368,7 @@ std::string summary(const FittedModel& fit) {
     return text;
   }
   append_fixed_effects(text, fit);
+  append_derived(text, fit);
   append_random_effects(text, fit);
   append_residuals(text, fit);
   append_statistics(text, fit);

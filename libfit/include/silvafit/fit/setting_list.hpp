@@ -41,6 +41,12 @@ void each_setting(S& settings, Visit&& visit) {
                 "stratum as in power(fitted | species); stratum(species); products with *; fixed "
                 "parameters as in power(delta = 0.5)")
             .type("FUNCTION"));
+  visit(
+      Setting("derive",
+              settings.derived,
+              "Functions of the coefficients, with standard errors and intervals, such as \"h30 = "
+              "1.3 + a*(1 - exp(-b*30))\"")
+          .as(SettingForm::kRepeatable, "NAME=EXPRESSION"));
 }
 
 template <data::Same<FitModelOptions> S, typename Visit>
