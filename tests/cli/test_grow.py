@@ -570,6 +570,9 @@ class Grow(ProgramTest):
                          ["1-1@2021", "1-1@2022", "1-1@2023"])
         self.assertAlmostEqual(roots[0]["extras"]["h"], 12, delta=0.01)
         inputs = {sampler["input"] for sampler in gltf["animations"][0]["samplers"]}
+        self.assertEqual(gltf["animations"][0]["extras"]["times"],
+                         [{"name": "2021", "time": 0.0}, {"name": "2022", "time": 2.0},
+                          {"name": "2023", "time": 4.0}])
         # Three years of two seconds each.
         self.assertEqual({gltf["accessors"][i]["max"][0] for i in inputs} - {2, 4}, {6})
 

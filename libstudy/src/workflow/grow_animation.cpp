@@ -41,8 +41,12 @@ class Animator {
   }
 
   GrowResult run() {
-    const auto writer =
-        tree::open_scene(job_.scene, job_.scene_format, scene_options(job_, origin_));
+    tree::SceneOptions options = scene_options(job_, origin_);
+    for (const tree::Moment& moment : moments_) {
+      const double units = moment.time - moments_.front().time;
+      options.times.push_back({.time_s = pace_.seconds_per_unit * units, .name = moment.name});
+    }
+    const auto writer = tree::open_scene(job_.scene, job_.scene_format, options);
     // A few at a time, so that memory does not grow with their number.
     constexpr std::size_t kBlock = 32;
     for (std::size_t from = 0; from < growing_.size(); from += kBlock) {
