@@ -5,11 +5,11 @@
 #include <string>
 
 #include "command.hpp"
-#include "csv_with_columns.hpp"
 #include "help.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "prediction_options.hpp"
+#include "row_output.hpp"
 #include "setting_options.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/impute_table.hpp"
@@ -41,27 +41,6 @@ AddedColumns columns_of(const ImputeArguments& arguments, const study::TableImpu
           }};
 }
 
-void impute_parts(const ImputeArguments& arguments,
-                  const TreeTable& trees,
-                  const study::Catalogue& catalogue) {
-  PartsWithColumns file(arguments.out, arguments.reading, arguments.common);
-  const auto write = [&](const data::TableSource& rows, const study::TableImputation& part) {
-    file.write(rows, columns_of(arguments, part), part.is_in_file_order);
-  };
-  Progress progress(arguments.common);
-  const study::ImputationSummary summary =
-      study::impute_in_parts(trees.table,
-                             catalogue,
-                             arguments.impute,
-                             arguments.reading,
-                             write,
-                             callbacks(arguments.common, progress));
-  progress.clear();
-  file.finish();
-  for (const std::string& line : study::summary_of(summary)) say(arguments.common, line);
-  if (arguments.common.json) print_json_value(study::json_of(summary, arguments.out));
-}
-
 void run(ImputeArguments& arguments) {
   refuse_same_files({{"INVENTORY.csv", arguments.data}}, {{"--out", arguments.out}});
   const auto catalogue = study::Catalogue::load(data_directory() / "models");
@@ -69,17 +48,23 @@ void run(ImputeArguments& arguments) {
   arguments.impute.seed = arguments.common.seed;
   arguments.impute.threads = arguments.common.threads;
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
-  if (arguments.stream) return impute_parts(arguments, trees, catalogue);
+  TableWithColumns table(arguments.out, arguments.stream, arguments.reading, arguments.common);
+  const auto write = [&](const data::TableSource& rows, const study::TableImputation& part) {
+    table.write(rows, columns_of(arguments, part), part.is_in_file_order);
+  };
   Progress progress(arguments.common);
-  const study::TableImputation imputed = study::impute_table(trees.table,
-                                                             catalogue,
-                                                             arguments.impute,
-                                                             arguments.reading,
-                                                             callbacks(arguments.common, progress));
-  write_with_columns(
-      trees, arguments.out, columns_of(arguments, imputed), arguments.reading, arguments.common);
-  for (const std::string& line : study::summary_of(imputed)) say(arguments.common, line);
-  if (arguments.common.json) print_json_value(study::json_of(imputed, arguments.out));
+  const study::ImputationSummary summary =
+      study::impute_trees(trees.table,
+                          catalogue,
+                          arguments.impute,
+                          arguments.reading,
+                          arguments.stream,
+                          write,
+                          callbacks(arguments.common, progress));
+  progress.clear();
+  table.finish(trees);
+  for (const std::string& line : study::summary_of(summary)) say(arguments.common, line);
+  if (arguments.common.json) print_json_value(study::json_of(summary, arguments.out));
 }
 
 }  // namespace

@@ -2,18 +2,15 @@
 // silvafit indices: the structural unit of every tree of an inventory.
 #include "silvafit/study/indices.hpp"
 
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "command.hpp"
 #include "help.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
-#include "silvafit/base/atomic_file.hpp"
+#include "row_output.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/data/ordered_rows.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "standard_output.hpp"
 #include "table_output.hpp"
@@ -31,91 +28,6 @@ struct IndicesArguments {
   CommonOptions common{};
 };
 
-/// Target of the table of units: a file, standard output or, with --json alone, none. A layer gets
-/// the columns of the inventory, too, and the plots as a layer of their own.
-class UnitTable {
- public:
-  explicit UnitTable(const IndicesArguments& arguments) : arguments_(arguments) {
-    if (is_layer_output(arguments.out)) {
-      require_table_output(arguments.out);
-    } else if (!arguments.out.empty()) {
-      file_.emplace(arguments.out);
-      stream_ = &file_->stream();
-    } else if (!arguments.common.json) {
-      stream_ = &std::cout;
-    }
-  }
-
-  void write(const stand::Inventory& inventory,
-             const stand::StructuralUnits& units,
-             bool is_in_file_order,
-             const std::optional<source::CoordinateSystem>& coordinates) {
-    if (is_layer_output(arguments_.out)) {
-      write_trees(arguments_.out,
-                  study::inventory_table(inventory, units),
-                  plot_layer(inventory, units.windows),
-                  coordinates,
-                  arguments_.common);
-    }
-    if (stream_ == nullptr) return;
-    if (!rows_) {
-      *stream_ << stand::header_of_units(units);
-      rows_.emplace(*stream_, !is_in_file_order);
-    }
-    stand::write_structural_units(inventory, units, [&](std::size_t tree, std::string_view text) {
-      rows_->add(inventory.lines[tree], text);
-    });
-  }
-
-  void finish() {
-    if (rows_) rows_->finish();
-    if (file_) file_->commit();
-    if (stream_ == &std::cout) finish_standard_output();
-  }
-
- private:
-  const IndicesArguments& arguments_;
-  std::optional<AtomicFile> file_{};
-  std::ostream* stream_ = nullptr;
-  std::optional<data::OrderedRows> rows_{};
-};
-
-/// The file of skipped rows, if one is wanted.
-class ExcludedFile {
- public:
-  explicit ExcludedFile(const IndicesArguments& arguments) {
-    if (!arguments.excluded.empty()) file_.emplace(arguments.excluded);
-  }
-
-  void write(const std::vector<stand::ExcludedRow>& rows, bool is_in_file_order) {
-    if (!file_) return;
-    if (!rows_) {
-      stand::write_excluded({}, file_->stream());  // the header
-      rows_.emplace(file_->stream(), !is_in_file_order);
-    }
-    for (const stand::ExcludedRow& row : rows) rows_->add(row.line, stand::csv_text(row));
-  }
-
-  void finish() {
-    write({}, true);
-    if (!file_) return;
-    rows_->finish();
-    file_->commit();
-  }
-
- private:
-  std::optional<AtomicFile> file_{};
-  std::optional<data::OrderedRows> rows_{};
-};
-
-/// The outputs for the rows of an inventory: rows of trees, and skipped rows.
-struct Tables {
-  explicit Tables(const IndicesArguments& arguments) : units(arguments), excluded(arguments) {}
-
-  UnitTable units;
-  ExcludedFile excluded;
-};
-
 void run(const IndicesArguments& arguments) {
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},
                      {"--window", arguments.options.units.window},
@@ -127,22 +39,40 @@ void run(const IndicesArguments& arguments) {
                      {.column = "--stream"});
   }
   options.threads = arguments.common.threads;
-  Tables tables(arguments);
+  // A layer gets the columns of the inventory, too, and the plots as a layer of their own.
+  const bool is_layer = is_layer_output(arguments.out);
+  if (is_layer) require_table_output(arguments.out);
+  RowOutput excluded(arguments.excluded);
+  RowOutput rows =
+      is_layer ? RowOutput(nullptr) : file_or_standard_output(arguments.out, arguments.common);
   const TreeTable trees =
       open_inventory(arguments.inventory, arguments.table, options.units, arguments.common);
   open_plots(arguments.plots, trees, arguments.common, options.sampling);
   const auto write = [&](const stand::CheckedInventory& checked,
                          const stand::StructuralUnits& units) {
-    tables.excluded.write(checked.excluded, checked.is_in_file_order);
-    if (checked.inventory.size() == 0) return;
-    tables.units.write(checked.inventory, units, checked.is_in_file_order, trees.coordinates);
+    const stand::Inventory& inventory = checked.inventory;
+    if (excluded.begin(stand::kExcludedHeader, checked.is_in_file_order)) {
+      for (const auto& row : checked.excluded) excluded.add(row.line, stand::csv_text(row));
+    }
+    if (inventory.size() == 0) return;
+    if (is_layer) {
+      write_trees(arguments.out,
+                  study::inventory_table(inventory, units),
+                  plot_layer(inventory, units.windows),
+                  trees.coordinates,
+                  arguments.common);
+    }
+    if (!rows.begin(stand::header_of_units(units), checked.is_in_file_order)) return;
+    stand::write_structural_units(inventory, units, [&](std::size_t tree, std::string_view text) {
+      rows.add(inventory.lines[tree], text);
+    });
   };
   Progress progress(arguments.common);
   const study::IndicesSummary summary =
       study::compute_indices(trees.table, options, write, callbacks(arguments.common, progress));
   progress.clear();
-  tables.excluded.finish();
-  tables.units.finish();
+  excluded.finish();
+  rows.finish();
   if (arguments.common.json) print_json_value(study::json_of(summary));
 }
 

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "command.hpp"
-#include "csv_with_columns.hpp"
 #include "help.hpp"
 #include "inventory_options.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
 #include "prediction_options.hpp"
+#include "row_output.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/predict_table.hpp"
 #include "standard_output.hpp"
@@ -53,29 +53,6 @@ void sort_files(PredictArguments& arguments) {
   arguments.data = arguments.files.back();
 }
 
-void predict_parts(const PredictArguments& arguments,
-                   const TreeTable& trees,
-                   const study::ModelLibrary& library,
-                   const study::Catalogue& catalogue) {
-  PartsWithColumns file(arguments.out, arguments.settings.reading, arguments.common);
-  const auto write = [&](const data::TableSource& rows, const study::TablePrediction& part) {
-    const AddedColumns added{.table = study::new_columns(part), .digits = arguments.digits};
-    refuse_known_columns(part.table, added.table.names());
-    file.write(rows, added, part.is_in_file_order);
-  };
-  Progress progress(arguments.common);
-  const study::PredictionSummary summary =
-      study::predict_in_parts(trees.table,
-                              library,
-                              catalogue,
-                              arguments.settings,
-                              write,
-                              callbacks(arguments.common, progress));
-  progress.clear();
-  file.finish();
-  if (arguments.common.json) print_json_value(study::json_of(summary, arguments.out));
-}
-
 void run(const CLI::App& command, PredictArguments arguments) {
   refuse_idle_prediction_options(command, arguments.settings);
   sort_files(arguments);
@@ -87,14 +64,25 @@ void run(const CLI::App& command, PredictArguments arguments) {
   arguments.settings.threads = arguments.common.threads;
   arguments.settings.equations.models = data_directory() / "models";
   const TreeTable trees = open_trees(arguments.data, arguments.table, arguments.common);
-  if (arguments.stream) return predict_parts(arguments, trees, library, catalogue);
+  const study::ReadingSettings& reading = arguments.settings.reading;
+  TableWithColumns table(arguments.out, arguments.stream, reading, arguments.common);
+  const auto write = [&](const data::TableSource& rows, const study::TablePrediction& part) {
+    const AddedColumns added{.table = study::new_columns(part), .digits = arguments.digits};
+    refuse_known_columns(part.table, added.table.names());
+    table.write(rows, added, part.is_in_file_order);
+  };
   Progress progress(arguments.common);
-  const study::TablePrediction prediction = study::predict_table(
-      trees.table, library, catalogue, arguments.settings, callbacks(arguments.common, progress));
-  const AddedColumns added{.table = study::new_columns(prediction), .digits = arguments.digits};
-  refuse_known_columns(prediction.table, added.table.names());
-  write_with_columns(trees, arguments.out, added, arguments.settings.reading, arguments.common);
-  if (arguments.common.json) print_json_value(study::json_of(prediction, arguments.out));
+  const study::PredictionSummary summary =
+      study::predict_trees(trees.table,
+                           library,
+                           catalogue,
+                           arguments.settings,
+                           arguments.stream,
+                           write,
+                           callbacks(arguments.common, progress));
+  progress.clear();
+  table.finish(trees);
+  if (arguments.common.json) print_json_value(study::json_of(summary, arguments.out));
 }
 
 void add_file_options(CLI::App& command, PredictArguments& arguments) {

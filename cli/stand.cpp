@@ -11,11 +11,11 @@
 #include "help.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
+#include "row_output.hpp"
 #include "setting_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
-#include "silvafit/data/ordered_rows.hpp"
 #include "silvafit/source/write_layers.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
@@ -40,75 +40,43 @@ struct StandArguments {
 
 using Tables = std::vector<std::pair<std::string, data::Table>>;
 
-void write_csv_tables(const std::string& folder, const Tables& tables) {
-  for (const auto& [name, table] : tables) {
-    data::write_csv_table(table, std::filesystem::path(folder) / (name + ".csv"));
-  }
-}
+bool is_folder(const std::string& out) { return !out.empty() && !is_layer_output(out); }
 
 /// Writes tables as sheets of a workbook, or as CSV files into a folder.
 void write_tables(const std::string& out, Tables tables) {
-  if (!is_layer_output(out)) {
-    const ResultFolder results(out);
-    return write_csv_tables(out, tables);
+  if (is_layer_output(out)) {
+    std::vector<source::Layer> sheets;
+    for (auto& [name, table] : tables) sheets.push_back({.name = name, .table = std::move(table)});
+    return source::write_layers(out, sheets, std::nullopt);
   }
-  std::vector<source::Layer> sheets;
-  for (auto& [name, table] : tables) sheets.push_back({.name = name, .table = std::move(table)});
-  source::write_layers(out, sheets, std::nullopt);
+  for (const auto& [name, table] : tables) {
+    data::write_csv_table(table, std::filesystem::path(out) / (name + ".csv"));
+  }
 }
-
-/// The tables of a stand in a folder. indices.csv has a row for each tree, and is written while the
-/// next trees are read.
-class StandFolder {
- public:
-  explicit StandFolder(const std::string& folder) : folder_(folder), results_(folder) {}
-
-  void add(const stand::CheckedInventory& trees, const stand::StructuralUnits& units) {
-    if (!rows_) {
-      file_.emplace(std::filesystem::path(folder_) / "indices.csv");
-      file_->stream() << stand::header_of_units(units);
-      rows_.emplace(file_->stream(), !trees.is_in_file_order);
-    }
-    stand::write_structural_units(
-        trees.inventory, units, [&](std::size_t tree, std::string_view text) {
-          rows_->add(trees.inventory.lines[tree], text);
-        });
-  }
-
-  void finish(const stand::StandReport& report) {
-    write_csv_tables(folder_, stand::tables_of(report));
-    if (!rows_) return;
-    rows_->finish();
-    file_->commit();
-  }
-
- private:
-  std::string folder_;
-  ResultFolder results_;
-  std::optional<AtomicFile> file_{};
-  std::optional<data::OrderedRows> rows_{};
-};
 
 void run_tables(const StandArguments& arguments,
                 const TreeTable& trees,
                 const study::StandOptions& options) {
-  const bool is_folder = !arguments.out.empty() && !is_layer_output(arguments.out);
-  std::optional<StandFolder> folder;
+  std::optional<ResultFolder> folder;
+  // A row for each tree, written while the next trees are read.
+  std::optional<RowOutput> rows;
   const auto write = [&](const stand::CheckedInventory& part, const stand::StructuralUnits& units) {
-    if (!is_folder) return;
+    if (!is_folder(arguments.out)) return;
     if (!folder) folder.emplace(arguments.out);
-    folder->add(part, units);
+    if (!rows) rows.emplace((std::filesystem::path(arguments.out) / "indices.csv").string());
+    rows->begin(stand::header_of_units(units), part.is_in_file_order);
+    stand::write_structural_units(
+        part.inventory, units, [&](std::size_t tree, std::string_view text) {
+          rows->add(part.inventory.lines[tree], text);
+        });
   };
   Progress progress(arguments.common);
   const study::StandSummary summary =
       study::stand_summary(trees.table, options, callbacks(arguments.common, progress), write);
   progress.clear();
-  if (is_folder && !folder) folder.emplace(arguments.out);
-  if (folder) {
-    folder->finish(summary.report);
-  } else if (!arguments.out.empty()) {
-    write_tables(arguments.out, stand::tables_of(summary.report));
-  }
+  if (is_folder(arguments.out) && !folder) folder.emplace(arguments.out);
+  if (!arguments.out.empty()) write_tables(arguments.out, stand::tables_of(summary.report));
+  if (rows) rows->finish();
   if (arguments.common.json) {
     print_json_value(study::json_of(summary));
   } else {
@@ -122,6 +90,8 @@ void run_growth(const StandArguments& arguments,
   Progress progress(arguments.common);
   const study::GrowthSummary summary =
       study::stand_growth(trees.table, options, callbacks(arguments.common, progress));
+  std::optional<ResultFolder> folder;
+  if (is_folder(arguments.out)) folder.emplace(arguments.out);
   if (!arguments.out.empty()) write_tables(arguments.out, stand::tables_of(summary.report));
   if (arguments.common.json) {
     print_json_value(study::json_of(summary));

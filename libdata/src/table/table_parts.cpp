@@ -48,12 +48,17 @@ class KindOfColumn {
 /// million groups, two have the same hash with a probability of 3e-6; they then share a part.
 class GroupNumbers {
  public:
-  std::size_t number_of(std::string_view label) {
-    // Labels of blanks are one group for any number of blanks.
+  std::size_t number_of(const std::vector<std::string_view>& fields,
+                        const std::vector<std::size_t>& columns) {
     Fingerprint hash;
-    hash.add(trimmed(label));
+    for (const std::size_t column : columns) {
+      // Labels of blanks are one group for any number of blanks.
+      hash.add(trimmed(fields[column]));
+      if (columns.size() > 1) hash.add({"", 1});
+    }
     return numbers_.try_emplace(hash.value(), numbers_.size()).first->second;
   }
+  std::size_t size() const { return numbers_.size(); }
 
  private:
   std::unordered_map<std::uint64_t, std::size_t> numbers_{};
@@ -73,6 +78,10 @@ struct TableParts::State {
     reader.emplace(open());
     if (is_sorted) sort();
   }
+  State(CsvReader opened, const TablePartsOptions& wanted)
+      : path(opened.file()), options(wanted), reader(std::move(opened)) {
+    take_head(*reader);
+  }
 
   CsvReader open() const {
     CsvReader opened(path, options.missing);
@@ -81,6 +90,7 @@ struct TableParts::State {
   }
 
   void survey();
+  void take_head(const CsvReader& whole);
   void sort();
   bool read_row();
 
@@ -98,6 +108,9 @@ struct TableParts::State {
   std::string record{};
   std::size_t line = 0;
   std::size_t group = 0;
+  std::size_t known_groups = 0;  ///< before this row
+  std::size_t finished = 0;      ///< groups of earlier parts
+  std::string label{};           ///< of the group, for refuse_group
   bool has_row = false;
   bool is_begun = false;
 };
@@ -112,21 +125,25 @@ void TableParts::State::survey() {
     if (options.finds_kinds || whole.has_decimal_commas()) {
       for (std::size_t i = 0; i < fields.size(); ++i) kinds[i].add(i, fields[i], whole);
     }
-    if (options.group) {
-      const std::size_t number = groups.number_of(fields[*options.group]);
+    if (!options.group.empty() && !options.refuse_group) {
+      const std::size_t number = groups.number_of(fields, options.group);
       if (rows > 0 && number != last && number <= most) is_sorted = true;
       last = number;
       most = std::max(most, number);
     }
     ++rows;
   }
+  take_head(whole);
+  if (!options.finds_kinds) return;
+  for (const KindOfColumn& column : kinds) head->kinds.push_back(column.kind());
+}
+
+void TableParts::State::take_head(const CsvReader& whole) {
   separator = whole.has_decimal_commas() ? ';' : ',';
   head = std::make_shared<TableHead>();
   head->header = whole.header();
   head->layout = whole.layout();
   head->marks = whole.marks();
-  if (!options.finds_kinds) return;
-  for (const KindOfColumn& column : kinds) head->kinds.push_back(column.kind());
 }
 
 void TableParts::State::sort() {
@@ -136,7 +153,7 @@ void TableParts::State::sort() {
   while (reader->next(fields)) {
     bytes.clear();
     append_record(fields, separator, bytes);
-    sorted->add({groups.number_of(fields[*options.group]), reader->line()}, bytes);
+    sorted->add({groups.number_of(fields, options.group), reader->line()}, bytes);
   }
   reader.reset();
 }
@@ -154,12 +171,20 @@ bool TableParts::State::read_row() {
   record.clear();
   append_record(fields, separator, record);
   line = reader->line();
-  if (options.group) group = groups.number_of(fields[*options.group]);
+  if (options.group.empty()) return true;
+  known_groups = groups.size();
+  group = groups.number_of(fields, options.group);
+  label.clear();
+  for (const std::size_t column : options.group) {
+    label.append(column == options.group.front() ? "" : "-").append(trimmed(fields[column]));
+  }
   return true;
 }
 
 TableParts::TableParts(const std::filesystem::path& path, const TablePartsOptions& options)
     : state_(std::make_unique<State>(path, options)) {}
+TableParts::TableParts(CsvReader reader, const TablePartsOptions& options)
+    : state_(std::make_unique<State>(std::move(reader), options)) {}
 TableParts::~TableParts() = default;
 TableParts::TableParts(TableParts&&) noexcept = default;
 TableParts& TableParts::operator=(TableParts&&) noexcept = default;
@@ -178,14 +203,17 @@ std::shared_ptr<const TableText> TableParts::next() {
   part->separator = state.separator;
   part->head = state.head;
   while (state.has_row) {
+    const bool comes_again = state.options.refuse_group && state.group < state.finished;
+    if (comes_again) state.options.refuse_group(state.line, state.label);
     part->text += state.record;
     part->lines.push_back(state.line);
     const std::size_t group = state.group;
     state.has_row = state.read_row();
     const bool is_full =
         part->lines.size() >= state.options.rows || part->text.size() >= kMostBytes;
-    if (is_full && (!state.options.group || state.group != group)) break;
+    if (is_full && (state.options.group.empty() || state.group != group)) break;
   }
+  state.finished = state.known_groups;
   return part;
 }
 

@@ -69,16 +69,16 @@ TEST_CASE("parts have the records of the file, with their lines") {
 
 TEST_CASE("groups are whole, and sorted by their first rows if they are not contiguous") {
   const CsvFile file("plot,tree\nb,1\nb,2\na,3\nc,4\na,5\n");
-  TableParts parts(file.path(), {.group = 0, .rows = 1});
+  TableParts parts(file.path(), {.group = {0}, .rows = 1});
   CHECK(parts.is_sorted());
   CHECK(parts.rows() == 5);
-  const auto all = parts_of(file.path(), {.group = 0, .rows = 1});
+  const auto all = parts_of(file.path(), {.group = {0}, .rows = 1});
   REQUIRE(all.size() == 3);
   CHECK(all[0] == std::vector<Row>{{2, {"b", "1"}}, {3, {"b", "2"}}});
   CHECK(all[1] == std::vector<Row>{{4, {"a", "3"}}, {6, {"a", "5"}}});
   CHECK(all[2] == std::vector<Row>{{5, {"c", "4"}}});
   const CsvFile contiguous("plot,tree\nb,1\nb,2\na,3\n");
-  CHECK_FALSE(TableParts(contiguous.path(), {.group = 0}).is_sorted());
+  CHECK_FALSE(TableParts(contiguous.path(), {.group = {0}}).is_sorted());
 }
 
 TEST_CASE("a column is text or numbers in each part as in the whole file") {
@@ -101,7 +101,7 @@ TEST_CASE("a column is text or numbers in each part as in the whole file") {
 
 TEST_CASE("decimal commas, and values filled down over parts and groups") {
   const CsvFile file("plot;dbh\nb;10,5\n;11,5\na;12,5\nb;13,5\n");
-  const auto parts = parts_of(file.path(), {.group = 0, .fill_down = {0}, .rows = 1});
+  const auto parts = parts_of(file.path(), {.group = {0}, .fill_down = {0}, .rows = 1});
   REQUIRE(parts.size() == 2);
   CHECK(parts[0] == std::vector<Row>{{2, {"b", "10,5"}}, {3, {"b", "11,5"}}, {5, {"b", "13,5"}}});
   TableParts tables(file.path(), {.rows = 100});

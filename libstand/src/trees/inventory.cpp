@@ -54,10 +54,8 @@ std::string ExcludedSummary::text(const std::string& file) const {
   return text;
 }
 
-void write_excluded(const std::vector<ExcludedRow>& excluded,
-                    std::ostream& stream,
-                    bool with_header) {
-  if (with_header) stream << "line,plot,tree,column,value,reason\n";
+void write_excluded(const std::vector<ExcludedRow>& excluded, std::ostream& stream) {
+  stream << kExcludedHeader;
   for (const ExcludedRow& row : excluded) stream << csv_text(row);
 }
 

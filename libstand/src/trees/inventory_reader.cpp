@@ -35,6 +35,79 @@ std::string_view name_of(TreeStatus status) {
 
 }  // namespace
 
+InventoryReader::InventoryReader(const data::TableSource& source,
+                                 InventoryOptions options,
+                                 BatchOf of)
+    : options_(std::move(options)),
+      of_(of),
+      prepared_(of == BatchOf::kTable ? prepared_table(source, preparation())
+                                      : PreparedTable{.table = source}),
+      csv_(prepared_.table, options_.missing),
+      file_(csv_.file()) {
+  if (of != BatchOf::kTable && preparation().makes_columns(csv_.header(), file_)) {
+    throw UsageError("columns of visits or of texts are made of the whole table; omit `stream`",
+                     {.file = file_, .column = "`stream`"});
+  }
+  plan_ = plan_columns(csv_.header(), csv_.layout().units, options_, file_);
+  for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
+  if (plan_.status_field) {
+    status_ = StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes);
+  }
+}
+
+/// Rows are sorted by plot, on disk, if those of a plot do not follow each other. A pipe is read
+/// once, and without a column of tree numbers, trees are numbered in the order of the rows.
+std::optional<data::TableParts> InventoryReader::parts(std::size_t rows) {
+  if (of_ == BatchOf::kTable) return std::nullopt;
+  const Source& plot = plan_.labels[kPlot];
+  std::error_code ignored;
+  const bool is_file = std::filesystem::is_regular_file(file_, ignored);
+  const bool has_condition = !options_.where.empty();
+  const bool is_of_rows = of_ == BatchOf::kRows;
+  data::TablePartsOptions wanted{
+      .missing = options_.missing,
+      .fill_down = plan_.filled_down,
+      .finds_kinds = is_of_rows || !plan_.others.empty() || has_condition,
+      .rows = rows};
+  if (wanted.finds_kinds && !is_file) {
+    throw UsageError(
+        is_of_rows
+            ? "a pipe cannot be read twice; give a file"
+            : "columns beyond the inventory's own, and `where`, need a file that can be read twice",
+        {.file = file_});
+  }
+  // Without a column of plots, all trees are of one.
+  if (!is_of_rows && !plot.exists()) {
+    if (has_condition) prepared_ = prepared_table(csv_.source(), preparation());
+    if (has_condition) csv_ = data::CsvReader(prepared_.table, options_.missing);
+    return std::nullopt;
+  }
+  if (has_condition) prepared_.note = "rows are chosen, by the condition " + options_.where;
+  if (!is_of_rows) {
+    wanted.group = plot.joined;
+    if (plot.field) wanted.group.push_back(*plot.field);
+    if (!is_file || !has_tree_numbers()) {
+      wanted.refuse_group = [file = file_, has_stands = plan_.stand_field.has_value()](
+                                std::size_t line, const std::string& label) {
+        throw InputError(
+            fmt::format("the plot comes again after others; to read plot by plot, sort the file by "
+                        "plot{}",
+                        has_stands ? " or, if it is another plot in another stand, give plots "
+                                     "labels that are unique in the file"
+                                   : ""),
+            {.file = file, .line = line, .plot = label});
+      };
+    }
+  }
+  if (is_file) return data::TableParts(file_, wanted);
+  return data::TableParts(std::move(csv_), wanted);
+}
+
+void InventoryReader::open(const std::shared_ptr<const data::TableText>& part) {
+  prepared_.table = prepared_table(part, preparation(), true).table;
+  csv_ = data::CsvReader(prepared_.table, options_.missing);
+}
+
 /// In a file with decimal commas, a number with both marks shows that points separate thousands:
 /// 1.001 in another row would be read as 1 m.
 void InventoryReader::refuse_both_marks(std::string_view text, const std::string& column) const {
@@ -131,12 +204,6 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
     const std::size_t field = *source.field;
     row.measures[i] = number_in(field, fields[field], source.text, is_position, row);
   }
-  if (!fields_of_others_.empty()) {
-    std::vector<std::string_view> others;
-    for (const std::size_t field : fields_of_others_) others.push_back(fields[field]);
-    row.others.clear();
-    data::append_record(others, separator_of_others(), row.others);
-  }
   for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
     const ExpressionField& source = plan_.expression_fields[i];
     if (!source.is_text) {
@@ -150,16 +217,6 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   }
 }
 
-/// The fields of the next row of the file or of its parts.
-bool InventoryReader::next_fields(std::vector<std::string_view>& fields) {
-  while (!csv_.next(fields)) {
-    if (open_next_part()) continue;
-    require_clear_marks();
-    return false;
-  }
-  return true;
-}
-
 RowPreparation InventoryReader::preparation() const {
   return {.where = options_.where,
           .visits = options_.visits,
@@ -168,28 +225,12 @@ RowPreparation InventoryReader::preparation() const {
           .fill_down = options_.fill_down};
 }
 
-ColumnPlan InventoryReader::plan(bool in_parts) const {
-  if (in_parts && preparation().makes_columns(csv_.header(), csv_.file())) {
-    throw UsageError("columns of visits or of texts are made of the whole table; omit `stream`",
-                     {.file = csv_.file(), .column = "`stream`"});
-  }
-  return plan_columns(csv_.header(), csv_.layout().units, options_, csv_.file());
-}
-
-/// The next part of a file in parts; false if there is none.
-bool InventoryReader::open_next_part() {
-  const auto part = parts_ ? parts_->next() : nullptr;
-  if (!part) return false;
-  csv_ = data::CsvReader(prepared_table(part, preparation(), true).table, options_.missing);
-  return true;
-}
-
 bool InventoryReader::read_block() {
   expression_numbers_.assign(plan_.expression_fields.size(), std::vector<double>(kBlockRows));
   expression_texts_.assign(plan_.expression_fields.size(), {});
   std::vector<std::string_view> fields;
   block_size_ = 0;
-  while (block_size_ < kBlockRows && next_fields(fields)) {
+  while (block_size_ < kBlockRows && csv_.next(fields)) {
     read_row(fields, block_[block_size_], block_size_);
     ++block_size_;
   }
@@ -324,12 +365,7 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
     inventory.neighbor_only.push_back(0);
   }
   inventory.lines.push_back(static_cast<std::uint32_t>(row.line));
-  kept_rows_.push_back(row_count_ - 1);
-  if (!fields_of_others_.empty()) {
-    others_ += row.others;
-    lines_of_others_.push_back(row.line);
-    rows_of_others_.push_back(row_count_ - 1);
-  }
+  kept_rows_.push_back(row_count_ - rows_before_ - 1);
   inventory.plot.append(row.labels[kPlot]);
   inventory.tree.append(row.labels[kTree]);
   if (data::is_missing_number(row.labels[kSpecies])) {
@@ -355,7 +391,7 @@ void InventoryReader::append(const InventoryRow& row, TreeStatus status) {
   }
 }
 
-/// Counts of the kept trees, in the whole file or batch by batch.
+/// Counts of the kept trees.
 void InventoryReader::count_findings() {
   const Inventory& inventory = result_.inventory;
   for (std::size_t i = 0; i < inventory.size(); ++i) {
@@ -366,15 +402,20 @@ void InventoryReader::count_findings() {
   odd_values_.add(inventory);
 }
 
-/// Trees with the same number are compared within each time of measurement.
-void InventoryReader::keep_measurements() {
-  Inventory& inventory = result_.inventory;
-  inventory.time = times_;
-  if (times_.size() == 0) {
+void InventoryReader::compare_trees() {
+  if (options_.keeps_measurements) result_.inventory.time = times_;
+  if (options_.keeps_measurements && times_.size() > 0) {
+    compare_measurements();
+  } else {
     resolve_repeated_trees(
         plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
-    return;
   }
+  if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
+}
+
+/// Trees with the same number are compared within each time of measurement.
+void InventoryReader::compare_measurements() {
+  Inventory& inventory = result_.inventory;
   data::TextColumn labels;
   for (std::size_t row = 0; row < inventory.size(); ++row) {
     labels.append(fmt::format("{}{}{}", inventory.plot[row], kSeparator, times_[row]));
@@ -491,44 +532,53 @@ std::vector<std::string> InventoryReader::notes() const {
 }
 
 void InventoryReader::refuse_empty(const std::string& excluded) const {
-  const std::string& file = result_.inventory.file;
-  if (row_count_ == 0) throw InputError("the file has a header but no trees", {.file = file});
-  throw InputError("no usable row: " + excluded, {.file = file});
+  if (row_count_ == 0) throw InputError("the file has a header but no trees", {.file = file_});
+  throw InputError("no usable row: " + excluded, {.file = file_});
+}
+
+void InventoryReader::require_trees() const {
+  if (!has_trees_) refuse_empty(excluded());
 }
 
 CheckedInventory InventoryReader::read() {
+  result_ = {};
+  Inventory& inventory = result_.inventory;
+  inventory.file = file_;
+  inventory.expansion = plan_.expansion;
+  kept_rows_.clear();
+  times_ = {};
+  rows_before_ = row_count_;
   while (read_block()) {
     for (std::size_t i = 0; i < block_size_; ++i) accept_or_exclude(block_[i]);
   }
-  if (options_.keeps_measurements) {
-    keep_measurements();
-  } else {
-    resolve_repeated_trees(
-        plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
-  }
-  if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
-  if (!options_.trust_units) check_units(result_.inventory, plan_, crown_base_above_top_);
-  if (result_.inventory.size() == 0) refuse_empty(describe_excluded(result_));
-  const auto& dbh = result_.inventory.dbh_cm;
-  if (!options_.is_part && std::ranges::all_of(dbh, [](double d) { return std::isnan(d); })) {
-    refuse_empty(plan_.measures[kDbh].text + " is missing in all rows");
+  require_clear_marks();
+  if (of_ == BatchOf::kPlots) shared_labels_.finish_plots();
+  if (of_ != BatchOf::kRows) compare_trees();
+  excluded_.add(result_);
+  const bool is_whole = of_ == BatchOf::kTable;
+  const bool is_first = !has_trees_ && (is_whole || inventory.size() > 0);
+  has_trees_ = has_trees_ || inventory.size() > 0;
+  if (is_first && !options_.trust_units) check_units(inventory, plan_, crown_base_above_top_);
+  if (is_whole) {
+    require_trees();
+    const auto& dbh = inventory.dbh_cm;
+    if (!options_.is_part && std::ranges::all_of(dbh, [](double d) { return std::isnan(d); })) {
+      refuse_empty(plan_.measures[kDbh].text + " is missing in all rows");
+    }
+    find_plot_lines();
   }
   find_plots_left_out();
-  find_plot_lines();
   read_other_columns();
   count_findings();
+  if (!is_whole) return std::move(result_);
   result_.notes = notes();
-  std::string similar_plots = describe_similar_plots(result_.inventory.plot);
+  std::string similar_plots = describe_similar_plots(inventory.plot);
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));
   result_.recognized = recognized();
-  result_.inventory.trusts_units = options_.trust_units;
-  result_.inventory.is_placed_by_subplots = plan_.is_placed_by_subplots;
-  result_.inventory.area_column = plot_area_column(csv_.header());
+  inventory.trusts_units = options_.trust_units;
+  inventory.is_placed_by_subplots = plan_.is_placed_by_subplots;
+  inventory.area_column = plot_area_column(csv_.header());
   return std::move(result_);
-}
-
-CheckedInventory read_inventory(const data::TableSource& source, const InventoryOptions& options) {
-  return InventoryReader(source, options).read();
 }
 
 }  // namespace silvafit::stand

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Reads an inventory in blocks of rows: fields become numbers, expressions give measures, checks
-// exclude rows, and the others are appended to the columns.
+// Reads an inventory, or a part of it, in blocks of rows: fields become numbers, expressions give
+// measures, checks exclude rows, and the others are appended to the columns.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,7 +22,6 @@
 #include "silvafit/stand/tree_status.hpp"
 #include "trees/inventory_checks.hpp"
 #include "trees/inventory_columns.hpp"
-#include "trees/inventory_finished_plots.hpp"
 #include "trees/inventory_repeats.hpp"
 #include "trees/inventory_shared_labels.hpp"
 
@@ -38,62 +36,35 @@ struct InventoryRow {
   std::string status{};         ///< as time
   std::string measured_plot{};  ///< with InventoryOptions::period: the plot, without the time
   Measures measures{};
-  std::string others{};  ///< of an inventory in parts: a record of the fields of other columns
   std::vector<ExcludedRow> unreadable{};  ///< fields that should be numbers but are not
 };
 
-/// Reader of a file, either at once or plot by plot.
+/// Reads a table, or its parts one after another.
 class InventoryReader {
  public:
-  /// \param in_parts  the rows are prepared part by part, by prepare_batches
-  InventoryReader(const data::TableSource& source, InventoryOptions options, bool in_parts = false)
-      : options_(std::move(options)),
-        prepared_(in_parts ? PreparedTable{.table = source}
-                           : prepared_table(source, preparation())),
-        csv_(prepared_.table, options_.missing),
-        plan_(plan(in_parts)) {
-    result_.inventory.file = csv_.file();
-    result_.inventory.expansion = plan_.expansion;
-    for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
-    if (plan_.status_field) {
-      status_ = StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes);
-    }
-  }
+  InventoryReader(const data::TableSource& source, InventoryOptions options, BatchOf of);
 
-  /// The whole file.
+  /// The parts of a file, to be opened one after another; none if its trees are one part.
+  /// \throws UsageError if other columns or rows are wanted and the file can be read only once
+  std::optional<data::TableParts> parts(std::size_t rows);
+  void open(const std::shared_ptr<const data::TableText>& part);
+  /// The trees of the table or part that is open; those of a table with notes.
   CheckedInventory read();
-  /// The next plots, until this number of trees is reached; nothing at the end of the file.
-  std::optional<CheckedInventory> read_batch(std::size_t trees);
-  /// The next rows, until this number of trees is reached, without regard to plots and without
-  /// comparison of trees; nothing at the end of the file.
-  std::optional<CheckedInventory> read_rows(std::size_t trees);
+  /// \throws InputError if no row so far can be used
+  void require_trees() const;
   bool has_tree_numbers() const { return plan_.labels[kTree].exists(); }
-  /// Prepares a file for read_batch: sorts its rows by plot, on disk, if those of a plot do not
-  /// follow each other, and finds which of the other columns are text.
-  /// \throws UsageError if there are other columns and the file can be read only once
-  void prepare_batches();
-  /// Whether the order of the rows differs from that of the file.
-  bool is_sorted() const { return parts_ && parts_->is_sorted(); }
   /// Notes on all rows read so far.
   std::vector<std::string> notes() const;
   /// Those notes that describe how the file was read.
   std::vector<std::string> recognized() const;
-  /// Notes on the rows that read_batch skipped so far.
-  std::string excluded() const { return excluded_.text(result_.inventory.file); }
+  /// Notes on the rows that were skipped so far.
+  std::string excluded() const { return excluded_.text(file_); }
 
  private:
   static constexpr std::size_t kBlockRows = 4096;
 
-  bool fill_batch(std::size_t trees, bool of_whole_plots);
-  CheckedInventory hand_over_batch();
-  bool is_new_plot(const InventoryRow& row) const;
-  void finish_plots();
-  void check_not_finished(const InventoryRow& row) const;
   bool read_block();
   RowPreparation preparation() const;
-  ColumnPlan plan(bool in_parts) const;
-  bool open_next_part();
-  bool next_fields(std::vector<std::string_view>& fields);
   void read_row(const std::vector<std::string_view>& fields,
                 InventoryRow& row,
                 std::size_t position);
@@ -117,38 +88,30 @@ class InventoryReader {
   void exclude(const InventoryRow& row, std::string column, std::string value, std::string reason);
   std::vector<std::string> sources_of_others() const;
   void read_other_columns();
-  void find_fields_of_others();
-  char separator_of_others() const { return csv_.has_decimal_commas() ? ';' : ','; }
-  void read_others_of_batch();
-  void set_other_columns(const data::Table& source);
   void count_findings();
-  void keep_measurements();
+  void compare_trees();
+  void compare_measurements();
   void find_plots_left_out();
   void find_plot_lines();
   [[noreturn]] void refuse_empty(const std::string& excluded) const;
 
   InventoryOptions options_;
+  BatchOf of_;
   PreparedTable prepared_;
   data::CsvReader csv_;
-  std::optional<data::TableParts> parts_{};  ///< csv_ reads one of them, if there are parts
   ColumnPlan plan_;
+  std::string file_;
   CheckedInventory result_{};
   std::vector<InventoryRow> block_ = std::vector<InventoryRow>(kBlockRows);
   std::size_t block_size_ = 0;
-  std::size_t next_in_block_ = 0;  ///< first row of the block not yet taken
-  FinishedPlots finished_{};
-  ExcludedSummary excluded_{};  ///< of the batches so far
-  bool is_first_batch_ = true;  ///< no batch before has a tree
+  ExcludedSummary excluded_{};
+  bool has_trees_ = false;  ///< in an earlier part
   std::vector<std::vector<double>> expression_numbers_{};
   std::vector<data::TextColumn> expression_texts_{};
   std::size_t row_count_ = 0;
-  std::vector<std::size_t> kept_rows_{};         ///< position in the file of each tree, from 0
-  std::vector<std::size_t> fields_of_others_{};  ///< of an inventory in parts
-  std::shared_ptr<data::TableHead> head_of_others_{};
-  std::string others_{};  ///< the records of the batch's trees
-  std::vector<std::size_t> lines_of_others_{};
-  std::vector<std::size_t> rows_of_others_{};  ///< as kept_rows_, with trees that were removed
-  data::TextColumn times_{};                   ///< of each tree, if there is a column of times
+  std::size_t rows_before_ = 0;           ///< in earlier parts
+  std::vector<std::size_t> kept_rows_{};  ///< position in the table or part of each tree, from 0
+  data::TextColumn times_{};              ///< of each tree, if there is a column of times
   SharedPlotLabels shared_labels_{};
   RepeatedNumbers repeated_numbers_{};
   OddValues odd_values_{};

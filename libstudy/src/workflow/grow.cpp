@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
 #include <string_view>
+#include <unordered_set>
 #include <utility>
 
 #include "silvafit/base/atomic_file.hpp"
@@ -17,33 +19,66 @@
 #include "silvafit/study/tree_table.hpp"
 #include "silvafit/tree/coinciding_plots.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
+#include "workflow/flow.hpp"
 #include "workflow/grow_job.hpp"
 #include "workflow/grow_manifest.hpp"
 
 namespace silvafit::study {
 namespace {
 
-struct ReadTrees {
-  tree::Moments moments{};
-  std::vector<std::size_t> lines{};  ///< of the trees, without moments
-};
+/// Trees of a part are in memory with all their measurements, and their names.
+constexpr std::size_t kRowsOfPart = 20000;
+/// Of the skipped rows of parts; the others are counted.
+constexpr std::size_t kMostLeftOut = 20;
 
-/// All trees of the table at one time, or the trees of each moment or plot.
-ReadTrees read_trees(const data::TableSource& trees, const GrowJob& job) {
-  tree::MorphologyTableOptions options = morphology_options(job);
-  const data::Table table =
-      read_tree_table(trees, job.reading, job.by, options.columns, job.callbacks.note).table;
-  if (!job.by.empty()) return {.moments = tree::read_moments(table, job.by, options)};
-  tree::MorphologyTable read = tree::read_morphologies(table, options);
-  ReadTrees result{.moments = {.left_out = std::move(read.left_out)}};
-  if (read.morphologies.empty()) return result;
-  if (!job.manifest.empty()) result.lines = lines_of(table, options.columns, read.morphologies);
-  if (job.per == "plot") {
-    result.moments.moments = plots_of(std::move(read.morphologies), result.lines);
-  } else {
-    result.moments.moments.push_back({.trees = std::move(read.morphologies)});
+std::string source_of(const std::map<std::string, std::string>& columns, const std::string& name) {
+  const auto found = columns.find(name);
+  return found == columns.end() ? name : found->second;
+}
+
+tree::MorphologyTableOptions morphology_options(const GrowJob& job) {
+  const bool is_by_plot = job.per == "plot";
+  return {.use = tree::use_from_text(job.use),
+          .plots = job.plots,
+          .needs_position = !job.scene.empty() || job.resolve_overlaps || is_by_plot,
+          .only_height = job.is_unfitted};
+}
+
+/// The trees of each plot as a moment, in the order of the plots' first trees.
+/// \param lines  of the trees, gets the same order
+std::vector<tree::Moment> plots_of(std::vector<tree::Morphology> trees,
+                                   std::vector<std::size_t>& lines) {
+  std::vector<tree::Moment> plots;
+  std::vector<std::vector<std::size_t>> lines_of_plots;
+  std::map<std::string, std::size_t> number_of;
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    const auto [plot, is_new] = number_of.try_emplace(trees[i].plot, plots.size());
+    if (is_new) {
+      plots.push_back({.name = trees[i].plot});
+      lines_of_plots.emplace_back();
+    }
+    if (!lines.empty()) lines_of_plots[plot->second].push_back(lines[i]);
+    plots[plot->second].trees.push_back(std::move(trees[i]));
   }
-  return result;
+  lines.clear();
+  for (const auto& of_plot : lines_of_plots)
+    lines.insert(lines.end(), of_plot.begin(), of_plot.end());
+  return plots;
+}
+
+/// The line of each tree in the file.
+std::vector<std::size_t> lines_of(const data::Table& table,
+                                  const std::map<std::string, std::string>& columns,
+                                  const std::vector<tree::Morphology>& trees) {
+  // Trees are in the order of their rows; other rows are skipped.
+  const data::TextColumn plots = table.labels(source_of(columns, "plot"));
+  const data::TextColumn numbers = table.labels(source_of(columns, "tree"));
+  std::vector<std::size_t> lines;
+  for (std::size_t row = 0; row < table.rows() && lines.size() < trees.size(); ++row) {
+    const tree::Morphology& next = trees[lines.size()];
+    if (plots[row] == next.plot && numbers[row] == next.tree) lines.push_back(table.line(row));
+  }
+  return lines;
 }
 
 /// The preset of the L-system builder with the user's grammar; null if none is given.
@@ -112,31 +147,158 @@ std::size_t tree_count(const std::vector<tree::Morphology>& trees,
   return names.size();
 }
 
-GrowResult grow_whole(const data::TableSource& trees,
-                      const tree::BuilderCatalogue& catalogue,
-                      const GrowJob& job,
-                      const tree::Builder* for_all,
-                      GrowManifest* manifest) {
-  ReadTrees read = read_trees(trees, job);
-  tree::Moments& table = read.moments;
-  give_notes(notes_on(table.left_out), job.callbacks.note);
-  if (table.moments.empty()) {
-    if (job.is_part) return {.left_out = std::move(table.left_out)};
-    throw InputError("no row can be used to grow a tree", {.file = job.file});
+/// Grows the trees of a table, or of its parts one after another.
+class Growth {
+ public:
+  Growth(const tree::BuilderCatalogue& catalogue,
+         const GrowJob& job,
+         const tree::Builder* for_all,
+         GrowManifest* manifest)
+      : catalogue_(catalogue), job_(job), for_all_(for_all), manifest_(manifest) {}
+
+  GrowResult run(const data::TableSource& trees);
+
+ private:
+  /// The trees of each moment or plot, else all together.
+  struct Trees {
+    tree::Moments moments{};
+    std::vector<std::size_t> lines{};  ///< for the manifest
+  };
+
+  std::string plot_column(const std::vector<std::string>& header) const;
+  bool choose_plots(const data::Table& table, tree::MorphologyTableOptions& options);
+  void refuse_unknown_plots() const;
+  Trees read(const data::TableSource& rows);
+  void grow(const Trees& trees);
+  void add(GrowResult&& part);
+
+  const tree::BuilderCatalogue& catalogue_;
+  const GrowJob& job_;
+  const tree::Builder* for_all_;
+  GrowManifest* manifest_;
+  ReadingState state_{};
+  std::vector<std::string> recognized_{};
+  std::unordered_set<std::string> plots_found_{};
+  std::vector<tree::LeftOut> left_out_{};  ///< in parts, the first of them
+  std::size_t left_out_count_ = 0;
+  GrowResult result_{};
+};
+
+std::string Growth::plot_column(const std::vector<std::string>& header) const {
+  if (field_of("plot", header, job_.reading, job_.file)) return "plot";
+  throw UsageError("a table without a column plot has no parts; omit `stream`",
+                   {.file = job_.file, .column = "`stream`"});
+}
+
+/// The wanted plots that are in a part; false if there are none.
+bool Growth::choose_plots(const data::Table& table, tree::MorphologyTableOptions& options) {
+  if (job_.plots.empty() || !job_.stream) return true;
+  const data::TextColumn plots = table.labels(source_of(options.columns, "plot"));
+  options.plots.clear();
+  for (const std::string& plot : job_.plots) {
+    if (plots.code_of(plot) == data::TextColumn::kMissingCode) continue;
+    options.plots.push_back(plot);
+    plots_found_.insert(plot);
   }
-  const std::string coinciding = note_on_coinciding_plots(job, table.moments);
-  if (!coinciding.empty() && job.callbacks.note) job.callbacks.note(coinciding);
-  std::optional<ResultFolder> folder;
-  if (!job.out.empty()) folder.emplace(job.out);
-  if (manifest != nullptr) {
-    job.state->each_tree = [&](std::size_t tree, const GrownTree& grown) {
-      manifest->add(read.lines[tree], grown);
+  return !options.plots.empty();
+}
+
+void Growth::refuse_unknown_plots() const {
+  for (const std::string& plot : job_.plots) {
+    if (plots_found_.contains(plot)) continue;
+    throw InputError(fmt::format("no trees in plot {}", plot), {.file = job_.file});
+  }
+}
+
+void Growth::add(GrowResult&& part) {
+  result_.counts.trees += part.counts.trees;
+  result_.counts.with_guesses += part.counts.with_guesses;
+  result_.counts.crossing += part.counts.crossing;
+  result_.counts.overlaps += part.counts.overlaps;
+  const bool is_same_folder = job_.per == "tree" && !result_.files.empty();
+  for (std::size_t i = 0; i < part.files.size(); ++i) {
+    if (!is_same_folder) {
+      result_.files.push_back(std::move(part.files[i]));
+      continue;
+    }
+    result_.files[i].bytes += part.files[i].bytes;
+    result_.files[i].trees += part.files[i].trees;
+    result_.files[i].triangles += part.files[i].triangles;
+  }
+}
+
+Growth::Trees Growth::read(const data::TableSource& rows) {
+  tree::MorphologyTableOptions options = morphology_options(job_);
+  const ReadTable table = read_tree_table(rows,
+                                          job_.reading,
+                                          job_.by,
+                                          options.columns,
+                                          job_.stream ? NoteCallback() : job_.callbacks.note,
+                                          job_.stream ? &state_ : nullptr);
+  recognized_ = table.recognized;
+  if (!job_.by.empty()) return {.moments = tree::read_moments(table.table, job_.by, options)};
+  if (!choose_plots(table.table, options)) return {};
+  tree::MorphologyTable read = tree::read_morphologies(table.table, options);
+  Trees trees{.moments = {.left_out = std::move(read.left_out)}};
+  if (read.morphologies.empty()) return trees;
+  if (manifest_ != nullptr) {
+    trees.lines = lines_of(table.table, options.columns, read.morphologies);
+  }
+  if (job_.per == "plot") {
+    trees.moments.moments = plots_of(std::move(read.morphologies), trees.lines);
+  } else {
+    trees.moments.moments.push_back({.trees = std::move(read.morphologies)});
+  }
+  return trees;
+}
+
+void Growth::grow(const Trees& trees) {
+  const std::vector<tree::Moment>& moments = trees.moments.moments;
+  if (manifest_ != nullptr) {
+    job_.state->each_tree = [&](std::size_t tree, const GrownTree& grown) {
+      manifest_->add(trees.lines[tree], grown);
     };
   }
-  GrowResult result = grow_moments(job, table.moments, catalogue, for_all);
-  result.moments = job.per == "plot" ? 1 : table.moments.size();
-  result.left_out = std::move(table.left_out);
-  return result;
+  GrowResult part = grow_moments(job_, moments, catalogue_, for_all_);
+  if (job_.stream) return add(std::move(part));
+  result_ = std::move(part);
+  result_.moments = job_.per == "plot" ? 1 : moments.size();
+}
+
+GrowResult Growth::run(const data::TableSource& trees) {
+  TableFlow flow(
+      trees,
+      job_.reading,
+      {.is_in_parts = job_.stream, .rows = kRowsOfPart, .threads = job_.threads},
+      [this](const std::vector<std::string>& header) { return plot_column(header); },
+      job_.callbacks.note);
+  result_.moments = 1;
+  std::optional<ResultFolder> folder;
+  while (const auto rows = flow.next()) {
+    Trees part = read(*rows);
+    left_out_count_ += part.moments.left_out.size();
+    for (tree::LeftOut& row : part.moments.left_out) {
+      if (!job_.stream || left_out_.size() < kMostLeftOut) left_out_.push_back(std::move(row));
+    }
+    if (!job_.stream) {
+      give_notes(notes_on(left_out_), job_.callbacks.note);
+      const std::string coinciding = note_on_coinciding_plots(job_, part.moments.moments);
+      if (!coinciding.empty() && job_.callbacks.note) job_.callbacks.note(coinciding);
+    }
+    if (part.moments.moments.empty()) continue;
+    if (!job_.out.empty() && !folder) folder.emplace(job_.out);
+    grow(part);
+  }
+  if (job_.stream) refuse_unknown_plots();
+  if (result_.files.empty() && !job_.is_part) {
+    throw InputError("no row can be used to grow a tree", {.file = job_.file});
+  }
+  if (job_.stream) {
+    give_notes(recognized_, job_.callbacks.note);
+    give_notes(notes_on(left_out_, left_out_count_), job_.callbacks.note);
+  }
+  result_.left_out = std::move(left_out_);
+  return std::move(result_);
 }
 
 }  // namespace
@@ -189,15 +351,8 @@ GrowResult grow(const data::TableSource& trees,
   std::optional<GrowManifest> manifest;
   if (!job.manifest.empty()) manifest.emplace(job.manifest);
   const std::unique_ptr<const tree::Builder> with_grammar = builder_with_grammar(catalogue, job);
-  GrowResult result;
-  if (job.stream) {
-    const auto add = [&manifest](std::size_t line, const GrownTree& grown) {
-      if (manifest) manifest->add(line, grown);
-    };
-    result = grow_in_parts(trees, catalogue, job, with_grammar.get(), add);
-  } else {
-    result = grow_whole(trees, catalogue, job, with_grammar.get(), manifest ? &*manifest : nullptr);
-  }
+  GrowManifest* const rows = manifest ? &*manifest : nullptr;
+  GrowResult result = Growth(catalogue, job, with_grammar.get(), rows).run(trees);
   note_unknown_species(job, catalogue);
   if (manifest) manifest->finish();
   // A builder with a grammar is gone.

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -116,27 +115,6 @@ GrowResult grow_moments(const GrowJob& job,
                         const std::vector<tree::Moment>& moments,
                         const tree::BuilderCatalogue& catalogue,
                         const tree::Builder* for_all);
-
-tree::MorphologyTableOptions morphology_options(const GrowJob& job);
-
-/// The trees of each plot as a moment, in the order of the plots' first trees.
-/// \param lines  of the trees, gets the same order
-std::vector<tree::Moment> plots_of(std::vector<tree::Morphology> trees,
-                                   std::vector<std::size_t>& lines);
-
-/// The line of each tree in the file.
-/// \param columns  as MorphologyTableOptions::columns
-std::vector<std::size_t> lines_of(const data::Table& table,
-                                  const std::map<std::string, std::string>& columns,
-                                  const std::vector<tree::Morphology>& trees);
-
-/// Grows the trees of a file in parts (`stream`).
-/// \param each_tree  called with the line of each written tree; may be null
-GrowResult grow_in_parts(const data::TableSource& trees,
-                         const tree::BuilderCatalogue& catalogue,
-                         const GrowJob& job,
-                         const tree::Builder* for_all,
-                         const std::function<void(std::size_t line, const GrownTree&)>& each_tree);
 
 /// One file with the trees of all moments in sequence.
 /// \param stand  all trees of all moments

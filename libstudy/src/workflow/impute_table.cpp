@@ -13,13 +13,11 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_values.hpp"
-#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/base/text.hpp"
-#include "silvafit/data/table_parts.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
-#include "workflow/parts_of_files.hpp"
+#include "workflow/flow.hpp"
 #include "workflow/repeated_rows.hpp"
 
 namespace silvafit::study {
@@ -58,14 +56,8 @@ void add_to(const TableImputation& part, ImputationSummary& summary) {
     if (!flag.empty()) ++summary.flags[flag];
   }
   summary.recognized = part.recognized;
-}
-
-ImputationSummary summary_of_whole(const TableImputation& imputed) {
-  ImputationSummary summary{.options = imputed.options,
-                            .models = imputed.imputation.models,
-                            .notes = imputed.imputation.notes};
-  add_to(imputed, summary);
-  return summary;
+  summary.models = result.models;
+  summary.notes = result.notes;
 }
 
 template <class Key>
@@ -179,13 +171,14 @@ ImputeModels models_of_parts(const data::TableSource& trees,
                              const Catalogue& catalogue,
                              const ImputeOptions& options,
                              const ReadingSettings& reading) {
-  data::TableParts parts =
-      table_parts(trees, reading, [&](const auto&) { return group_column(options); });
+  TableFlow flow(trees, reading, {.is_in_parts = true, .threads = 1}, [&](const auto&) {
+    return group_column(options);
+  });
   ReadingState state;
   std::vector<data::Table> measured;
   std::vector<std::string> labels;
-  while (const auto rows = parts.next()) {
-    const ObservedTable read = read_model_table(rows, reading, model_columns(options, &state));
+  while (const auto rows = flow.next()) {
+    const ObservedTable read = read_model_table(*rows, reading, model_columns(options, &state));
     check_columns(options, read.table);
     add_labels(read.table, options, labels);
     measured.push_back(measured_rows(Observed(read).living(), options.response));
@@ -225,60 +218,66 @@ void give_to_copies(const std::vector<std::size_t>& place, Imputation& imputatio
 
 }  // namespace
 
+ImputationSummary impute_trees(const data::TableSource& trees,
+                               const Catalogue& catalogue,
+                               const ImputeOptions& options,
+                               const ReadingSettings& reading,
+                               bool is_in_parts,
+                               const ImputationSink& sink,
+                               const Callbacks& callbacks) {
+  if (is_in_parts && options.add_residual) {
+    throw UsageError(
+        "cannot be used with `stream`: random numbers are drawn for all plots together",
+        {.column = "`add_residual`"});
+  }
+  ImputeModels models;
+  if (is_in_parts) models = models_of_parts(trees, catalogue, options, reading);
+  TableFlow flow(
+      trees,
+      reading,
+      {.is_in_parts = is_in_parts, .threads = options.threads},
+      [&](const auto&) { return group_column(options); },
+      callbacks.note);
+  ImputationSummary summary{.options = options};
+  ReadingState state;
+  while (const auto rows = flow.next()) {
+    ObservedTable read = read_model_table(*rows,
+                                          reading,
+                                          model_columns(options, is_in_parts ? &state : nullptr),
+                                          is_in_parts ? NoteCallback() : callbacks.note);
+    check_columns(options, read.table);
+    TableImputation part{.options = options, .is_in_file_order = !flow.is_sorted()};
+    const Observed observed(read);
+    const data::Table living = observed.living();
+    part.imputation = observed.completed(
+        is_in_parts ? impute_with(models, living, options) : impute(living, catalogue, options),
+        options.response);
+    give_to_copies(read.place, part.imputation);
+    part.table = std::move(read.table);
+    part.recognized = std::move(read.recognized);
+    add_to(part, summary);
+    if (!is_in_parts) give_notes(summary.notes, callbacks.note);
+    sink(*rows, part);
+    if (is_in_parts && callbacks.progress) {
+      callbacks.progress("trees", summary.trees, flow.rows());
+    }
+  }
+  if (is_in_parts) give_notes(summary.recognized, callbacks.note);
+  if (is_in_parts) give_notes(summary.notes, callbacks.note);
+  return summary;
+}
+
 TableImputation impute_table(const data::TableSource& trees,
                              const Catalogue& catalogue,
                              const ImputeOptions& options,
                              const ReadingSettings& reading,
                              const Callbacks& callbacks) {
-  ObservedTable read =
-      read_model_table(trees, reading, model_columns(options, nullptr), callbacks.note);
-  check_columns(options, read.table);
-  TableImputation result{.options = options};
-  const Observed observed(read);
-  result.imputation =
-      observed.completed(impute(observed.living(), catalogue, options), options.response);
-  give_to_copies(read.place, result.imputation);
-  result.table = std::move(read.table);
-  result.recognized = std::move(read.recognized);
-  give_notes(result.imputation.notes, callbacks.note);
+  TableImputation result;
+  const auto take = [&](const data::TableSource&, TableImputation& all) {
+    result = std::move(all);
+  };
+  impute_trees(trees, catalogue, options, reading, false, take, callbacks);
   return result;
-}
-
-ImputationSummary impute_in_parts(const data::TableSource& trees,
-                                  const Catalogue& catalogue,
-                                  const ImputeOptions& options,
-                                  const ReadingSettings& reading,
-                                  const ImputationSink& sink,
-                                  const Callbacks& callbacks) {
-  if (options.add_residual) {
-    throw UsageError(
-        "cannot be used with `stream`: random numbers are drawn for all plots together",
-        {.column = "`add_residual`"});
-  }
-  const ImputeModels models = models_of_parts(trees, catalogue, options, reading);
-  ImputationSummary summary{.options = options, .models = models.models, .notes = models.notes};
-  data::TableParts parts =
-      table_parts(trees, reading, [&](const auto&) { return group_column(options); });
-  if (parts.is_sorted() && callbacks.note) callbacks.note(kSortedNote);
-  ReadingState state;
-  ReadAhead<std::shared_ptr<const data::TableText>> ahead([&parts] { return parts.next(); },
-                                                          options.threads);
-  while (const auto rows = ahead.next()) {
-    ObservedTable read = read_model_table(rows, reading, model_columns(options, &state));
-    TableImputation part{.options = options, .is_in_file_order = !parts.is_sorted()};
-    const Observed observed(read);
-    part.imputation =
-        observed.completed(impute_with(models, observed.living(), options), options.response);
-    give_to_copies(read.place, part.imputation);
-    part.table = std::move(read.table);
-    part.recognized = std::move(read.recognized);
-    add_to(part, summary);
-    sink(rows, part);
-    if (callbacks.progress) callbacks.progress("trees", summary.trees, parts.rows());
-  }
-  give_notes(summary.recognized, callbacks.note);
-  give_notes(summary.notes, callbacks.note);
-  return summary;
 }
 
 std::vector<std::string> imputation_columns(const std::string& response) {
@@ -334,7 +333,9 @@ std::vector<std::string> summary_of(const ImputationSummary& summary) {
 }
 
 std::vector<std::string> summary_of(const TableImputation& imputed) {
-  return summary_of(summary_of_whole(imputed));
+  ImputationSummary summary{.options = imputed.options};
+  add_to(imputed, summary);
+  return summary_of(summary);
 }
 
 ordered_json json_of(const ImputationSummary& summary, const std::string& out) {
@@ -358,10 +359,6 @@ ordered_json json_of(const ImputationSummary& summary, const std::string& out) {
           {"models", std::move(models)},
           {"recognized", summary.recognized},
           {"notes", summary.notes}};
-}
-
-ordered_json json_of(const TableImputation& imputed, const std::string& out) {
-  return json_of(summary_of_whole(imputed), out);
 }
 
 }  // namespace silvafit::study

@@ -5,16 +5,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <utility>
-#include <variant>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "workflow/flow.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -50,7 +47,7 @@ class IndicesRun {
 
   IndicesSummary run() {
     const auto start = Clock::now();
-    settings_.stream ? read_batches() : read_whole();
+    read();
     note(stand::notes_of(findings_, options_, result_.inventory));
     note_on_core_trees();
     result_.seconds = seconds_since(start);
@@ -89,52 +86,38 @@ class IndicesRun {
     return stand::structural_units_of_sample(inventory, sample, options_);
   }
 
-  void read_whole() {
-    stand::CheckedInventory checked = read_inventory(source_,
-                                                     settings_.reading,
-                                                     {.keep = columns_of(settings_.sampling),
-                                                      .needs_coordinates = true,
-                                                      .keeps_expansion = true},
-                                                     callbacks_.note);
-    result_.notes = checked.notes;
-    result_.recognized = checked.recognized;
-    take(checked);
-  }
-
-  void read_batches() {
-    const auto* const file = std::get_if<std::filesystem::path>(&source_);
-    if (file == nullptr) {
-      throw UsageError("only CSV files can be read plot by plot", {.column = "`stream`"});
-    }
-    if (design_.is_given()) {
+  void read() {
+    const bool is_in_parts = settings_.stream;
+    if (is_in_parts && design_.is_given()) {
       throw UsageError("`stream` cannot be combined with a sampling design; omit one of them",
                        {.column = "`stream`"});
     }
-    if (options_.scope == stand::SearchScope::kStand) {
+    if (is_in_parts && options_.scope == stand::SearchScope::kStand) {
       throw UsageError("`stream` cannot search neighbors across plots; use `per=plot`",
                        {.column = "`stream`"});
     }
-    constexpr std::size_t kTreesOfBatch = 200000;
-    stand::InventoryBatches batches(
-        *file, inventory_options(settings_.reading, {.needs_coordinates = true}), kTreesOfBatch);
-    options_.is_part = true;
-    if (batches.is_sorted()) note({kSortedNote});
+    InventoryFlow flow(source_,
+                       settings_.reading,
+                       {.keep = columns_of(settings_.sampling),
+                        .needs_coordinates = true,
+                        .keeps_expansion = !is_in_parts},
+                       {.is_in_parts = is_in_parts, .threads = settings_.threads},
+                       callbacks_.note);
+    options_.is_part = is_in_parts;
     std::size_t trees = 0;
-    ReadAhead<std::optional<stand::CheckedInventory>> ahead([&batches] { return batches.next(); },
-                                                            settings_.threads);
-    while (auto batch = ahead.next()) {
-      trees += batch->inventory.size();
-      take(*batch);
-      if (callbacks_.progress) callbacks_.progress(fmt::format("{} trees", trees), 0, 1);
+    while (auto part = flow.next()) {
+      result_.notes = flow.notes();
+      result_.recognized = flow.recognized();
+      trees += part->inventory.size();
+      take(*part);
+      if (is_in_parts && callbacks_.progress) {
+        callbacks_.progress(fmt::format("{} trees", trees), 0, 1);
+      }
     }
     std::vector<std::string> species;
     for (const auto& summary : result_.summaries.by_species()) species.push_back(summary.species);
     std::erase(species, "");
     stand::check_species_of_angles(options_, species, result_.inventory);
-    note(batches.notes());
-    result_.recognized = batches.recognized();
-    const std::string excluded = batches.excluded();
-    if (!excluded.empty() && callbacks_.note) callbacks_.note(excluded);
   }
 
   void note_on_core_trees() const {
@@ -213,12 +196,7 @@ stand::CheckedInventory read_inventory(const data::TableSource& inventory,
                                        const ReadingSettings& settings,
                                        const stand::InventoryOptions& options,
                                        const NoteCallback& note) {
-  stand::CheckedInventory checked =
-      stand::read_inventory(inventory, inventory_options(settings, options));
-  give_notes(checked.notes, note);
-  const std::string excluded = stand::describe_excluded(checked);
-  if (!excluded.empty() && note) note(excluded);
-  return checked;
+  return std::move(*InventoryFlow(inventory, settings, options, {}, note).next());
 }
 
 }  // namespace silvafit::study

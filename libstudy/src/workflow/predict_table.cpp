@@ -15,13 +15,11 @@
 #include <utility>
 
 #include "silvafit/base/json_values.hpp"
-#include "silvafit/base/read_ahead.hpp"
 #include "silvafit/base/text.hpp"
-#include "silvafit/data/table_parts.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "study/words.hpp"
-#include "workflow/parts_of_files.hpp"
+#include "workflow/flow.hpp"
 #include "workflow/repeated_rows.hpp"
 
 namespace silvafit::study {
@@ -302,50 +300,63 @@ fit::PredictionOptions prediction_options(const PredictionSettings& settings) {
           .threads = settings.threads};
 }
 
-TablePrediction predict_table(const data::TableSource& trees,
-                              const ModelLibrary& library,
-                              const Catalogue& catalogue,
-                              const PredictionSettings& settings,
-                              const Callbacks& callbacks) {
-  PredictionRun run(library, catalogue, settings);
-  TablePrediction result = run.predict(trees, nullptr, callbacks.note);
-  for (std::string& note : run.notes()) result.predictions.notes.push_back(std::move(note));
-  give_notes(result.predictions.notes, callbacks.note);
-  return result;
-}
-
-PredictionSummary predict_in_parts(const data::TableSource& trees,
-                                   const ModelLibrary& library,
-                                   const Catalogue& catalogue,
-                                   const PredictionSettings& settings,
-                                   const PredictionSink& sink,
-                                   const Callbacks& callbacks) {
+PredictionSummary predict_trees(const data::TableSource& trees,
+                                const ModelLibrary& library,
+                                const Catalogue& catalogue,
+                                const PredictionSettings& settings,
+                                bool is_in_parts,
+                                const PredictionSink& sink,
+                                const Callbacks& callbacks) {
   PredictionRun run(library, catalogue, settings);
   PredictionSummary summary{.settings = settings};
-  data::TableParts parts =
-      table_parts(trees, settings.reading, [&](const std::vector<std::string>& header) {
+  TableFlow flow(
+      trees,
+      settings.reading,
+      {.is_in_parts = is_in_parts, .threads = settings.threads},
+      [&](const std::vector<std::string>& header) {
         return column_of_groups(library, run, header, settings);
-      });
-  if (parts.is_sorted()) give_notes(std::array<std::string, 1>{kSortedNote}, callbacks.note);
+      },
+      callbacks.note);
+  const auto finish = [&] {
+    for (std::string& note : run.notes()) summary.notes.push_back(std::move(note));
+    if (is_in_parts) give_notes(summary.recognized, callbacks.note);
+    give_notes(summary.notes, callbacks.note);
+  };
   ReadingState state;
-  ReadAhead<std::shared_ptr<const data::TableText>> ahead([&parts] { return parts.next(); },
-                                                          settings.threads);
-  while (const auto rows = ahead.next()) {
-    TablePrediction part = run.predict(rows, &state, {});
-    part.is_in_file_order = !parts.is_sorted();
+  while (const auto rows = flow.next()) {
+    TablePrediction part = run.predict(
+        *rows, is_in_parts ? &state : nullptr, is_in_parts ? NoteCallback() : callbacks.note);
+    part.is_in_file_order = !flow.is_sorted();
     add_to(part, summary);
     for (const std::string& note : part.predictions.notes) {
       if (std::ranges::find(summary.notes, note) == summary.notes.end()) {
         summary.notes.push_back(note);
       }
     }
-    sink(rows, part);
-    if (callbacks.progress) callbacks.progress("trees", summary.trees, parts.rows());
+    if (!is_in_parts) {
+      finish();
+      part.predictions.notes = summary.notes;
+    }
+    sink(*rows, part);
+    if (is_in_parts && callbacks.progress) {
+      callbacks.progress("trees", summary.trees, flow.rows());
+    }
   }
-  for (std::string& note : run.notes()) summary.notes.push_back(std::move(note));
-  give_notes(summary.recognized, callbacks.note);
-  give_notes(summary.notes, callbacks.note);
+  if (is_in_parts) finish();
   return summary;
+}
+
+TablePrediction predict_table(const data::TableSource& trees,
+                              const ModelLibrary& library,
+                              const Catalogue& catalogue,
+                              const PredictionSettings& settings,
+                              const Callbacks& callbacks) {
+  TablePrediction result;
+  const auto take = [&](const data::TableSource&, TablePrediction& all) {
+    result = std::move(all);
+  };
+  predict_trees(trees, library, catalogue, settings, false, take, callbacks);
+  return result;
 }
 
 data::Table new_columns(const TablePrediction& prediction) {
@@ -388,12 +399,6 @@ ordered_json json_of(const PredictionSummary& summary, const std::string& out) {
           {"unused_models", unused_json(summary.unused)},
           {"recognized", summary.recognized},
           {"notes", summary.notes}};
-}
-
-ordered_json json_of(const TablePrediction& prediction, const std::string& out) {
-  PredictionSummary summary{.settings = prediction.settings, .notes = prediction.predictions.notes};
-  add_to(prediction, summary);
-  return json_of(summary, out);
 }
 
 }  // namespace silvafit::study

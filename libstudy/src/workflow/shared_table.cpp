@@ -2,7 +2,6 @@
 #include "silvafit/study/shared_table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <set>
@@ -12,9 +11,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/ranks.hpp"
 #include "silvafit/data/checked_columns.hpp"
-#include "silvafit/data/table_parts.hpp"
-#include "workflow/parts_of_files.hpp"
-#include "workflow/repeated_rows.hpp"
+#include "workflow/flow.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -137,9 +134,10 @@ SharedTable read_shared_table(const data::TableSource& source,
                               const std::string& where,
                               const NoteCallback& note) {
   std::optional<std::size_t> field;
-  data::TableParts file = table_parts(
+  TableFlow file(
       source,
       settings,
+      {.is_in_parts = true, .rows = kRowsOfSharedPart, .threads = 1},
       [&](const std::vector<std::string>& header) {
         field = field_of(group, header, settings, data::file_of(source));
         if (!field) {
@@ -147,14 +145,14 @@ SharedTable read_shared_table(const data::TableSource& source,
         }
         return group;
       },
-      kRowsOfSharedPart);
-  if (file.is_sorted()) give_notes(std::array<std::string, 1>{kSortedNote}, note);
+      note);
   const Ranks& ranks = Ranks::of_process();
   Sample sample(*field, file.rows());
   TableText own;
   std::vector<std::size_t> parts;
   std::size_t begin = 0;
-  for (std::size_t number = 0; const auto part = file.next(); ++number) {
+  for (std::size_t number = 0; const auto rows = file.next(); ++number) {
+    const auto& part = std::get<std::shared_ptr<const TableText>>(*rows);
     sample.add(part);
     if (begin * ranks.size() / std::max<std::size_t>(1, file.rows()) == ranks.rank()) {
       if (!own.head) own = {.name = part->name, .separator = part->separator, .head = part->head};

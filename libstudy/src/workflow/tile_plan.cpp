@@ -16,9 +16,8 @@
 #include "silvafit/base/fingerprint.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/data/table_parts.hpp"
-#include "silvafit/stand/placed_trees.hpp"
+#include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/species_spellings.hpp"
-#include "workflow/parts_of_files.hpp"
 #include "workflow/tile_files.hpp"
 
 namespace silvafit::study {
@@ -107,32 +106,6 @@ class TreeIds {
   ExternalSort ids_{};
 };
 
-/// Positions of the rows of a file, in their order.
-class Positions {
- public:
-  Positions(const std::filesystem::path& file, const stand::InventoryOptions& options)
-      : trees_(file, options) {
-    part_ = trees_.next();
-  }
-
-  /// The tree on a line, as a row of inventory(); none if the line has no usable one.
-  std::optional<std::size_t> tree_on(std::size_t line) {
-    while (part_ && row_ == part_->inventory.size()) {
-      part_ = trees_.next();
-      row_ = 0;
-    }
-    if (!part_ || part_->inventory.lines[row_] != line) return std::nullopt;
-    return row_++;
-  }
-  const stand::Inventory& inventory() const { return part_->inventory; }
-  const stand::PlacedTrees& trees() const { return trees_; }
-
- private:
-  stand::PlacedTrees trees_;
-  std::optional<stand::CheckedInventory> part_{};
-  std::size_t row_ = 0;
-};
-
 /// The fingerprint of the content of a plan.
 std::string fingerprint_of_plan(TilePlan plan) {
   plan.fingerprint = {};
@@ -200,6 +173,7 @@ class Planner {
   void add_row(std::uint64_t tile, std::size_t line, bool is_own, std::string_view record);
   void write_tiles();
   void unify(const stand::Inventory& part);
+  void add_batch(const std::shared_ptr<const data::TableText>& rows, const stand::Inventory& trees);
 
   const std::filesystem::path& inventory_;
   const std::filesystem::path& folder_;
@@ -210,6 +184,8 @@ class Planner {
   TreeIds ids_{};
   stand::SpeciesSpellings spellings_{};
   std::string first_plot_{};
+  std::optional<std::uint64_t> last_{};                         ///< tile of the last tree
+  std::vector<std::pair<std::size_t, std::string>> waiting_{};  ///< rows above the first tree
 };
 
 void Planner::add_row(std::uint64_t tile, std::size_t line, bool is_own, std::string_view record) {
@@ -244,47 +220,53 @@ void Planner::add_tree(const stand::Inventory& trees,
 
 void Planner::read() {
   const ReadingSettings& reading = plan_.settings.reading;
-  data::TableParts parts =
-      table_parts(inventory_, reading, [](const auto&) { return std::string(); });
-  Positions positions(inventory_, inventory_options(reading, {.needs_coordinates = true}));
-  if (!positions.trees().has_numbers()) {
+  stand::InventoryBatches batches(inventory_,
+                                  inventory_options(reading, {.needs_coordinates = true}),
+                                  data::TablePartsOptions{}.rows,
+                                  stand::BatchOf::kRows);
+  if (!batches.has_numbers()) {
     throw InputError("tiles need a column with numbers of trees, such as `columns=tree=ID`",
                      {.file = plan_.inventory});
   }
-  plan_.rows = parts.rows();
-  std::optional<std::uint64_t> last;
-  std::vector<std::pair<std::size_t, std::string>> waiting;  // rows above the first tree
+  plan_.rows = batches.row_count();
   std::size_t done = 0;
-  while (const auto part = parts.next()) {
-    plan_.separator = part->separator;
-    plan_.head = *part->head;
-    data::CsvReader reader{data::TableSource(part)};
-    std::vector<std::string_view> fields;
-    std::string record;
-    while (reader.next(fields)) {
-      record.clear();
-      data::append_record(fields, plan_.separator, record);
-      if (const auto tree = positions.tree_on(reader.line())) {
-        const stand::Inventory& trees = positions.inventory();
-        if (*tree == 0) unify(trees);
-        last = number_of(cell(trees.x[*tree]), cell(trees.y[*tree]));
-        for (const auto& [line, above] : waiting) add_row(*last, line, true, above);
-        waiting.clear();
-        add_tree(trees, *tree, reader.line(), record);
-      } else if (last) {
-        add_row(*last, reader.line(), true, record);
-      } else {
-        waiting.emplace_back(reader.line(), record);
-      }
-    }
-    done += part->lines.size();
-    if (callbacks_.progress) callbacks_.progress("cutting", done, parts.rows());
+  while (const auto batch = batches.next()) {
+    plan_.separator = batches.rows()->separator;
+    plan_.head = *batches.rows()->head;
+    unify(batch->inventory);
+    add_batch(batches.rows(), batch->inventory);
+    done += batches.rows()->lines.size();
+    if (callbacks_.progress) callbacks_.progress("cutting", done, plan_.rows);
   }
-  give_notes(positions.trees().notes(), callbacks_.note);
-  const std::string excluded = positions.trees().excluded();
+  give_notes(batches.notes(), callbacks_.note);
+  const std::string excluded = batches.excluded();
   if (!excluded.empty() && callbacks_.note) callbacks_.note(excluded);
   plan_.ids_repeat = ids_.repeat(plan_.inventory);
   plan_.hull = hull_.vertices();
+}
+
+/// Rows without a usable tree are in the tile of the tree above them.
+void Planner::add_batch(const std::shared_ptr<const data::TableText>& rows,
+                        const stand::Inventory& trees) {
+  data::CsvReader reader{data::TableSource(rows)};
+  std::vector<std::string_view> fields;
+  std::string record;
+  std::size_t tree = 0;
+  while (reader.next(fields)) {
+    record.clear();
+    data::append_record(fields, plan_.separator, record);
+    const std::size_t line = reader.line();
+    if (tree < trees.size() && trees.lines[tree] == line) {
+      last_ = number_of(cell(trees.x[tree]), cell(trees.y[tree]));
+      for (const auto& [number, above] : waiting_) add_row(*last_, number, true, above);
+      waiting_.clear();
+      add_tree(trees, tree++, line, record);
+    } else if (last_) {
+      add_row(*last_, line, true, record);
+    } else {
+      waiting_.emplace_back(line, record);
+    }
+  }
 }
 
 /// Spellings are unified in the whole inventory, which is unknown to a tile.

@@ -4,8 +4,8 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,13 +14,16 @@
 namespace silvafit::data {
 
 struct TablePartsOptions {
-  /// Column, by position in the header, whose groups of equal values are not divided; none if rows
+  /// Columns, by position in the header, whose groups of equal values are not divided; none if rows
   /// are independent.
-  std::optional<std::size_t> group{};
+  std::vector<std::size_t> group{};
   std::vector<std::string> missing{};    ///< see CsvReader
   std::vector<std::size_t> fill_down{};  ///< columns to fill down, by position in the header
   bool finds_kinds = true;               ///< whether TableHead has the types of columns
   std::size_t rows = 200000;             ///< a part ends with the group that reaches this number
+  /// If rows must not be sorted: called with the line and label of a group that comes again after
+  /// its part, and throws.
+  std::function<void(std::size_t line, const std::string& label)> refuse_group{};
 };
 
 /// Reads a CSV file in parts of complete groups, so that memory does not depend on its size.
@@ -34,6 +37,9 @@ struct TablePartsOptions {
 class TableParts {
  public:
   TableParts(const std::filesystem::path& path, const TablePartsOptions& options);
+  /// Parts of what a reader has not read yet, such as a pipe: in one pass, with types unknown.
+  /// \param options  with refuse_group
+  TableParts(CsvReader reader, const TablePartsOptions& options);
   ~TableParts();
   TableParts(TableParts&&) noexcept;
   TableParts& operator=(TableParts&&) noexcept;

@@ -170,33 +170,47 @@ struct CheckedInventory {
 CheckedInventory read_inventory(const data::TableSource& source,
                                 const InventoryOptions& options = {});
 
-/// Reads an inventory batch by batch, each of whole plots, so that memory does not grow with the
-/// file. If the rows of a plot do not follow each other, they are sorted by plot on disk; those of
-/// a pipe, and of a file without numbers of trees, must follow each other.
+/// What a batch of an inventory has.
+enum class BatchOf {
+  kTable,  ///< all trees
+  kPlots,  ///< whole plots
+  kRows,   ///< rows in the order of the file, whose trees are not compared with each other
+};
+
+/// Reads an inventory batch by batch, so that memory does not grow with the file. If the rows of a
+/// plot do not follow each other, they are sorted by plot on disk; those of a pipe, and of a file
+/// without numbers of trees, must follow each other. A whole table is one batch.
 class InventoryBatches {
  public:
   /// Columns beyond the inventory's own (keep, keep_all, other mappings) need a file, which is then
   /// read twice: whether a column is text depends on all rows.
-  /// \param trees    a batch ends with the plot that reaches this number of trees
-  /// \throws as read_inventory; UsageError if there are other columns and the file can be read only
-  ///         once
-  InventoryBatches(const std::filesystem::path& path,
-                   const InventoryOptions& options,
-                   std::size_t trees = 200000);
+  /// \param rows     a batch ends with the plot that reaches this number of rows
+  /// \throws as read_inventory; UsageError if the source of several batches is no CSV file, or if
+  ///         there are other columns and the file can be read only once
+  explicit InventoryBatches(const data::TableSource& source,
+                            const InventoryOptions& options,
+                            std::size_t rows = 200000,
+                            BatchOf of = BatchOf::kPlots);
   ~InventoryBatches();
   InventoryBatches(InventoryBatches&&) noexcept;
   InventoryBatches& operator=(InventoryBatches&&) noexcept;
 
   /// The next batch, checked as read_inventory does; nothing at the end. Units are checked in the
-  /// first batch. A batch has no notes: see notes().
+  /// first batch. A batch of several has no notes: see notes().
   /// \throws InputError also if a plot comes again after its batch
   std::optional<CheckedInventory> next();
+  /// The rows of the last batch; null if the table is one batch.
+  const std::shared_ptr<const data::TableText>& rows() const;
+  /// Of all batches; 0 if the table is one batch, or is read in one pass.
+  std::size_t row_count() const;
   /// The notes on all batches read so far: after the last, those of read_inventory.
   std::vector<std::string> notes() const;
   /// Of these, how the file was read, as CheckedInventory::recognized.
   std::vector<std::string> recognized() const;
   /// Whether the rows were sorted.
   bool is_sorted() const;
+  /// Whether the file numbers its trees.
+  bool has_numbers() const;
   /// describe_excluded() of all batches read so far.
   std::string excluded() const;
 
@@ -225,11 +239,10 @@ class ExcludedSummary {
   std::size_t kept_ = 0;
 };
 
+inline constexpr char kExcludedHeader[] = "line,plot,tree,column,value,reason\n";
+
 /// Writes excluded.csv: line, plot, tree, column, value, reason.
-/// \param with_header  false for a further batch of a file
-void write_excluded(const std::vector<ExcludedRow>& excluded,
-                    std::ostream& stream,
-                    bool with_header = true);
+void write_excluded(const std::vector<ExcludedRow>& excluded, std::ostream& stream);
 void write_excluded(const std::vector<ExcludedRow>& excluded, const std::filesystem::path& path);
 /// A row of excluded.csv, with its line end.
 std::string csv_text(const ExcludedRow& row);

@@ -46,22 +46,22 @@ struct ImputationSummary {
   std::vector<std::string> notes{};
 };
 
-/// Receives the rows of a part of the table with the imputed values.
-using ImputationSink =
-    std::function<void(const data::TableSource& rows, const TableImputation& part)>;
+/// Receives the rows of the table, or of a part of it, with the imputed values.
+using ImputationSink = std::function<void(const data::TableSource& rows, TableImputation& part)>;
 
-/// The same as impute_table for a CSV file that does not fit in memory: the models are fitted to
-/// the measured trees, which are all in memory, and the file is filled in parts of whole plots. If
-/// their rows are not contiguous, they are sorted on disk, with a note.
-/// \throws as impute_table;
-/// UsageError if the source is no CSV file, or with add_residual, whose
-///   random numbers are drawn for all plots together
-ImputationSummary impute_in_parts(const data::TableSource& trees,
-                                  const Catalogue& catalogue,
-                                  const ImputeOptions& options,
-                                  const ReadingSettings& reading,
-                                  const ImputationSink& sink,
-                                  const Callbacks& callbacks = {});
+/// The same for a table of any size.
+/// \param is_in_parts  for a CSV file that does not fit in memory: the models are fitted to the
+///   measured trees, which are all in memory, and the file is filled in parts of whole plots. If
+///   their rows are not contiguous, they are sorted on disk, with a note.
+/// \throws as impute_table; in parts UsageError if the source is no CSV file, or with add_residual,
+///   whose random numbers are drawn for all plots together
+ImputationSummary impute_trees(const data::TableSource& trees,
+                               const Catalogue& catalogue,
+                               const ImputeOptions& options,
+                               const ReadingSettings& reading,
+                               bool is_in_parts,
+                               const ImputationSink& sink,
+                               const Callbacks& callbacks = {});
 
 /// Names of the columns that are added for a response: h_source, h_level, h_flag.
 std::vector<std::string> imputation_columns(const std::string& response);
@@ -73,9 +73,8 @@ data::Table imputed_columns(const TableImputation& imputed);
 std::vector<std::string> summary_of(const ImputationSummary& summary);
 std::vector<std::string> summary_of(const TableImputation& imputed);
 
-/// A summary as JSON, schema silvafit-impute/1 (docs/impute.md).
+/// As JSON, schema silvafit-impute/1 (docs/impute.md).
 /// \param out  file that the table was written to; may be empty
 nlohmann::ordered_json json_of(const ImputationSummary& summary, const std::string& out = {});
-nlohmann::ordered_json json_of(const TableImputation& imputed, const std::string& out = {});
 
 }  // namespace silvafit::study

@@ -77,27 +77,26 @@ struct PredictionSummary {
   std::vector<std::string> notes{};
 };
 
-/// Receives the rows of a part of the table with their predictions.
-using PredictionSink =
-    std::function<void(const data::TableSource& rows, const TablePrediction& part)>;
+/// Receives the rows of the table, or of a part of it, with their predictions.
+using PredictionSink = std::function<void(const data::TableSource& rows, TablePrediction& part)>;
 
-/// The same as predict_table for a CSV file that does not fit in memory: in parts, each with whole
-/// plots (or coarser groups) where predictions of a tree depend on others, by calibration or by
-/// computed indices. If their rows are not contiguous, they are sorted on disk, with a note.
-/// \throws as predict_table; UsageError if the source is no CSV file, or trees of all plots depend
-/// on
-///   each other
-PredictionSummary predict_in_parts(const data::TableSource& trees,
-                                   const ModelLibrary& library,
-                                   const Catalogue& catalogue,
-                                   const PredictionSettings& settings,
-                                   const PredictionSink& sink,
-                                   const Callbacks& callbacks = {});
+/// The same for a table of any size.
+/// \param is_in_parts  reads a CSV file that does not fit in memory in parts, each with whole plots
+///   (or coarser groups) where predictions of a tree depend on others, by calibration or by
+///   computed indices. If their rows are not contiguous, they are sorted on disk, with a note.
+/// \throws as predict_table; in parts UsageError if the source is no CSV file, or trees of all
+/// plots
+///   depend on each other
+PredictionSummary predict_trees(const data::TableSource& trees,
+                                const ModelLibrary& library,
+                                const Catalogue& catalogue,
+                                const PredictionSettings& settings,
+                                bool is_in_parts,
+                                const PredictionSink& sink,
+                                const Callbacks& callbacks = {});
 
-/// A summary as JSON, schema silvafit-predict/1 (docs/json.md).
+/// As JSON, schema silvafit-predict/1 (docs/json.md).
 /// \param out  file that the predictions were written to; may be empty
 nlohmann::ordered_json json_of(const PredictionSummary& summary, const std::string& out = {});
-
-nlohmann::ordered_json json_of(const TablePrediction& prediction, const std::string& out = {});
 
 }  // namespace silvafit::study
