@@ -148,7 +148,8 @@ constexpr std::array<TreeColumn, 15> kColumns{{
      .values = &Inventory::cr_n_m},
     {.name = "status",
      .meaning = "status (alive, dead, cut)",
-     .usual = "treestatus treestate statuscd vitality alive living live dead deadalive aliveordead "
+     .usual = "treestatus treestate statuscd livestatus lifestatus alivedead vitality "
+              "alive living live dead deadalive aliveordead "
               "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "
               "vivant "
               "mort estado estadoarbol vivo muerto tila puuntila elossa kuollut "
