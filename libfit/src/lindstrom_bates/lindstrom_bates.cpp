@@ -66,6 +66,12 @@ MatrixXd mixing_at(const NonlinearModel& model, const MatrixXd& coefficients) {
   return frame * frame.diagonal().cwiseInverse().asDiagonal();
 }
 
+VarianceData residual_data(const NonlinearModel& model, bool is_correlated) {
+  VarianceData data = VarianceData::of(model);
+  if (!is_correlated) data.correlated.reset();
+  return data;
+}
+
 /// Whether g is about one at typical values for any parameters.
 bool normalized(const VarianceFunction& variance) {
   return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
@@ -90,7 +96,7 @@ double LindstromBatesState::penalty() const {
 PooledFit pooled_fit(const NonlinearModel& model,
                      const VectorXd& start,
                      const MixedEffectsOptions& options) {
-  const VarianceModel constant({}, VarianceData::of(model));
+  const VarianceModel constant({}, VarianceData{});
   LinearizationPoint point{.coefficients = start,
                            .effects = MatrixXd::Zero(start.size(), model.group_count()),
                            .variance = VectorXd(0),
@@ -121,7 +127,8 @@ PooledFit pooled_fit(const NonlinearModel& model,
 LindstromBates::LindstromBates(const NonlinearModel& model,
                                const PooledFit& pooled,
                                const VarianceFunction& variance,
-                               const MixedEffectsOptions& options)
+                               const MixedEffectsOptions& options,
+                               bool is_correlated)
     : model_(model),
       options_(options),
       variance_text_(variance.text()),
@@ -130,7 +137,7 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
       all_(static_cast<std::size_t>(pooled.scale.size())),
       scale_(pooled.scale),
       mixing_(pooled.mixing),
-      variance_(variance, VarianceData::of(model)),
+      variance_(variance, residual_data(model, is_correlated)),
       is_normalized_(normalized(variance)),
       linearizer_(model, variance_) {
   std::iota(all_.begin(), all_.end(), Index{0});
@@ -239,14 +246,30 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
   state.theta.tail(parameters.size()) = parameters;
   // Psi / sigma^2 with the new scale of sigma.
   adopt_units(state.scale, state.mixing);
-  if (is_normalized_ && smaller.mean_log == 0.0) return state;
   Linearization at;
-  if (!linearize(state, nullptr, at)) return state;
-  const double mean_log =
-      at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
-  state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
-  for (MatrixXd& of_term : state.spherical) of_term *= std::exp(smaller.mean_log - mean_log);
+  if ((!is_normalized_ || smaller.mean_log != 0.0) && linearize(state, nullptr, at)) {
+    const double mean_log =
+        at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
+    state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
+    for (MatrixXd& of_term : state.spherical) of_term *= std::exp(smaller.mean_log - mean_log);
+  }
+  choose_correlation(state);
   return state;
+}
+
+void LindstromBates::choose_correlation(LindstromBatesState& state) {
+  if (variance_.correlated() == nullptr) return;
+  LindstromBatesState trial = state;
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const VectorXd& start : variance_.correlated()->structure().starts()) {
+    trial.theta.tail(start.size()) = start;
+    Linearization at;
+    if (!linearize(trial, nullptr, at)) continue;
+    const LinearMixedProfile value = profile_at(at, trial.theta, false);
+    if (!value.is_valid || -value.minus_log_likelihood <= highest) continue;
+    highest = -value.minus_log_likelihood;
+    state.theta = trial.theta;
+  }
 }
 
 LindstromBatesState LindstromBates::first_order_start() {

@@ -97,11 +97,13 @@ PooledFit pooled_fit(const NonlinearModel& model,
 class LindstromBates {
  public:
   /// \param pooled    the fit without random effects
-  /// \param variance  the model's own variance function, or one that it contains
+  /// \param variance       the model's own variance function, or one that it contains
+  /// \param is_correlated  whether the residuals have the model's correlation, or none
   LindstromBates(const NonlinearModel& model,
                  const PooledFit& pooled,
                  const VarianceFunction& variance,
-                 const MixedEffectsOptions& options);
+                 const MixedEffectsOptions& options,
+                 bool is_correlated = true);
 
   /// A start with all random effects zero and standard deviations of a typical size times `spread`.
   LindstromBatesState start(double spread);
@@ -140,6 +142,8 @@ class LindstromBates {
   static constexpr double kLoosestSquares = 1e-7;
 
   Eigen::Index random_parameter_count() const;
+  /// Sets the correlation of a state to the most likely of the structure's starts.
+  void choose_correlation(LindstromBatesState& state);
   /// Calls visit(term, factor, begin) for each term, whose parameters in theta begin there; the
   /// last term is first.
   template <typename Visit>

@@ -165,9 +165,10 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
   const auto [constant, factors_of] = held_factors(function);
   LindstromBatesWork work;
   std::optional<SmallerVariance> smaller;
-  if (constant.factors.size() < function.factors.size()) {
+  const bool is_correlated = model.specification().correlation.has_value();
+  if (constant.factors.size() < function.factors.size() || is_correlated) {
     // The engine of the smaller fit is released before that of the larger uses memory.
-    LindstromBates engine(model, pooled, constant, options);
+    LindstromBates engine(model, pooled, constant, options, false);
     engine.set_tolerance(kRoughTolerance);
     engine.set_passes(passes);
     Search search(engine, least_likelihood(constant, pooled));

@@ -17,8 +17,12 @@ using data::JsonReader;
 using nlohmann::ordered_json;
 
 /// In the order of the enumeration.
-constexpr std::array<std::string_view, 5> kKinds{
-    "fixed", "standard deviation", "correlation", "variance function", "sigma"};
+constexpr std::array<std::string_view, 6> kKinds{"fixed",
+                                                 "standard deviation",
+                                                 "correlation",
+                                                 "variance function",
+                                                 "sigma",
+                                                 "residual correlation"};
 
 // The meanings of null.
 constexpr std::string_view kUnbounded = "unbounded";
