@@ -8,6 +8,8 @@ for (name in c("Ovary", "Dialyzer", "BodyWeight", "Spruce", "Soybean", "Wheat2",
   write.csv(as.data.frame(get(name)), file.path(root, "tests/reference/data-gpl", paste0(name, ".csv")), row.names = FALSE, quote = FALSE)
 }
 stems <- read.csv(file.path(root, "tests/reference/data/stems.csv"))
+# Levels in the order of silvafit.
+children <- transform(as.data.frame(Orthodont), Sex = factor(as.character(Sex)))
 options(contrasts = c("contr.treatment", "contr.poly"))
 linear <- lmeControl(msTol = 1e-13, tolerance = 1e-10, msMaxIter = 500, maxIter = 500, msMaxEval = 2000)
 general <- glsControl(msTol = 1e-13, tolerance = 1e-10, msMaxIter = 500, maxIter = 500)
@@ -68,14 +70,14 @@ rats("bodyweight_gaussian", "gaussian(Time)", growth(corGaus(form = ~ Time)))
 
 # Orthodont: general, compound symmetry
 ages <- function(correlation, weights = NULL) {
-  gls(distance ~ Sex * I(age - 11), as.data.frame(Orthodont), correlation = correlation, weights = weights, control = general)
+  gls(distance ~ Sex * I(age - 11), children, correlation = correlation, weights = weights, control = general)
 }
-children <- function(id, correlation, fit, variance = "") {
+child_fits <- function(id, correlation, fit, variance = "") {
   record(id, "Orthodont", "distance ~ a + b*(age - 11)", correlation, fit, parameters = c("a ~ Sex", "b ~ Sex"), variance = variance)
 }
-children("orthodont_symmetric", "symmetric(1 | Subject)", ages(corSymm(form = ~ 1 | Subject), varIdent(form = ~ 1 | age)), "stratum(age)")
-children("orthodont_compound", "compound-symmetry(1 | Subject)", ages(corCompSymm(form = ~ 1 | Subject)))
-children("orthodont_compound_sex", "compound-symmetry(1 | Subject)", ages(corCompSymm(form = ~ 1 | Subject), varIdent(form = ~ 1 | Sex)), "stratum(Sex)")
+child_fits("orthodont_symmetric", "symmetric(1 | Subject)", ages(corSymm(form = ~ 1 | Subject), varIdent(form = ~ 1 | age)), "stratum(age)")
+child_fits("orthodont_compound", "compound-symmetry(1 | Subject)", ages(corCompSymm(form = ~ 1 | Subject)))
+child_fits("orthodont_compound_sex", "compound-symmetry(1 | Subject)", ages(corCompSymm(form = ~ 1 | Subject), varIdent(form = ~ 1 | Sex)), "stratum(Sex)")
 
 # Dialyzer: polynomials, and the nonlinear model
 record("dialyzer_gls_ar1", "Dialyzer", "rate ~ a + b*pressure + c*pressure^2 + d*pressure^3 + e*pressure^4", "ar1(1 | Subject)",

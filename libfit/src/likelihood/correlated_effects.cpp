@@ -129,8 +129,8 @@ class EffectSearch {
                   .by_coefficients = MatrixXd::Zero(size(c), p)};
     for (Index g = model_.cluster_begin(c); g < model_.cluster_begin(c + 1); ++g) {
       const Eigen::Map<const MatrixXd> products(at_.model.moments.term(g, 0), p + 1, p + 1);
-      const MatrixXd half =
-          precision_ * root(g).transpose() * places_.transpose() * products;  // (joint x p + 1)
+      const MatrixXd half = precision_ * root(g).transpose() * places_.transpose() *
+                            products.topRows(p);  // (joint x p + 1)
       const MatrixXd by_effects = half.leftCols(p) * places_;
       const std::vector<Index> at = places_of(c, g);
       result.hessian(at, at) += by_effects * root(g);

@@ -80,6 +80,15 @@ bool normalized(const VarianceFunction& variance) {
   });
 }
 
+/// The range of a correlation as a share of the farthest distance; 0 of one without a range, whose
+/// first parameter is the logarithm of the range in units.
+double relative_range(const CorrelationStructure& structure, const VectorXd& parameters) {
+  using Kind = Correlation::Kind;
+  const Kind kind = structure.correlation().kind;
+  if (kind != Kind::kCar1 && kind < Kind::kExponential) return 0.0;
+  return structure.scale().unit * std::exp(parameters[0]) / structure.scale().farthest;
+}
+
 // The factor 0.375 is that of nlme's start: random effects explain most of the possible spread.
 constexpr double kStartDivisor = 0.375;
 // Coordinates are recomputed if a column of the Jacobian has changed by more than this factor.
@@ -217,7 +226,8 @@ SmallerVariance LindstromBates::variance_of(const LindstromBatesOutcome& outcome
 }
 
 LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
-                                               const std::vector<std::size_t>& factors_of) {
+                                               const std::vector<std::size_t>& factors_of,
+                                               bool is_near) {
   VectorXd parameters = variance_.start();
   for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
     bool is_known = false;
@@ -253,15 +263,24 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
     state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
     for (MatrixXd& of_term : state.spherical) of_term *= std::exp(smaller.mean_log - mean_log);
   }
-  choose_correlation(state);
+  choose_correlation(state, is_near);
   return state;
 }
 
-void LindstromBates::choose_correlation(LindstromBatesState& state) {
+bool LindstromBates::has_unbounded_range(const LindstromBatesState& state) const {
+  constexpr double kFar = 50.0;
+  return variance_.correlated() != nullptr &&
+         relative_range(variance_.correlated()->structure(),
+                        variance_.correlation_part(variance_parameters(state.theta))) > kFar;
+}
+
+void LindstromBates::choose_correlation(LindstromBatesState& state, bool is_near) {
   if (variance_.correlated() == nullptr) return;
+  constexpr double kShort = 0.3;
   LindstromBatesState trial = state;
   double highest = -std::numeric_limits<double>::infinity();
   for (const VectorXd& start : variance_.correlated()->structure().starts()) {
+    if (is_near && relative_range(variance_.correlated()->structure(), start) > kShort) continue;
     trial.theta.tail(start.size()) = start;
     Linearization at;
     if (!linearize(trial, nullptr, at)) continue;
