@@ -45,11 +45,11 @@
 #' @param groups one-sided formula with the groups if `random` does not name them, as in [nlme::nlme()]
 #' @param covariance form of the covariance of the random effects: `"general"`, `"diagonal"` or `"identity"`; one
 #'   for all groupings, or one for each
-#' @param correlation correlation of the residuals within groups: an object of nlme such as `corAR1(form = ~ year | plot)`, or a text: `"ar1(year | plot)"`, `"car1(age)"`,
-#'   `"arma(1, 1)"`, `"compound-symmetry"`, `"symmetric"`, `"exponential(x, y; nugget)"`, `"gaussian"`, `"spherical"`, `"rational-quadratic"`, `"linear"`
 #' @param variance variance function of the residuals: an object of nlme such as `varPower(form = ~ dbh)`, or a text:
 #'   `"power"`, `"exponential"`, `"constant-plus-power"`, `"power(dbh)"`, `"power(fitted | species)"`,
 #'   `"stratum(species)"`, products with `*`
+#' @param correlation correlation of the residuals within groups: an object of nlme such as `corAR1(form = ~ year | plot)`, or a text: `"ar1(year | plot)"`, `"car1(age)"`,
+#'   `"arma(1, 1)"`, `"compound-symmetry"`, `"symmetric"`, `"exponential(x, y; nugget)"`, `"gaussian"`, `"spherical"`, `"rational-quadratic"`, `"linear"`
 #' @param method `"lb"`, `"laplace"`, `"focei"`, `"foce"`, `"agq"`, `"gnls"` or `"ols"`; or `"ML"` or `"REML"` of nlme
 #' @param reml restricted maximum likelihood, for `"lb"` and `"gnls"`
 #' @param start named vector of start values, never needed; they are tried in addition to those that are found. Without names they have the order of

@@ -176,7 +176,9 @@ void VarianceModel::set_correlation(const CorrelationEstimate* estimate,
                                     VectorXd& parameters) const {
   if (correlated() == nullptr) return;
   const CorrelationStructure& structure = correlated()->structure();
-  const bool is_known = estimate != nullptr && estimate->values.size() == correlation_count();
+  const bool is_known = estimate != nullptr &&
+                        estimate->correlation.kind == structure.correlation().kind &&
+                        estimate->values.size() == correlation_count();
   parameters.tail(correlation_count()) =
       is_known ? structure.unconstrained(estimate->values) : structure.starts().front();
 }
