@@ -22,15 +22,14 @@ data::Table table_of(const json& reference) {
 }
 
 fit::FitResult fitted(const json& reference, const data::Table& table) {
-  const fit::ModelTexts texts{
-      .formula = reference["formula"],
-      .sub_models = reference["parameters"].get<std::vector<std::string>>(),
-      .random = reference["random"],
-      .covariance = reference["covariance"] == ""
-                        ? std::vector<std::string>{}
-                        : std::vector<std::string>{reference["covariance"]},
-      .variance = reference["variance"],
-      .correlation = reference["correlation"]};
+  const fit::ModelTexts texts{.formula = reference["formula"],
+                              .sub_models = reference["parameters"].get<std::vector<std::string>>(),
+                              .random = reference["random"],
+                              .covariance = reference["covariance"] == ""
+                                                ? std::vector<std::string>{}
+                                                : std::vector<std::string>{reference["covariance"]},
+                              .variance = reference["variance"],
+                              .correlation = reference["correlation"]};
   return fit::fit_model(
       fit::specify_model(texts, table), table, {.reml = reference["reml"].get<bool>()});
 }

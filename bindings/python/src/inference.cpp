@@ -21,11 +21,11 @@ namespace {
 
 /// Kinds of parameters, in the order of the enumeration.
 constexpr std::array<const char*, 6> kKinds{"fixed",
-                                              "standard deviation",
-                                              "correlation",
-                                              "variance function",
-                                              "sigma",
-                                              "residual correlation"};
+                                            "standard deviation",
+                                            "correlation",
+                                            "variance function",
+                                            "sigma",
+                                            "residual correlation"};
 
 /// The options of a list with the seed, and the threads of all refits.
 template <typename Options>

@@ -80,7 +80,8 @@ void require_columns(const Correlation& correlation, std::string_view text) {
         1);
   }
   if (!is_spatial(kind) && count > 1) {
-    throw FormulaError(fmt::format("{} has one column with the time, not {}", name, count), text, 1);
+    throw FormulaError(
+        fmt::format("{} has one column with the time, not {}", name, count), text, 1);
   }
 }
 

@@ -48,8 +48,7 @@ class MarkovFactor : public CorrelationFactor {
     MatrixXd result = MatrixXd::Zero(whitened.rows(), whitened.cols());
     for (Index i = 1; i < whitened.rows(); ++i) {
       const double by = slopes_(i, k) / deviation_[i];
-      result.row(i) =
-          by * (before_[i] / deviation_[i] * whitened.row(i) - original.row(i - 1));
+      result.row(i) = by * (before_[i] / deviation_[i] * whitened.row(i) - original.row(i - 1));
     }
     return result;
   }

@@ -22,7 +22,7 @@ class CorrelationFactor {
   /// (n x c) D for U = L^-1 X: the derivative of X'R^-1 X by parameter k is U'D + D'U.
   virtual Eigen::MatrixXd slope(Eigen::Index k, const Eigen::MatrixXd& whitened) const = 0;
 
-  double log_determinant() const { return log_determinant_; }  ///< log|L|
+  double log_determinant() const { return log_determinant_; }        ///< log|L|
   const Eigen::VectorXd& log_slopes() const { return log_slopes_; }  ///< (m) of log|L|
 
  protected:

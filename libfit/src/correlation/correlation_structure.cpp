@@ -204,8 +204,7 @@ std::unique_ptr<PairCorrelation> CorrelationStructure::at(const VectorXd& parame
     case Kind::kSymmetric:
       return symmetric(std::ssize(scale_.times), parameters);
     default:
-      return by_distance(
-          correlation_.kind, value[0], correlation_.has_nugget ? value[1] : kNaN);
+      return by_distance(correlation_.kind, value[0], correlation_.has_nugget ? value[1] : kNaN);
   }
 }
 
@@ -215,8 +214,8 @@ bool CorrelationStructure::is_markov() const {
   return correlation_.kind == Kind::kAr1 || correlation_.kind == Kind::kCar1 || is_line;
 }
 
-std::unique_ptr<CorrelationFactor> CorrelationStructure::factor(
-    const MatrixXd& places, const PairCorrelation& of) const {
+std::unique_ptr<CorrelationFactor> CorrelationStructure::factor(const MatrixXd& places,
+                                                                const PairCorrelation& of) const {
   const Index n = places.rows();
   const Index m = parameter_count();
   VectorXd slopes(m);

@@ -25,9 +25,9 @@ class PairCorrelation {
 
 /// What the parameters of a structure refer to.
 struct CorrelationScale {
-  double unit = 1.0;        ///< a typical smallest distance, one unit of range
-  double farthest = 1.0;    ///< the largest distance
-  Eigen::Index largest = 2;  ///< rows of the largest group
+  double unit = 1.0;            ///< a typical smallest distance, one unit of range
+  double farthest = 1.0;        ///< the largest distance
+  Eigen::Index largest = 2;     ///< rows of the largest group
   std::vector<double> times{};  ///< of a symmetric structure, ascending
 };
 
@@ -67,7 +67,6 @@ class CorrelationStructure {
                                             const PairCorrelation& of) const;
 
  private:
-
   Correlation correlation_;
   CorrelationScale scale_;
   std::vector<std::string> names_;

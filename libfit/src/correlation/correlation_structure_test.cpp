@@ -123,9 +123,9 @@ TEST_CASE("Factors, their determinants and derivatives agree with the matrix") {
       };
       const auto above = moved(kStep);
       const auto below = moved(-kStep);
-      CHECK(factor->log_slopes()[k] ==
-            Approx((above->log_determinant() - below->log_determinant()) / (2 * kStep))
-                .margin(1e-8));
+      CHECK(
+          factor->log_slopes()[k] ==
+          Approx((above->log_determinant() - below->log_determinant()) / (2 * kStep)).margin(1e-8));
       const auto squares = [&](const fit::CorrelationFactor& at) -> MatrixXd {
         MatrixXd columns = x;
         at.whiten(columns);

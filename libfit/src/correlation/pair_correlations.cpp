@@ -245,7 +245,8 @@ std::vector<Number> autocorrelations(const Correlation& correlation,
 
 /// (times x times) L whose rows have length one, by angles.
 template <typename Scalar>
-std::vector<std::vector<Scalar>> rows_by_angles(Index times, const std::vector<Scalar>& parameters) {
+std::vector<std::vector<Scalar>> rows_by_angles(Index times,
+                                                const std::vector<Scalar>& parameters) {
   using std::cos;
   using std::exp;
   using std::sin;

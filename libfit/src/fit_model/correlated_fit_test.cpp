@@ -47,9 +47,8 @@ data::Table trees(Index plots, Index size, double range, double phi, std::uint64
       for (Index j = 0; j < size; ++j) {
         const auto a = static_cast<std::size_t>(first + i);
         const auto b = static_cast<std::size_t>(first + j);
-        correlation(i, j) = range > 0.0
-                                ? std::exp(-std::hypot(x[a] - x[b], y[a] - y[b]) / range)
-                                : std::pow(phi, std::abs(t[a] - t[b]));
+        correlation(i, j) = range > 0.0 ? std::exp(-std::hypot(x[a] - x[b], y[a] - y[b]) / range)
+                                        : std::pow(phi, std::abs(t[a] - t[b]));
       }
     }
     errors = correlation.llt().matrixL() * errors;
@@ -100,8 +99,7 @@ TEST_CASE("The range of a simulated correlation of positions in 100 plots is rec
   const fit::Intervals wald =
       fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kWald, .level = 0.999});
   const auto covers = [&](const std::string& name, double truth) {
-    const auto found =
-        std::ranges::find(wald.parameters, name, &fit::ParameterInterval::name);
+    const auto found = std::ranges::find(wald.parameters, name, &fit::ParameterInterval::name);
     REQUIRE(found != wald.parameters.end());
     INFO(name << " " << found->lower << " " << found->upper);
     CHECK(found->lower < truth);
@@ -146,11 +144,11 @@ TEST_CASE("Effects of correlated groups, their covariance and predictions of nei
     CHECK(fit.random[0].uncertainty.covariances(0, at) == Approx(psi - psi * weights.sum()));
   }
   // The same trees as new groups.
-  const fit::Calibration again =
-      fit::calibrate(fit, table, {.seen_groups = fit::SeenGroups::kNew});
+  const fit::Calibration again = fit::calibrate(fit, table, {.seen_groups = fit::SeenGroups::kNew});
   CHECK((again.random[0].effects - fit.random[0].effects).norm() < 1e-6);
-  CHECK((again.random[0].uncertainty.sensitivities - fit.random[0].uncertainty.sensitivities)
-            .norm() < 1e-8);
+  CHECK(
+      (again.random[0].uncertainty.sensitivities - fit.random[0].uncertainty.sensitivities).norm() <
+      1e-8);
 
   // The tree at time 5 of plot 1 from the others: of an AR(1) only its two neighbors count.
   std::vector<double> hidden(h.begin(), h.end());
@@ -169,8 +167,8 @@ TEST_CASE("Effects of correlated groups, their covariance and predictions of nei
   CHECK(prediction.value[row] == Approx(mean_of(at) + phi / (1 + phi * phi) * neighbors));
   CHECK(prediction.residual_sd[row] ==
         Approx(fit.sigma * std::sqrt((1 - phi * phi) / (1 + phi * phi))));
-  CHECK_THROWS_AS(
-      fit::predict(fit, table, fit::Level::kCalibrated, {.standard_errors = true}), UsageError);
+  CHECK_THROWS_AS(fit::predict(fit, table, fit::Level::kCalibrated, {.standard_errors = true}),
+                  UsageError);
 }
 
 TEST_CASE("Simulated responses have the correlation of the fit") {
@@ -182,10 +180,11 @@ TEST_CASE("Simulated responses have the correlation of the fit") {
   const auto t = table.numbers("t");
   for (Index i = 0; i < 10; ++i) {
     for (const Index j : {i, (i + 1) % 10, Index{12}}) {
-      const double same = j < 10 ? std::pow(fit.variance.correlation->values[0],
-                                            std::abs(t[static_cast<std::size_t>(i)] -
-                                                     t[static_cast<std::size_t>(j)]))
-                                 : 0.0;
+      const double same =
+          j < 10
+              ? std::pow(fit.variance.correlation->values[0],
+                         std::abs(t[static_cast<std::size_t>(i)] - t[static_cast<std::size_t>(j)]))
+              : 0.0;
       const double expected = fit.sigma * fit.sigma * same;
       const double found = centered.row(i).dot(centered.row(j)) / 4000.0;
       // Five standard errors of a covariance of 4000 pairs.
@@ -195,7 +194,8 @@ TEST_CASE("Simulated responses have the correlation of the fit") {
   }
 }
 
-TEST_CASE("A correlation with a variance function does not depend on the units of time and response") {
+TEST_CASE(
+    "A correlation with a variance function does not depend on the units of time and response") {
   data::Table table = trees(20, 10, 0.0, 0.6, 4);
   const fit::FittedModel fit = fitted(table, "car1(t)", "a | plot", "power").fit;
   REQUIRE(fit.convergence.converged());
@@ -226,8 +226,9 @@ TEST_CASE("Rows that have no correlation are errors with their group") {
         std::string::npos);
   CHECK(message_of([&] { fitted(with(6, std::nan("")), "car1(t)"); }).find("row of group 2") !=
         std::string::npos);
-  CHECK(message_of([&] { fitted(with(6, 0.5), "ar1(t)"); }).find("0.5 in group 2 is not an integer") !=
-        std::string::npos);
+  CHECK(message_of([&] {
+          fitted(with(6, 0.5), "ar1(t)");
+        }).find("0.5 in group 2 is not an integer") != std::string::npos);
   CHECK(message_of([&] { fitted(table, "car1(t)", ""); }).find("which are one group") !=
         std::string::npos);
   CHECK_THROWS_AS(fitted(table, "ar1(t)", "a | plot + t"), UsageError);

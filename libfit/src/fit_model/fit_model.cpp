@@ -16,10 +16,10 @@
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
+#include "likelihood/correlated_effects.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/crossed_checks.hpp"
-#include "likelihood/correlated_effects.hpp"
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
 #include "optimization/tolerances.hpp"
@@ -59,9 +59,10 @@ void check_method(const ModelSpecification& specification, Method method, bool r
   }
   const bool is_linearized = method == Method::kLindstromBates || method == Method::kGeneralized;
   if (specification.correlation && !is_linearized) {
-    throw UsageError(fmt::format("the method {} has independent residuals; for a `correlation` "
-                                 "use lb, or gnls without random effects",
-                                 method_text(method)));
+    throw UsageError(
+        fmt::format("the method {} has independent residuals; for a `correlation` "
+                    "use lb, or gnls without random effects",
+                    method_text(method)));
   }
 }
 

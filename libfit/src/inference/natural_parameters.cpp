@@ -405,9 +405,8 @@ double to_symmetric(const NaturalParameter& parameter, double value) {
     case Form::kCorrelation:
       return std::log((1.0 + value) / (1.0 - value));
     case Form::kResidual:
-      return std::log(std::isinf(parameter.high)
-                          ? value
-                          : (value - parameter.low) / (parameter.high - value));
+      return std::log(
+          std::isinf(parameter.high) ? value : (value - parameter.low) / (parameter.high - value));
     default:
       return std::log(value);
   }

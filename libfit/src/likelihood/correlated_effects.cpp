@@ -115,8 +115,7 @@ class EffectSearch {
     Index row = 0;
     for (std::size_t t = 0; t < of_terms.size(); ++t) {
       const Index q = std::ssize(random_[t]);
-      result.middleRows(row, q) =
-          of_terms[t].col(model_.group_of(t, group)).reshaped(q, columns);
+      result.middleRows(row, q) = of_terms[t].col(model_.group_of(t, group)).reshaped(q, columns);
       row += q;
     }
     return result;
@@ -214,8 +213,7 @@ class EffectSearch {
   void describe(Index c, std::vector<EffectPosterior>& result) const {
     const Index p = model_.coefficient_count();
     const System system = system_of(c);
-    const MatrixXd inverse =
-        system.hessian.llt().solve(MatrixXd::Identity(size(c), size(c)));
+    const MatrixXd inverse = system.hessian.llt().solve(MatrixXd::Identity(size(c), size(c)));
     const MatrixXd by_coefficients = -inverse * system.by_coefficients;
     for (Index g = model_.cluster_begin(c); g < model_.cluster_begin(c + 1); ++g) {
       const std::vector<Index> at = places_of(c, g);

@@ -75,8 +75,9 @@ class Search {
     if (outcome.converged && engine_.has_unbounded_range(outcome.state)) {
       outcome.converged = false;
       outcome.obstacle = {.status = ConvergenceStatus::kNoMaximum,
-                          .text = "the range of the correlation grows without bound: use another "
-                                  "`correlation`, or random effects in its place"};
+                          .text =
+                              "the range of the correlation grows without bound: use another "
+                              "`correlation`, or random effects in its place"};
     }
     outcome.converged = outcome.converged && outcome.log_likelihood > least_;
     if (is_better(outcome, best_)) best_ = std::move(outcome);

@@ -53,8 +53,7 @@ class Builder {
     for (const Block& block : blocks_) {
       const Index n = block.places.rows();
       result.largest = std::max(result.largest, n);
-      const VectorXd extent =
-          block.places.colwise().maxCoeff() - block.places.colwise().minCoeff();
+      const VectorXd extent = block.places.colwise().maxCoeff() - block.places.colwise().minCoeff();
       result.farthest = std::max(result.farthest, extent.norm());
       for (Index i = 1; i < n; ++i) {
         const Index from = block.places.cols() == 1 ? i - 1 : 0;
@@ -97,9 +96,9 @@ class Builder {
       own[code].rows.push_back(i);
     }
     for (auto& [code, block] : own) {
-      const std::string label =
-          strata == nullptr ? model_.group_labels()[static_cast<std::size_t>(group)]
-                            : strata->labels[static_cast<std::size_t>(code)];
+      const std::string label = strata == nullptr
+                                    ? model_.group_labels()[static_cast<std::size_t>(group)]
+                                    : strata->labels[static_cast<std::size_t>(code)];
       finish(label, block);
       blocks_.push_back(std::move(block));
     }
@@ -107,8 +106,8 @@ class Builder {
 
   void finish(const std::string& label, Block& block) {
     if (correlation_.columns.empty()) {
-      block.places = VectorXd::LinSpaced(std::ssize(block.rows), 0.0,
-                                         static_cast<double>(std::ssize(block.rows)) - 1.0);
+      block.places = VectorXd::LinSpaced(
+          std::ssize(block.rows), 0.0, static_cast<double>(std::ssize(block.rows)) - 1.0);
       return;
     }
     for (const Index i : block.rows) require_place(label, i);
@@ -169,14 +168,14 @@ class Builder {
       };
       second.column = fmt::format("{}", fmt::join(correlation_.columns, ", "));
       throw InputError(
-          fmt::format("{} is repeated in {}{}; `correlation` needs another value in each row of a "
-                      "group: give the column of the groups as in {}{}",
-                      fmt::join(block.places.row(order[k]).begin(),
-                                block.places.row(order[k]).end(), ", "),
-                      named(label),
-                      where(first),
-                      first_word(),
-                      correlation_.kind >= Kind::kExponential ? ", or a nugget" : ""),
+          fmt::format(
+              "{} is repeated in {}{}; `correlation` needs another value in each row of a "
+              "group: give the column of the groups as in {}{}",
+              fmt::join(block.places.row(order[k]).begin(), block.places.row(order[k]).end(), ", "),
+              named(label),
+              where(first),
+              first_word(),
+              correlation_.kind >= Kind::kExponential ? ", or a nugget" : ""),
           second);
     }
   }
@@ -223,8 +222,9 @@ std::shared_ptr<const CorrelatedRows> CorrelatedRows::of(const NonlinearModel& m
   const auto& correlation = model.specification().correlation;
   if (!correlation) return nullptr;
   if (model.crossed() != nullptr) {
-    throw UsageError("`correlation` is not available with crossed groups or more than two levels; "
-                     "use one grouping or two nested ones");
+    throw UsageError(
+        "`correlation` is not available with crossed groups or more than two levels; "
+        "use one grouping or two nested ones");
   }
   Builder builder(model, *correlation);
   builder.build();
@@ -251,16 +251,16 @@ void whiten(const NonlinearModel& model,
   if (!estimate.correlation) return;
   const auto correlated = CorrelatedRows::of(model, &*estimate.correlation);
   const CorrelatedRows::Factors factors = correlated->factors(*estimate.correlation);
-  correlated->change(factors, rows, [](const CorrelationFactor& factor, MatrixXd& part) {
-    factor.whiten(part);
-  });
+  correlated->change(
+      factors, rows, [](const CorrelationFactor& factor, MatrixXd& part) { factor.whiten(part); });
 }
 
 CorrelatedRows::Factors CorrelatedRows::factors(const CorrelationEstimate& estimate) const {
   Factors result = factors(structure_.unconstrained(estimate.values), 1);
   if (!result.empty()) return result;
-  throw NumericalError(fmt::format(
-      "the correlations of the rows by {} are not a positive definite matrix", estimate.correlation.text()));
+  throw NumericalError(
+      fmt::format("the correlations of the rows by {} are not a positive definite matrix",
+                  estimate.correlation.text()));
 }
 
 CorrelatedRows::Factors CorrelatedRows::factors(const VectorXd& parameters,

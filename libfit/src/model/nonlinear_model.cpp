@@ -319,9 +319,9 @@ void NonlinearModel::load_strata(const data::Table& table) {
       }
       strata.of_rows.push_back(code);
     }
-    const bool is_variance = std::ranges::any_of(
-        specification_.variance.factors,
-        [&](const VarianceFactor& factor) { return factor.stratum == column; });
+    const bool is_variance =
+        std::ranges::any_of(specification_.variance.factors,
+                            [&](const VarianceFactor& factor) { return factor.stratum == column; });
     if (is_variance) require_few_strata(strata, {.file = file_, .column = column});
     strata_.push_back(std::move(strata));
   }

@@ -37,10 +37,11 @@ struct VarianceData {
   static VarianceData of(const NonlinearModel& model, const CorrelationEstimate* known = nullptr);
 };
 
-/// A variance function, and the correlation of the residuals if the data have one, with internal parameters that are of order one and, without strata, nearly
-/// uncorrelated with sigma: v is taken relative to its typical value, so that g is about 1 for any
-/// delta. With strata, sigma must have the same meaning in each: their factors are used as they are
-/// defined. The files of the kinds define their internal parameters.
+/// A variance function, and the correlation of the residuals if the data have one, with internal
+/// parameters that are of order one and, without strata, nearly uncorrelated with sigma: v is taken
+/// relative to its typical value, so that g is about 1 for any delta. With strata, sigma must have
+/// the same meaning in each: their factors are used as they are defined. The files of the kinds
+/// define their internal parameters.
 class VarianceModel {
  public:
   /// A quantity in log g: one number, or one per stratum.

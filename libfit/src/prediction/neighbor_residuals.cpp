@@ -70,8 +70,8 @@ class NeighborResiduals {
     for (Index row = 0; row < places_.rows(); ++row) {
       const auto at = static_cast<std::size_t>(row);
       const bool is_known = std::isfinite(result_.value[row]) && result_.residual_sd[row] > 0.0;
-      const bool is_time = structure_.correlation().kind != Correlation::Kind::kSymmetric ||
-                           places_(row, 0) >= 0.0;
+      const bool is_time =
+          structure_.correlation().kind != Correlation::Kind::kSymmetric || places_(row, 0) >= 0.0;
       if (!is_known || !is_time || !places_.row(row).allFinite()) continue;
       std::string label;
       if (fit_.has_random_effects()) label = labels.of(fit_.random.size() - 1, at);
@@ -101,7 +101,8 @@ class NeighborResiduals {
                          fmt::format("{}", fmt::join(correlation_.columns, ", "))));
     }
     const VectorXd deviations = result_.residual_sd(rows.measured);
-    MatrixXd known = (response_(rows.measured) - result_.value(rows.measured)).cwiseQuotient(deviations);
+    MatrixXd known =
+        (response_(rows.measured) - result_.value(rows.measured)).cwiseQuotient(deviations);
     factor->whiten(known);
     for (const Index row : rows.others) {
       MatrixXd weights(known.rows(), 1);

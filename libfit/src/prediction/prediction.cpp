@@ -104,8 +104,9 @@ Prediction predict(const FittedModel& fit,
   result.residual_gap = residual_sd_gaps(fit, table);
   if (fit.variance.correlation && level == Level::kCalibrated) {
     if (with_errors) {
-      throw UsageError("predictions from measured neighbors with correlated residuals have no "
-                       "standard errors and intervals; choose another `level`, or omit these");
+      throw UsageError(
+          "predictions from measured neighbors with correlated residuals have no "
+          "standard errors and intervals; choose another `level`, or omit these");
     }
     add_neighbors(fit, table, result);
   }

@@ -85,8 +85,9 @@ CaseDraw::CaseDraw(const FittedModel& fit, const data::Table& table, const std::
   const NonlinearModel model(fit.specification, table);
   table_ = table.select(model.rows());
   if (fit.specification.correlation && !fit.has_random_effects()) {
-    throw UsageError("cases of correlated residuals without random effects cannot be drawn; use "
-                     "`resample=parametric`");
+    throw UsageError(
+        "cases of correlated residuals without random effects cannot be drawn; use "
+        "`resample=parametric`");
   }
   if (fit.has_random_effects()) {
     add_groups(model);

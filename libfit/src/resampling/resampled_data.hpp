@@ -33,8 +33,8 @@ class ParametricDraw {
  private:
   const FittedModel& fit_;
   NonlinearModel model_;
-  data::Table table_;                   ///< the rows of the fit, in the model's order
-  std::vector<Eigen::MatrixXd> roots_;  ///< (q x q) root of Psi of each term
+  data::Table table_;                                 ///< the rows of the fit, in the model's order
+  std::vector<Eigen::MatrixXd> roots_;                ///< (q x q) root of Psi of each term
   std::shared_ptr<const CorrelatedRows> correlated_;  ///< null: independent residuals
   CorrelatedRows::Factors factors_;
 };

@@ -6,10 +6,10 @@
 #include <limits>
 #include <numeric>
 
+#include "correlation/correlation_structure.hpp"
 #include "model/group_labels.hpp"
 #include "model/small_matrix.hpp"
 #include "result/intervals_json.hpp"
-#include "correlation/correlation_structure.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/json_reader.hpp"

@@ -144,11 +144,11 @@ Residuals residuals(const FittedModel& fit, const data::Table& table) {
   whiten(model, fit.variance, standardized);
   result.normalized = standardized.col(1);
   // All rows of crossed groups depend on each other.
-  result.marginal = model.crossed() != nullptr
-                        ? VectorXd::Constant(errors.size(), kNaN)
-                        : Decorrelation(fit, model).apply(standardized.col(0),
-                                                          standardized.rightCols(slopes.cols()),
-                                                          VectorXd::Ones(errors.size()));
+  result.marginal = model.crossed() != nullptr ? VectorXd::Constant(errors.size(), kNaN)
+                                               : Decorrelation(fit, model)
+                                                     .apply(standardized.col(0),
+                                                            standardized.rightCols(slopes.cols()),
+                                                            VectorXd::Ones(errors.size()));
   result.population = level(result.observed, std::move(population), deviation);
   result.conditional = level(result.observed, std::move(conditional), deviation);
 

@@ -137,7 +137,9 @@ struct NeighborCorrelation {
 /// Neighbors that are alike make standard errors too small.
 void note_correlated_neighbors(ResponseStudy& result, const data::Table& table) {
   const fit::FitResult* const final = final_result(result);
-  const auto is_number = [&](const char* name) { return table.has(name) && table.is_numeric(name); };
+  const auto is_number = [&](const char* name) {
+    return table.has(name) && table.is_numeric(name);
+  };
   if (final == nullptr || !table.has("plot") || !is_number("x") || !is_number("y")) return;
   // All pairs of larger plots take too long.
   constexpr std::size_t kMostTrees = 3000;

@@ -30,8 +30,8 @@ struct Residuals {
   /// independent given b.
   Eigen::VectorXd normalized{};
   /// (N) residuals of the model linear around the estimates, including the random effects,
-  /// L^-1 (y - f(beta + b) + Z b) with L L' = Z Psi Z' + sigma^2 G R G of a group, rows in the order
-  /// of its observations: independent and standard normal if the model holds.
+  /// L^-1 (y - f(beta + b) + Z b) with L L' = Z Psi Z' + sigma^2 G R G of a group, rows in the
+  /// order of its observations: independent and standard normal if the model holds.
   Eigen::VectorXd marginal{};  ///< NaN with crossed groups or more than two levels
 };
 
