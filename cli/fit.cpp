@@ -84,7 +84,8 @@ study::ModelColumns model_columns(const FitArguments& arguments,
                                                               .parameters = texts.sub_models,
                                                               .where = arguments.where,
                                                               .random = texts.random,
-                                                              .variance = texts.variance});
+                                                              .variance = texts.variance,
+                                                              .correlation = texts.correlation});
   return {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true};
 }
 

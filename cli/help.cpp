@@ -55,6 +55,7 @@ const std::map<std::string, std::vector<std::string_view>, std::less<>> kFirst{
       "parameter",
       "random",
       "variance",
+      "correlation",
       "where",
       "method",
       "intervals",

@@ -73,6 +73,11 @@ class Estimates:
         return self._core.variance["text"]
 
     @property
+    def correlation(self) -> str:
+        """The correlation of the residuals, such as ``"car1(age)"``; ``"none"`` if they are independent."""
+        return self._core.correlation
+
+    @property
     def method(self) -> str:
         """The method: ols, gnls, lb, foce, focei, laplace or agq."""
         return self._core.method

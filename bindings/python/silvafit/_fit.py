@@ -83,7 +83,7 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     """
     arguments = {"formula": formula, "parameters": parameters, "threads": threads,
                  **{name: dict(value) if isinstance(value, (Mapping, pd.Series)) else value for name, value in settings.items()}}
-    for name, is_optional in (("formula", False), ("random", True), ("variance", True)):
+    for name, is_optional in (("formula", False), ("random", True), ("variance", True), ("correlation", True)):
         check_text(name, arguments.get(name), is_optional)
     arguments["covariance"] = word("covariance", arguments.get("covariance"), is_optional=True)
     if arguments.get("method") in ("ML", "REML"):  # nlme's words
@@ -96,7 +96,8 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
 def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Frame]:
     model, formula = formula_of(arguments["formula"])
     keywords: Dict[str, Any] = {**arguments, "parameters": _texts(arguments["parameters"]), "model": model, "formula": None if model else formula}
-    numbers, names, response = _core.uses(formula, keywords["parameters"], keywords.get("random") or "", keywords.get("variance") or "")
+    numbers, names, response = _core.uses(formula, keywords["parameters"], keywords.get("random") or "", keywords.get("variance") or "",
+                                             keywords.get("correlation") or "")
     mentioned = list(dict.fromkeys(numbers + names + (["dbh", "h"] if model else [])))
     if isinstance(data, Frame):
         _check_kept(data, mentioned)
@@ -177,7 +178,8 @@ class Fit(Predictions, Inference):
         forms = {term["form"] for term in self._core.random_terms} & {"diagonal", "identity"}
         return {"formula": self.model or self.formula, "parameters": self.parameters, "random": self.random,
                 "covariance": forms.pop() if len(forms) == 1 else None,
-                "variance": None if self.variance == "none" else self.variance, "method": self.method, "reml": self.reml}
+                "variance": None if self.variance == "none" else self.variance,
+                "correlation": None if self.correlation == "none" else self.correlation, "method": self.method, "reml": self.reml}
 
     def summary(self) -> Summary:
         """The fit as text, and as HTML in notebooks."""

@@ -244,7 +244,8 @@ def compare(*fits: Estimates, names: Optional[Sequence[str]] = None) -> pd.DataF
 def _names_of(fits: Sequence[Estimates]) -> List[str]:
     def name(one: Estimates) -> str:
         parts = [one.model or one.formula, *(f"{k} ~ {v}" for k, v in one.parameters.items())]
-        parts += [one.random or "", "" if one.variance == "none" else one.variance]
+        parts += [one.random or "", "" if one.variance == "none" else one.variance,
+                  "" if one.correlation == "none" else one.correlation]
         return ", ".join(part for part in parts if part)
 
     names = [name(one) for one in fits]

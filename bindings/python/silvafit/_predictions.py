@@ -193,7 +193,7 @@ class Predictions(Estimates):
         ----------
         kind : {"response", "pearson", "normalized", "marginal"}
             response: observed minus fitted. pearson: divided by the estimated standard deviation, as
-            in nlme. normalized: pearson residuals made independent, which they are here. marginal: of
+            in nlme. normalized: pearson residuals made independent by their correlation. marginal: of
             the model linear around the estimates with random effects not removed; independent and
             standard normal if the model holds.
         level : {"conditional", "population"}

@@ -41,6 +41,8 @@ def _model_rows(fit: "Fit") -> List[Row]:
         rows.append(("Random effects", fit.random))
     if fit.variance != "none":
         rows.append(("Variance", fit.variance))
+    if fit.correlation != "none":
+        rows.append(("Correlation", fit.correlation))
     groups = ", ".join(f"{count} groups of {name}" for name, count in fit.groups.items())
     rows.append(("Method", fit.method + (", REML" if fit.reml else "")))
     rows.append(("Observations", f"{fit.nobs}" + (f", {groups}" if groups else "")

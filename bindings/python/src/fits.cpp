@@ -53,9 +53,13 @@ FitPointer fit_of(const TablePointer& table,
 py::tuple uses(const std::string& formula,
                const std::vector<std::string>& parameters,
                const std::string& random,
-               const std::string& variance) {
-  const study::ColumnUses found = study::column_uses(
-      {.formulas = {formula}, .parameters = parameters, .random = random, .variance = variance});
+               const std::string& variance,
+               const std::string& correlation) {
+  const study::ColumnUses found = study::column_uses({.formulas = {formula},
+                                                      .parameters = parameters,
+                                                      .random = random,
+                                                      .variance = variance,
+                                                      .correlation = correlation});
   return py::make_tuple(std::vector<std::string>(found.as_numbers.begin(), found.as_numbers.end()),
                         std::vector<std::string>(found.as_names.begin(), found.as_names.end()),
                         fit::response_of(formula));
@@ -70,6 +74,10 @@ std::vector<std::string> columns_of(const fit::FittedModel& fit) {
     for (const std::string& name : {factor.column, factor.stratum}) {
       if (!name.empty()) columns.push_back(name);
     }
+  }
+  if (const auto& correlation = fit.specification.correlation) {
+    columns.insert(columns.end(), correlation->columns.begin(), correlation->columns.end());
+    if (!correlation->group.empty()) columns.push_back(correlation->group);
   }
   return columns;
 }
@@ -99,6 +107,10 @@ py::dict variance_of(const fit::FittedModel& fit) {
   result["delta"] = fit.variance.delta();
   result["constant"] = fit.variance.constant();
   return result;
+}
+
+std::string correlation_of(const fit::FittedModel& fit) {
+  return fit.specification.correlation ? fit.specification.correlation->text() : "none";
 }
 
 py::list evidence_of(const fit::FittedModel& fit) {
@@ -233,6 +245,7 @@ void add_fits(py::module_& module) {
       .def_property_readonly("evidence", &evidence_of)
       .def_property_readonly("optima", &optima_of)
       .def_property_readonly("variance", &variance_of)
+      .def_property_readonly("correlation", &correlation_of)
       .def_property_readonly("columns", &columns_of)
       .def_property_readonly("random_terms", &random_terms)
       .def_property_readonly("random_text", &random_text)

@@ -20,8 +20,12 @@ namespace silvafit::python {
 namespace {
 
 /// Kinds of parameters, in the order of the enumeration.
-constexpr std::array<const char*, 5> kKinds{
-    "fixed", "standard deviation", "correlation", "variance function", "sigma"};
+constexpr std::array<const char*, 6> kKinds{"fixed",
+                                            "standard deviation",
+                                            "correlation",
+                                            "variance function",
+                                            "sigma",
+                                            "residual correlation"};
 
 /// The options of a list with the seed, and the threads of all refits.
 template <typename Options>

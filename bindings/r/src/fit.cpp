@@ -35,7 +35,8 @@ namespace silvafit::r {
 namespace {
 
 /// Kinds of parameters, in the order of the enumeration.
-constexpr std::array<const char*, 5> kKinds{"fixed", "sd", "cor", "variance", "sigma"};
+constexpr std::array<const char*, 6> kKinds{
+    "fixed", "sd", "cor", "variance", "sigma", "correlation"};
 
 fit::ModelTexts model_texts(const Arguments& model) {
   auto texts = settings_of<fit::ModelTexts>(model);
@@ -228,6 +229,7 @@ SEXP rows_of_fit(SEXP handle, SEXP columns) {
   list.add("conditional", value_of(residuals.conditional.fitted));
   list.add("residual_sd",
            value_of(fit.residual_sd(residuals.conditional.fitted, table.select(residuals.rows))));
+  list.add("normalized", value_of(residuals.normalized));
   return list.list();
 }
 

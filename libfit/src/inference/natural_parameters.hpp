@@ -29,6 +29,7 @@ class NaturalParameter {
     kDeviation,    ///< length of a row of a factor
     kIdentity,     ///< |factor times a coordinate|: a standard deviation of the identity form
     kCorrelation,  ///< cosine between two rows of a factor
+    kResidual,     ///< of the correlation of residuals
     kSigma,        ///< exp of a coordinate times a function of the variance parameters
   };
 
@@ -46,7 +47,11 @@ class NaturalParameter {
   /// Of kDerived, with its own names of the coefficients.
   std::optional<DerivedQuantity> derived{};
   std::vector<std::string> coefficients{};
+  double low = 0.0;        ///< range of kResidual
+  double high = 1.0;
 
+  /// Whether hold() is possible: a correlation of residuals may depend on several coordinates.
+  bool can_be_held(const VarianceModel& variance) const;
   /// The value at x.
   double value(const SurfaceLayout& layout,
                const VarianceModel& variance,
@@ -79,7 +84,8 @@ std::vector<NaturalParameter> derived_parameters(const SurfaceSetting& setting,
                                                  const SurfaceLayout& layout);
 
 /// The scale on which an interval of Wald is symmetric: log of standard deviations, constants and
-/// ratios, log((1 + r) / (1 - r)) of correlations, as R nlme; coefficients and delta as they are.
+/// ratios, log((1 + r) / (1 - r)) of correlations, and the same for the range of parameters of the
+/// residuals' correlation, as R nlme; coefficients and delta as they are.
 double to_symmetric(const NaturalParameter& parameter, double value);
 double from_symmetric(const NaturalParameter& parameter, double value);
 

@@ -66,7 +66,8 @@ Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& varianc
 }
 
 bool Linearizer::is_curved() const {
-  return !std::ranges::all_of(quantity_pairs_, &QuantityPair::is_linear);
+  return variance_.correlated() != nullptr ||
+         !std::ranges::all_of(quantity_pairs_, &QuantityPair::is_linear);
 }
 
 void Linearizer::make_segments() {
@@ -292,6 +293,14 @@ void Linearizer::add_segment(const Segment& segment,
   const double* const residual = scratch.residual.data() + offset;
   scratch.columns.back() = residual;
   const bool has_weight = result.weight.size() > 0;
+  if (variance_.correlated() != nullptr) {
+    keep_rows(segment, offset, expand, scratch, result);
+    if (has_weight) {
+      const auto logarithm = static_cast<Index>(parameters_.size()) + 1;
+      sums.sum_log[0] += data::sum(scratch.outputs.col(logarithm).data() + offset, count);
+    }
+    return;
+  }
   const double* const weight = has_weight ? result.weight.data() + segment.begin : nullptr;
   add_products(weight, rows, scratch, products);
   if (before != nullptr && before->weight.size() > 0) {
@@ -381,7 +390,8 @@ void Linearizer::linearize_chunk(const LinearizationPoint& point,
                   is_carried ? sums.carried_before : result.squares_before[segment.group],
                   sums,
                   result);
-      if (segment.is_last && !is_carried) finish_group(segment.group, point, result);
+      if (segment.is_last && !is_carried && variance_.correlated() == nullptr)
+        finish_group(segment.group, point, result);
     }
   }
 }
@@ -392,7 +402,7 @@ void Linearizer::add_carried(const LinearizationPoint& point,
   GroupMoments& moments = result.model.moments;
   for (std::size_t chunk = 0; chunk < chunks.size(); ++chunk) {
     const ChunkSums& sums = chunks[chunk];
-    if (sums.carried.empty()) continue;
+    if (sums.carried.empty() || variance_.correlated() != nullptr) continue;
     const Index group = segments_[blocks_[chunks_[chunk]]].group;
     double* const products = moments.term(group, 0);
     for (std::size_t k = 0; k < sums.carried.size(); ++k) products[k] += sums.carried[k];
@@ -415,7 +425,10 @@ bool Linearizer::linearize(const LinearizationPoint& point,
   result.model.observations = model_.observations();
   result.model.threads = model_.threads();
   result.model.moments =
-      expand ? GroupMoments(width, model_.group_count(), variance_.parameter_count(), pairs_)
+      expand ? GroupMoments(width,
+                            model_.group_count(),
+                            variance_.parameter_count(),
+                            variance_.correlated() == nullptr ? pairs_ : decltype(pairs_){})
              : GroupMoments(width, model_.group_count(), 0, {});
   result.mean.resize(model_.observations());
   result.weight.resize(varies ? model_.observations() : 0);
@@ -423,6 +436,10 @@ bool Linearizer::linearize(const LinearizationPoint& point,
   result.squares_before.setZero(model_.group_count());
   result.variance = point.variance;
   scratch_.resize(worker_count(model_.threads()));
+  if (variance_.correlated() != nullptr) {
+    kept_rows_.resize(model_.observations(), width);
+    if (expand) kept_slopes_.resize(model_.observations(), std::ssize(variance_.quantities()));
+  }
   std::vector<ChunkSums> chunks(chunks_.size() - 1);
   parallel_for(chunks.size(), model_.threads(), [&](std::size_t chunk, std::size_t worker) {
     linearize_chunk(point, expand, before, chunk, scratch_[worker], chunks[chunk], result);
@@ -433,6 +450,7 @@ bool Linearizer::linearize(const LinearizationPoint& point,
     result.model.moments.sum_log() += sums.sum_log;
     log_squares += sums.log_squares;
   }
+  if (variance_.correlated() != nullptr) return add_correlated(point, expand, before, result);
   if (before != nullptr && before->weight.size() == 0) result.squares_before = result.squares;
   if (expand) center(log_squares, result);
   return result.squares.allFinite() && result.model.moments.all_finite();

@@ -90,6 +90,12 @@ NonlinearModel NonlinearModel::with_equation(data::Expression mean,
   return model.pooled();
 }
 
+NonlinearModel NonlinearModel::with_independent_residuals() const {
+  NonlinearModel model = *this;
+  model.specification_.correlation.reset();
+  return model;
+}
+
 NonlinearModel NonlinearModel::with_random_effects(std::vector<RandomEffects> terms) const {
   NonlinearModel model = *this;
   model.specification_.random = std::move(terms);

@@ -29,7 +29,18 @@ std::vector<std::string> data_variables(const ModelSpecification& specification)
   for (const VarianceFactor& factor : specification.variance.factors) {
     if (!factor.column.empty()) add(factor.column);
   }
+  if (specification.correlation) {
+    for (const std::string& name : specification.correlation->columns) add(name);
+  }
   return names;
+}
+
+/// Whether only the correlation of the residuals reads a column: a row without a time or a position
+/// is an error, not a row to leave out (correlated_rows.cpp).
+bool is_only_of_correlation(const std::string& name, ModelSpecification specification) {
+  specification.correlation.reset();
+  const std::vector<std::string> others = data_variables(specification);
+  return std::ranges::find(others, name) == others.end();
 }
 
 void check_finite(const std::vector<double>& values,
@@ -140,12 +151,16 @@ bool has_edge(const ModelSpecification& specification,
   return false;
 }
 
-/// Columns whose values are the strata of the variance function.
+/// Columns whose values are the strata of the variance function, or the groups of the correlation.
 std::vector<std::string> strata_columns(const ModelSpecification& specification) {
   std::vector<std::string> names;
   for (const VarianceFactor& factor : specification.variance.factors) {
     if (factor.stratum.empty() || std::ranges::find(names, factor.stratum) != names.end()) continue;
     names.push_back(factor.stratum);
+  }
+  if (specification.correlation && !specification.correlation->group.empty() &&
+      std::ranges::find(names, specification.correlation->group) == names.end()) {
+    names.push_back(specification.correlation->group);
   }
   return names;
 }
@@ -214,6 +229,7 @@ void NonlinearModel::choose_rows(const data::Table& table) {
     const std::vector<double> values = data::variable_values(name, table);
     check_finite(values, name, table);
     check_size(values, name, table);
+    if (is_only_of_correlation(name, specification_)) continue;
     for (std::size_t row = 0; row < values.size(); ++row) {
       if (std::isnan(values[row])) complete[row] = false;
     }
@@ -303,7 +319,10 @@ void NonlinearModel::load_strata(const data::Table& table) {
       }
       strata.of_rows.push_back(code);
     }
-    require_few_strata(strata, {.file = file_, .column = column});
+    const bool is_variance =
+        std::ranges::any_of(specification_.variance.factors,
+                            [&](const VarianceFactor& factor) { return factor.stratum == column; });
+    if (is_variance) require_few_strata(strata, {.file = file_, .column = column});
     strata_.push_back(std::move(strata));
   }
 }

@@ -220,6 +220,21 @@ ordered_json variance(const VarianceEstimate& estimate) {
           {"factors", std::move(factors)}};
 }
 
+/// Without parameters of a fit that failed.
+ordered_json correlation(const FittedModel& fit) {
+  ordered_json result{{"structure", fit.specification.correlation->text()}};
+  ordered_json& values = result["parameters"] = ordered_json::object();
+  const auto& estimate = fit.variance.correlation;
+  if (!estimate) return result;
+  for (std::size_t k = 0; k < estimate->names.size(); ++k) {
+    values[estimate->names[k]] = number(estimate->values[static_cast<Index>(k)]);
+  }
+  if (!estimate->times.empty()) result["times"] = estimate->times;
+  result["unit"] = number(estimate->unit);
+  result["largest_group"] = estimate->largest;
+  return result;
+}
+
 ordered_json statistics(const FitStatistics& values) {
   return {{"r2", number(values.r2)},
           {"mean_error", number(values.mean_error)},
@@ -309,6 +324,7 @@ ordered_json json_of(const FittedModel& model) {
       {"r2_conditional", number(fit.r2_conditional)},
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
+  if (fit.specification.correlation) result["correlation"] = correlation(fit);
   if (!fit.levels.empty()) result["levels"] = levels(fit);
   if (!fit.specification.factors.empty()) result["factors"] = fit.specification.factors;
   if (!fit.specification.derived.empty()) result["derived"] = derived(fit);

@@ -17,8 +17,13 @@ using data::JsonReader;
 using nlohmann::ordered_json;
 
 /// In the order of the enumeration.
-constexpr std::array<std::string_view, 6> kKinds{
-    "fixed", "standard deviation", "correlation", "variance function", "sigma", "derived"};
+constexpr std::array<std::string_view, 7> kKinds{"fixed",
+                                                 "standard deviation",
+                                                 "correlation",
+                                                 "variance function",
+                                                 "sigma",
+                                                 "residual correlation",
+                                                 "derived"};
 
 // The meanings of null.
 constexpr std::string_view kUnbounded = "unbounded";

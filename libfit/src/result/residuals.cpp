@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/correlated_rows.hpp"
 #include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
@@ -136,13 +137,20 @@ Residuals residuals(const FittedModel& fit, const data::Table& table) {
     const Index size = model.group_begin(g + 1) - begin;
     errors.segment(begin, size) += slopes.middleRows(begin, size) * effects.col(g);
   }
+  // Residuals are independent in units of their standard deviation and correlation.
+  MatrixXd standardized(errors.size(), slopes.cols() + 2);
+  standardized << errors, result.observed - conditional, slopes;
+  standardized = (deviation.cwiseInverse().asDiagonal() * standardized).eval();
+  whiten(model, fit.variance, standardized);
+  result.normalized = standardized.col(1);
   // All rows of crossed groups depend on each other.
-  result.marginal = model.crossed() != nullptr
-                        ? VectorXd::Constant(errors.size(), kNaN)
-                        : Decorrelation(fit, model).apply(errors, slopes, deviation.cwiseAbs2());
+  result.marginal = model.crossed() != nullptr ? VectorXd::Constant(errors.size(), kNaN)
+                                               : Decorrelation(fit, model)
+                                                     .apply(standardized.col(0),
+                                                            standardized.rightCols(slopes.cols()),
+                                                            VectorXd::Ones(errors.size()));
   result.population = level(result.observed, std::move(population), deviation);
   result.conditional = level(result.observed, std::move(conditional), deviation);
-  result.normalized = result.conditional.standardized;
 
   const TableOrder order(model.rows());
   for (LevelResiduals* const one : {&result.population, &result.conditional}) {

@@ -96,6 +96,9 @@ void append_model(std::string& text, const FittedModel& fit) {
   if (!specification.variance.is_constant()) {
     append(text, "  variance: {}\n", specification.variance.text());
   }
+  if (specification.correlation) {
+    append(text, "  correlation of the residuals: {}\n", specification.correlation->text());
+  }
   append(text, "{}\n\n", fit.convergence.verdict);
   append(text, "method {}, {} rows", method_title(fit), fit.observations);
   if (fit.excluded > 0) append(text, " ({} more with missing values)", fit.excluded);
@@ -245,6 +248,14 @@ void append_residuals(std::string& text, const FittedModel& fit) {
   append(text, "sigma {}", significant(fit.sigma));
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     append_variance_factor(text, factor, fit.sigma);
+  }
+  if (const auto& correlation = fit.variance.correlation) {
+    for (std::size_t k = 0; k < correlation->names.size(); ++k) {
+      append(text,
+             ", {} {}",
+             correlation->names[k],
+             significant(correlation->values[static_cast<Index>(k)]));
+    }
   }
   append(text, "\n");
 }

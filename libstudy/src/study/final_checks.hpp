@@ -8,7 +8,7 @@
 namespace silvafit::study {
 
 /// Adds doubts about a model that explains nothing, or whose residual variance is that of a few
-/// trees, and notes on outlying trees and plots.
+/// trees, and notes on outlying trees and plots, and on neighbors whose residuals are alike.
 /// \param table  the inventory, of which the result has rows
 void check_final_model(ResponseStudy& result, const data::Table& table);
 

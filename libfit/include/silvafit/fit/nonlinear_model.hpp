@@ -115,7 +115,7 @@ class NonlinearModel {
   /// \throws UsageError if the model does not use it
   Eigen::VectorXd column(std::string_view name) const;
 
-  /// The strata of a column that the variance function names.
+  /// The strata of a column that the variance function names, or the groups of the correlation.
   struct Strata {
     std::string column{};
     std::vector<std::string> labels{};    ///< (S)
@@ -173,6 +173,9 @@ class NonlinearModel {
   /// The model with fewer random effects.
   /// \param terms  of the same groupings, or none: all rows are then one group
   NonlinearModel with_random_effects(std::vector<RandomEffects> terms) const;
+
+  /// The same model without correlation of the residuals.
+  NonlinearModel with_independent_residuals() const;
 
   /// The source of an observation: file and line, if the table has them.
   Place place(Eigen::Index observation) const;
