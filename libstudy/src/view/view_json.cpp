@@ -214,7 +214,7 @@ ordered_json preset_json(const tree::Preset& preset) {
           {"up", preset.crown_index.up},
           {"down", preset.crown_index.down},
           {"leaf", leaf},
-          {"bark", preset.bark}};
+          {"bark", preset.bark.color}};
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ Twigs twigs_of(const data::JsonReader& entry) {
   twigs.relative_length = entry.at("relative_length").number_between(0.01, 1.5);
   twigs.tip_length = entry.at("tip_length").number_between(0.01, 1.0);
   twigs.spread_deg = entry.at("spread_deg").number_between(0.0, 90.0);
-  twigs.lift = entry.at("lift").number_between(-1.0, 2.0);
+  twigs.lift = entry.at("lift").number_between(-2.0, 2.0);
   twigs.has_wood = entry.at("has_wood").boolean();
   twigs.segments = whole_number(entry.at("segments"), 1, 12);
   return twigs;
@@ -137,9 +137,8 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
   preset.twigs = twigs_of(entry.at("twigs"));
   if (entry.has("shoots")) preset.shoots = twigs_of(entry.at("shoots"));
   preset.foliage = foliage_of(entry.at("foliage"));
-  preset.leafy_shoots = leafy_shoots_of(entry.at("leafy_shoots"));
-  preset.bark = color_of(entry.at("bark_color"));
-  preset.bark_kind = bark_kind_of(entry);
+  preset.leafy_shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
+  preset.bark = bark_of(models, entry);
   if (entry.has("branch_count")) {
     preset.branch_count =
         BranchCount::load(models / "branch_count" / (entry.at("branch_count").text() + ".json"));

@@ -95,6 +95,7 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "largest_gap",
                     "bark_color",
                     "bark",
+                    "bark_by_diameter",
                     "leaves",
                     "leafy_shoots",
                     "aerial_roots",
@@ -102,10 +103,9 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "basis"});
   LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
   preset.fit.largest_gap = largest_gap_of(entry);
-  preset.style.bark = color_of(entry.at("bark_color"));
-  preset.style.bark_kind = bark_kind_of(entry);
+  preset.style.bark = bark_of(models, entry);
   if (entry.has("leafy_shoots")) {
-    preset.style.shoots = leafy_shoots_of(entry.at("leafy_shoots"));
+    preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
   }
   if (entry.has("aerial_roots")) {
     preset.style.aerial_roots = aerial_roots_of(entry.at("aerial_roots"));

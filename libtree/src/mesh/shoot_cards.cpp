@@ -285,10 +285,20 @@ class CardWriter {
 
 }  // namespace
 
-Color brightest_shoot(const Color& mean, double variation) {
-  Color color = mean;
-  for (double& channel : color) channel = std::min(1.0, channel * (1.0 + variation));
-  return color;
+void dress_shoots(const LeafyShoots& shoots,
+                  const Bark& bark,
+                  const Color& leaf,
+                  double variation,
+                  const MeshOptions& options,
+                  MeshPart& part) {
+  const bool has_leaves = shoots.has_leaves(options.season);
+  const ShootAtlas& atlas = has_leaves ? shoots.picture->leafy() : shoots.picture->bare();
+  part.texture = atlas.color;
+  part.normal_texture = atlas.normals;
+  part.color = leaf;
+  // The thinnest wood.
+  if (!has_leaves) part.color = bark.shades.empty() ? bark.color : bark.shades.front().color;
+  for (double& channel : part.color) channel = std::min(1.0, channel * (1.0 + variation));
 }
 
 void add_shoots(const Skeleton& skeleton,

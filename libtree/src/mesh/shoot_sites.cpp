@@ -304,7 +304,7 @@ OnAxis on_axis(std::span<const SkeletonPoint> points, double along_m) {
 ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, double leafy_m) {
   const CrownRadii& r = crown.radii();
   const double area_m2 = 0.25 * std::numbers::pi * (r.east_m + r.west_m) * (r.south_m + r.north_m);
-  const double covered = 2.0 * shoot_atlas(shoots.picture).covered;
+  const double covered = 2.0 * shoots.picture->leafy().covered;
   // Shoots are short in a small crown, and on a shrub.
   const double narrowest =
       std::min({r.east_m + r.west_m, r.south_m + r.north_m, crown.h_m() - crown.hcb_m()});

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,9 +18,6 @@
 #include "silvafit/tree/tuft.hpp"
 
 namespace silvafit::tree {
-
-/// Linear RGB color, each 0 .. 1.
-using Color = std::array<double, 3>;
 
 /// Angles from the vertical in one layer of the crown: normal, truncated to [low, high]; the mean
 /// is the middle and the standard deviation a quarter of the interval.
@@ -108,6 +106,19 @@ struct Foliage {
   Tuft tuft{};  ///< leaves: computed from the numbers above
 };
 
+/// The bark of stem, branches and roots.
+struct Bark {
+  Color color{};                                 ///< without textures
+  std::shared_ptr<const BarkPicture> picture{};  ///< with textures
+  /// Colors where the bark has these diameters, relative to that at breast height, in increasing
+  /// order; in between they change gradually. Empty: `color` everywhere.
+  struct Shade {
+    double relative_diameter = 0.0;
+    Color color{};
+  };
+  std::vector<Shade> shades{};
+};
+
 /// All parameters of a species' appearance. `basis` gives the origin of every number: measured,
 /// with the source, or guessed.
 struct Preset {
@@ -121,8 +132,7 @@ struct Preset {
   std::optional<Twigs> shoots{};  ///< of the third order
   Foliage foliage{};              ///< without textures
   LeafyShoots leafy_shoots{};     ///< with textures
-  Color bark{};
-  BarkKind bark_kind = BarkKind::kSmooth;
+  Bark bark{};
   Taper taper{};
   std::optional<BranchCount> branch_count{};
 };
