@@ -185,7 +185,9 @@ BambooPreset BambooPreset::load(const std::filesystem::path& models,
                     "bark_by_diameter",
                     "basis"});
   entry.at("crown").allow_only({"index_up", "index_down", "relative_hc"});
-  return {.head = preset_head_of(models, entry),
+  PresetHead head = preset_head_of(models, entry);
+  head.leaf = color_of(entry.at("leaves").at("bright_color"));
+  return {.head = std::move(head),
           .culm = culm_of(entry.at("culm")),
           .branches = branches_of(entry.at("branches")),
           .twigs = twigs_of(entry.at("twigs")),

@@ -5,7 +5,6 @@
 
 #include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
-#include "catalogue/species_names.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 
@@ -32,7 +31,6 @@ YearlyWhorls yearly_whorls_of(const data::JsonReader& entry) {
   YearlyWhorls yearly;
   yearly.low = whole_number(entry.at("low"), 1, 20);
   yearly.high = whole_number(entry.at("high"), yearly.low, 20);
-  yearly.spacing_m = entry.at("spacing_m").number_between(0.001, 1.0);
   return yearly;
 }
 
@@ -160,7 +158,6 @@ PresetCatalogue PresetCatalogue::load(const fs::path& models) {
   std::sort(catalogue.presets_.begin(),
             catalogue.presets_.end(),
             [](const Preset& a, const Preset& b) { return a.name < b.name; });
-  catalogue.fallback();
   return catalogue;
 }
 
@@ -171,12 +168,6 @@ const Preset& PresetCatalogue::named(std::string_view name) const {
     names += (names.empty() ? "" : ", ") + preset.name;
   }
   throw UsageError("unknown preset '" + std::string(name) + "'; available: " + names);
-}
-
-const Preset* PresetCatalogue::for_species(std::string_view species) const {
-  const auto found = find_species(
-      species, presets_, [](const Preset& preset) -> const auto& { return preset.species; });
-  return found == presets_.end() ? nullptr : &*found;
 }
 
 }  // namespace silvafit::tree

@@ -19,6 +19,7 @@ PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonR
                       crown.at("index_down").number_between(1.0, 3.0)};
   head.relative_hc = crown.at("relative_hc").number_between(0.0, 1.0);
   head.taper = Taper::load(models / "taper" / (entry.at("taper").text() + ".json"));
+  head.bark = color_of(entry.at("bark_color"));
   // `basis` is required: it separates published from guessed numbers.
   for (const auto& [field, basis] : entry.at("basis").members()) basis.any_text();
   return head;

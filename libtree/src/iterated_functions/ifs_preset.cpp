@@ -212,6 +212,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
     preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
   }
   preset.style.leaves.push_back(leaf_look_of(entry.at("leaves").at("look")));
+  head.leaf = preset.style.leaves.front().color;
   check_number(entry, preset);
   return std::make_unique<IfsBuilder>(std::move(head), std::move(preset));
 }

@@ -117,7 +117,9 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
     const int last = static_cast<int>(preset.style.leaves.size()) - 1;
     preset.bud_grade = static_cast<std::uint32_t>(whole_number(entry.at("bud"), 0, last));
   }
-  return std::make_unique<LsystemBuilder>(preset_head_of(models, entry), std::move(preset));
+  PresetHead head = preset_head_of(models, entry);
+  if (!preset.style.leaves.empty()) head.leaf = preset.style.leaves.front().color;
+  return std::make_unique<LsystemBuilder>(std::move(head), std::move(preset));
 }
 
 LsystemBuilder::LsystemBuilder(PresetHead head, LsystemPreset preset)

@@ -29,12 +29,10 @@ struct AngleLayer {
 
 enum class Arrangement { kWhorls, kSpiral };
 
-/// Whorls for known ages: each year's shoot has `low` to `high` of them, `spacing_m` apart,
-/// starting at its base.
+/// Whorls for known ages: each year's shoot has `low` to `high` of them, spread along it.
 struct YearlyWhorls {
   int low = 3;
   int high = 5;
-  double spacing_m = 0.05;
 };
 
 /// Limbs among the first-order branches that are nearly as thick as the stem, which divides there.
@@ -149,13 +147,6 @@ class PresetCatalogue {
 
   /// \throws UsageError with the available names
   const Preset& named(std::string_view name) const;
-
-  /// The preset for a species: by full name or code, else by genus, regardless of case; null if no
-  /// preset lists it.
-  const Preset* for_species(std::string_view species) const;
-
-  /// The preset for species that no preset lists.
-  const Preset& fallback() const { return named("generic-broadleaf"); }
 
  private:
   std::vector<Preset> presets_;
