@@ -54,7 +54,7 @@ std::string view(const py::object& trees,
   arguments.finish();
   const data::TableSource source = source_of(trees);
   return run(listener, [&](Work& work) {
-    const auto catalogue = tree::PresetCatalogue::load(models);
+    const auto catalogue = tree::BuilderCatalogue::load(models);
     const study::ViewPage written =
         study::write_view_page(source, catalogue, page_template, page, settings, work.callbacks());
     return study::json_of(written).dump();

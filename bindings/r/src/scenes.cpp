@@ -36,7 +36,7 @@ SEXP view_page(SEXP source, SEXP settings) {
   const Arguments arguments(settings);
   const data::TableSource trees = source_of(source);
   const std::filesystem::path folder = data_folder(arguments);
-  const auto catalogue = tree::PresetCatalogue::load(folder / "models");
+  const auto catalogue = tree::BuilderCatalogue::load(folder / "models");
   study::ViewPageSettings options{.reading = reading_settings(arguments),
                                   .view = settings_of<study::ViewOptions>(arguments)};
   arguments.read("threads", options.view.threads);

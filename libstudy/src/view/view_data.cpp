@@ -27,7 +27,7 @@ View summary_of(ViewStand stand) {
 /// A model is grown for the sizes of every variant, at the origin.
 struct Versions {
   std::vector<tree::Morphology> trees{};
-  std::vector<const tree::Preset*> presets{};
+  std::vector<const tree::Builder*> presets{};
 };
 
 Versions versions_of(const ViewStand& stand) {
@@ -76,7 +76,7 @@ void check(const ViewOptions& options) {
 }  // namespace
 
 View view_of_trees(const data::Table& table,
-                   const tree::PresetCatalogue& catalogue,
+                   const tree::BuilderCatalogue& catalogue,
                    const ViewOptions& options) {
   check(options);
   ViewStand stand = read_view_stand(table, catalogue, options);
@@ -86,7 +86,7 @@ View view_of_trees(const data::Table& table,
   const Versions versions = versions_of(stand);
   const ViewModels models =
       grow_view_models(versions.trees, versions.presets, stems, origin, options);
-  std::string data = view_json(stand, {.origin = origin, .models = &models}, catalogue, options);
+  std::string data = view_json(stand, {.origin = origin, .models = &models}, options);
   View view = summary_of(std::move(stand));
   view.data = std::move(data);
   view.models = models.models.size();
@@ -95,11 +95,11 @@ View view_of_trees(const data::Table& table,
 
 View view_of_scene(std::string_view glb,
                    const data::Table* table,
-                   const tree::PresetCatalogue& catalogue,
+                   const tree::BuilderCatalogue& catalogue,
                    const ViewOptions& options) {
   SceneTrees scene = trees_of_scene(glb, table, catalogue, options);
   std::string data = view_json(
-      scene.stand, {.origin = scene.origin, .scene = tree::packed_glb(glb)}, catalogue, options);
+      scene.stand, {.origin = scene.origin, .scene = tree::packed_glb(glb)}, options);
   View view = summary_of(std::move(scene.stand));
   view.data = std::move(data);
   view.unmeasured = scene.unmeasured;

@@ -95,7 +95,7 @@ ordered_json optional_number(const std::optional<std::size_t>& number) {
 ordered_json trees_json(const ViewStand& stand,
                         const Names& plots,
                         const Names& species,
-                        const std::map<const tree::Preset*, std::size_t>& presets) {
+                        const std::map<const tree::Builder*, std::size_t>& presets) {
   const stand::Layers layers;
   const auto each = [&](auto value) { return column(stand.trees, value); };
   ordered_json trees{
@@ -204,16 +204,12 @@ ordered_json models_json(const ViewModels& models, const ViewOptions& options) {
   return {{"levels", options.levels}, {"shapes", std::move(shapes)}, {"glb", base64(models.glb)}};
 }
 
-ordered_json preset_json(const tree::Preset& preset) {
-  tree::Color leaf{};
-  for (std::size_t k = 0; k < leaf.size(); ++k) {
-    leaf.at(k) = 0.5 * (preset.foliage.inner.at(k) + preset.foliage.outer.at(k));
-  }
+ordered_json preset_json(const tree::PresetHead& preset) {
   return {{"name", preset.name},
           {"title", preset.title},
           {"up", preset.crown_index.up},
           {"down", preset.crown_index.down},
-          {"leaf", leaf},
+          {"leaf", preset.leaf},
           {"bark", preset.bark}};
 }
 
@@ -221,15 +217,14 @@ ordered_json preset_json(const tree::Preset& preset) {
 
 std::string view_json(const ViewStand& stand,
                       const ViewDrawing& drawing,
-                      const tree::PresetCatalogue& catalogue,
                       const ViewOptions& options) {
   const Names plots = plots_of(stand);
   const Names species = names_of(stand, &ViewTree::species);
-  std::map<const tree::Preset*, std::size_t> presets;
+  std::map<const tree::Builder*, std::size_t> presets;
   ordered_json preset_list = ordered_json::array();
-  for (const tree::Preset& preset : catalogue.presets()) {
-    presets.emplace(&preset, presets.size());
-    preset_list.push_back(preset_json(preset));
+  for (const ViewTree& tree : stand.trees) {
+    if (!presets.emplace(tree.preset, presets.size()).second) continue;
+    preset_list.push_back(preset_json(tree.preset->preset()));
   }
   const stand::Layers layers;
   ordered_json layer_names = ordered_json::array();

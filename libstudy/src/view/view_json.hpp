@@ -5,7 +5,7 @@
 #include <string>
 
 #include "silvafit/study/view_data.hpp"
-#include "silvafit/tree/preset.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "view/view_models.hpp"
 #include "view/view_stand.hpp"
 
@@ -20,7 +20,6 @@ struct ViewDrawing {
 
 std::string view_json(const ViewStand& stand,
                       const ViewDrawing& drawing,
-                      const tree::PresetCatalogue& catalogue,
                       const ViewOptions& options);
 
 }  // namespace silvafit::study

@@ -124,21 +124,6 @@ void append(GrowResult&& part, const std::string& moment, std::size_t before, Gr
   for (const std::size_t tree : part.crossing) all.crossing.push_back(before + tree);
 }
 
-std::string quoted(const std::set<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
-  return list;
-}
-
-void note_unknown_species(const GrowJob& job, const tree::BuilderCatalogue& catalogue) {
-  const std::set<std::string>& unknown = job.state->unknown_species;
-  if (unknown.empty() || !job.callbacks.note) return;
-  job.callbacks.note(
-      fmt::format("No preset lists the species {}; preset {} is used (see `preset`).",
-                  quoted(unknown),
-                  catalogue.fallback(job.builder).name()));
-}
-
 /// The number of trees, each counted once for all its measurements.
 std::size_t tree_count(const std::vector<tree::Morphology>& trees,
                        const std::vector<std::size_t>& numbers) {
@@ -353,7 +338,7 @@ GrowResult grow(const data::TableSource& trees,
   const std::unique_ptr<const tree::Builder> with_grammar = builder_with_grammar(catalogue, job);
   GrowManifest* const rows = manifest ? &*manifest : nullptr;
   GrowResult result = Growth(catalogue, job, with_grammar.get(), rows).run(trees);
-  note_unknown_species(job, catalogue);
+  give_notes(state.species.texts(), job.callbacks.note);
   if (manifest) manifest->finish();
   // A builder with a grammar is gone.
   for (tree::SharedModel& model : result.shared.models) model.builder = nullptr;

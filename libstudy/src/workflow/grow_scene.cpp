@@ -6,20 +6,20 @@
 #include "workflow/grow_job.hpp"
 
 namespace silvafit::study {
-std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
-                                                  const tree::BuilderCatalogue& catalogue,
-                                                  const GrowJob& job,
-                                                  const tree::Builder* for_all) {
-  if (for_all != nullptr) return std::vector(morphologies.size(), for_all);
-  std::vector<const tree::Builder*> builders;
-  for (const tree::Morphology& morphology : morphologies) {
-    const tree::Builder* builder = job.preset.empty()
-                                       ? catalogue.for_species(job.builder, morphology.species)
-                                       : &catalogue.named(job.builder, job.preset);
-    if (builder == nullptr) job.state->unknown_species.insert(morphology.species);
-    builders.push_back(builder);
+std::vector<tree::PresetChoice> choose_builders(const std::vector<tree::Morphology>& morphologies,
+                                                const tree::BuilderCatalogue& catalogue,
+                                                const GrowJob& job,
+                                                const tree::Builder* for_all) {
+  if (for_all == nullptr && !job.preset.empty()) {
+    for_all = &catalogue.named(job.builder, job.preset);
   }
-  return builders;
+  if (for_all != nullptr) return std::vector(morphologies.size(), tree::PresetChoice{for_all});
+  std::vector<tree::PresetChoice> choices;
+  for (const tree::Morphology& morphology : morphologies) {
+    choices.push_back(catalogue.choose(job.builder, morphology.species));
+    job.state->species.add(morphology.species, choices.back());
+  }
+  return choices;
 }
 
 void finish_scene(tree::SceneWriter& writer, WrittenScene& written) {

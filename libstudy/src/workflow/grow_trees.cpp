@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 class Grower {
  public:
   /// \param stand    all trees that share the ground and the origin
-  /// \param for_all  as listed_builders()
+  /// \param for_all  as choose_builders()
   Grower(const GrowJob& job,
          const std::vector<tree::Morphology>& morphologies,
          const std::vector<tree::Morphology>& stand,
@@ -29,11 +29,8 @@ class Grower {
       : job_(job),
         morphologies_(morphologies),
         stand_(stand),
-        listed_(listed_builders(morphologies, catalogue, job, for_all)),
-        builders_(listed_) {
-    for (const tree::Builder*& builder : builders_) {
-      if (builder == nullptr) builder = &catalogue.fallback(job.builder);
-    }
+        choices_(choose_builders(morphologies, catalogue, job, for_all)) {
+    for (const tree::PresetChoice& choice : choices_) builders_.push_back(choice.builder);
   }
 
   GrowResult run() {
@@ -80,7 +77,7 @@ class Grower {
                     .level = level};
     constexpr double kPerMeter = 100.0;
     grown.surface_error_cm = kPerMeter * grown.tree.mesh.surface_error_m;
-    if (listed_[i] == nullptr) {
+    if (!choices_[i].is_listed) {
       grown.tree.notes.push_back(
           {"preset", "no preset lists the species: " + builders_[i]->name()});
     }
@@ -207,8 +204,8 @@ class Grower {
   const GrowJob& job_;
   const std::vector<tree::Morphology>& morphologies_;
   const std::vector<tree::Morphology>& stand_;
-  std::vector<const tree::Builder*> listed_;  ///< null if no preset lists the species
-  std::vector<const tree::Builder*> builders_;
+  std::vector<tree::PresetChoice> choices_;
+  std::vector<const tree::Builder*> builders_{};
   tree::StandOverlap overlap_{};
   GrowResult result_{};
   std::vector<std::string> names_{};

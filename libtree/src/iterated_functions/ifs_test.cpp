@@ -340,9 +340,9 @@ TEST_CASE("the same random numbers give the same copies, others different ones")
 TEST_CASE("a listed species gets its system, and others get the fallback") {
   const BuilderCatalogue& catalogue = test::shipped_builders();
   CHECK(catalogue.fallback(BuilderKind::kIfs).name() == "broadleaf");
-  CHECK(catalogue.for_species(BuilderKind::kIfs, "SM")->name() == "conifer");
-  CHECK(catalogue.for_species(BuilderKind::kIfs, "Abies alba")->name() == "conifer");
-  CHECK(catalogue.for_species(BuilderKind::kIfs, "Quercus") == nullptr);
+  CHECK(catalogue.choose(BuilderKind::kIfs, "SM").builder->name() == "conifer");
+  CHECK(catalogue.choose(BuilderKind::kIfs, "Abies alba").builder->name() == "conifer");
+  CHECK_FALSE(catalogue.choose(BuilderKind::kIfs, "Quercus").is_listed);
 }
 
 TEST_CASE("a system with an invalid field is refused with file and field") {

@@ -107,8 +107,7 @@ TEST_CASE("the trees of the paper's figure 7 have its table's parameters") {
 TEST_CASE("a listed species gets its grammar") {
   const BuilderCatalogue& catalogue = test::shipped_builders();
   const auto name_for = [&](const char* species) {
-    const Builder* builder = catalogue.for_species(BuilderKind::kLsystem, species);
-    return builder == nullptr ? catalogue.fallback(BuilderKind::kLsystem).name() : builder->name();
+    return catalogue.choose(BuilderKind::kLsystem, species).builder->name();
   };
   CHECK(name_for("Acer platanoides") == "maple");
   CHECK(name_for("Ficus microcarpa") == "banyan");
