@@ -35,7 +35,7 @@ FOLDERS = {
     "stand": ["trees", "windows", "units", "sampling", "figures", "growth"],
     "tree": ["morphology", "pictures", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
              "builders", "impostors", "stand", "files"],
-    "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],
+    "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow", "fronts"],
 }
 
 # Tests, benchmarks and fuzzers run on Linux only.

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from . import _core, _location
+from ._analysis import analysis
 from ._data import Frame, frame_of
 from ._errors import Error, UsageError, check_text, located_in, warn_of
 from ._estimates import model_frame
@@ -17,7 +18,7 @@ from ._inference import Inference
 from ._listener import Listener
 from ._predictions import Predictions
 from ._settings import takes
-from ._summary import Summary, fit_html, fit_text, summary_of
+from ._summary import Summary
 from ._words import word
 
 Parameters = Union[str, Sequence[str], Mapping[str, str], None]
@@ -102,7 +103,9 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
     if isinstance(data, Frame):
         _check_kept(data, mentioned)
     frame = model_frame(data, keywords["parameters"], mentioned, response)
-    return _run_fit(frame, data, _location.catalogue() if model else None, keywords, trace), frame
+    if keywords.get("bounds"):  # infinite ends are open
+        keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends] for name, ends in keywords["bounds"].items()}
+    return _run_fit(frame, data, {**keywords, "trace": bool(trace), "catalogue": _location.catalogue() if model else None}), frame
 
 
 def formula_of(text: str) -> Tuple[Optional[str], str]:
@@ -127,13 +130,13 @@ def _check_kept(frame: Frame, mentioned: List[str]) -> None:
                          f"'{lost[0]}'; give the data, update(..., data=trees)", column="data")
 
 
-def _run_fit(frame: Frame, data: Any, catalogue: Any, keywords: dict, trace: bool) -> Any:
+def _run_fit(frame: Frame, data: Any, keywords: dict) -> Any:
     listener = Listener()
     # A name of the formula that is no column may be a misspelt one.
     keywords = {**keywords, "columns": list(dict.fromkeys([*frame.names, *frame.table.names]))}
     try:
         with located_in(frame.index):
-            return _core.fit(frame.table, catalogue, keywords, bool(trace), listener)
+            return analysis("fit", frame.table, listener=listener, **keywords).fits[0][1]
     except (Error, TypeError):
         if set(frame.names) <= set(frame.table.names):
             raise
@@ -142,7 +145,7 @@ def _run_fit(frame: Frame, data: Any, catalogue: Any, keywords: dict, trace: boo
     every = frame_of(data).table
     table = _core.table(every.rows, frame.table.columns() + [one for one in every.columns() if one[0] not in known])
     with located_in(frame.index):
-        return _core.fit(table, catalogue, keywords, bool(trace), listener)
+        return analysis("fit", table, listener=listener, **keywords).fits[0][1]
 
 
 class Fit(Predictions, Inference):
@@ -175,15 +178,15 @@ class Fit(Predictions, Inference):
 
     def _stored_arguments(self) -> dict:
         """The arguments of a fit that was read from a file, as far as they say what the model is."""
-        forms = {term["form"] for term in self._core.random_terms} & {"diagonal", "identity"}
+        forms = {term["form"] for term in self._random_terms} & {"diagonal", "identity"}
         return {"formula": self.model or self.formula, "parameters": self.parameters, "random": self.random,
                 "covariance": forms.pop() if len(forms) == 1 else None,
                 "variance": None if self.variance == "none" else self.variance,
                 "correlation": None if self.correlation == "none" else self.correlation, "method": self.method, "reml": self.reml}
 
     def summary(self) -> Summary:
-        """The fit as text, and as HTML in notebooks."""
-        return summary_of(self)
+        """The fit as text, as ``silvafit fit`` prints it."""
+        return Summary(("" if self.converged else f"NOT CONVERGED ({self.status})\n") + self._core.summary)
 
     def plot(self, kind: str = "curves", ax: Any = None, **options: Any) -> Any:
         """Draw the fit with matplotlib.
@@ -241,7 +244,7 @@ class Fit(Predictions, Inference):
         return self.__copy__()
 
     def __repr__(self) -> str:
-        return fit_text(self)
+        return str(self.summary())
 
     def _repr_html_(self) -> str:
-        return fit_html(self)
+        return self.summary()._repr_html_()

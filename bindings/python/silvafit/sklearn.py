@@ -129,7 +129,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         """
         check_is_fitted(self)
         table = self._with_groups(self._table(X, reset=False), groups)
-        needed = {column for term in self.fit_._core.random_terms for column in term["columns"]}
+        needed = {column for term in self.fit_._random_terms for column in term["columns"]}
         if self.level in ("conditional", "calibrated") and not needed <= set(table.columns):
             raise UsageError(f"predictions of the level {self.level} need the groups: a column {' and '.join(sorted(needed))}, "
                              "or predict(X, groups=...); level='population' has random effects 0", column="groups")

@@ -34,10 +34,6 @@ study::Callbacks Work::callbacks() {
                              std::size_t total) { progress(stage, done, total); }};
 }
 
-std::function<void(std::size_t, std::size_t)> Work::progress_of(const std::string& stage) {
-  return [this, stage](std::size_t done, std::size_t total) { progress(stage, done, total); };
-}
-
 void Work::tell(const py::object& listener) {
   std::vector<Message> messages;
   std::optional<Stage> stage;

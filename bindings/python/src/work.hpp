@@ -33,8 +33,6 @@ class Work {
   void progress(const std::string& stage, std::size_t done, std::size_t total);
 
   study::Callbacks callbacks();
-  /// For analyses of one stage.
-  std::function<void(std::size_t, std::size_t)> progress_of(const std::string& stage);
 
   /// Calls listener(kind, text, done, total) with new messages: "note", "line" and "progress". The
   /// GIL is held.

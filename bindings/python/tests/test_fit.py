@@ -284,9 +284,9 @@ def test_the_trace_has_a_line_for_each_iteration(stands, capsys):
 
 def test_summaries_say_what_the_fit_is(mixed):
     text = str(mixed.summary())
-    for part in ("a + b | plot", "power", "sd(a)", "Converged", "914"):
+    for part in ("a + b | plot", "power", "std. dev.", "Converged", "914"):
         assert part in text
-    assert "<table" in mixed._repr_html_() and "<table" in mixed.summary()._repr_html_()
+    assert "<pre>" in mixed._repr_html_() and "<pre>" in mixed.summary()._repr_html_()
     assert "a + b | plot" in repr(mixed)
 
 

@@ -231,7 +231,7 @@ extractAIC.silvafit <- function(fit, scale = 0, k = 2, ...) {
 #' @rdname likelihood
 #' @export
 formula.silvafit <- function(x, ...) {
-  no_further(list(...))
+  no_further(list(...), "env")
   x$formula
 }
 
@@ -293,7 +293,7 @@ residuals.silvafit <- function(object, level = "conditional", type = c("response
   type <- match.arg(type)
   if (type == "normalized" && !is.null(object$fit$correlation)) {
     if (length(level) != 1 || level_word(object, level) != "conditional") stop_usage("normalized residuals of a fit with a correlation are conditional: omit `level`")
-    normalized <- engine(.Call(C_rows_of_fit, object$handle, plain_columns(object$frame, names(object$frame))))$normalized
+    normalized <- analysis_of_fit("residuals", object, data = object$frame)$tables$rows$normalized
     return(at_levels(object, level, asList, stats::naresid, "Normalized residuals", function(one) normalized))
   }
   scale <- if (type == "response") 1 else object$residual_sd
@@ -479,16 +479,17 @@ with_data <- function(object, data) {
   columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), grouping_names(object), of_variance, correlation_names(fit$correlation$structure))),
                        names(data))
   frame <- data[columns]
-  result <- engine(.Call(C_rows_of_fit, object$handle, plain_columns(frame, columns)))
-  mae <- mean(abs(result$observed - result$population))
-  if (length(result$rows) != fit$n || !isTRUE(all.equal(mae, fit$statistics$population$mae, tolerance = 1e-6))) {
-    stop_input("`data` are not the data of the fit: they have ", length(result$rows), " complete rows with the mean absolute error ", signif(mae, 6),
+  found <- analysis_of_fit("residuals", object, data = frame)
+  result <- found$tables$rows
+  mae <- mean(abs(result$observed - result$fitted_population))
+  if (length(found$rows) != fit$n || !isTRUE(all.equal(mae, fit$statistics$population$mae, tolerance = 1e-6))) {
+    stop_input("`data` are not the data of the fit: they have ", length(found$rows), " complete rows with the mean absolute error ", signif(mae, 6),
                ", the fit has ", fit$n, " with ", signif(fit$statistics$population$mae, 6))
   }
-  object$frame <- rows_of(frame, result$rows)
+  object$frame <- rows_of(frame, found$rows)
   object$data <- given
-  object$rows <- result$rows
-  object$fitted_values <- result[c("population", "conditional")]
+  object$rows <- found$rows
+  object$fitted_values <- list(population = result$fitted_population, conditional = result$fitted_conditional)
   object$residual_sd <- result$residual_sd
   object
 }

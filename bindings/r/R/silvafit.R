@@ -108,14 +108,13 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, correlation, contrasts)
   if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && model$texts$correlation == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
   options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), hold = engine_names(hold, model, "hold"),
-                  lower = engine_names(lower, model, "lower"), upper = engine_names(upper, model, "upper"), starts = starts,
+                  bounds = bounds_of(engine_names(lower, model, "lower"), engine_names(upper, model, "upper")), starts = starts,
                   agq_points = agq_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
   frame <- model$frame
   omit <- check_missing(frame, na.action)
   # The domain of a model of the catalogue may have a condition on these.
   columns <- c(frame, if (!is.null(id)) rows_of(data, rows)[setdiff(intersect(c("dbh", "h"), names(data)), names(frame))])
-  texts <- c(model$texts, if (!is.null(id)) list(model = id, data_folder = data_folder()))
-  result <- engine(.Call(C_fit_model, plain_columns(columns, names(columns)), texts, options))
+  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id), options))
   object <- new_fit(result, model, call, options, na.action = omit)
   # What update() and getData() need: the values of the call, and the data with all columns.
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))
@@ -238,6 +237,14 @@ check_missing <- function(frame, na.action) {
     stop_input("column '", column, "' has missing values; use na.action = na.omit, or remove the rows", column = column)
   }
   if (is_it("na.exclude")) "exclude" else "omit"
+}
+
+# Both ends of each bound; NULL is an open one.
+bounds_of <- function(lower, upper) {
+  names <- union(names(lower), names(upper))
+  if (length(names) == 0) return(NULL)
+  end <- function(values, name) if (name %in% names(values)) values[[name]]
+  stats::setNames(lapply(names, function(name) list(end(lower, name), end(upper, name))), names)
 }
 
 # Names of coefficients as the C++ libraries have them.
