@@ -127,7 +127,8 @@ void TableReader::find_columns() {
     return wishes_.is_wanted(name) && stand::mapping_to(name, result_.mapped) == nullptr &&
            stand::mapping_to(name, joined_) == nullptr;
   };
-  usual_ = stand::usual_columns(header, is_looked_for, reader_.file(), units);
+  usual_ =
+      stand::usual_columns(header, is_looked_for, reader_.file(), units, false, result_.mapped);
   usual_.insert(usual_.end(), joined_.begin(), joined_.end());
 }
 
