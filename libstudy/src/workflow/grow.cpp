@@ -17,6 +17,7 @@
 #include "silvafit/study/tree_table.hpp"
 #include "silvafit/tree/coinciding_plots.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
+#include "workflow/assumed_sizes.hpp"
 #include "workflow/grow_job.hpp"
 #include "workflow/grow_manifest.hpp"
 
@@ -31,8 +32,13 @@ struct ReadTrees {
 /// All trees of the table at one time, or the trees of each moment or plot.
 ReadTrees read_trees(const data::TableSource& trees, const GrowJob& job) {
   tree::MorphologyTableOptions options = morphology_options(job);
-  const data::Table table =
+  data::Table table =
       read_tree_table(trees, job.reading, job.by, options.columns, job.callbacks.note).table;
+  assume_labels(table, options.columns);
+  if (options.use == tree::Use::kObserved && !options.only_height) {
+    const std::string note = assume_sizes(table, options.columns);
+    if (!note.empty() && job.callbacks.note) job.callbacks.note(note);
+  }
   if (!job.by.empty()) return {.moments = tree::read_moments(table, job.by, options)};
   tree::MorphologyTable read = tree::read_morphologies(table, options);
   ReadTrees result{.moments = {.left_out = std::move(read.left_out)}};
@@ -85,6 +91,7 @@ void append(GrowResult&& part, const std::string& moment, std::size_t before, Gr
   all.presets.insert(all.presets.end(), part.presets.begin(), part.presets.end());
   all.files.insert(all.files.end(), part.files.begin(), part.files.end());
   all.shared = std::move(part.shared);
+  for (const auto& [name, count] : part.counts.guesses) all.counts.guesses[name] += count;
   for (const std::size_t tree : part.with_guesses) all.with_guesses.push_back(before + tree);
   for (const std::size_t tree : part.crossing) all.crossing.push_back(before + tree);
 }
@@ -172,6 +179,7 @@ GrowResult grow_moments(const GrowJob& job,
   std::iota(numbers.begin(), numbers.end(), std::size_t{0});
   all.counts = {.trees = tree_count(stand, numbers),
                 .with_guesses = tree_count(stand, all.with_guesses),
+                .guesses = std::move(all.counts.guesses),
                 .crossing = tree_count(stand, all.crossing),
                 .overlaps = all.pairs.size()};
   all.morphologies = std::move(stand);

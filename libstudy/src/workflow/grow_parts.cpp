@@ -13,6 +13,7 @@
 #include "silvafit/base/read_ahead.hpp"
 #include "silvafit/data/table_parts.hpp"
 #include "silvafit/study/tree_table.hpp"
+#include "workflow/assumed_sizes.hpp"
 #include "workflow/grow_job.hpp"
 #include "workflow/parts_of_files.hpp"
 
@@ -64,6 +65,7 @@ class GrowthOfParts {
   std::vector<std::string> recognized_{};
   std::unordered_set<std::string> plots_found_{};
   std::size_t left_out_ = 0;
+  bool has_assumed_ = false;
   GrowResult result_{};
 };
 
@@ -96,6 +98,7 @@ void GrowthOfParts::refuse_unknown_plots() const {
 void GrowthOfParts::add(GrowResult&& part) {
   result_.counts.trees += part.counts.trees;
   result_.counts.with_guesses += part.counts.with_guesses;
+  for (const auto& [name, count] : part.counts.guesses) result_.counts.guesses[name] += count;
   result_.counts.crossing += part.counts.crossing;
   result_.counts.overlaps += part.counts.overlaps;
   const bool is_same_folder = job_.per == "tree" && !result_.files.empty();
@@ -115,6 +118,13 @@ void GrowthOfParts::grow_part(const data::TableSource& part) {
   ReadTable read = read_tree_table(part, job_.reading, job_.by, options.columns, {}, &state_);
   recognized_ = std::move(read.recognized);
   if (!choose_plots(read.table, options)) return;
+  if (options.use == tree::Use::kObserved && !options.only_height) {
+    const std::string note = assume_sizes(read.table, options.columns);
+    const bool is_new = !note.empty() && !std::exchange(has_assumed_, true);
+    if (is_new && job_.callbacks.note) {
+      job_.callbacks.note("in the first part with such trees " + note);
+    }
+  }
   tree::MorphologyTable trees = tree::read_morphologies(read.table, options);
   left_out_ += trees.left_out.size();
   for (tree::LeftOut& row : trees.left_out) {
