@@ -13,7 +13,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
-#include "trees/fia_columns.hpp"
+#include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
@@ -64,7 +64,7 @@ std::optional<LengthUnit> unit_of(std::size_t field,
   if (field < units.size()) {
     if (const auto unit = unit_of_length(units[field])) return unit;
   }
-  return is_fia_tree_table(header) ? unit_of_length(fia_unit(header[field])) : std::nullopt;
+  return unit_of_length(known_unit(header[field], header));
 }
 
 /// A column, converted to the standard unit if it has another one.
@@ -84,10 +84,12 @@ std::string in_our_unit(std::string_view name,
   return fmt::format("{}*{:.6g}", text, unit->meters / ours_m);
 }
 
-/// Whether FIA's columns are used for a standard column: `plot` in lower case is FIA's PLOT, which
-/// is unique within a county only.
-bool is_fia_preferred(std::string_view name, const std::vector<std::string>& header) {
-  return is_label(name) || std::ranges::find(header, name) == header.end();
+/// Whether the source of a known table is used for a standard column although the header has one of
+/// this name: for labels, such as FIA's PLOT, which is unique within a county only, and for the
+/// column itself, which may have another unit.
+bool is_known_preferred(const ColumnMapping& known, const std::vector<std::string>& header) {
+  return is_label(known.name) || known.source == known.name ||
+         std::ranges::find(header, known.name) == header.end();
 }
 
 /// Where x and y come from if trees were measured from points by azimuth and distance.
@@ -259,15 +261,16 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
   std::vector<ColumnMapping> found;
   const PolarPosition polar(header, mapped, file, units);
   bool has_position = false;
-  const std::vector<ColumnMapping> fia_table = fia_columns(header, by_location);
+  const std::vector<ColumnMapping> known_table = known_columns(header, by_location);
   for (const TreeColumn& column : tree_columns()) {
     std::string name(column.name);
     if (name == kStatus || column.makes_position() || !is_wanted(name)) continue;
     if ((name == "x" || name == "y") && polar.is_named()) continue;
-    const ColumnMapping* const fia = mapping_to(name, fia_table);
-    if (fia != nullptr && is_fia_preferred(name, header)) {
+    const ColumnMapping* const known = mapping_to(name, known_table);
+    if (known != nullptr && is_known_preferred(*known, header)) {
       has_position = has_position || column.is_position();
-      found.push_back(in_our_unit(*fia, header, units));
+      ColumnMapping ours = in_our_unit(*known, header, units);
+      if (ours.source != name) found.push_back(std::move(ours));
       continue;
     }
     const auto own = std::ranges::find(header, name);
@@ -309,9 +312,11 @@ std::optional<std::string> usual_time_column(const std::vector<std::string>& hea
   for (const std::string_view name : {"year", "date"}) {
     if (const auto field = field_in_any_case(name, header)) return header[*field];
   }
-  const std::vector<ColumnMapping> fia_table = fia_columns(header, false);
-  const ColumnMapping* const fia = mapping_to("year", fia_table);
-  return fia == nullptr ? std::nullopt : std::optional(fia->source);
+  const std::vector<ColumnMapping> known = known_columns(header, false);
+  for (const std::string_view name : {"year", "date"}) {
+    if (const ColumnMapping* const time = mapping_to(name, known)) return time->source;
+  }
+  return std::nullopt;
 }
 
 std::optional<std::string> status_column(const std::vector<std::string>& header,
@@ -322,6 +327,7 @@ std::optional<std::string> status_column(const std::vector<std::string>& header,
     require_column(*mapping, header, file);
     return mapping->source;
   }
+  if (const auto known = known_status_column(header)) return known;
   if (const auto field = usual_field(kStatus, header, file)) return header[*field];
   if (codes.empty()) return std::nullopt;
   throw UsageError(
@@ -355,8 +361,9 @@ std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
                         has_comma ? "'" : "",
                         remark);
   }
-  if (text.empty() || !is_fia_tree_table(header)) return text;
-  return "the table is FIA's TREE, in inches and feet: " + text;
+  const KnownTable* const known = known_table(header);
+  if (text.empty() || known == nullptr) return text;
+  return fmt::format("the table is {}: {}", known->title, text);
 }
 
 }  // namespace silvafit::stand

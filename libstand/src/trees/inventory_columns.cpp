@@ -12,7 +12,7 @@
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/stand/described_columns.hpp"
 #include "trees/column_sources.hpp"
-#include "trees/fia_columns.hpp"
+#include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
@@ -120,11 +120,11 @@ std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
   return std::ranges::any_of(plan.labels, holds) ? std::nullopt : field;
 }
 
-/// FIA's factors become a column per hectare.
+/// The factors of a known table become a column per hectare.
 void Planner::add_expansion(ColumnPlan& plan) const {
   constexpr char kName[] = "trees_per_ha";
-  const std::vector<ColumnMapping> fia = fia_columns(header_, true);
-  const ColumnMapping* const factor = mapping_to("expansion", fia);
+  const std::vector<ColumnMapping> known = known_columns(header_, true);
+  const ColumnMapping* const factor = mapping_to(kName, known);
   const bool is_taken = field_named(kName) || mapping_to(kName, options_.columns) != nullptr;
   if (factor == nullptr || is_taken) return;
   plan.expansion = kName;
@@ -274,9 +274,11 @@ ColumnPlan Planner::plan() {
   collect_expression_fields(plan);
   collect_others(plan);
   add_expansion(plan);
-  const std::vector<ColumnMapping> fia = fia_columns(header_, by_location);
-  const ColumnMapping* const place = mapping_to("x", fia);
-  plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source;
+  // Positions from subplots are made of their numbers.
+  const std::vector<ColumnMapping> known = known_columns(header_, by_location);
+  const ColumnMapping* const place = mapping_to("x", known);
+  plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source &&
+                               place->source.find("ifelse") != std::string::npos;
   plan.usual = std::move(usual_);
   return plan;
 }

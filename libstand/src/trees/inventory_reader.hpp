@@ -56,7 +56,8 @@ class InventoryReader {
     result_.inventory.expansion = plan_.expansion;
     for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
     if (plan_.status_field) {
-      status_ = StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes);
+      status_ =
+          StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes, csv_.header());
     }
   }
 
