@@ -112,6 +112,10 @@ study::ReadTable read_data(const FitArguments& arguments,
   const std::string& formula = arguments.texts.formula;
   if (!formula.empty()) fit::add_response(fit::response_of(formula), table);
   if (!arguments.where.empty()) table = data::rows_where(arguments.where, table);
+  for (const study::BaseModel* const model : models) {
+    const std::string note = study::leave_out_impossible(model->response, table);
+    if (!note.empty()) say(arguments.common, "note: " + note);
+  }
   return {.table = std::move(table), .recognized = std::move(read.recognized)};
 }
 

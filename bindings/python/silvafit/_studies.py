@@ -169,8 +169,9 @@ def impute(trees: Any, response: str = "h", *, seed: int = 1, threads: int = 0, 
     Returns
     -------
     DataFrame
-        The trees, with the response filled in and the columns ``h_source`` (measured, imputed, missing),
-        ``h_level`` (plot, stand, population) and ``h_flag``; of other data than a DataFrame these columns
+        The trees, with the response filled in, under its name in them, and the columns ``h_source`` (measured,
+        imputed, missing), ``h_level`` (plot, stand, population), ``h_flag``, and with ``coverage`` ``h_lower``
+        and ``h_upper``; of other data than a DataFrame these columns
         only. ``attrs["models"]`` has the fits by label as JSON, which `Fit.from_json` reads.
     """
     found, frame, notes = _run("impute", trees, settings, response=response, seed=seed, threads=threads,

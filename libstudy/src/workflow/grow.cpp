@@ -19,6 +19,7 @@
 #include "silvafit/study/tree_table.hpp"
 #include "silvafit/tree/coinciding_plots.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
+#include "workflow/assumed_sizes.hpp"
 #include "workflow/flow.hpp"
 #include "workflow/grow_job.hpp"
 #include "workflow/grow_manifest.hpp"
@@ -120,6 +121,7 @@ void append(GrowResult&& part, const std::string& moment, std::size_t before, Gr
   all.presets.insert(all.presets.end(), part.presets.begin(), part.presets.end());
   all.files.insert(all.files.end(), part.files.begin(), part.files.end());
   all.shared = std::move(part.shared);
+  for (const auto& [name, count] : part.counts.guesses) all.counts.guesses[name] += count;
   for (const std::size_t tree : part.with_guesses) all.with_guesses.push_back(before + tree);
   for (const std::size_t tree : part.crossing) all.crossing.push_back(before + tree);
 }
@@ -153,6 +155,7 @@ class Growth {
   std::string plot_column(const std::vector<std::string>& header) const;
   bool choose_plots(const data::Table& table, tree::MorphologyTableOptions& options);
   void refuse_unknown_plots() const;
+  void note_once(const std::string& assumed);
   Trees read(const data::TableSource& rows);
   void grow(const Trees& trees);
   void add(GrowResult&& part);
@@ -166,6 +169,7 @@ class Growth {
   std::unordered_set<std::string> plots_found_{};
   std::vector<tree::LeftOut> left_out_{};  ///< in parts, the first of them
   std::size_t left_out_count_ = 0;
+  bool has_assumed_ = false;
   GrowResult result_{};
 };
 
@@ -198,6 +202,7 @@ void Growth::refuse_unknown_plots() const {
 void Growth::add(GrowResult&& part) {
   result_.counts.trees += part.counts.trees;
   result_.counts.with_guesses += part.counts.with_guesses;
+  for (const auto& [name, count] : part.counts.guesses) result_.counts.guesses[name] += count;
   result_.counts.crossing += part.counts.crossing;
   result_.counts.overlaps += part.counts.overlaps;
   const bool is_same_folder = job_.per == "tree" && !result_.files.empty();
@@ -212,15 +217,24 @@ void Growth::add(GrowResult&& part) {
   }
 }
 
+void Growth::note_once(const std::string& assumed) {
+  if (assumed.empty() || std::exchange(has_assumed_, true) || !job_.callbacks.note) return;
+  job_.callbacks.note(job_.stream ? "in the first part with such trees " + assumed : assumed);
+}
+
 Growth::Trees Growth::read(const data::TableSource& rows) {
   tree::MorphologyTableOptions options = morphology_options(job_);
-  const ReadTable table = read_tree_table(rows,
-                                          job_.reading,
-                                          job_.by,
-                                          options.columns,
-                                          job_.stream ? NoteCallback() : job_.callbacks.note,
-                                          job_.stream ? &state_ : nullptr);
+  ReadTable table = read_tree_table(rows,
+                                    job_.reading,
+                                    job_.by,
+                                    options.columns,
+                                    job_.stream ? NoteCallback() : job_.callbacks.note,
+                                    job_.stream ? &state_ : nullptr);
   recognized_ = table.recognized;
+  if (!job_.stream) assume_labels(table.table, options.columns);
+  if (options.use == tree::Use::kObserved && !options.only_height) {
+    note_once(assume_sizes(table.table, options.columns));
+  }
   if (!job_.by.empty()) return {.moments = tree::read_moments(table.table, job_.by, options)};
   if (!choose_plots(table.table, options)) return {};
   tree::MorphologyTable read = tree::read_morphologies(table.table, options);
@@ -319,6 +333,7 @@ GrowResult grow_moments(const GrowJob& job,
   std::iota(numbers.begin(), numbers.end(), std::size_t{0});
   all.counts = {.trees = tree_count(stand, numbers),
                 .with_guesses = tree_count(stand, all.with_guesses),
+                .guesses = std::move(all.counts.guesses),
                 .crossing = tree_count(stand, all.crossing),
                 .overlaps = all.pairs.size()};
   all.morphologies = std::move(stand);

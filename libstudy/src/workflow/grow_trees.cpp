@@ -4,6 +4,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -88,12 +89,13 @@ class Grower {
   void take(std::size_t i, GrownTree grown, WrittenScene& written) {
     written.triangles += grown.tree.measured.triangles;
     if (job_.scene.empty()) written.bytes += grown.bytes;
-    const bool first_level = grown.level == job_.levels.front();
-    const bool guessed =
-        std::any_of(grown.tree.notes.begin(), grown.tree.notes.end(), [](const tree::Note& note) {
-          return note.about != "overlap";
-        });
-    if (first_level && guessed) result_.with_guesses.push_back(i);
+    if (grown.level == job_.levels.front()) {
+      std::set<std::string> guesses;
+      for (const tree::Note& note : grown.tree.notes) guesses.insert(note.about);
+      guesses.erase("overlap");
+      for (const std::string& name : guesses) ++result_.counts.guesses[name];
+      if (!guesses.empty()) result_.with_guesses.push_back(i);
+    }
     grown.tree.mesh = {};
     if (job_.state->each_tree) job_.state->each_tree(job_.first_tree + i, grown);
     if (job_.keeps_trees) result_.trees.push_back(std::move(grown));

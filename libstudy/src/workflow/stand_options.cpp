@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "workflow/stand_options.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/text.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -35,14 +39,58 @@ std::vector<std::string> columns_of(const StandOptions& options) {
   const std::vector<std::string> needed = columns_of(options.equations);
   columns.insert(columns.end(), needed.begin(), needed.end());
   if (!options.report.stratum.empty()) columns.push_back(options.report.stratum);
+  columns.insert(columns.end(), options.totals.begin(), options.totals.end());
+  if (!options.thinning.empty()) {
+    const std::string column = stand::parse_thinning(options.thinning).column;
+    if (!column.empty()) columns.push_back(column);
+  }
+  if (!options.site_index.empty()) columns.emplace_back("age");
+  for (const std::string& column : options.report.by) {
+    if (stand::tree_column(column) == nullptr) columns.push_back(column);
+  }
   return columns;
 }
 
 std::vector<std::string> add_quantities(const StandOptions& options, stand::Inventory& inventory) {
-  if (options.equations.equations.empty()) return {};
-  TreeQuantities found = tree_quantities(stand::to_table(inventory), options.equations);
-  inventory.quantities = std::move(found.quantities);
+  TreeQuantities found;
+  if (!options.equations.equations.empty()) {
+    found = tree_quantities(stand::to_table(inventory), options.equations);
+    inventory.quantities = std::move(found.quantities);
+  }
+  add_totals(options.totals, inventory);
   return std::move(found.notes);
+}
+
+void add_totals(const std::vector<std::string>& columns, stand::Inventory& inventory) {
+  for (const std::string& column : columns) {
+    const bool is_other = inventory.other.has(column);
+    const data::Table table = is_other ? data::Table() : stand::to_table(inventory);
+    const data::Table& source = is_other ? inventory.other : table;
+    if (!source.has(column) || !source.is_numeric(column)) {
+      throw InputError(source.has(column) ? fmt::format("'{}' is not a column of numbers", column)
+                                          : data::no_such_column(column, source.names()),
+                       {.file = inventory.file, .column = "`totals`"});
+    }
+    const auto values = source.numbers(column);
+    inventory.quantities.push_back({.name = column, .values = {values.begin(), values.end()}});
+  }
+}
+
+std::vector<std::string> notes_on_totals(const StandOptions& options,
+                                         const stand::StandReport& report) {
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < report.quantities.size(); ++i) {
+    const bool is_column =
+        std::ranges::find(options.totals, report.quantities[i]) != options.totals.end();
+    const std::size_t without = report.all.trees_without_quantity[i];
+    if (!is_column || without == 0) continue;
+    notes.push_back(
+        fmt::format("{} no {}; sums do not include {}, and means are those of the others",
+                    counted(without, "tree has", "trees have"),
+                    report.quantities[i],
+                    without == 1 ? "it" : "them"));
+  }
+  return notes;
 }
 
 std::vector<std::string> complete_notes(const stand::StandReportOptions& options,

@@ -20,6 +20,14 @@ std::vector<std::string> columns_of(const StandOptions& options);
 /// \return notes
 std::vector<std::string> add_quantities(const StandOptions& options, stand::Inventory& inventory);
 
+/// Adds columns of the file as quantities.
+/// \throws InputError if one is not a column of numbers
+void add_totals(const std::vector<std::string>& columns, stand::Inventory& inventory);
+
+/// The numbers of trees without a value.
+std::vector<std::string> notes_on_totals(const StandOptions& options,
+                                         const stand::StandReport& report);
+
 /// Adds the notes on equations and on the table of plots to those of a report, and passes all
 /// to the caller.
 /// \return those of the inventory and of the report

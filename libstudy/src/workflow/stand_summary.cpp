@@ -2,17 +2,29 @@
 #include "silvafit/study/stand_summary.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/json_values.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/report_data.hpp"
+#include "silvafit/study/report_page.hpp"
+#include "silvafit/study/site_index.hpp"
+#include "silvafit/study/study_files.hpp"
 #include "workflow/flow.hpp"
+#include "workflow/report_stand.hpp"
 #include "workflow/stand_options.hpp"
+#include "workflow/study_decisions.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -24,7 +36,7 @@ void refuse_expansion(const stand::Inventory& trees, const stand::StandReportOpt
   const bool has_areas = report.plot_area_m2 || !report.units.windows.empty();
   if (trees.expansion.empty() || has_areas) return;
   throw UsageError(
-      "the trees of this table of FIA have factors (TPA_UNADJ), a sampling design, with which "
+      "the trees of this inventory have factors of trees per ha, a sampling design, with which "
       "`stream` cannot be combined; omit `stream`, or give `plot_area` or `window`",
       {.file = trees.file, .column = "`stream`"});
 }
@@ -66,6 +78,62 @@ void add_parts(InventoryFlow& flow,
   summary.report = parts.finish(summary.inventory.inventory.file);
 }
 
+void add_thinning(const StandOptions& options,
+                  const stand::StandReportOptions& report,
+                  StandSummary& summary) {
+  if (options.thinning.empty()) return;
+  const stand::Inventory& trees = summary.inventory.inventory;
+  const bool has_areas = report.plot_area_m2 || !report.units.windows.empty();
+  if (report.design.chooses_trees() || (!trees.expansion.empty() && !has_areas)) {
+    throw UsageError(
+        "a thinning needs plots of which all trees were counted; in samples of trees the removed "
+        "ones stand for others",
+        {.column = "`thinning`"});
+  }
+  summary.thinning = stand::thin(trees, summary.report, stand::parse_thinning(options.thinning));
+}
+
+void add_site_indices(const StandOptions& options, StandSummary& summary) {
+  if (options.site_index.empty()) return;
+  const std::vector<SiteCurve> curves = load_site_curves(options.equations.models);
+  const SiteCurve& curve = site_curve(curves, options.site_index);
+  const stand::Inventory& trees = summary.inventory.inventory;
+  if (!trees.other.is_numeric("age")) {
+    throw InputError(
+        "a site index needs the ages of trees in years; name their column with "
+        "`columns=age=COLUMN`",
+        {.file = trees.file, .column = "age"});
+  }
+  const auto ages = trees.other.numbers("age");
+  std::size_t outside = 0;
+  for (const stand::AreaReport& area : summary.report.areas) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const std::size_t tree : area.area.trees) {
+      if (std::isnan(ages[tree])) continue;
+      sum += ages[tree];
+      count += 1.0;
+    }
+    SiteIndex site{.plot = area.area.name,
+                   .age = count > 0.0 ? sum / count : data::kMissing,
+                   .dominant_m = area.figures.dominant_height_m};
+    site.at_base_age = curve.site_index(site.dominant_m, site.age);
+    if (site.age < curve.lowest_age || site.age > curve.highest_age) ++outside;
+    summary.sites.push_back(std::move(site));
+  }
+  summary.report.notes.push_back(
+      fmt::format("site index: dominant height at {} years by the curve of {} ({}), with the mean "
+                  "age of the trees of a plot",
+                  curve.base_age,
+                  curve.title,
+                  curve.id));
+  if (outside == 0) return;
+  summary.report.notes.push_back(fmt::format("{} outside the ages of the curve, {} to {} years",
+                                             counted(outside, "plot is", "plots are"),
+                                             curve.lowest_age,
+                                             curve.highest_age));
+}
+
 }  // namespace
 
 StandSummary stand_summary(const data::TableSource& inventory,
@@ -73,6 +141,10 @@ StandSummary stand_summary(const data::TableSource& inventory,
                            const Callbacks& callbacks,
                            const StandUnitSink& sink) {
   const auto start = std::chrono::steady_clock::now();
+  if (options.stream && (!options.thinning.empty() || !options.site_index.empty())) {
+    throw UsageError("a thinning and site indices need all trees in memory; omit `stream`",
+                     {.column = "`stream`"});
+  }
   const stand::StandReportOptions report = report_options(options);
   StandSummary summary{.settings = options.units};
   InventoryFlow flow(
@@ -83,8 +155,10 @@ StandSummary stand_summary(const data::TableSource& inventory,
       callbacks.note);
   QuantitiesOfParts quantities(options.equations);
   const auto add_quantities = [&](stand::Inventory& trees) {
-    if (options.equations.equations.empty()) return;
-    trees.quantities = quantities.add(stand::to_table(trees));
+    if (!options.equations.equations.empty()) {
+      trees.quantities = quantities.add(stand::to_table(trees));
+    }
+    add_totals(options.totals, trees);
   };
   if (options.stream) {
     add_parts(flow, report, add_quantities, callbacks, sink, summary);
@@ -93,12 +167,99 @@ StandSummary stand_summary(const data::TableSource& inventory,
     add_quantities(summary.inventory.inventory);
     summary.report = stand::stand_report(summary.inventory.inventory, report);
     if (sink && summary.report.units) sink(summary.inventory, *summary.report.units);
+    add_thinning(options, report, summary);
+    add_site_indices(options, summary);
+  }
+  for (std::string& note : notes_on_totals(options, summary.report)) {
+    summary.report.notes.push_back(std::move(note));
   }
   summary.notes = complete_notes(
       report, quantities.notes(), summary.inventory.notes, summary.report.notes, callbacks);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   summary.seconds = elapsed.count();
   return summary;
+}
+
+std::vector<std::pair<std::string, data::Table>> tables_of(const StandSummary& summary) {
+  auto tables = stand::tables_of(summary.report);
+  if (summary.thinning) {
+    std::vector<stand::ThinningFigures> plots = summary.thinning->plots;
+    plots.push_back(summary.thinning->all);
+    plots.back().name = "all";
+    data::Table table(plots.size());
+    data::TextColumn names;
+    for (const stand::ThinningFigures& plot : plots) names.append(plot.name);
+    table.set("plot", std::move(names));
+    using Figures = stand::StandFigures;
+    using Stage = std::pair<const char*, Figures stand::ThinningFigures::*>;
+    using Column = std::pair<const char*, double Figures::*>;
+    for (const auto& [value, member] :
+         {Column{"stems_per_ha", &Figures::stems_per_ha},
+          Column{"basal_area_m2_per_ha", &Figures::basal_area_m2_per_ha},
+          Column{"quadratic_mean_dbh_cm", &Figures::quadratic_mean_dbh_cm},
+          Column{"mean_height_m", &Figures::mean_height_m},
+          Column{"dominant_height_m", &Figures::dominant_height_m}}) {
+      for (const auto& [stage, figures] : {Stage{"before", &stand::ThinningFigures::before},
+                                           Stage{"removed", &stand::ThinningFigures::removed},
+                                           Stage{"after", &stand::ThinningFigures::after}}) {
+        std::vector<double> values;
+        for (const stand::ThinningFigures& plot : plots) values.push_back(plot.*figures.*member);
+        table.set(fmt::format("{}_{}", value, stage), std::move(values));
+      }
+    }
+    tables.emplace_back("thinning", std::move(table));
+    data::Table trees = stand::to_table(summary.inventory.inventory);
+    const std::vector<char>& removed = summary.thinning->is_removed;
+    trees.set("removed", std::vector<double>(removed.begin(), removed.end()));
+    tables.emplace_back("trees", std::move(trees));
+  }
+  if (!summary.sites.empty()) {
+    data::Table table(summary.sites.size());
+    data::TextColumn names;
+    std::array<std::vector<double>, 3> values;
+    for (const SiteIndex& site : summary.sites) {
+      names.append(site.plot);
+      values[0].push_back(site.age);
+      values[1].push_back(site.dominant_m);
+      values[2].push_back(site.at_base_age);
+    }
+    table.set("plot", std::move(names));
+    table.set("age", std::move(values[0]));
+    table.set("dominant_height_m", std::move(values[1]));
+    table.set("site_index_m", std::move(values[2]));
+    tables.emplace_back("sites", std::move(table));
+  }
+  return tables;
+}
+
+void write_stand_page(StandSummary summary,
+                      const StandOptions& options,
+                      const Catalogue& catalogue,
+                      const std::string& command,
+                      const std::filesystem::path& page_template,
+                      const std::filesystem::path& file) {
+  if (options.stream) {
+    throw UsageError("a report needs all trees in memory; omit `stream` or `report`",
+                     {.column = "`report`"});
+  }
+  StudyRecord record{.version = SILVAFIT_VERSION,
+                     .command = command,
+                     .settings = {.reading = options.reading,
+                                  .units = options.units,
+                                  .sampling = options.sampling},
+                     .inventory = std::move(summary.inventory)};
+  record.units = summary.report.units;
+  record.table = inventory_table(record.inventory.inventory, record.units);
+  record.height_curves = height_curves_of(record.inventory.inventory, catalogue);
+  if (!options.equations.equations.empty()) {
+    record.volume = fmt::format("equations {}", fmt::join(options.equations.equations, ", "));
+  }
+  record.decisions = decisions_of(record);
+  record.inventory.notes = std::move(summary.notes);
+  record.stand = std::move(summary.report);
+  const std::string title =
+      "silvafit: " + std::filesystem::path(record.inventory.inventory.file).filename().string();
+  write_report_page(page_template, report_data(record, catalogue), title, file);
 }
 
 nlohmann::ordered_json json_of(const StandSummary& summary) {
@@ -109,6 +270,33 @@ nlohmann::ordered_json json_of(const StandSummary& summary) {
                                 {"edge", summary.settings.edge},
                                 {"per", summary.settings.per}};
   result.update(stand::json_of(summary.report));
+  if (summary.thinning) {
+    const auto thinning_json = [&](const stand::ThinningFigures& plot) {
+      const auto figures = [](const stand::StandFigures& one) {
+        return nlohmann::ordered_json{
+            {"trees", one.trees},
+            {"stems_per_ha", number_or_null(one.stems_per_ha)},
+            {"basal_area_m2_per_ha", number_or_null(one.basal_area_m2_per_ha)},
+            {"quadratic_mean_dbh_cm", number_or_null(one.quadratic_mean_dbh_cm)},
+            {"dominant_height_m", number_or_null(one.dominant_height_m)}};
+      };
+      return nlohmann::ordered_json{{"plot", text_or_null(plot.name)},
+                                    {"before", figures(plot.before)},
+                                    {"removed", figures(plot.removed)},
+                                    {"after", figures(plot.after)}};
+    };
+    result["thinning"] = {{"plots", nlohmann::ordered_json::array()},
+                          {"all", thinning_json(summary.thinning->all)}};
+    for (const stand::ThinningFigures& plot : summary.thinning->plots) {
+      result["thinning"]["plots"].push_back(thinning_json(plot));
+    }
+  }
+  for (const SiteIndex& site : summary.sites) {
+    result["sites"].push_back({{"plot", text_or_null(site.plot)},
+                               {"age", number_or_null(site.age)},
+                               {"dominant_height_m", number_or_null(site.dominant_m)},
+                               {"site_index_m", number_or_null(site.at_base_age)}});
+  }
   result["recognized"] = summary.inventory.recognized;
   result["notes"] = summary.notes;
   result["seconds"] = summary.seconds;

@@ -131,7 +131,10 @@ Decisions decisions_of(const StudyRecord& record) {
         "Structural units",
         fmt::format("{} nearest neighbors, searched in the {}", units.neighbors, units.per));
   }
-  add_level_decisions(record, decisions);
+  // Stand tables have no study.
+  if (!record.study.stages.empty() || !record.study.results.empty()) {
+    add_level_decisions(record, decisions);
+  }
   return decisions;
 }
 

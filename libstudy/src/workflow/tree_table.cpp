@@ -72,7 +72,8 @@ class TableReader {
     data::Table table{};
     Mappings mapped{};  ///< columns in other units are expressions
     Names recognized{};
-    std::vector<std::size_t> distinct{};  ///< as in ObservedTable
+    std::map<std::string, std::string> columns{};  ///< as in ReadTable
+    std::vector<std::size_t> distinct{};           ///< as in ObservedTable
     std::vector<std::size_t> place{};
     std::vector<char> is_dead{};
   };
@@ -127,7 +128,8 @@ void TableReader::find_columns() {
     return wishes_.is_wanted(name) && stand::mapping_to(name, result_.mapped) == nullptr &&
            stand::mapping_to(name, joined_) == nullptr;
   };
-  usual_ = stand::usual_columns(header, is_looked_for, reader_.file(), units);
+  usual_ =
+      stand::usual_columns(header, is_looked_for, reader_.file(), units, false, result_.mapped);
   usual_.insert(usual_.end(), joined_.begin(), joined_.end());
 }
 
@@ -209,7 +211,7 @@ void TableReader::read_status() {
   const stand::StatusCodes codes = status_codes(wishes_.settings);
   const auto column = stand::status_column(reader_.header(), result_.mapped, codes, reader_.file());
   if (!column || !result_.table.has(*column)) return;
-  if (!state_.status) state_.status.emplace(*column, codes);
+  if (!state_.status) state_.status.emplace(*column, codes, reader_.header());
   stand::StatusColumn& status = *state_.status;
   const data::TextColumn values = result_.table.labels(*column);
   std::vector<std::size_t> alive;
@@ -308,6 +310,11 @@ TableReader::Result TableReader::read() {
     note("codes read as missing values: " + state_.codes.text());
   }
   for (const stand::ColumnMapping& column : usual_) add_column(column);
+  for (const Mappings* const mappings : {&usual_, &result_.mapped}) {
+    for (const auto& [name, source] : *mappings) {
+      if (contains(reader_.header(), source)) result_.columns.emplace(name, source);
+    }
+  }
   if (wishes_.unifies_spellings) unify_spellings();
   read_status();
   describe_labels();
@@ -411,7 +418,7 @@ ReadTable read_tree_table(const data::TableSource& source,
   // The status does not affect a tree's shape.
   columns.erase("status");
   give_notes(result.recognized, note);
-  return {std::move(result.table), std::move(result.recognized)};
+  return {std::move(result.table), std::move(result.recognized), std::move(result.columns)};
 }
 
 ObservedTable read_model_table(const data::TableSource& source,
@@ -446,7 +453,7 @@ ObservedTable read_model_table(const data::TableSource& source,
   if (!settings.trust_units && !std::exchange(state.is_begun, true)) {
     check_table_units(result.table, result.mapped);
   }
-  return {{std::move(result.table), std::move(result.recognized)},
+  return {{std::move(result.table), std::move(result.recognized), std::move(result.columns)},
           std::move(result.distinct),
           std::move(result.place),
           std::move(result.is_dead)};

@@ -16,6 +16,7 @@
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "workflow/report_stand.hpp"
 #include "workflow/study_decisions.hpp"
 
 namespace silvafit::study {
@@ -58,18 +59,17 @@ bool has_own_candidates(const StudyOptions& options) {
   });
 }
 
-/// The plots as they were sampled; nothing without a design.
-std::optional<stand::DesignedSample> sample_of(const StudyConfiguration& settings,
-                                               const stand::Inventory& inventory) {
+/// How plots and trees were sampled; not given without a design.
+stand::SamplingDesign design_of(const StudyConfiguration& settings,
+                                const stand::Inventory& inventory) {
   stand::SamplingDesign design = sampling_design(settings.sampling);
   const bool has_windows = !settings.units.window.empty() || !settings.units.circle.empty() ||
                            !settings.units.windows.empty();
   if (!has_windows) design = stand::design_for(inventory, std::move(design));
-  if (!design.is_given()) return std::nullopt;
-  if (!settings.study.period.empty()) {
+  if (design.is_given() && !settings.study.period.empty()) {
     design = stand::design_at_times(std::move(design), stand::plots_at_times(inventory));
   }
-  return stand::sample_of(inventory, design);
+  return design;
 }
 
 stand::StructuralUnitOptions unit_options_of(const StudyConfiguration& settings,
@@ -106,7 +106,8 @@ void add_structure(const StudyConfiguration& settings,
   const stand::StructuralUnitOptions options = unit_options_of(settings, inventory);
   const auto& covariates = settings.study.covariates;
   const bool has_positions = inventory.has_coordinates();
-  record.sample = sample_of(settings, inventory);
+  const stand::SamplingDesign design = design_of(settings, inventory);
+  if (design.is_given()) record.sample = stand::sample_of(inventory, design);
   if (record.sample) {
     if (has_positions) add_units_of_sample(options, record);
     give_notes(record.sample->notes, callbacks.note);
@@ -206,6 +207,8 @@ StudyRecord whole_study(const data::TableSource& inventory,
   separate_periods(settings.study.period, record);
   record.study = run_study(record.table, catalogue, settings.study, callbacks.progress);
   give_notes(record.study.notes, callbacks.note);
+  const stand::Inventory& trees = record.inventory.inventory;
+  add_stand(unit_options_of(settings, trees), design_of(settings, trees), catalogue, record);
   record.decisions = decisions_of(record);
   return record;
 }

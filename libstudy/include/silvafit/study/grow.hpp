@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -88,8 +89,10 @@ struct WrittenScene {
 struct GrowCounts {
   std::size_t trees = 0;
   std::size_t with_guesses = 0;  ///< with missing measurements
-  std::size_t crossing = 0;      ///< whose radius branches cross those of neighbors
-  std::size_t overlaps = 0;      ///< pairs of crowns
+  /// Trees by what they lack, or what was not used as measured: hc, radii, preset, branch_count.
+  std::map<std::string, std::size_t> guesses{};
+  std::size_t crossing = 0;  ///< whose radius branches cross those of neighbors
+  std::size_t overlaps = 0;  ///< pairs of crowns
 };
 
 struct GrowResult {
