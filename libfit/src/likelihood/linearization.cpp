@@ -296,7 +296,7 @@ void Linearizer::add_segment(const Segment& segment,
   if (variance_.correlated() != nullptr) {
     keep_rows(segment, offset, expand, scratch, result);
     if (has_weight) {
-      const auto logarithm = static_cast<Index>(parameters_.size()) + 1;
+      const auto logarithm = static_cast<Index>(is_scalar_.size()) + 1;
       sums.sum_log[0] += data::sum(scratch.outputs.col(logarithm).data() + offset, count);
     }
     return;
