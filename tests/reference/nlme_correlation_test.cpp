@@ -21,7 +21,7 @@ data::Table table_of(const json& reference) {
   return data::read_csv_table(test::reference_data(reference["data"].get<std::string>() + ".csv"));
 }
 
-fit::FitResult fitted(const json& reference, const data::Table& table) {
+fit::FitResult fit_of(const json& reference, const data::Table& table) {
   const fit::ModelTexts texts{.formula = reference["formula"],
                               .sub_models = reference["parameters"].get<std::vector<std::string>>(),
                               .random = reference["random"],
@@ -34,13 +34,13 @@ fit::FitResult fitted(const json& reference, const data::Table& table) {
       fit::specify_model(texts, table), table, {.reml = reference["reml"].get<bool>()});
 }
 
-std::vector<double> sorted(const Eigen::VectorXd& values) {
+std::vector<double> ascending(const Eigen::VectorXd& values) {
   std::vector<double> result(values.begin(), values.end());
   std::ranges::sort(result);
   return result;
 }
 
-std::vector<double> sorted(const json& values) {
+std::vector<double> ascending(const json& values) {
   auto result = values.get<std::vector<double>>();
   std::ranges::sort(result);
   return result;
@@ -57,7 +57,7 @@ TEST_CASE("Correlated residuals have nlme's likelihood and parameters") {
     const std::string id = reference["id"];
     INFO(id << " " << reference["call"]);
     const data::Table table = table_of(reference);
-    const fit::FitResult result = fitted(reference, table);
+    const fit::FitResult result = fit_of(reference, table);
     const fit::FittedModel& fit = result.fit;
     INFO(fit.convergence.verdict);
     CHECK(fit.convergence.converged());
@@ -80,10 +80,10 @@ TEST_CASE("Correlated residuals have nlme's likelihood and parameters") {
     CHECK(fit.sigma * std::sqrt(is_gnls ? n / (n - p) : 1.0) ==
           Approx(reference["sigma"].get<double>()).epsilon(1e-3));
     CHECK(fit.aic() == Approx(reference["aic"].get<double>()).margin(2e-4));
-    const std::vector<double> estimates = sorted(fit.estimate);
-    const std::vector<double> errors = sorted(fit.standard_errors());
-    const std::vector<double> their_errors = sorted(reference["std_errors"]);
-    const std::vector<double> theirs = sorted(reference["estimate"]);
+    const std::vector<double> estimates = ascending(fit.estimate);
+    const std::vector<double> errors = ascending(fit.standard_errors());
+    const std::vector<double> their_errors = ascending(reference["std_errors"]);
+    const std::vector<double> theirs = ascending(reference["estimate"]);
     for (std::size_t j = 0; j < theirs.size(); ++j) {
       CHECK(std::abs(estimates[j] - theirs[j]) < 2e-3 * their_errors.back());
       CHECK(errors[j] == Approx(their_errors[j]).epsilon(1e-3));
@@ -103,7 +103,7 @@ TEST_CASE("Normalized residuals are those of nlme") {
     if (id != "ovary_ar1" && id != "dialyzer_gls_ar1" && id != "stems_car1") continue;
     INFO(id);
     const data::Table table = table_of(reference);
-    const fit::Residuals residuals = fit::residuals(fitted(reference, table).fit, table);
+    const fit::Residuals residuals = fit::residuals(fit_of(reference, table).fit, table);
     const auto theirs = reference["normalized"].get<std::vector<double>>();
     for (std::size_t i = 0; i < theirs.size(); ++i) {
       CHECK(residuals.normalized[static_cast<Eigen::Index>(i)] ==

@@ -27,7 +27,7 @@ namespace {
 /// Trees at random positions of plots of 30 m x 30 m, measured in an order of their own: y = 20 +
 /// 0.5 z + u + e, u of the plot with sd 1, e with sd 1.5 and the correlation exp(-d / range) or
 /// phi^|t - s|.
-data::Table trees(Index plots, Index size, double range, double phi, std::uint64_t seed) {
+data::Table simulated_trees(Index plots, Index size, double range, double phi, std::uint64_t seed) {
   Random random(seed);
   std::vector<double> x, y, z, t, response;
   data::TextColumn plot;
@@ -68,10 +68,10 @@ data::Table trees(Index plots, Index size, double range, double phi, std::uint64
   return table;
 }
 
-fit::FitResult fitted(const data::Table& table,
-                      const std::string& correlation,
-                      const std::string& random = "a | plot",
-                      const std::string& variance = "") {
+fit::FitResult correlated_fit(const data::Table& table,
+                              const std::string& correlation,
+                              const std::string& random = "a | plot",
+                              const std::string& variance = "") {
   return fit::fit_model(fit::specify_model(fit::ModelTexts{.formula = "h ~ a + b*z",
                                                            .random = random,
                                                            .variance = variance,
@@ -92,8 +92,8 @@ std::string message_of(const std::function<void()>& call) {
 }  // namespace
 
 TEST_CASE("The range of a simulated correlation of positions in 100 plots is recovered") {
-  const data::Table table = trees(100, 20, 6.0, 0.0, 5);
-  const fit::FittedModel fit = fitted(table, "exponential(x, y)").fit;
+  const data::Table table = simulated_trees(100, 20, 6.0, 0.0, 5);
+  const fit::FittedModel fit = correlated_fit(table, "exponential(x, y)").fit;
   INFO(fit.convergence.verdict);
   REQUIRE(fit.convergence.converged());
   const fit::Intervals wald =
@@ -109,15 +109,15 @@ TEST_CASE("The range of a simulated correlation of positions in 100 plots is rec
   CHECK(covers("range", 6.0) < 2.0);
   covers("sigma", 1.5);
   covers("b", 0.5);
-  const fit::FittedModel independent = fitted(table, "").fit;
+  const fit::FittedModel independent = correlated_fit(table, "").fit;
   CHECK(fit.log_likelihood > independent.log_likelihood + 100.0);
   const fit::NestedTest test = fit::likelihood_ratio_test(fit, independent);
   CHECK(test.p < 1e-10);
 }
 
 TEST_CASE("Effects of correlated groups, their covariance and predictions of neighbors") {
-  data::Table table = trees(8, 12, 0.0, 0.7, 3);
-  const fit::FittedModel fit = fitted(table, "ar1(t)").fit;
+  data::Table table = simulated_trees(8, 12, 0.0, 0.7, 3);
+  const fit::FittedModel fit = correlated_fit(table, "ar1(t)").fit;
   REQUIRE(fit.convergence.converged());
   const double phi = fit.variance.correlation->values[0];
   const double psi = fit.random[0].covariance(0, 0);
@@ -172,8 +172,8 @@ TEST_CASE("Effects of correlated groups, their covariance and predictions of nei
 }
 
 TEST_CASE("Simulated responses have the correlation of the fit") {
-  const data::Table table = trees(4, 10, 0.0, 0.7, 9);
-  const fit::FittedModel fit = fitted(table, "ar1(t | plot)", "").fit;
+  const data::Table table = simulated_trees(4, 10, 0.0, 0.7, 9);
+  const fit::FittedModel fit = correlated_fit(table, "ar1(t | plot)", "").fit;
   REQUIRE(fit.convergence.converged());
   const fit::SimulatedResponses drawn = fit::simulate_responses(fit, table, 4000, 1);
   const MatrixXd centered = drawn.values.colwise() - drawn.values.rowwise().mean();
@@ -196,8 +196,8 @@ TEST_CASE("Simulated responses have the correlation of the fit") {
 
 TEST_CASE(
     "A correlation with a variance function does not depend on the units of time and response") {
-  data::Table table = trees(20, 10, 0.0, 0.6, 4);
-  const fit::FittedModel fit = fitted(table, "car1(t)", "a | plot", "power").fit;
+  data::Table table = simulated_trees(20, 10, 0.0, 0.6, 4);
+  const fit::FittedModel fit = correlated_fit(table, "car1(t)", "a | plot", "power").fit;
   REQUIRE(fit.convergence.converged());
   data::Table scaled = table;
   std::vector<double> t, h;
@@ -205,7 +205,7 @@ TEST_CASE(
   for (const double value : table.numbers("h")) h.push_back(0.001 * value);
   scaled.set("t", t);
   scaled.set("h", h);
-  const fit::FittedModel other = fitted(scaled, "car1(t)", "a | plot", "power").fit;
+  const fit::FittedModel other = correlated_fit(scaled, "car1(t)", "a | plot", "power").fit;
   const double change = static_cast<double>(fit.observations) * std::log(1000.0);
   CHECK(other.log_likelihood == Approx(fit.log_likelihood + change).margin(1e-7));
   CHECK(std::pow(other.variance.correlation->values[0], 1000.0) ==
@@ -213,7 +213,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Rows that have no correlation are errors with their group") {
-  data::Table table = trees(3, 5, 0.0, 0.5, 1);
+  data::Table table = simulated_trees(3, 5, 0.0, 0.5, 1);
   std::vector<double> t(table.numbers("t").begin(), table.numbers("t").end());
   const auto with = [&](std::size_t row, double value) {
     std::vector<double> changed = t;
@@ -222,26 +222,28 @@ TEST_CASE("Rows that have no correlation are errors with their group") {
     result.set("t", changed);
     return result;
   };
-  CHECK(message_of([&] { fitted(with(6, t[5]), "car1(t)"); }).find("is repeated in group 2") !=
-        std::string::npos);
-  CHECK(message_of([&] { fitted(with(6, std::nan("")), "car1(t)"); }).find("row of group 2") !=
-        std::string::npos);
   CHECK(message_of([&] {
-          fitted(with(6, 0.5), "ar1(t)");
+          correlated_fit(with(6, t[5]), "car1(t)");
+        }).find("is repeated in group 2") != std::string::npos);
+  CHECK(message_of([&] {
+          correlated_fit(with(6, std::nan("")), "car1(t)");
+        }).find("row of group 2") != std::string::npos);
+  CHECK(message_of([&] {
+          correlated_fit(with(6, 0.5), "ar1(t)");
         }).find("0.5 in group 2 is not an integer") != std::string::npos);
-  CHECK(message_of([&] { fitted(table, "car1(t)", ""); }).find("which are one group") !=
+  CHECK(message_of([&] { correlated_fit(table, "car1(t)", ""); }).find("which are one group") !=
         std::string::npos);
-  CHECK_THROWS_AS(fitted(table, "ar1(t)", "a | plot + t"), UsageError);
+  CHECK_THROWS_AS(correlated_fit(table, "ar1(t)", "a | plot + t"), UsageError);
 }
 
 TEST_CASE("Compound symmetry beside a random intercept is not identifiable") {
-  const data::Table table = trees(20, 6, 8.0, 0.0, 2);
-  const fit::FittedModel fit = fitted(table, "compound-symmetry").fit;
+  const data::Table table = simulated_trees(20, 6, 8.0, 0.0, 2);
+  const fit::FittedModel fit = correlated_fit(table, "compound-symmetry").fit;
   CHECK(fit.convergence.status == fit::ConvergenceStatus::kNotIdentifiable);
   CHECK(fit.convergence.verdict.find("rho") != std::string::npos);
   // Without the intercept it is the model with it: the same likelihood.
-  const fit::FittedModel alone = fitted(table, "compound-symmetry(1 | plot)", "").fit;
-  const fit::FittedModel effects = fitted(table, "").fit;
+  const fit::FittedModel alone = correlated_fit(table, "compound-symmetry(1 | plot)", "").fit;
+  const fit::FittedModel effects = correlated_fit(table, "").fit;
   REQUIRE(alone.convergence.converged());
   CHECK(alone.log_likelihood == Approx(effects.log_likelihood).margin(1e-6));
 }

@@ -359,7 +359,7 @@ ParameterInterval profile_interval(LikelihoodSurface& surface,
   if (!parameter.can_be_held(variance)) {
     interval.estimate = parameter.value(surface.layout(), variance, surface.optimum());
     interval.lower = interval.upper = kNaN;
-    interval.note = "correlations of this structure depend on each other; use `intervals=wald`";
+    interval.note = "correlations of this structure depend on each other; use Wald intervals";
     return interval;
   }
   ProfileSearch search(surface, variance, parameter, start);
