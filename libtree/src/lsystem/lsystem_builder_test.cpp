@@ -44,8 +44,8 @@ class Models {
     fs::create_directories(path_ / "lsystems");
     fs::create_directories(path_ / "grammars");
     for (const char* folder : {"taper", "shoots", "bark"}) {
-    fs::copy(test::source_file("models") / folder, path_ / folder);
-  }
+      fs::copy(test::source_file("models") / folder, path_ / folder);
+    }
     fs::copy_file(test::source_file("models/grammars/maple.lsys"), path_ / "grammars/maple.lsys");
   }
   Models(const Models&) = delete;

@@ -68,9 +68,9 @@ TEST_CASE("the shoots of a tree have its leaf area") {
       const double leaf_area_index =
           covered * area_m2(foliage) / (0.25 * std::numbers::pi * cw_m * cw_m);
       INFO(name << ' ' << cw_m << ": " << foliage.triangle_count() / 8 << " shoots");
-      // More in crowns wider than 5 m, or more than 1.8 times as long as wide. Shoots at the crown's
-      // surface are smaller, so that they stay inside; the others are larger, but by no more than
-      // three tenths.
+      // More in crowns wider than 5 m, or more than 1.8 times as long as wide. Shoots at the
+      // crown's surface are smaller, so that they stay inside; the others are larger, but by no
+      // more than three tenths.
       const double depth = std::clamp(std::max(cw_m / 5.0, 13.0 / cw_m / 1.8), 1.0, 1.8);
       const double wanted = depth * preset.leafy_shoots.leaf_area_index;
       CHECK(leaf_area_index <= 1.1 * wanted);
@@ -220,8 +220,9 @@ TEST_CASE("textured meshes of any tree of any builder have its measurements and 
 }
 
 TEST_CASE("leaves deep in the crown are darker") {
-  const SceneTree grown =
-      grow_tree(tall_tree(7.0), test::shipped_presets().named("generic-broadleaf"), {.mesh = {.textured = true}});
+  const SceneTree grown = grow_tree(tall_tree(7.0),
+                                    test::shipped_presets().named("generic-broadleaf"),
+                                    {.mesh = {.textured = true}});
   const MeshPart& foliage = grown.mesh.parts.back();
   double inside = 0.0;
   double outside = 0.0;
