@@ -144,8 +144,9 @@ void print_builders_json(const tree::BuilderCatalogue& catalogue) {
     nlohmann::ordered_json presets = nlohmann::ordered_json::array();
     for (const tree::Builder* builder : catalogue.of(kind)) {
       const tree::PresetHead& preset = builder->preset();
-      presets.push_back(
-          {{"name", preset.name}, {"title", preset.title}, {"species", catalogue.species_of(*builder)}});
+      presets.push_back({{"name", preset.name},
+                         {"title", preset.title},
+                         {"species", catalogue.species_of(*builder)}});
     }
     result["builders"].push_back(
         {{"builder", tree::builder_name(kind)}, {"presets", std::move(presets)}});

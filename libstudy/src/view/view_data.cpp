@@ -98,8 +98,8 @@ View view_of_scene(std::string_view glb,
                    const tree::BuilderCatalogue& catalogue,
                    const ViewOptions& options) {
   SceneTrees scene = trees_of_scene(glb, table, catalogue, options);
-  std::string data = view_json(
-      scene.stand, {.origin = scene.origin, .scene = tree::packed_glb(glb)}, options);
+  std::string data =
+      view_json(scene.stand, {.origin = scene.origin, .scene = tree::packed_glb(glb)}, options);
   View view = summary_of(std::move(scene.stand));
   view.data = std::move(data);
   view.unmeasured = scene.unmeasured;

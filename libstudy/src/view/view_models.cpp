@@ -75,8 +75,7 @@ ViewModels grow_view_models(std::span<const tree::Morphology> trees,
                             std::span<const tree::Position> stems,
                             const tree::Position& origin,
                             const ViewOptions& options) {
-  const tree::SharedModels shared =
-      tree::share_models(trees, presets, options.models_per_preset);
+  const tree::SharedModels shared = tree::share_models(trees, presets, options.models_per_preset);
   ViewModels result;
   for (const tree::SharedModel& model : shared.models) result.models.push_back(view_model(model));
   for (const tree::SharedTree& tree : shared.trees) result.of_tree.push_back(tree.model);

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/morphology_table.hpp"
-#include "silvafit/tree/builder.hpp"
 #include "view/view_columns.hpp"
 
 namespace silvafit::study {

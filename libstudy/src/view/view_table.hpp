@@ -18,6 +18,6 @@ ViewStand read_view_stand(const data::Table& table,
 
 /// The preset of a species, or that for species that no preset lists.
 const tree::Builder& builder_of(const std::string& species,
-                                       const tree::BuilderCatalogue& catalogue);
+                                const tree::BuilderCatalogue& catalogue);
 
 }  // namespace silvafit::study

@@ -180,8 +180,9 @@ GrowJob grow_job(const GrowSettings& settings,
 tree::GrowOptions grow_options(const GrowJob& job, int level) {
   const bool is_far = level == tree::kImpostorLevel;
   return {.seed = job.seed,
-          .mesh = tree::level_of_detail(std::min(level, tree::kLevelsOfDetail - 1),
-                                        {.textured = job.textures, .season = tree::season_from_text(job.season)}),
+          .mesh = tree::level_of_detail(
+              std::min(level, tree::kLevelsOfDetail - 1),
+              {.textured = job.textures, .season = tree::season_from_text(job.season)}),
           .is_unfitted = job.is_unfitted,
           .impostors = is_far ? &job.state->impostors : nullptr};
 }

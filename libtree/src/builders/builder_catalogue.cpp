@@ -115,8 +115,8 @@ std::vector<std::string> SpeciesNotes::texts() const {
       notes.push_back(fmt::format("Trees without a species are drawn with preset {}.", preset));
     }
     if (names.empty()) continue;
-    notes.push_back(
-        fmt::format("No preset lists the species {}; preset {} is used (see `preset`).", names, preset));
+    notes.push_back(fmt::format(
+        "No preset lists the species {}; preset {} is used (see `preset`).", names, preset));
   }
   if (codes_.empty()) return notes;
   std::string codes;

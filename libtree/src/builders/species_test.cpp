@@ -115,14 +115,28 @@ TEST_CASE("the season changes leaves only, and no measurement") {
       }
     }
   }
-  for (const char* name : {"larix", "quercus-robur", "fagus", "betula", "populus", "acer",
-                           "fraxinus", "generic-broadleaf", "maple"}) {
+  for (const char* name : {"larix",
+                           "quercus-robur",
+                           "fagus",
+                           "betula",
+                           "populus",
+                           "acer",
+                           "fraxinus",
+                           "generic-broadleaf",
+                           "maple"}) {
     INFO(name);
     CHECK(bare.contains(name));
   }
-  for (const char* name : {"pinus-sylvestris", "picea-abies", "abies", "pseudotsuga",
-                           "cunninghamia-lanceolata", "eucalyptus", "schima-superba", "palm",
-                           "banyan", "moso"}) {
+  for (const char* name : {"pinus-sylvestris",
+                           "picea-abies",
+                           "abies",
+                           "pseudotsuga",
+                           "cunninghamia-lanceolata",
+                           "eucalyptus",
+                           "schima-superba",
+                           "palm",
+                           "banyan",
+                           "moso"}) {
     INFO(name);
     CHECK_FALSE(bare.contains(name));
   }

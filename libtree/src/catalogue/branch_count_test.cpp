@@ -54,7 +54,8 @@ TEST_CASE("age changes the number of branches up to the end of the equation") {
   // 83.467 living branches; the four that reach the measured radii are among them.
   CHECK(branches_at(10.0, notes) == 83);
   CHECK(notes == 0);
-  // A crown of 14.4 m has 26 whorls of four by its spacing, and at most 84 branches beside the four.
+  // A crown of 14.4 m has 26 whorls of four by its spacing, and at most 84 branches beside the
+  // four.
   CHECK(branches_at(std::nullopt, notes) == 88);
   for (const double age : {15.0, 25.0, 60.0}) {
     CHECK(branches_at(age, notes) == 88);

@@ -81,7 +81,7 @@ BarkLayer bark_layer_of(const data::JsonReader& entry) {
                       {"to", &layer.to, 0.0, 1.0},
                       {"height", &layer.height, -2.0, 2.0}},
                      {"pattern", "tint"});
-  if (layer.from == layer.to) entry.at("to").fail("must differ from `from`");
+  if (layer.from == layer.to) entry.at("to").fail("must differ from the field from");
   if (entry.has("tint")) layer.tint = tint_of(entry.at("tint"));
   return layer;
 }
@@ -123,14 +123,13 @@ std::shared_ptr<const BarkPicture> bark_picture(const std::filesystem::path& fil
 
 LeafyShoots leafy_shoots_of(const std::filesystem::path& models, const data::JsonReader& entry) {
   LeafyShoots shoots{.picture = shoot_picture(file_of(models / "shoots", entry.at("picture")))};
-  read_numbers(
-      entry,
-      {{"length_m", &shoots.length_m, 0.05, 3.0},
-       {"leaf_area_index", &shoots.leaf_area_index, 0.1, 20.0},
-       {"angle_deg", &shoots.angle_deg, 0.0, 120.0},
-       {"lift", &shoots.lift, -2.0, 2.0},
-       {"cross_deg", &shoots.cross_deg, 10.0, 90.0}},
-      {"picture", "whole_twigs", "deciduous", "autumn_color", "spring_color"});
+  read_numbers(entry,
+               {{"length_m", &shoots.length_m, 0.05, 3.0},
+                {"leaf_area_index", &shoots.leaf_area_index, 0.1, 20.0},
+                {"angle_deg", &shoots.angle_deg, 0.0, 120.0},
+                {"lift", &shoots.lift, -2.0, 2.0},
+                {"cross_deg", &shoots.cross_deg, 10.0, 90.0}},
+               {"picture", "whole_twigs", "deciduous", "autumn_color", "spring_color"});
   shoots.is_whole_twig = entry.has("whole_twigs") && entry.at("whole_twigs").boolean();
   shoots.is_deciduous = entry.has("deciduous") && entry.at("deciduous").boolean();
   if (entry.has("autumn_color")) shoots.autumn = color_of(entry.at("autumn_color"));
@@ -141,13 +140,13 @@ LeafyShoots leafy_shoots_of(const std::filesystem::path& models, const data::Jso
 Bark bark_of(const std::filesystem::path& models, const data::JsonReader& entry) {
   Bark bark{.color = color_of(entry.at("bark_color"))};
   constexpr const char* kUsual = "smooth";
-  bark.picture = entry.has("bark") ? bark_picture(file_of(models / "bark", entry.at("bark")))
-                                   : bark_picture(models / "bark" / (std::string(kUsual) + ".json"));
+  bark.picture = entry.has("bark")
+                     ? bark_picture(file_of(models / "bark", entry.at("bark")))
+                     : bark_picture(models / "bark" / (std::string(kUsual) + ".json"));
   if (!entry.has("bark_by_diameter")) return bark;
   const data::JsonReader shades = entry.at("bark_by_diameter");
   for (const auto& [diameter, red, green, blue] : rows_of<4>(shades)) {
-    const bool increases =
-        bark.shades.empty() || diameter > bark.shades.back().relative_diameter;
+    const bool increases = bark.shades.empty() || diameter > bark.shades.back().relative_diameter;
     const bool is_color = std::ranges::all_of(
         Color{red, green, blue}, [](double value) { return value >= 0.0 && value <= 1.0; });
     if (!increases || !is_color || !(diameter >= 0.0)) {

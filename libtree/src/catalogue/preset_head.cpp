@@ -64,8 +64,8 @@ void read_given_numbers(const data::JsonReader& entry,
 void read_numbers(const data::JsonReader& entry,
                   const std::vector<PresetNumber>& numbers,
                   const std::vector<std::string_view>& others) {
-  for (const PresetNumber& number : numbers) entry.at(number.key);
   read_given_numbers(entry, numbers, others);
+  for (const PresetNumber& number : numbers) entry.at(number.key);
 }
 
 }  // namespace silvafit::tree

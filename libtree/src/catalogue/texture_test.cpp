@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
-#include "scratch_file.hpp"
 #include "catalogue/leafy_shoots_entry.hpp"
+#include "scratch_file.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
@@ -209,7 +209,8 @@ TEST_CASE("a GLB stores each picture once, and it is read back unchanged") {
 
 TEST_CASE("files of trees without textures have no images") {
   Scene scene;
-  scene.trees = {grow_tree(test::paper_tree_1(), test::shipped_presets().named("generic-broadleaf"))};
+  scene.trees = {
+      grow_tree(test::paper_tree_1(), test::shipped_presets().named("generic-broadleaf"))};
   const std::string bytes = glb_bytes(scene);
   for (const char* word :
        {"textures", "images", "samplers", "alphaMode", "baseColorTexture", "TEXCOORD", "TANGENT"}) {

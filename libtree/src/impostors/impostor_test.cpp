@@ -104,7 +104,8 @@ TEST_CASE("the picture of a crown has the extent of the crown") {
   constexpr std::size_t kBorder = 4;
   constexpr std::size_t kCrown = kCell - 2 * kBorder;
   for (const Builder* builder : all_presets()) {
-    const Opacities atlas(*draw_crown(*builder, {.width = 5, .slenderness = 1}, Season::kSummer).texture);
+    const Opacities atlas(
+        *draw_crown(*builder, {.width = 5, .slenderness = 1}, Season::kSummer).texture);
     REQUIRE(atlas.side == 2 * kCell);
     for (const std::size_t cell : {0, 1, 2}) {
       const std::size_t left = cell % 2 * kCell + kBorder;

@@ -349,7 +349,9 @@ TEST_CASE("a system with an invalid field is refused with file and field") {
   const fs::path models = fs::temp_directory_path() / "silvafit-ifs-test";
   fs::remove_all(models);
   fs::create_directories(models);
-  fs::copy(test::source_file("models/taper"), models / "taper");
+  for (const char* folder : {"taper", "shoots", "bark"}) {
+    fs::copy(test::source_file("models") / folder, models / folder);
+  }
   const auto column_of_error = [&](const char* name,
                                    const std::string& find,
                                    const std::string& replacement) {

@@ -43,7 +43,9 @@ class Models {
     fs::remove_all(path_);
     fs::create_directories(path_ / "lsystems");
     fs::create_directories(path_ / "grammars");
-    fs::copy(test::source_file("models/taper"), path_ / "taper");
+    for (const char* folder : {"taper", "shoots", "bark"}) {
+      fs::copy(test::source_file("models") / folder, path_ / folder);
+    }
     fs::copy_file(test::source_file("models/grammars/maple.lsys"), path_ / "grammars/maple.lsys");
   }
   Models(const Models&) = delete;

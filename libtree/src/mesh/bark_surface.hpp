@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "silvafit/base/constants.hpp"
 #include "morphology/breast_height.hpp"
+#include "silvafit/base/constants.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/preset.hpp"
 

@@ -393,7 +393,9 @@ void add_tube(std::span<const Ring> rings,
   const Ring& tip = rings.back();
   const std::uint32_t end = build.vertex(tip.at, direction(tip.at - last.at, last.tangent));
   if (look.textured) {
-    build.texture({.u = scale.u(0.5, tip.along_m), .v = -scale.per_m * tip.along_m, .tangent = last.sideways});
+    build.texture({.u = scale.u(0.5, tip.along_m),
+                   .v = -scale.per_m * tip.along_m,
+                   .tangent = last.sideways});
   }
   build.join_to_tip(lower, end, sides, seam);
   if (look.has_foot) add_foot(rings.front(), corners, look, build);

@@ -335,7 +335,8 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch, double bearer_radiu
   build_.paint(points_.back().radius_m);
   const std::uint32_t tip = build_.vertex(points_.back().at, frame.tangent);
   if (options_.textured) {
-    build_.texture({.u = scale.u(0.5, reach), .v = -reach * scale.per_m, .tangent = frame.sideways});
+    build_.texture(
+        {.u = scale.u(0.5, reach), .v = -reach * scale.per_m, .tangent = frame.sideways});
   }
   build_.join_to_tip(ring, tip, sides, seam);
 }

@@ -18,7 +18,6 @@ namespace {
 constexpr std::size_t kShootSide = 512;
 constexpr double kMeanLight = 0.8;
 
-
 /// Draws one shoot: its twigs first, then its leaves from the base to the tip.
 class ShootDrawing {
  public:

@@ -166,9 +166,9 @@ const std::array<std::shared_ptr<const Texture>, 2>& BarkPicture::drawn() const 
       }
       color.rgba.push_back(255);
     }
-    pictures_ = {
-        std::make_shared<const Texture>(std::move(color)),
-        std::make_shared<const Texture>(normals_of("bark-" + plan_.name + "-normal", points, plan_.relief))};
+    pictures_ = {std::make_shared<const Texture>(std::move(color)),
+                 std::make_shared<const Texture>(
+                     normals_of("bark-" + plan_.name + "-normal", points, plan_.relief))};
   });
   return pictures_;
 }

@@ -28,14 +28,15 @@ int number_of_branches(const TreeShape& shape,
   const BranchCount& equations = *preset.branch_count;
   const auto count = equations.at(*shape.age_years);
   if (!count) {
-    notes.push_back({"branch_count",
-                     fmt::format("age {} is outside the range of {} to {} years of {}; the tree has "
-                                 "{} branches, as one of unknown age",
-                                 *shape.age_years,
-                                 equations.youngest_years(),
-                                 equations.oldest_years(),
-                                 equations.name(),
-                                 by_spacing)});
+    notes.push_back(
+        {"branch_count",
+         fmt::format("age {} is outside the range of {} to {} years of {}; the tree has "
+                     "{} branches, as one of unknown age",
+                     *shape.age_years,
+                     equations.youngest_years(),
+                     equations.oldest_years(),
+                     equations.name(),
+                     by_spacing)});
     return by_spacing;
   }
   const int wanted = static_cast<int>(std::lround(count->live()));

@@ -48,7 +48,7 @@ struct GrowSettings {
   bool quantize = false;
   bool compress = false;
   bool ascii = false;
-  bool textures = true;  ///< PLY has none
+  bool textures = true;           ///< PLY has none
   std::string season = "summer";  ///< summer, autumn, winter or spring
   // Repeated measurements.
   std::string by{};               ///< column of the time; one scene a time: FILE-2021.glb, ...

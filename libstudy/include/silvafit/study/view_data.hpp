@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
-#include "silvafit/tree/morphology_table.hpp"
 #include "silvafit/tree/builder.hpp"
+#include "silvafit/tree/morphology_table.hpp"
 
 namespace silvafit::study {
 

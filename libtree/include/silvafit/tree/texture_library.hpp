@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "silvafit/tree/texture.hpp"
@@ -39,8 +40,8 @@ struct ShootPlan {
   double leaf_aspect = 0.45;
   double spacing = 0.05;     ///< between leaves, between pairs, or between whorls
   bool is_opposite = false;  ///< pairs instead of alternating leaves
-  int whorl = 0;             ///< leaves of a node all around the twig, seen from the side; 0: two ranks
-  double angle_deg = 55.0;   ///< between leaf and twig at its base; half of that at the tip
+  int whorl = 0;  ///< leaves of a node all around the twig, seen from the side; 0: two ranks
+  double angle_deg = 55.0;  ///< between leaf and twig at its base; half of that at the tip
   double angle_sd_deg = 9.0;
   double bare = 0.12;  ///< proportion of a twig without leaves
   int side_twigs = 8;
