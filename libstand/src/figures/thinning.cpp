@@ -31,9 +31,10 @@ void remove_to_target(const Inventory& inventory,
   };
   double remaining = 0.0;
   for (const std::size_t tree : order) remaining += per_ha(tree);
+  const double rounding = 1e-12 * remaining;
   for (const std::size_t tree : order) {
     remaining -= per_ha(tree);
-    if (!(remaining >= rule.basal_area_m2_per_ha)) return;
+    if (!(remaining + rounding >= rule.basal_area_m2_per_ha)) return;
     is_removed[tree] = 1;
   }
 }

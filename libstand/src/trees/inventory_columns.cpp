@@ -40,7 +40,7 @@ class Planner {
   std::vector<std::size_t> filled_down(const ColumnPlan& plan) const;
   void require(const ColumnPlan& plan, Measure measure) const;
   void require_needed(const ColumnPlan& plan) const;
-  double full_circle(const std::string& column) const;
+  double full_circle(const std::string& column, const std::string& position) const;
   void collect_expression_fields(ColumnPlan& plan) const;
   void refuse_unread(const std::string& name) const;
   void collect_others(ColumnPlan& plan) const;
@@ -168,12 +168,14 @@ void Planner::require_needed(const ColumnPlan& plan) const {
 }
 
 /// The highest azimuth of a column that is read as one without a formula of the user; else 0.
-double Planner::full_circle(const std::string& column) const {
+/// \param position  the expression of x, y or z that reads it; pi/200 of gon
+double Planner::full_circle(const std::string& column, const std::string& position) const {
   const ColumnMapping* const mapping = mapping_to("azimuth", options_.columns);
   const auto meant = meant_name(column);
   const bool is_azimuth = mapping != nullptr ? mapping->source == column
                                              : meant.has_value() && meant->name == "azimuth";
   if (!is_azimuth) return 0.0;
+  if (position.find("/200)") != std::string::npos) return 400.0;
   const ColumnMapping source{.name = "azimuth", .source = column};
   return in_our_unit(source, header_, units_).source == column ? 360.0 : 400.0;
 }
@@ -190,11 +192,12 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
       const auto same = [&](const ExpressionField& field) { return field.name == name; };
       const auto found = std::ranges::find_if(plan.expression_fields, same);
       if (found == plan.expression_fields.end()) {
-        plan.expression_fields.push_back({.name = name,
-                                          .field = *field_named(name),
-                                          .is_text = is_text,
-                                          .is_position = is_position,
-                                          .full_circle = is_position ? full_circle(name) : 0.0});
+        plan.expression_fields.push_back(
+            {.name = name,
+             .field = *field_named(name),
+             .is_text = is_text,
+             .is_position = is_position,
+             .full_circle = is_position ? full_circle(name, source.text) : 0.0});
       } else if (found->is_text != is_text) {
         throw UsageError(fmt::format("'{}' is used as a number and as text", name),
                          {.file = file_, .column = "`columns`"});

@@ -27,7 +27,7 @@ TEST_CASE("Spain's IFN is read in mm and gon, with the factors of its four circl
   const CheckedInventory read = read_known(
       "Estadillo,Cla,Subclase,nArbol,OrdenIf3,Rumbo,Distanci,Especie,Dn1,Dn2,Ht\n"
       "0004,A,1,1,001,100,4,023,100,120,5.5\n0004,A,1,2,001,300,8,045,200,210,9\n"
-      "0004,A,1,3,001,0,14,045,300,300,12\n0004,A,1,4,001,0,24,045,500,520,17\n"
+      "0004,A,1,3,001,0,14,045,300,300,12\n0004,A,1,4,001,399,24,045,500,520,17\n"
       "0004,A,1,5,000,0,24,045,0,0,\n");
   const Inventory& trees = read.inventory;
   REQUIRE(trees.dbh_cm.size() == 5);
@@ -35,7 +35,7 @@ TEST_CASE("Spain's IFN is read in mm and gon, with the factors of its four circl
   CHECK(trees.dbh_cm[0] == 11.0);
   CHECK(trees.x[0] == Approx(4.0).epsilon(1e-12));
   CHECK(trees.x[1] == Approx(-8.0).epsilon(1e-12));
-  CHECK(trees.y[2] == 14.0);
+  CHECK(trees.y[2] == Approx(14.0).epsilon(1e-12));
   // 10,000 m2 over circles of 5, 10, 15 and 25 m, as IFNallometry of the R package medfate has
   // them.
   const auto factors = factors_of(trees);
@@ -74,8 +74,9 @@ TEST_CASE("ForestGEO's diameters are mm, and stems before and after their time a
   CHECK(has_note(read, "1 row not in the sample"));
   const CheckedInventory full = read_known(
       "DBHID,PlotName,Mnemonic,QuadratName,PX,PY,TreeID,StemID,DBH,ExactDate,Status\n"
-      "480614,luquillo,INGLAU,721,125.75,413.14,108604,143326,30.8,2012-01-31,alive\n");
-  REQUIRE(full.inventory.size() == 1);
+      "480614,luquillo,INGLAU,721,125.75,413.14,108604,143326,30.8,2012-01-31,alive\n"
+      "480615,luquillo,INGLAU,721,125.8,413.2,108605,143327,30,2012-01-31,broken below\n");
+  REQUIRE(full.inventory.size() == 2);
   CHECK(full.inventory.dbh_cm[0] == Approx(3.08).epsilon(1e-14));
   CHECK(full.inventory.plot[0] == "luquillo");
   CHECK(full.inventory.y[0] == 413.14);

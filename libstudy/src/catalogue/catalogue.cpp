@@ -336,8 +336,8 @@ const BaseModel& Catalogue::find(std::string_view id) const {
     named = &model;
   }
   if (named != nullptr && !is_ambiguous) return *named;
-  throw UsageError(fmt::format("{} model {}; available: {}",
-                               is_ambiguous ? "several models are called" : "unknown",
+  throw UsageError(fmt::format("{} {}; available: {}",
+                               is_ambiguous ? "several models are called" : "unknown model",
                                id,
                                fmt::join(names, ", ")));
 }
