@@ -3,19 +3,28 @@
 // settings.
 #include <pybind11/stl.h>
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "errors.hpp"
 #include "fits.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/study/analyses.hpp"
+#include "silvafit/study/background.hpp"
 #include "silvafit/study/model_library.hpp"
 #include "tables.hpp"
-#include "work.hpp"
 
 namespace silvafit::python {
 namespace {
+
+/// Calls listener(kind, text, done, total) with reports: "note", "line" and "progress".
+void tell(const study::Reports& reports, const py::object& listener) {
+  for (const std::string& note : reports.notes) listener("note", in_words_of_python(note), 0, 0);
+  for (const std::string& line : reports.lines) listener("line", line, 0, 0);
+  if (!reports.stage.empty()) listener("progress", reports.stage, reports.done, reports.total);
+}
 
 /// \param table, plots  a path, a Table or None
 /// \param library       the library of predictions, or None
@@ -37,12 +46,15 @@ py::dict analysis(const std::string& name,
   if (!plots.is_none()) input.plots = source_of(plots);
   for (const FitPointer& fit : fits) input.fits.push_back(fit.get());
   const study::AnalysisWork prepared = study::prepare_analysis(name, std::move(input));
-  study::AnalysisResult found = run(listener, [&](Work& work) {
-    study::AnalysisCallbacks callbacks{work.callbacks()};
-    callbacks.stop = work.stop();
-    callbacks.line = [&work](const std::string& line) { work.line(line); };
-    return prepared(callbacks);
-  });
+  const auto poll = [&listener](const study::Reports& reports) {
+    if (!listener.is_none()) tell(reports, listener);
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  };
+  const auto wait = [](const std::function<void()>& waits) {
+    const py::gil_scoped_release other_threads_run;
+    waits();
+  };
+  study::AnalysisResult found = study::run_in_background(prepared, poll, wait);
   py::dict tables;
   for (auto& [key, content] : found.tables) tables[py::str(key)] = share(std::move(content));
   py::list made;

@@ -62,9 +62,10 @@ in_words_of_r <- function(text) {
 #
 # \param table    path, columns or NULL
 # \param objects  handles of fits, or that of a library
+# \param folder   with the catalogue and the pages, where they are needed
 # \return         list of tables (columns), rows, json, fits and notes
-analysis <- function(name, table = NULL, arguments = list(), objects = NULL, plots = NULL, progress = FALSE) {
-  engine(.Call(C_analysis, name, table, plots, objects, arguments, data_folder(), isTRUE(progress)))
+analysis <- function(name, table = NULL, arguments = list(), objects = NULL, plots = NULL, progress = FALSE, folder = "") {
+  engine(.Call(C_analysis, name, table, plots, objects, arguments, folder, isTRUE(progress)))
 }
 
 # An analysis of a fit, by default with its own rows.

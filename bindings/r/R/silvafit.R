@@ -114,7 +114,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   omit <- check_missing(frame, na.action)
   # The domain of a model of the catalogue may have a condition on these.
   columns <- c(frame, if (!is.null(id)) rows_of(data, rows)[setdiff(intersect(c("dbh", "h"), names(data)), names(frame))])
-  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id), options))
+  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id), options), folder = if (is.null(id)) "" else data_folder())
   object <- new_fit(result, model, call, options, na.action = omit)
   # What update() and getData() need: the values of the call, and the data with all columns.
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))

@@ -85,7 +85,7 @@ analysis_of_call <- function(name, table, lists, own = list(), instead = charact
   plots <- if ("sampling" %in% lists && is.data.frame(settings$plots)) tree_source(settings$plots)
   if (!is.null(plots)) settings$plots <- NULL
   settings <- c(settings[names(settings) != "window"], window_arguments(settings$window))
-  result <- analysis(name, tree_source(table), settings, library, plots, frame$progress)
+  result <- analysis(name, tree_source(table), settings, library, plots, frame$progress, data_folder())
   tell_notes(result$notes)
   result
 }

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 // Analyses: arguments and tables of R, results as lists.
+#include <R_ext/Print.h>
+
+#include <algorithm>
 #include <cpp11/list.hpp>
+#include <cpp11/protect.hpp>
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "background.hpp"
 #include "conversion.hpp"
 #include "entry_points.hpp"
 #include "fit_handle.hpp"
@@ -15,10 +20,53 @@
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/study/analyses.hpp"
+#include "silvafit/study/background.hpp"
 #include "silvafit/study/setting_lists.hpp"
 
 namespace silvafit::r {
 namespace {
+
+/// No signal reaches the threads that start while this lives: R handles them in its own thread.
+class BlockedSignals {
+ public:
+  BlockedSignals() {
+    sigset_t all;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  ~BlockedSignals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  BlockedSignals(const BlockedSignals&) = delete;
+  BlockedSignals& operator=(const BlockedSignals&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
+/// Shows lines and the progress in the console, and keeps the notes.
+class Console {
+ public:
+  explicit Console(bool shows_progress) : shows_progress_(shows_progress) {}
+  ~Console() {
+    if (!stage_.empty()) REprintf("\n");
+  }
+  Console(const Console&) = delete;
+  Console& operator=(const Console&) = delete;
+
+  void show(const study::Reports& reports) {
+    notes_.insert(notes_.end(), reports.notes.begin(), reports.notes.end());
+    for (const std::string& line : reports.lines) REprintf("%s\n", line.c_str());
+    if (!shows_progress_ || reports.stage.empty()) return;
+    if (!stage_.empty() && reports.stage != stage_) REprintf("\n");
+    REprintf("\r%s %zu/%zu", reports.stage.c_str(), reports.done, reports.total);
+    stage_ = reports.stage;
+  }
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  bool shows_progress_;
+  std::vector<std::string> notes_{};
+  std::string stage_{};
+};
 
 const study::ModelLibrary& library_of(SEXP handle) {
   return object_of<study::ModelLibrary>(handle, [](const std::string& json) {
@@ -62,14 +110,15 @@ SEXP analysis(
     SEXP name, SEXP table, SEXP plots, SEXP objects, SEXP arguments, SEXP folder, SEXP progress) {
   const study::AnalysisWork work =
       study::prepare_analysis(text_of(name), input_of(table, plots, objects, arguments, folder));
-  const auto run = [&work](Reports& reports) {
-    study::AnalysisCallbacks callbacks{reports.callbacks()};
-    callbacks.stop = reports.stop();
-    callbacks.line = [&reports](const std::string& line) { reports.print(line); };
-    return work(callbacks);
-  };
-  auto [result, notes] = in_background(run, LOGICAL(progress)[0] == TRUE);
-  return list_of(std::move(result), notes);
+  Console console(LOGICAL(progress)[0] == TRUE);
+  std::optional<BlockedSignals> blocked(std::in_place);  // until the thread has started
+  study::AnalysisResult result = study::run_in_background(work, [&](const study::Reports& reports) {
+    blocked.reset();
+    console.show(reports);
+    // An interrupt, or the error of a time limit.
+    cpp11::check_user_interrupt();
+  });
+  return list_of(std::move(result), console.notes());
 }
 
 /// The settings of some lists: names, arguments of R and meanings.
