@@ -239,8 +239,7 @@ void write_stand_page(StandSummary summary,
                       const std::filesystem::path& page_template,
                       const std::filesystem::path& file) {
   if (options.stream) {
-    throw UsageError("a report needs all trees in memory; omit `stream` or `report`",
-                     {.column = "`report`"});
+    throw UsageError("a report needs all trees in memory; omit `stream`", {.column = "`stream`"});
   }
   StudyRecord record{.version = SILVAFIT_VERSION,
                      .command = command,
