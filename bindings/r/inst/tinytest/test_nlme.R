@@ -74,7 +74,13 @@ ovary <- nlme::lme(follicles ~ sin(2 * pi * Time) + cos(2 * pi * Time), data = n
 own <- silvafit(follicles ~ a + b * sin(2 * pi * Time) + c * cos(2 * pi * Time), data = nlme::Ovary, random = a ~ 1, correlation = nlme::corAR1(), reml = TRUE)
 expect_equal(as.numeric(logLik(own)), as.numeric(logLik(ovary)), tolerance = 1e-7)
 expect_equal(own$fit$correlation$parameters$phi, as.numeric(coef(ovary$modelStruct$corStruct, unconstrained = FALSE)), tolerance = 1e-4)
-expect_equal(as.numeric(residuals(own, type = "normalized")), as.numeric(residuals(ovary, type = "normalized")), tolerance = 1e-3)
+# The inverse factor of AR1 on nlme's Pearson residuals. nlme's own normalized residuals of these data mix two groups at 15 of their ends:
+# the levels of Mare are not in the order of the rows.
+pearson <- as.numeric(residuals(ovary, type = "pearson"))
+phi <- as.numeric(coef(ovary$modelStruct$corStruct, unconstrained = FALSE))
+before <- c(NA, pearson[-length(pearson)])
+expected <- ifelse(duplicated(nlme::Ovary$Mare), (pearson - phi * before) / sqrt(1 - phi^2), pearson)
+expect_equal(as.numeric(residuals(own, type = "normalized")), expected, tolerance = 1e-4)
 
 # REML, without random effects: gnls
 least <- nlme::gnls(weight ~ Asym / (1 + exp((xmid - Time) / scal)), data = Soybean, start = c(Asym = 19, xmid = 55, scal = 8),
