@@ -86,8 +86,9 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
                  **{name: dict(value) if isinstance(value, (Mapping, pd.Series)) else value for name, value in settings.items()}}
     for name, is_optional in (("formula", False), ("random", True), ("variance", True), ("correlation", True)):
         check_text(name, arguments.get(name), is_optional)
-    if isinstance(arguments.get("derive"), dict):
-        arguments["derive"] = [f"{name} = {text}" for name, text in arguments["derive"].items()]
+    derive = settings.get("derive")
+    if isinstance(derive, Mapping):
+        arguments["derive"] = [f"{name} = {text}" for name, text in derive.items()]
     arguments["covariance"] = word("covariance", arguments.get("covariance"), is_optional=True)
     if arguments.get("method") in ("ML", "REML"):  # nlme's words
         arguments.update(method=None, reml=arguments["method"] == "REML")
@@ -121,7 +122,7 @@ def formula_of(text: str) -> Tuple[Optional[str], str]:
 
 def response_name(text: str) -> str:
     """The left side of a formula, or of a model of the catalogue."""
-    return _core.uses(formula_of(text)[1], [], "", "")[2]
+    return _core.uses(formula_of(text)[1], [], "", "", "")[2]
 
 
 def _check_kept(frame: Frame, mentioned: List[str]) -> None:

@@ -71,7 +71,7 @@ def test_values_have_the_shapes_and_names_of_pandas(mixed, stands):
 def test_correlated_residuals(stands):
     trees = stands.assign(order=stands.groupby("plot").cumcount())
     fit = sf.fit(FORMULA, trees, random="a | plot", correlation="ar1(order)")
-    assert fit.correlation == "ar1(order)" and "Correlation" in str(fit.summary())
+    assert fit.correlation == "ar1(order)" and "correlation of the residuals" in str(fit.summary())
     assert list(fit.variance_components.index) == ["sd(a)", "phi", "sigma"]
     assert fit.loglik >= sf.fit(FORMULA, trees, random="a | plot").loglik
     assert fit.update(correlation=None).correlation == "none"
