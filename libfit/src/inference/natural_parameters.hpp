@@ -47,7 +47,7 @@ class NaturalParameter {
   /// Of kDerived, with its own names of the coefficients.
   std::optional<DerivedQuantity> derived{};
   std::vector<std::string> coefficients{};
-  double low = 0.0;        ///< range of kResidual
+  double low = 0.0;  ///< range of kResidual
   double high = 1.0;
 
   /// Whether hold() is possible: a correlation of residuals may depend on several coordinates.

@@ -51,7 +51,8 @@ InventoryReader::InventoryReader(const data::TableSource& source,
   plan_ = plan_columns(csv_.header(), csv_.layout().units, options_, file_);
   for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
   if (plan_.status_field) {
-    status_ = StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes, csv_.header());
+    status_ =
+        StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes, csv_.header());
   }
 }
 
