@@ -13,6 +13,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
+#include "silvafit/stand/inventory.hpp"
 #include "trees/fia_columns.hpp"
 #include "trees/usual_names.hpp"
 
@@ -86,6 +87,45 @@ std::string in_our_unit(std::string_view name,
 /// is unique within a county only.
 bool is_fia_preferred(std::string_view name, const std::vector<std::string>& header) {
   return is_label(name) || std::ranges::find(header, name) == header.end();
+}
+
+constexpr char kColumnsOption[] = "`columns`";
+
+/// Splits at commas that stand outside parentheses, double quotes and backquotes.
+std::vector<std::string_view> split_at_commas(std::string_view text) {
+  std::vector<std::string_view> parts;
+  int depth = 0;
+  char quote = '\0';  // the one that is open
+  std::size_t start = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool is_quote = text[i] == '"' || text[i] == '`';
+    if (is_quote && quote == '\0') {
+      quote = text[i];
+    } else if (text[i] == quote) {
+      quote = '\0';
+    }
+    if (quote != '\0') continue;
+    if (text[i] == '(') ++depth;
+    if (text[i] == ')') --depth;
+    if (text[i] != ',' || depth > 0) continue;
+    parts.push_back(text.substr(start, i - start));
+    start = i + 1;
+  }
+  parts.push_back(text.substr(start));
+  return parts;
+}
+
+ColumnMapping mapping_of(std::string_view part) {
+  const std::size_t sign = part.find('=');
+  if (sign != std::string_view::npos) {
+    const std::string_view name = data::trimmed(part.substr(0, sign));
+    const std::string_view source = data::trimmed(part.substr(sign + 1));
+    if (!name.empty() && !source.empty() && !source.starts_with('=')) {
+      return {.name = std::string(name), .source = std::string(source)};
+    }
+  }
+  throw UsageError(fmt::format("'{}' is not NAME=COLUMN, such as dbh=DBH_cm or x=xk/10", part),
+                   {.column = kColumnsOption});
 }
 
 }  // namespace
@@ -278,6 +318,22 @@ std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
   }
   if (text.empty() || !is_fia_tree_table(header)) return text;
   return "the table is FIA's TREE, in inches and feet: " + text;
+}
+
+std::vector<ColumnMapping> parse_column_mappings(std::string_view text) {
+  std::vector<ColumnMapping> mappings;
+  if (data::trimmed(text).empty()) return mappings;
+  for (const std::string_view part : split_at_commas(text)) {
+    ColumnMapping mapping = mapping_of(part);
+    const bool known = std::ranges::any_of(
+        mappings, [&mapping](const ColumnMapping& other) { return other.name == mapping.name; });
+    if (known) {
+      throw UsageError(fmt::format("'{}' is given twice", mapping.name),
+                       {.column = kColumnsOption});
+    }
+    mappings.push_back(std::move(mapping));
+  }
+  return mappings;
 }
 
 }  // namespace silvafit::stand

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "study/letter_groups.hpp"
+#include "study/chosen_fits.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Distances of plots against formulas for a left-out plot in another form.
-#include "study/outlying_plots.hpp"
+#include "study/outliers.hpp"
 
 #include <Eigen/LU>
 #include <boost/math/distributions/fisher_f.hpp>

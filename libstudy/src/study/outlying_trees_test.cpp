@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "study/outlying_trees.hpp"
+#include "study/outliers.hpp"
 
 #include <boost/math/distributions/normal.hpp>
 #include <catch2/catch.hpp>
