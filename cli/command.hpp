@@ -100,12 +100,12 @@ std::string version();
 // subcommand with its options and the callback that runs it.
 void add_columns_command(CLI::App& program);
 void add_indices_command(CLI::App& program);
-void add_stand_command(CLI::App& program);
 void add_tiles_command(CLI::App& program);
 void add_fit_command(CLI::App& program);
 void add_compare_command(CLI::App& program);
 /// \param command_line  as the report shows it
 void add_study_command(CLI::App& program, std::string command_line);
+void add_stand_command(CLI::App& program, std::string command_line);
 void add_predict_command(CLI::App& program);
 void add_library_command(CLI::App& program);
 void add_grow_command(CLI::App& program);

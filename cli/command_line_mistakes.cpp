@@ -5,13 +5,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 
 #include "outline.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/near_names.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/data/csv.hpp"
 
 namespace silvafit::cli {
@@ -32,6 +35,19 @@ std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) 
 std::string words_of(const CLI::App& app) {
   const CLI::App* above = app.get_parent();
   return above == nullptr ? app.get_name() : words_of(*above) + " " + app.get_name();
+}
+
+/// A table in place of a command.
+void refuse_table(const std::string& word) {
+  const std::string ending = std::filesystem::path(word).extension().string();
+  constexpr std::array<std::string_view, 8> kTables{
+      ".csv", ".txt", ".tsv", ".xlsx", ".ods", ".gpkg", ".sqlite", ".fgb"};
+  if (std::ranges::find(kTables, ending) == kTables.end() && !is_there(word)) return;
+  throw UsageError(fmt::format(
+      "'{0}' is not a command. For a table of trees: silvafit study {0} --out results "
+      "makes models and a report, silvafit stand {0} stand tables, and silvafit columns "
+      "{0} shows how the table is read",
+      word));
 }
 
 /// "; did you mean fit?", or the given end of the sentence if there is no similar name.
@@ -116,6 +132,7 @@ void require_command(const CLI::App& program, const std::vector<std::string>& wo
     if (word.starts_with('-')) continue;
     const auto found = std::ranges::find(commands, word, &CLI::App::get_name);
     if (found == commands.end()) {
+      refuse_table(word);
       const std::vector<std::string> names = names_of(commands);
       throw UsageError(fmt::format("unknown command '{}'{} The commands are {}; see {} --help",
                                    word,

@@ -83,7 +83,8 @@ study::ModelColumns model_columns(const FitArguments& arguments,
                                                               .parameters = texts.sub_models,
                                                               .where = arguments.where,
                                                               .random = texts.random,
-                                                              .variance = texts.variance});
+                                                              .variance = texts.variance,
+                                                              .correlation = texts.correlation});
   return {.names = names, .wanted = columns_read(models, names), .keeps_spellings = true};
 }
 
@@ -110,6 +111,10 @@ study::ReadTable read_data(const FitArguments& arguments,
   const std::string& formula = arguments.texts.formula;
   if (!formula.empty()) fit::add_response(fit::response_of(formula), table);
   if (!arguments.where.empty()) table = data::rows_where(arguments.where, table);
+  for (const study::BaseModel* const model : models) {
+    const std::string note = study::leave_out_impossible(model->response, table);
+    if (!note.empty()) say(arguments.common, "note: " + note);
+  }
   return {.table = std::move(table), .recognized = std::move(read.recognized)};
 }
 

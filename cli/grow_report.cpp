@@ -87,9 +87,15 @@ void report_grown(const CommonOptions& common, const study::GrowResult& result) 
             " too close to others to separate all branches" + how);
   }
   if (counts.with_guesses > 0) {
+    std::vector<std::string> replaced;
+    for (const auto& [name, count] : counts.guesses) {
+      replaced.push_back(fmt::format("{} of {}", name, count));
+    }
     say(common,
-        counted(counts.with_guesses, "tree has", "trees have") +
-            " missing measurements, for which defaults are used" + how);
+        fmt::format("{} missing measurements, for which defaults are used ({}){}",
+                    counted(counts.with_guesses, "tree has", "trees have"),
+                    fmt::join(replaced, ", "),
+                    how));
   }
 }
 

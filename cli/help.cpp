@@ -15,79 +15,19 @@ namespace silvafit::cli {
 namespace {
 
 /// The options that most people need; commands that are not here have few options.
-const std::map<std::string, std::vector<std::string_view>, std::less<>> kFirst{
-    {"study",
-     {"columns",
-      "species",
-      "responses",
-      "covariates",
-      "group",
-      "window",
-      "per",
-      "out",
-      "config",
-      "init"}},
-    {"indices",
-     {"columns",
-      "window",
-      "per",
-      "edge",
-      "buffer",
-      "neighbors",
-      "further",
-      "plots",
-      "out",
-      "json"}},
-    {"stand",
-     {"columns",
-      "window",
-      "per",
-      "plot-area",
-      "plots",
-      "class-width",
-      "stratum",
-      "equations",
-      "growth",
-      "out"}},
+const std::map<std::string, std::string, std::less<>> kFirst{
+    {"study", "columns species responses covariates group window per out config init"},
+    {"indices", "columns window per edge buffer neighbors further plots out json"},
+    {"stand", "columns window per plot-area plots class-width stratum equations growth out"},
     {"fit",
-     {"formula",
-      "model",
-      "parameter",
-      "random",
-      "variance",
-      "where",
-      "method",
-      "intervals",
-      "columns",
-      "json"}},
+     "formula model parameter random variance correlation where method intervals columns json"},
     {"predict",
-     {"columns",
-      "level",
-      "interval",
-      "interval-kind",
-      "new-groups",
-      "standard-errors",
-      "role",
-      "equations",
-      "out",
-      "json"}},
-    {"impute",
-     {"columns",
-      "response",
-      "by",
-      "group",
-      "model",
-      "formula",
-      "random",
-      "minimum-trees",
-      "add-residual",
-      "out"}},
-    {"grow",
-     {"columns", "plot", "scene", "out", "format", "builder", "preset", "lod", "share", "use"}},
-    {"view",
-     {"columns", "plot", "out", "title", "trees", "models", "lod", "plain", "no-open", "json"}}};
+     "columns level interval interval-kind new-groups standard-errors role equations out json"},
+    {"impute", "columns response by group model formula random minimum-trees add-residual out"},
+    {"grow", "columns plot scene out format builder preset lod share use"},
+    {"view", "columns plot out title trees models lod plain no-open json"}};
 
-bool is_first(const CLI::Option& option, const std::vector<std::string_view>& names) {
+bool is_first(const CLI::Option& option, const std::vector<std::string>& names) {
   return std::ranges::any_of(option.get_lnames(), [&names](const std::string& name) {
     return name.starts_with("help") || std::ranges::find(names, name) != names.end();
   });
@@ -103,11 +43,11 @@ class ShortHelp : public CLI::Formatter {
     // Commands below one have a help of their own.
     if (!is_short) return CLI::Formatter::make_help(app, name, CLI::AppFormatMode::Normal);
     return make_description(app) + make_usage(app, name) + make_positionals(app) +
-           first_options(*app, first->second) + "\n" + make_footer(app);
+           first_options(*app, CLI::detail::split(first->second, ' ')) + "\n" + make_footer(app);
   }
 
  private:
-  std::string first_options(const CLI::App& app, const std::vector<std::string_view>& names) const {
+  std::string first_options(const CLI::App& app, const std::vector<std::string>& names) const {
     std::string text;
     std::size_t others = 0;
     for (const std::string& section : app.get_groups()) {

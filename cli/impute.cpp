@@ -29,12 +29,13 @@ struct ImputeArguments {
   bool stream = false;
 };
 
-/// With --columns, the response may have another name in the file, and is written as a new column.
+/// The response is filled in under its name in the file; it is a new column if the file has another
+/// unit or a formula makes it.
 AddedColumns columns_of(const ImputeArguments& arguments, const study::TableImputation& imputed) {
   const auto& source = imputed.imputation.source;
   return {.table = study::imputed_columns(imputed),
           .digits = arguments.digits,
-          .replaced = arguments.impute.response,
+          .replaced = imputed.column,
           .is_replaced = [&source](std::size_t row) {
             return source[row] == study::ImputeSource::kImputed;
           }};

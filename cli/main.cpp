@@ -87,7 +87,7 @@ int run_command(const std::vector<std::string>& words) {
   add_study_command(program, shown_command(words));
   add_columns_command(program);
   add_indices_command(program);
-  add_stand_command(program);
+  add_stand_command(program, shown_command(words));
   add_tiles_command(program);
   add_fit_command(program);
   add_compare_command(program);

@@ -119,8 +119,7 @@ std::vector<const BaseModel*> chosen(const study::Catalogue& catalogue,
 // ---- Presets of trees -------------------------------------------------------------------------
 
 /// The names that choose a preset; "*" is printed as a phrase for all other names.
-std::string species_text(const tree::PresetHead& preset) {
-  std::vector<std::string> names = preset.species;
+std::string species_text(std::vector<std::string> names) {
   std::replace(names.begin(), names.end(), std::string("*"), std::string("any other"));
   return fmt::format("{}", fmt::join(names, ", "));
 }
@@ -131,7 +130,8 @@ void print_builders(const tree::BuilderCatalogue& catalogue) {
     for (const tree::Builder* builder : catalogue.of(kind)) {
       const tree::PresetHead& preset = builder->preset();
       print_text("  {:<24} {}\n", preset.name, preset.title);
-      if (!preset.species.empty()) print_text("  {:<24}   {}\n", "", species_text(preset));
+      const std::vector<std::string> species = catalogue.species_of(*builder);
+      if (!species.empty()) print_text("  {:<24}   {}\n", "", species_text(species));
     }
   }
 }
@@ -144,8 +144,9 @@ void print_builders_json(const tree::BuilderCatalogue& catalogue) {
     nlohmann::ordered_json presets = nlohmann::ordered_json::array();
     for (const tree::Builder* builder : catalogue.of(kind)) {
       const tree::PresetHead& preset = builder->preset();
-      presets.push_back(
-          {{"name", preset.name}, {"title", preset.title}, {"species", preset.species}});
+      presets.push_back({{"name", preset.name},
+                         {"title", preset.title},
+                         {"species", catalogue.species_of(*builder)}});
     }
     result["builders"].push_back(
         {{"builder", tree::builder_name(kind)}, {"presets", std::move(presets)}});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,6 +17,8 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/data/table.hpp"
+#include "silvafit/render/forest_floor.hpp"
 #include "silvafit/render/models.hpp"
 #include "standard_output.hpp"
 
@@ -34,6 +37,10 @@ struct RenderArguments {
   std::string place{};
   std::string camera = "200,12";
   std::string target{};
+  std::string eye{};
+  std::string look{};
+  std::string path{};
+  bool is_bare = false;
   std::size_t turntable = 0;
   std::size_t columns = 0;
   bool without_ground = false;
@@ -67,6 +74,106 @@ render::Vector point_of(const std::string& text, const std::string& option) {
     throw UsageError(fmt::format("{} needs three numbers, EAST,NORTH,UP, not '{}'", option, text));
   }
   return {values[0], values[2], -values[1]};
+}
+
+/// The height of the eyes of a standing person [m].
+constexpr double kEyeHeight = 1.7;
+/// Wider than the default, as one looks around in a forest [degrees].
+constexpr double kWalkingView = 60.0;
+
+/// Heights of the eyes are still those above the ground.
+render::Standpoint standpoint_of(const RenderArguments& arguments) {
+  const bool has_height = std::ranges::count(arguments.eye, ',') == 2;
+  render::Standpoint result;
+  if (has_height) {
+    result.eye = point_of(arguments.eye, "--eye");
+  } else {
+    const auto [east, north] = pair_of(arguments.eye, ',', "--eye");
+    result.eye = {east, kEyeHeight, -north};
+  }
+  if (arguments.look.empty()) return result;
+  const bool has_elevation = arguments.look.find(',') != std::string::npos;
+  const std::string both = has_elevation ? arguments.look : arguments.look + ",0";
+  const auto [azimuth, elevation] = pair_of(both, ',', "--look");
+  result.azimuth_deg = azimuth;
+  result.elevation_deg = elevation;
+  return result;
+}
+
+/// The frames of a walk: a row each.
+std::vector<render::Standpoint> walk_of(const std::string& file) {
+  const data::Table table = data::read_csv_table(file);
+  const auto values = [&](const char* name, double otherwise) -> std::vector<double> {
+    if (table.has(name)) {
+      const auto known = table.numbers(name);
+      return {known.begin(), known.end()};
+    }
+    if (std::isnan(otherwise)) {
+      throw InputError(
+          "the frames of a walk need the columns east, north and azimuth; up (default "
+          "1.7, above the ground) and elevation (default 0) may be there",
+          {.file = file, .column = name});
+    }
+    return std::vector<double>(table.rows(), otherwise);
+  };
+  const auto east = values("east", data::kMissing);
+  const auto north = values("north", data::kMissing);
+  const auto azimuth = values("azimuth", data::kMissing);
+  const auto up = values("up", kEyeHeight);
+  const auto elevation = values("elevation", 0.0);
+  std::vector<render::Standpoint> result;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    for (const double value : {east[row], north[row], azimuth[row], up[row], elevation[row]}) {
+      if (!std::isfinite(value)) {
+        throw InputError("a value of this frame is missing",
+                         {.file = file, .line = table.line(row)});
+      }
+    }
+    result.push_back({.eye = {east[row], up[row], -north[row]},
+                      .azimuth_deg = azimuth[row],
+                      .elevation_deg = elevation[row]});
+  }
+  if (result.empty()) throw InputError("there is no frame", {.file = file});
+  return result;
+}
+
+/// Empty without a place of the eye.
+std::vector<render::Standpoint> standpoints_of(const RenderArguments& arguments) {
+  if (!arguments.path.empty()) return walk_of(arguments.path);
+  if (!arguments.eye.empty()) return {standpoint_of(arguments)};
+  return {};
+}
+
+/// Puts the eyes above the ground, and scenery on it.
+void prepare_walk(const RenderArguments& arguments,
+                  std::vector<render::Standpoint>& standpoints,
+                  render::Scene& scene) {
+  if (standpoints.empty()) return;
+  const render::GroundHeight ground(scene);
+  const auto& [low, high] = ground.bounds();
+  std::vector<render::Vector> places;
+  for (render::Standpoint& one : standpoints) {
+    const bool is_inside = one.eye[0] >= low[0] && one.eye[0] <= high[0] && one.eye[2] >= low[2] &&
+                           one.eye[2] <= high[2];
+    if (!is_inside) {
+      say(arguments.common,
+          fmt::format(
+              "note: the place {:g},{:g} is outside of the scene, which reaches from {:.1f} "
+              "to {:.1f} m east and from {:.1f} to {:.1f} m north",
+              one.eye[0],
+              -one.eye[2],
+              low[0],
+              high[0],
+              -high[2],
+              -low[2]));
+    }
+    one.eye[1] += ground.at(one.eye[0], one.eye[2]);
+    places.push_back(one.eye);
+  }
+  render::extend_ground(scene);
+  if (!arguments.is_bare) {
+    render::add_forest_floor(scene, ground, places, arguments.common.seed);
+  }
 }
 
 std::size_t side_of(double value) {
@@ -115,11 +222,12 @@ render::RenderOptions options_of(const RenderArguments& arguments) {
 }
 
 /// Refuses images that take days, and prints a note if an image takes minutes.
-void check_work(const RenderArguments& arguments, const render::RenderOptions& options) {
+void check_work(const RenderArguments& arguments,
+                const render::RenderOptions& options,
+                std::size_t frames) {
   constexpr double kMostRays = 1e11;
   constexpr double kManyRays = 1e9;
-  const std::size_t images =
-      std::max<std::size_t>(1, arguments.turntable) * arguments.models.size();
+  const std::size_t images = frames * arguments.models.size();
   const double rays = static_cast<double>(options.width) * static_cast<double>(options.height) *
                       static_cast<double>(options.samples) * static_cast<double>(images);
   if (rays > kMostRays) {
@@ -165,16 +273,22 @@ bool has_own_ground(const tree::ReadScene& scene) {
 
 Drawn draw(const RenderArguments& arguments) {
   render::RenderOptions options = options_of(arguments);
-  check_work(arguments, options);
+  const std::vector<render::Standpoint> standpoints = standpoints_of(arguments);
+  const std::size_t frames = std::max(
+      {std::size_t{1}, arguments.turntable, arguments.path.empty() ? 0 : standpoints.size()});
+  const bool has_frames = arguments.turntable > 0 || !arguments.path.empty();
+  check_work(arguments, options, frames);
   Progress progress(arguments.common);
   Drawn drawn;
   std::vector<render::Picture> pictures;
-  const std::size_t frames = std::max<std::size_t>(1, arguments.turntable);
   const double first_azimuth = options.camera.azimuth_deg;
   for (const std::string& model : arguments.models) {
     const tree::ReadScene read = tree::read_scene(model);
     options.has_ground = !arguments.without_ground && !has_own_ground(read);
-    const render::RayTracer tracer(render::scene_of(read));
+    render::Scene scene = render::scene_of(read);
+    std::vector<render::Standpoint> eyes = standpoints;
+    prepare_walk(arguments, eyes, scene);
+    const render::RayTracer tracer(scene);
     drawn.triangles += tracer.triangle_count();
     options.progress = [&](std::size_t done, std::size_t total) {
       progress.show(std::filesystem::path(model).filename().string(), done, total);
@@ -182,8 +296,9 @@ Drawn draw(const RenderArguments& arguments) {
     for (std::size_t frame = 0; frame < frames; ++frame) {
       options.camera.azimuth_deg =
           first_azimuth + 360.0 * static_cast<double>(frame) / static_cast<double>(frames);
+      if (!eyes.empty()) options.camera.standpoint = eyes[eyes.size() > 1 ? frame : 0];
       const render::Picture picture = tracer.picture(options);
-      if (arguments.turntable > 0) {
+      if (has_frames) {
         drawn.files.push_back(numbered(arguments.out, frame));
         render::write_png(picture, drawn.files.back());
       } else {
@@ -201,6 +316,9 @@ Drawn draw(const RenderArguments& arguments) {
 void run(const RenderArguments& arguments) {
   if (arguments.turntable > 0 && arguments.models.size() > 1) {
     throw UsageError("--turntable needs a single model");
+  }
+  if (!arguments.path.empty() && arguments.models.size() > 1) {
+    throw UsageError("--path needs a single model");
   }
   if (arguments.columns > 0 && arguments.models.size() < 2) {
     throw UsageError("--columns needs several models (contact sheet)");
@@ -256,9 +374,37 @@ void add_render_command(CLI::App& program) {
                   "Point in the middle of the image, in the model's coordinates [m]; by default "
                   "the model fills the image")
       ->type_name("EAST,NORTH,UP");
+  CLI::Option* const target = command.get_option("--target");
+  CLI::Option* const eye =
+      command
+          .add_option("--eye",
+                      arguments->eye,
+                      "Place of the eye, in the model's coordinates, and its height above the "
+                      "ground there (default: 1.7) [m]: the view of a person who stands in the "
+                      "forest, with a forest floor to the horizon and clouds")
+          ->type_name("EAST,NORTH[,UP]")
+          ->excludes(target);
   command
-      .add_option("--view", arguments->options.camera.view_deg, "Vertical field of view [degrees]")
-      ->capture_default_str();
+      .add_option("--look",
+                  arguments->look,
+                  "Azimuth of the view from there, clockwise from north, and elevation [degrees]")
+      ->type_name("AZIMUTH[,ELEVATION]")
+      ->needs(eye);
+  CLI::Option* const path =
+      command
+          .add_option("--path",
+                      arguments->path,
+                      "Frames of a walk, FILE-000.png, FILE-001.png, ...: a table with the columns "
+                      "east, north, azimuth, and up and elevation if wanted")
+          ->type_name("VIEWS.csv")
+          ->excludes(eye)
+          ->excludes(target);
+  command.add_flag("--bare",
+                   arguments->is_bare,
+                   "With --eye or --path: no litter, grass, herbs and fallen branches");
+  CLI::Option* const view = command.add_option("--view",
+                                               arguments->options.camera.view_deg,
+                                               "Vertical field of view (35; walking 60) [degrees]");
   command
       .add_option("--zoom", arguments->options.camera.zoom, "Zoom factor; 2 is half the distance")
       ->capture_default_str();
@@ -282,7 +428,9 @@ void add_render_command(CLI::App& program) {
                   arguments->turntable,
                   "Number of images around the model: FILE-000.png, FILE-001.png, ...")
       ->check(CLI::Range(1, 10000))
-      ->type_name("N");
+      ->type_name("N")
+      ->excludes(eye)
+      ->excludes(path);
   command
       .add_option("--columns", arguments->columns, "Columns of a contact sheet (default: one row)")
       ->check(CLI::Range(1, 10000))
@@ -292,7 +440,14 @@ void add_render_command(CLI::App& program) {
                    "No ground plane below models without a ground of their own");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit render stand.glb --out stand.png --sun 240,30");
-  command.callback([arguments] { run(*arguments); });
+  command.callback([arguments, view, eye, path] {
+    const bool walks = eye->count() + path->count() > 0;
+    if (arguments->is_bare && !walks) {
+      throw UsageError("needs --eye or --path", {.column = "--bare"});
+    }
+    if (walks && view->count() == 0) arguments->options.camera.view_deg = kWalkingView;
+    run(*arguments);
+  });
 }
 
 }  // namespace silvafit::cli

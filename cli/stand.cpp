@@ -32,6 +32,8 @@ struct StandArguments {
   std::string inventory{};
   study::StandOptions options{};
   std::string out{};
+  std::string report{};
+  std::string command{};  ///< as it was given
   bool growth = false;
   TableArguments table{};
   source::TableChoice plots{};
@@ -75,13 +77,20 @@ void run_tables(const StandArguments& arguments,
       study::stand_summary(trees.table, options, callbacks(arguments.common, progress), write);
   progress.clear();
   if (is_folder(arguments.out) && !folder) folder.emplace(arguments.out);
-  if (!arguments.out.empty()) write_tables(arguments.out, stand::tables_of(summary.report));
+  if (!arguments.out.empty()) write_tables(arguments.out, study::tables_of(summary));
   if (rows) rows->finish();
   if (arguments.common.json) {
     print_json_value(study::json_of(summary));
   } else {
-    print_stand(summary.report);
+    print_stand(summary);
   }
+  if (arguments.report.empty()) return;
+  study::write_stand_page(summary,
+                          options,
+                          study::Catalogue::load(data_directory() / "models"),
+                          arguments.command,
+                          bundled_page("report.html"),
+                          arguments.report);
 }
 
 void run_growth(const StandArguments& arguments,
@@ -106,24 +115,35 @@ void run(const StandArguments& arguments) {
     throw UsageError("a FlatGeobuf file has one table only; give a folder, .xlsx, .ods or .gpkg",
                      {.column = "--out"});
   }
+  std::vector<NamedFile> written = files_in({"--out", arguments.out},
+                                            {"plots.csv",
+                                             "strata.csv",
+                                             "domains.csv",
+                                             "thinning.csv",
+                                             "trees.csv",
+                                             "sites.csv",
+                                             "species.csv",
+                                             "diameters.csv",
+                                             "classes.csv",
+                                             "indices.csv",
+                                             "growth_trees.csv",
+                                             "growth_plots.csv",
+                                             "growth_strata.csv"});
+  written.push_back({"--report", arguments.report});
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},
                      {"--window", arguments.options.units.window},
                      {"--plots", arguments.options.sampling.plots_file}},
-                    files_in({"--out", arguments.out},
-                             {"plots.csv",
-                              "strata.csv",
-                              "species.csv",
-                              "diameters.csv",
-                              "classes.csv",
-                              "indices.csv",
-                              "growth_trees.csv",
-                              "growth_plots.csv",
-                              "growth_strata.csv"}));
+                    written);
   if (arguments.growth && arguments.options.stream) {
     throw UsageError("growth needs all measurements of a tree in memory; omit --stream or --growth",
                      {.column = "--stream"});
   }
+  if (!arguments.report.empty() && arguments.growth) {
+    throw UsageError("growth has no report page; omit --report or --growth",
+                     {.column = "--report"});
+  }
   study::StandOptions options = arguments.options;
+  if (!arguments.report.empty() && options.report.by.empty()) options.report.by = {"species"};
   options.threads = arguments.common.threads;
   options.equations.models = data_directory() / "models";
   const TreeTable trees =
@@ -138,8 +158,9 @@ void run(const StandArguments& arguments) {
 
 }  // namespace
 
-void add_stand_command(CLI::App& program) {
+void add_stand_command(CLI::App& program, std::string command_line) {
   const auto arguments = std::make_shared<StandArguments>();
+  arguments->command = std::move(command_line);
   CLI::App& command = *program.add_subcommand(
       "stand",
       "Print stand tables: density, basal area, heights, diameters, importance values, structure");
@@ -160,6 +181,12 @@ void add_stand_command(CLI::App& program) {
                   "Write the tables as CSV files to this folder, or as sheets of a workbook "
                   "(.xlsx, .ods)")
       ->type_name("DIR")
+      ->group(kOutputSection);
+  command
+      .add_option("--report",
+                  arguments->report,
+                  "Write a page with the stand table, diameters, height curves and the map")
+      ->type_name("FILE.html")
       ->group(kOutputSection);
   command.add_flag(
       "--stream",

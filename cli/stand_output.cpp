@@ -3,6 +3,7 @@
 #include "stand_output.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <cmath>
@@ -57,35 +58,74 @@ void print_areas(const stand::StandReport& report) {
   table.print();
 }
 
+/// Estimates with standard errors, of strata or of kinds of trees.
+class EstimateTable {
+ public:
+  EstimateTable(const stand::StandReport& report, std::vector<std::string> labels)
+      : has_totals_(std::isfinite(report.strata.back().area_ha)),
+        table_(header(report, std::move(labels))) {}
+
+  void add(std::vector<std::string> row, const stand::StratumFigures& figures) {
+    row.push_back(std::to_string(figures.trees));
+    row.push_back(per_ha(figures.stems));
+    row.push_back(per_ha(figures.basal_area_m2, 2));
+    row.push_back(text_of(figures.quadratic_mean_dbh_cm));
+    row.push_back(text_of(figures.mean_height_m));
+    for (const stand::Estimate& quantity : figures.quantities) row.push_back(per_ha(quantity));
+    if (has_totals_) {
+      row.push_back(rounded(figures.area_ha, 2));
+      row.push_back(total(figures.stems));
+      row.push_back(total(figures.basal_area_m2));
+      for (const stand::Estimate& quantity : figures.quantities) row.push_back(total(quantity));
+    }
+    table_.add(std::move(row));
+  }
+  void print() const { table_.print(); }
+
+ private:
+  std::vector<std::string> header(const stand::StandReport& report,
+                                  std::vector<std::string> names) const {
+    names.insert(names.end(), {"trees", "N/ha", "G m2/ha", "QMD cm", "mean h"});
+    for (const std::string& name : report.quantities) names.push_back(name + "/ha");
+    if (!has_totals_) return names;
+    names.insert(names.end(), {"ha", "N", "G m2"});
+    names.insert(names.end(), report.quantities.begin(), report.quantities.end());
+    return names;
+  }
+  static std::string per_ha(const stand::Estimate& estimate, int digits = 1) {
+    return with_error(estimate.per_ha, estimate.standard_error, digits);
+  }
+  static std::string total(const stand::Estimate& estimate) {
+    return with_error(estimate.total, estimate.total_standard_error, 0);
+  }
+  static std::string text_of(const stand::Mean& mean) {
+    return with_error(mean.value, mean.standard_error);
+  }
+
+  bool has_totals_;
+  TextTable table_;
+};
+
 void print_strata(const stand::StandReport& report) {
-  const bool has_totals = std::isfinite(report.strata.back().area_ha);
-  std::vector<std::string> header{
-      "stratum", "plots", "trees", "N/ha", "G m2/ha", "QMD cm", "mean h"};
-  for (const std::string& name : report.quantities) header.push_back(name + "/ha");
-  if (has_totals) header.insert(header.end(), {"ha", "N", "G m2"});
-  TextTable table(header);
+  EstimateTable table(report, {"stratum", "plots"});
   for (const stand::StratumFigures& stratum : report.strata) {
-    std::vector<std::string> row{
-        stratum.kind == stand::StratumFigures::Kind::kAll ? "all" : name_or(stratum.name, "(none)"),
-        std::to_string(stratum.plots),
-        std::to_string(stratum.trees),
-        with_error(stratum.stems.per_ha, stratum.stems.standard_error),
-        with_error(stratum.basal_area_m2.per_ha, stratum.basal_area_m2.standard_error, 2),
-        with_error(stratum.quadratic_mean_dbh_cm.value,
-                   stratum.quadratic_mean_dbh_cm.standard_error),
-        with_error(stratum.mean_height_m.value, stratum.mean_height_m.standard_error)};
-    for (const stand::Estimate& quantity : stratum.quantities) {
-      row.push_back(with_error(quantity.per_ha, quantity.standard_error));
-    }
-    if (has_totals) {
-      row.push_back(rounded(stratum.area_ha, 2));
-      row.push_back(with_error(stratum.stems.total, stratum.stems.total_standard_error, 0));
-      row.push_back(
-          with_error(stratum.basal_area_m2.total, stratum.basal_area_m2.total_standard_error, 0));
-    }
-    table.add(std::move(row));
+    const bool is_all = stratum.kind == stand::StratumFigures::Kind::kAll;
+    table.add({is_all ? "all" : name_or(stratum.name, "(none)"), std::to_string(stratum.plots)},
+              stratum);
   }
   print_text("Strata, with standard errors over plots\n");
+  table.print();
+}
+
+void print_domains(const stand::StandReport& report) {
+  if (report.by.empty()) return;
+  EstimateTable table(report, report.by);
+  for (const stand::DomainFigures& domain : report.domains) {
+    std::vector<std::string> labels;
+    for (const std::string& label : domain.labels) labels.push_back(name_or(label, "(none)"));
+    table.add(std::move(labels), domain.figures);
+  }
+  print_text("Trees by {}, with standard errors over plots\n", fmt::join(report.by, " and "));
   table.print();
 }
 
@@ -236,13 +276,61 @@ void print_growth_of_strata(const stand::GrowthReport& report, std::size_t value
   table.print();
 }
 
+void print_thinning(const stand::Thinning& thinning) {
+  TextTable table({"plot",
+                   "N/ha",
+                   "removed",
+                   "after",
+                   "G m2/ha",
+                   "removed",
+                   "after",
+                   "QMD cm",
+                   "removed",
+                   "after",
+                   "dom. h",
+                   "after"});
+  const auto add = [&table](const stand::ThinningFigures& plot, const std::string& name) {
+    std::vector<std::string> row{name};
+    for (double stand::StandFigures::*const value : {&stand::StandFigures::stems_per_ha,
+                                                     &stand::StandFigures::basal_area_m2_per_ha,
+                                                     &stand::StandFigures::quadratic_mean_dbh_cm}) {
+      for (const stand::StandFigures* const stage : {&plot.before, &plot.removed, &plot.after}) {
+        row.push_back(rounded(stage->*value));
+      }
+    }
+    row.push_back(rounded(plot.before.dominant_height_m));
+    row.push_back(rounded(plot.after.dominant_height_m));
+    table.add(std::move(row));
+  };
+  for (const stand::ThinningFigures& plot : thinning.plots) add(plot, name_or(plot.name, "stand"));
+  if (thinning.plots.size() > 1) add(thinning.all, "all");
+  print_text("Thinning: before, removed trees, after\n");
+  table.print();
+}
+
+void print_sites(const std::vector<study::SiteIndex>& sites) {
+  TextTable table({"plot", "age", "dom. h", "site index m"});
+  for (const study::SiteIndex& site : sites) {
+    table.add({name_or(site.plot, "stand"),
+               rounded(site.age),
+               rounded(site.dominant_m),
+               rounded(site.at_base_age)});
+  }
+  print_text("Site index\n");
+  table.print();
+}
+
 }  // namespace
 
-void print_stand(const stand::StandReport& report) {
+void print_stand(const study::StandSummary& summary) {
+  const stand::StandReport& report = summary.report;
   print_areas(report);
   print_strata(report);
+  print_domains(report);
   print_species(report);
   print_diameters(report);
+  if (summary.thinning) print_thinning(*summary.thinning);
+  if (!summary.sites.empty()) print_sites(summary.sites);
   print_structure(report);
   print_joint(report);
 }

@@ -3,11 +3,11 @@
 #pragma once
 
 #include "silvafit/stand/growth.hpp"
-#include "silvafit/stand/stand_report.hpp"
+#include "silvafit/study/stand_summary.hpp"
 
 namespace silvafit::cli {
 
-void print_stand(const stand::StandReport& report);
+void print_stand(const study::StandSummary& summary);
 
 void print_growth(const stand::GrowthReport& report);
 

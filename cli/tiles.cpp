@@ -165,23 +165,11 @@ study::TileResult run_grow(const RunArguments& arguments,
   CLI::App command("", "grow");
   add_grow_options(command, file, settings);
   // Rows and columns are those of the plan; the tile is a single file.
-  for (const char* const name : {"morphology",
-                                 "--scene",
-                                 "--out",
-                                 "--manifest",
-                                 "--resolve-overlaps",
-                                 "--by",
-                                 "--animate",
-                                 "--seconds",
-                                 "--plot",
-                                 "--columns",
-                                 "--missing",
-                                 "--fill-down",
-                                 "--case-sensitive",
-                                 "--dead",
-                                 "--alive-codes",
-                                 "--dead-codes",
-                                 "--cut-codes"}) {
+  const std::string others =
+      "morphology --scene --out --manifest --resolve-overlaps --by --animate --seconds --plot "
+      "--columns --missing --fill-down --case-sensitive --dead --alive-codes --dead-codes "
+      "--cut-codes";
+  for (const std::string& name : CLI::detail::split(others, ' ')) {
     command.remove_option(command.get_option(name));
   }
   parse_words(command, std::move(words));

@@ -84,7 +84,7 @@ void run(ViewArguments& arguments) {
           ? open_trees(arguments.source, arguments.table, arguments.common).table
           : fs::path(arguments.source);
   const fs::path empty_page = bundled_page("scene.html");
-  const auto catalogue = tree::PresetCatalogue::load(data_directory() / "models");
+  const auto catalogue = tree::BuilderCatalogue::load(data_directory() / "models");
   Progress progress(arguments.common);
   const study::ViewPage result = study::write_view_page(
       source, catalogue, empty_page, page, settings, callbacks(arguments.common, progress));

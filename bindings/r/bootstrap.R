@@ -29,9 +29,19 @@ copy_core <- function() {
     folder <- file.path(checkout, paste0("lib", name))
     copy_folder(file.path(folder, "include"), "src/core", "[.]hpp$")
     files <- copy_folder(file.path(folder, "src"), "src/core", "[.][ch]pp$", "_test[.]cpp$|test_support|^mpi/|^parallel[.]cpp$")
+    if (name == "stand") files <- c(files, write_known_tables("trees/known_table_texts.cpp"))
     # In an order that does not depend on the language.
     write_units(name, sort(grep("[.]cpp$", files, value = TRUE), method = "radix"))
   }
+}
+
+# The descriptions of national inventories as texts of a source file, as libstand/CMakeLists.txt makes it.
+write_known_tables <- function(file) {
+  texts <- vapply(sort(list.files(file.path(checkout, "models/sources"), "[.]json$", full.names = TRUE), method = "radix"),
+                  function(path) paste0("      R\"json(", paste(readLines(path), collapse = "\n"), ")json\","), "")
+  writeLines(c('#include "trees/known_tables.hpp"', "namespace silvafit::stand {", "const std::vector<std::string_view>& known_table_texts() {",
+               "  static const std::vector<std::string_view> texts{", texts, "  };", "  return texts;", "}", "}"), file.path("src/core", file))
+  file
 }
 
 # Several sources of a folder are compiled as one, as by cmake/SilvafitTargets.cmake. Vector code stands alone. The package may be compiled on

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "degree.hpp"
+#include "noise.hpp"
 
 namespace silvafit::render {
 namespace {
@@ -141,8 +142,8 @@ Vector3f sky_direction(double azimuth_deg, double elevation_deg) {
       .cast<float>();
 }
 
-Sky sky_with(const SunPosition& sun) {
-  Sky sky{.to_sun = sky_direction(sun.azimuth_deg, sun.elevation_deg)};
+Sky sky_with(const SunPosition& sun, bool has_clouds) {
+  Sky sky{.to_sun = sky_direction(sun.azimuth_deg, sun.elevation_deg), .has_clouds = has_clouds};
   const float height = sky.to_sun.y();
   const float day = std::clamp((height + 0.1F) / 0.3F, 0.02F, 1.0F);
   const float warmth = std::clamp(1.0F - height / 0.5F, 0.0F, 1.0F);
@@ -158,7 +159,22 @@ Sky sky_with(const SunPosition& sun) {
 }
 
 Vector3f Sky::along(const Vector3f& direction) const {
-  return mixed(horizon, zenith, std::sqrt(std::max(0.0F, direction.y())));
+  const float height = std::max(0.0F, direction.y());
+  const Vector3f clear = mixed(horizon, zenith, std::sqrt(height));
+  if (!has_clouds) return clear;
+  // Clouds lie in a plane, flattened towards the horizon, where haze hides them.
+  constexpr float kNearestHorizon = 0.08F;
+  const float flat = 1.6F / (height + kNearestHorizon);
+  const float density = fractal_noise(flat * direction.x(), flat * direction.z(), 6);
+  const float cover = std::clamp((density - 0.5F) / 0.18F, 0.0F, 1.0F) *
+                      std::clamp((height - 0.02F) / 0.2F, 0.0F, 1.0F);
+  const float towards_sun = std::max(0.0F, direction.dot(to_sun));
+  // White where they are thin or near the sun, grey where they are thick.
+  const Vector3f cloud =
+      (1.15F - 0.45F * std::clamp((density - 0.55F) / 0.25F, 0.0F, 1.0F)) * horizon +
+      0.25F * std::pow(towards_sun, 8.0F) * sun;
+  const Vector3f glow = 0.35F * std::pow(towards_sun, 40.0F) * sun;
+  return mixed(clear + glow, cloud, 0.9F * cover);
 }
 
 Light::Light(const TracedScene& scene, const Sky& sky, float ground_m)
@@ -166,7 +182,20 @@ Light::Light(const TracedScene& scene, const Sky& sky, float ground_m)
   scale_m_ = (scene.bounds()[1] - scene.bounds()[0]).norm();
 }
 
+/// The floor of a forest has light and dark, green and brown patches.
 std::optional<Hit> Light::first_hit(const Ray& ray) const {
+  std::optional<Hit> hit = first_surface(ray);
+  if (!hit || !hit->is_ground || !sky_.has_clouds) return hit;
+  const float large = fractal_noise(0.35F * hit->at.x(), 0.35F * hit->at.z(), 4);
+  const float small = fractal_noise(9.0F * hit->at.x() + 50.0F, 9.0F * hit->at.z(), 4);
+  const Vector3f brown(0.13F, 0.095F, 0.06F);
+  const Vector3f green(0.10F, 0.12F, 0.05F);
+  const float share = std::clamp(2.5F * (large - 0.4F), 0.0F, 1.0F);
+  hit->color = (0.45F + 1.1F * small) * mixed(brown, green, share);
+  return hit;
+}
+
+std::optional<Hit> Light::first_surface(const Ray& ray) const {
   std::optional<Hit> hit = scene_.nearest(ray);
   if (!std::isfinite(ground_m_) || ray.direction.y() >= 0.0F) return hit;
   const float distance = (ground_m_ - ray.origin.y()) / ray.direction.y();
@@ -176,7 +205,8 @@ std::optional<Hit> Light::first_hit(const Ray& ray) const {
              .color = Vector3f(static_cast<float>(ground_.color[0]),
                                static_cast<float>(ground_.color[1]),
                                static_cast<float>(ground_.color[2])),
-             .material = &ground_};
+             .material = &ground_,
+             .is_ground = true};
 }
 
 /// The sun's light that a surface scatters and reflects back along the ray.

@@ -19,12 +19,13 @@ struct Sky {
   Eigen::Vector3f sun{0, 0, 0};
   Eigen::Vector3f zenith{0, 0, 0};
   Eigen::Vector3f horizon{0, 0, 0};
+  bool has_clouds = false;
 
   Eigen::Vector3f along(const Eigen::Vector3f& direction) const;
 };
 
-/// A clear sky. The lower the sun, the redder and weaker its light, and the darker the sky.
-Sky sky_with(const SunPosition& sun);
+/// The lower the sun, the redder and weaker its light, and the darker the sky.
+Sky sky_with(const SunPosition& sun, bool has_clouds = false);
 
 /// Traces paths of light backwards: at each surface, the light of the sun is added and the path
 /// continues in one random direction.
@@ -42,6 +43,7 @@ class Light {
 
  private:
   std::optional<Hit> first_hit(const Ray& ray) const;
+  std::optional<Hit> first_surface(const Ray& ray) const;
   Eigen::Vector3f from_sun(const Surroundings& here, Random& random) const;
   Ray next(const Surroundings& here, Random& random, Eigen::Vector3f& share) const;
 

@@ -48,7 +48,8 @@ Scene scene_of(const tree::ReadScene& read) {
                                  .indices = part.mesh.indices,
                                  .uvs = part.mesh.uvs,
                                  .texture = part.mesh.texture,
-                                 .normal_texture = part.mesh.normal_texture});
+                                 .normal_texture = part.mesh.normal_texture,
+                                 .is_ground = part.part == "ground"});
     }
   }
   for (const tree::ReadInstance& instance : read.instances) {

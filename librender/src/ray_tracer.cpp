@@ -40,12 +40,25 @@ void check(const RenderOptions& options) {
   if (camera.target && !std::ranges::all_of(*camera.target, is_finite)) {
     throw UsageError("the camera's target must be finite");
   }
+  if (camera.standpoint) {
+    const Standpoint& from = *camera.standpoint;
+    if (!std::ranges::all_of(from.eye, is_finite) || !std::isfinite(from.azimuth_deg) ||
+        !(std::abs(from.elevation_deg) <= 89.0)) {
+      throw UsageError(
+          "the place of the eye must be finite, and the elevation of the view between -89 and 89 "
+          "degrees");
+    }
+  }
   if (!(camera.zoom > 0.0) || !std::isfinite(camera.zoom)) {
     throw UsageError("the zoom must be positive");
   }
   if (!std::isfinite(options.sun.azimuth_deg) || !(std::abs(options.sun.elevation_deg) <= 90.0)) {
     throw UsageError("the sun's elevation must be between -90 and 90 degrees");
   }
+}
+
+Vector3f vector_of(const Vector& values) {
+  return Eigen::Map<const Eigen::Vector3d>(values.data()).cast<float>();
 }
 
 /// Rays through the pixels of an image.
@@ -56,12 +69,20 @@ class Lens {
       : width_(static_cast<float>(options.width)), height_(static_cast<float>(options.height)) {
     const Camera& camera = options.camera;
     half_height_ = static_cast<float>(std::tan(0.5 * kDegree * camera.view_deg));
-    const Vector3f backwards = sky_direction(camera.azimuth_deg, camera.elevation_deg);
+    const Vector3f backwards = camera.standpoint
+                                   ? Vector3f(-sky_direction(camera.standpoint->azimuth_deg,
+                                                             camera.standpoint->elevation_deg))
+                                   : sky_direction(camera.azimuth_deg, camera.elevation_deg);
     forward_ = -backwards;
     right_ = forward_.cross(Vector3f::UnitY()).normalized();
     up_ = right_.cross(forward_);
+    if (camera.standpoint) {
+      eye_ = target_ = vector_of(camera.standpoint->eye);
+      require_near(outline);
+      return;
+    }
     if (camera.target) {
-      aim_at(Eigen::Map<const Eigen::Vector3d>(camera.target->data()).cast<float>(), outline);
+      aim_at(vector_of(*camera.target), outline);
     } else {
       frame(outline);
     }
@@ -216,6 +237,23 @@ Vector3f pixel_light(const Light& light,
   return sum / static_cast<float>(options.samples);
 }
 
+/// Within a forest a hundredth of the light arrives. As a camera does, the image is brightened
+/// until the mean of its logarithms is a middle grey. Source: Reinhard et al. 2002, Photographic
+/// tone reproduction for digital images, equation 1.
+float exposure_of(const std::vector<Vector3f>& light) {
+  constexpr float kMiddleGrey = 0.18F;
+  // Black pixels have no logarithm.
+  constexpr float kBlack = 1e-3F;
+  // More would show the noise of the darkest parts.
+  constexpr float kMost = 8.0F;
+  double sum = 0.0;
+  for (const Vector3f& one : light) {
+    sum += std::log(kBlack + one.dot(Vector3f(0.2126F, 0.7152F, 0.0722F)));
+  }
+  const auto mean = static_cast<float>(std::exp(sum / static_cast<double>(light.size())));
+  return std::clamp(kMiddleGrey / mean, 1.0F, kMost);
+}
+
 }  // namespace
 
 struct RayTracer::State {
@@ -244,19 +282,25 @@ Picture RayTracer::picture(const RenderOptions& options) const {
   const TracedScene& traced = state_->traced;
   const float ground =
       options.has_ground ? traced.bounds()[0].y() : std::numeric_limits<float>::quiet_NaN();
-  const Light light(traced, sky_with(options.sun), ground);
+  const Light light(traced, sky_with(options.sun, options.camera.standpoint.has_value()), ground);
   const Lens lens(traced.outline(), options);
   Picture picture{.width = options.width, .height = options.height};
   picture.rgb.resize(3 * options.width * options.height);
+  std::vector<Vector3f> arrived(options.width * options.height);
   std::atomic<std::size_t> done{0};
   parallel_for(options.height, options.threads, [&](std::size_t y) {
     for (std::size_t x = 0; x < options.width; ++x) {
-      const Vector3f value = pixel_light(light, lens, x, y, options);
-      for (int k = 0; k < 3; ++k) picture.pixel(x, y)[k] = to_byte(value[k]);
+      arrived[y * options.width + x] = pixel_light(light, lens, x, y, options);
     }
     const std::size_t count = ++done;
     if (options.progress) options.progress(count, options.height);
   });
+  const float exposure = options.camera.standpoint ? exposure_of(arrived) : 1.0F;
+  for (std::size_t i = 0; i < arrived.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      picture.rgb[3 * i + k] = to_byte(exposure * arrived[i][static_cast<Eigen::Index>(k)]);
+    }
+  }
   return picture;
 }
 

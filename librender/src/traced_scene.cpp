@@ -347,7 +347,8 @@ std::optional<Hit> TracedScene::nearest(const Ray& ray) const {
   const Matrix3f& turn = normal_transforms_[number];
   const std::uint32_t* corners = surface.indices.data() + std::size_t{3} * query.hit.primID;
   const Vector3f weights(1.0F - query.hit.u - query.hit.v, query.hit.u, query.hit.v);
-  Hit hit{.distance = query.ray.tfar, .material = &surface.material};
+  Hit hit{
+      .distance = query.ray.tfar, .material = &surface.material, .is_ground = surface.is_ground};
   hit.at = ray.origin + hit.distance * ray.direction;
   hit.flat_normal = (turn * Vector3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z)).normalized();
   hit.normal = hit.flat_normal;

@@ -29,6 +29,7 @@ struct Hit {
   Eigen::Vector3f facet_normal{0, 1, 0};  ///< of the triangle, with the normal map; of length 1
   Eigen::Vector3f color{1, 1, 1};
   const Material* material = nullptr;
+  bool is_ground = false;
 };
 
 class TracedScene {

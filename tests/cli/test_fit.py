@@ -5,6 +5,7 @@ import csv
 import io
 import json
 import math
+import pathlib
 import re
 import unittest
 
@@ -322,6 +323,85 @@ class Failures(ProgramTest):
                 done = self.run_program("fit", "line.csv", *arguments, status=2)
                 self.assertIn(message, done.stderr)
                 self.assertEqual(done.stdout, "")
+
+
+class CorrelatedResiduals(ProgramTest):
+    """Options and errors; tests/reference compares the fits with nlme."""
+
+    STEMS = pathlib.Path(__file__).parents[1] / "reference/data/stems.csv"
+    CURVE = "h ~ a*(1 - exp(-k*age))^c"
+
+    def rows(self, *changes):
+        """The stems with other cells: (line, column, value)."""
+        lines = [line.split(",") for line in self.STEMS.read_text().splitlines()]
+        for line, column, value in changes:
+            lines[line - 1][column] = value
+        self.write("stems.csv", "".join(",".join(line) + "\n" for line in lines))
+
+    def fit(self, correlation, *arguments, **keywords):
+        return self.run_json("fit", "stems.csv", "--formula", self.CURVE, "--random", "a | tree", "--correlation", correlation,
+                             *arguments, **keywords)
+
+    def error(self, correlation, *arguments, status=3):
+        return self.run_program("fit", "stems.csv", "--formula", self.CURVE, "--random", "a | tree", "--correlation", correlation,
+                                *arguments, status=status).stderr
+
+    def test_the_correlation_is_in_the_summary_and_the_file(self):
+        self.rows()
+        fit = self.fit("car1(age)")
+        # nlme 3.1-162: logLik -305.0805, phi 0.889807, standard error of k 0.00138956
+        self.assertAlmostEqual(fit["log_likelihood"], -305.0805, 3)
+        self.assertEqual(fit["correlation"]["structure"], "car1(age)")
+        self.assertAlmostEqual(fit["correlation"]["parameters"]["phi"], 0.889807, 4)
+        self.assertAlmostEqual(fit["fixed"]["k"]["se"], 0.00138956, 6)
+        text = self.run_program("fit", "stems.csv", "--formula", self.CURVE, "--random", "a | tree", "--correlation", "car1(age)").stdout
+        self.assertIn("correlation of the residuals: car1(age)", text)
+        self.assertRegex(text, r"sigma [0-9.]+, phi 0\.8898")
+
+    def test_a_time_that_is_repeated_or_missing_is_an_error_with_group_and_row(self):
+        self.rows((3, 1, "4"))
+        message = self.error("car1(age)")
+        for part in ("stems.csv:3", "age", "4 is repeated in group T00 (line 2 has it, too)"):
+            self.assertIn(part, message)
+        lines = self.STEMS.read_text().splitlines()
+        year = [lines[0] + ",year"] + [line + f",{k % 7 + 0.5 if k == 9 else k}" for k, line in enumerate(lines[1:])]
+        self.write("stems.csv", "\n".join(year) + "\n")
+        self.assertIn("2.5 in group T00 is not an integer", self.error("ar1(year)"))
+        year[4] = year[4].rsplit(",", 1)[0] + ","
+        self.write("stems.csv", "\n".join(year) + "\n")
+        message = self.error("car1(year)")
+        self.assertIn("stems.csv:5", message)
+        self.assertIn("no value in a row of group T00", message)
+
+    def test_what_has_no_correlation_is_refused(self):
+        self.rows()
+        self.assertIn("use lb", self.error("ar1", "--method", "laplace", status=2))
+        self.assertIn("year", self.error("car1(year)"))
+        self.assertIn("unknown correlation 'ar7'", self.error("ar7", status=2))
+
+    def test_compound_symmetry_beside_a_random_intercept_is_not_identifiable(self):
+        self.rows()
+        out = self.run_program("fit", "stems.csv", "--formula", "h ~ b0 + b1*age", "--random", "b0 | tree", "--correlation", "compound-symmetry",
+                               status=4).stdout
+        self.assertIn("not identifiable", out)
+        self.assertIn("rho", out)
+
+    def test_measured_neighbors_improve_a_prediction(self):
+        # Every other height is hidden; those above and below it in age are known. By theory the error is sigma sqrt((1 - r^2)/(1 + r^2)) with r = phi^2, half of sigma.
+        self.rows()
+        lines = self.STEMS.read_text().splitlines()
+        hidden = [line.split(",") for line in lines]
+        for k in range(2, len(hidden), 2):
+            hidden[k][2] = ""
+        self.write("hidden.csv", "".join(",".join(line) + "\n" for line in hidden))
+        truth = [float(line.split(",")[2]) for line in lines[1:]]
+        errors = {}
+        for name, correlation in (("independent", "none"), ("car1", "car1(age)")):
+            self.write("fit.json", json.dumps(self.run_json("fit", "hidden.csv", "--formula", self.CURVE, "--random", "a | tree", "--correlation", correlation)))
+            output = self.run_program("predict", "fit.json", "hidden.csv", "--level", "calibrated").stdout
+            values = [float(row["h_pred"]) for row in csv.DictReader(io.StringIO(output))]
+            errors[name] = math.sqrt(sum((values[k] - truth[k]) ** 2 for k in range(1, len(truth), 2)) / (len(truth) // 2))
+        self.assertLess(errors["car1"], 0.65 * errors["independent"])
 
 
 if __name__ == "__main__":

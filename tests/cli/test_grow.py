@@ -508,11 +508,30 @@ class Grow(ProgramTest):
                              "1,1,10,8,2,,2,2,2,\n1,2,10,8,2,4,1,,,\n1,3,10,8,2,10,1,1,1,1\n"
                              "1,4,10,8,2,2.1,1,1,1,1\n")
         result = self.run_json("grow", "in.csv", "--out", "d")
-        self.assertIn("at least one of the four crown radii is missing", result["left_out"][0]["reason"])
+        # The first tree has neither four radii nor a width, which is assumed.
+        self.assertEqual(result["left_out"], [])
         notes = [{note["about"]: note["text"] for note in tree["notes"]} for tree in result["trees"]]
-        self.assertIn("not all four", notes[0]["radii"])
-        self.assertIn("10 m not used: the four crown radii give 2 m", notes[1]["cw"])
-        self.assertNotIn("cw", notes[2])
+        self.assertIn("not all four", notes[1]["radii"])
+        self.assertIn("10 m not used: the four crown radii give 2 m", notes[2]["cw"])
+        self.assertNotIn("cw", notes[3])
+
+    def test_a_diameter_is_enough(self):
+        self.write("in.csv", "Baum-Nr,BHD\n1,20\n2,40\n3,\n")
+        result = self.run_json("grow", "in.csv", "--out", "d")
+        first, second = result["trees"]
+        # 1.3 + (20/5.3)^2 and 1.3 + (40/9.1)^2
+        self.assertAlmostEqual(first["h"], 15.540, places=3)
+        self.assertAlmostEqual(second["h"], 20.6213, places=3)
+        self.assertAlmostEqual(second["hcb"], 10.3107, places=3)
+        self.assertAlmostEqual(second["cw"], 7.0, places=9)
+        self.assertEqual((first["plot"], first["tree"]), ("1", "1"))
+        self.assertEqual(len(result["left_out"]), 1)
+        said = self.run_program("grow", "in.csv", "--out", "d").stderr
+        self.assertIn("not measured, and assumed for the picture: h of 2 trees: 1.3 + dbh^2/(0.19*dbh + 1.5)^2", said)
+        self.write("some.csv", "plot,tree,dbh,h\n1,1,20,18\n1,2,40,\n")
+        heights = [tree["h"] for tree in self.run_json("grow", "some.csv", "--out", "e")["trees"]]
+        self.assertEqual(heights[0], 18)
+        self.assertAlmostEqual(heights[1], 20.6213, places=3)
 
     def test_the_ground_of_wide_scenes_stays_at_the_feet(self):
         rows = "".join(f"1,{i},{x},0,{z},10,8,2,3\n"
@@ -570,6 +589,9 @@ class Grow(ProgramTest):
                          ["1-1@2021", "1-1@2022", "1-1@2023"])
         self.assertAlmostEqual(roots[0]["extras"]["h"], 12, delta=0.01)
         inputs = {sampler["input"] for sampler in gltf["animations"][0]["samplers"]}
+        self.assertEqual(gltf["animations"][0]["extras"]["times"],
+                         [{"name": "2021", "time": 0.0}, {"name": "2022", "time": 2.0},
+                          {"name": "2023", "time": 4.0}])
         # Three years of two seconds each.
         self.assertEqual({gltf["accessors"][i]["max"][0] for i in inputs} - {2, 4}, {6})
 

@@ -150,12 +150,14 @@ class Workbooks(HostileTest):
         self.refused("is repeated more often than a sheet has columns", "a.ods")
         # One long text for many cells.
         cells = "".join(f'<row r="{i}"><c r="A{i}" t="s"><v>0</v></c></row>' for i in range(2, 200000))
-        parts = self.parts(sheet([], cells))
+        self.pack(self.parts_with_strings(sheet([], cells), f'<sst xmlns="{SHEETS}"><si><t>{"a" * 30000}</t></si></sst>'))
+        self.refused("the sheet has more content than a workbook of its size should", "a.xlsx")
+
+    def parts_with_strings(self, xml, strings):
+        parts = self.parts(xml)
         parts["xl/_rels/workbook.xml.rels"] = parts["xl/_rels/workbook.xml.rels"].replace(
             "</Relationships>", f'<Relationship Id="r2" Type="{RELATIONS}/sharedStrings" Target="strings.xml"/></Relationships>')
-        parts["xl/strings.xml"] = f'<sst xmlns="{SHEETS}"><si><t>{"a" * 30000}</t></si></sst>'
-        self.pack(parts)
-        self.refused("the sheet has more content than a workbook of its size should", "a.xlsx")
+        return parts | {"xl/strings.xml": strings}
 
     def parts(self, xml):
         write_xlsx(self.folder / "a.xlsx", xml)
@@ -182,6 +184,23 @@ class Workbooks(HostileTest):
                             (cells.replace("900", "1048577").format("", "3"), "has a row '1048577' after row 301")):
             self.pack(whole | {"xl/worksheets/sheet1.xml": sheet(self.rows, cell)})
             self.refused(words, "a.xlsx")
+
+    def test_lost_pieces_that_leave_correct_xml(self):
+        whole = sheet(self.rows)
+        for lost, rest in (("<v>57</v>", "57"), ('<c r="B59"><v>57</v></c>', "57")):
+            self.assertIn(lost, whole)
+            self.pack(self.parts(whole.replace(lost, rest, 1)))
+            self.refused(" of xl/worksheets/sheet1.xml has text outside of its value", "a.xlsx")
+        body = [("", ods_cells(*row)) for row in self.rows]
+        for rest in ('<table:table-cell office:value-type="float" office:value="1"/><table:table-cell office:value-type="float" office:value="57">'
+                     '" office:value="3</table:table-cell>', "57" + ods_cells(1, 57, 2.5)):
+            write_ods(self.folder / "a.ods", body[:58] + [("", rest)] + body[59:])
+            self.refused("59 of the sheet 'S' in content.xml has text outside of its paragraphs", "a.ods")
+        # One text fewer, and the cells after it have the labels of others.
+        cells = "".join(f'<row r="{i}"><c r="A{i}" t="s"><v>{i % 2}</v></c></row>' for i in range(400, 410))
+        strings = f'<sst xmlns="{SHEETS}" count="10" uniqueCount="3"><si><t>a</t></si><si><t>b</t></si></sst>'
+        self.pack(self.parts_with_strings(sheet(self.rows, cells), strings))
+        self.refused("xl/strings.xml has 2 of 3 texts", "a.xlsx")
 
     def test_entities_are_refused(self):
         xml = sheet([["plot", "tree", "dbh"], ["&b;", 1, 2.5]])
@@ -345,6 +364,28 @@ class Databases(HostileTest):
             self.assertIn(done.returncode, (0, 3))
             if done.returncode == 0:
                 self.assertEqual(json.loads(done.stdout)["n"], 20000)
+
+    def test_pages_that_are_read_twice(self):
+        """SQLite reads what a page holds; only a look at all pages shows that it is that of another."""
+        self.database("a.sqlite", "INSERT INTO trees SELECT 2, 50*t.tree + u.tree, u.dbh FROM trees t, trees u")
+        data = (self.folder / "a.sqlite").read_bytes()
+        size = int.from_bytes(data[16:18], "big")
+        pages = len(data) // size
+        self.assertGreater(pages, 10)
+        for to in range(1, pages):
+            other = 3 + to % 5
+            if to == other:
+                continue
+            page = data[size * other:size * (other + 1)]
+            (self.folder / "b.sqlite").write_bytes(data[:size * to] + page + data[size * (to + 1):])
+            self.refused("is damaged", "b.sqlite")
+        # Rules with functions of other programs cannot be checked, which is no damage.
+        self.database("a.sqlite")
+        with sqlite3.connect(self.folder / "a.sqlite") as database:
+            database.create_function("ST_Valid", 1, lambda value: 1, deterministic=True)
+            database.execute("CREATE TABLE rules (a REAL NOT NULL CHECK (ST_Valid(a)))")
+            database.execute("INSERT INTO rules VALUES (2)")
+        self.assertEqual(self.run_json("fit", "a.sqlite", "--layer", "trees", *FIT)["n"], 50)
 
 
 if __name__ == "__main__":

@@ -52,6 +52,22 @@ class Impute(ProgramTest):
                 self.assertEqual(new["h_level"], level)
         self.assertIn("h: 34 measured, 65 imputed with the curve of their plot, 20 with the population curve, 1 left empty", done.stderr)
 
+    def test_intervals_are_those_of_calibrated_predictions(self):
+        model = ("--model", "M1", "--random", "a | plot", "--variance", "none")
+        filled = self.rows(self.run_program("impute", "inventory.csv", *model, "--interval", "0.9", "--digits", "17").stdout)
+        self.assertEqual(list(filled[0])[-5:], ["h_source", "h_level", "h_flag", "h_lower", "h_upper"])
+        self.write("fit.json", self.run_program("fit", "inventory.csv", *model, "--json").stdout)
+        predicted = self.rows(self.run_program("predict", "fit.json", "inventory.csv", "--level", "calibrated", "--interval", "0.9",
+                                               "--digits", "17").stdout)
+        for one, other in zip(filled, predicted, strict=True):
+            if one["h_source"] != "imputed":
+                self.assertEqual((one["h_lower"], one["h_upper"]), ("", ""))
+                continue
+            self.assertEqual((one["h"], one["h_lower"], one["h_upper"]), (other["h_pred"], other["h_lower"], other["h_upper"]))
+            self.assertLess(float(one["h_lower"]), float(one["h"]))
+        wrong = self.run_program("impute", "inventory.csv", "--interval", "0.9", "--add-residual", status=2).stderr
+        self.assertIn("--add-residual", wrong)
+
     def test_a_height_or_a_diameter_that_cannot_be_is_refused(self):
         lines = self.text.splitlines()
         row = next(number for number, line in enumerate(lines[1:], 1) if line.split(",")[-2] == "")

@@ -163,6 +163,19 @@ class Columns(ProgramTest):
         self.write("fit.json", fit)
         self.lacks("cw", "predict", "fit.json", "small.csv", file="small.csv")
 
+    def test_a_table_in_place_of_a_command(self):
+        error = self.run_program("trees.csv", status=2).stderr
+        self.assertIn("silvafit study trees.csv --out results", error)
+        self.assertIn("silvafit study Bestand.xlsx", self.run_program("Bestand.xlsx", status=2).stderr)
+
+    def test_impossible_heights_are_skipped_and_counted(self):
+        heights = "\n".join(f"1,{i},{10 + i},{8 + 0.5 * i}" for i in range(1, 12))
+        self.write("low.csv", f"plot,tree,dbh,h\n1,90,9,1.3\n1,91,8,0.4\n{heights}\n")
+        self.write("right.csv", f"plot,tree,dbh,h\n{heights}\n")
+        done = self.run_program("fit", "low.csv", "--model", "n\u00e4slund", "--json")
+        self.assertIn("2 rows are skipped, the first: low.csv:2: h: 1.3 m is not above breast height", done.stderr)
+        self.assertEqual(json.loads(done.stdout)["fixed"], self.run_json("fit", "right.csv", "--model", "M1")["fixed"])
+
     def test_a_model_of_a_configuration_that_does_not_exist(self):
         self.write("study.json", '{"candidates": {"h": ["M4", "M999"]}}')
         error = self.run_program("study", "trees.csv", "--config", "study.json", "--out", "out", status=3).stderr

@@ -53,6 +53,26 @@ class Pictures(ProgramTest):
         self.render("stand.glb", "stand.glb", "stand.glb", "--columns", "2", "--out", "sheet.png")
         self.assertEqual(self.size("sheet.png"), (2 * 60 + 4, 2 * 40 + 4))
 
+    def test_a_walk_has_a_picture_for_each_place(self):
+        self.write("walk.csv", "east,north,azimuth\n1,-4,0\n1,-4,20\n")
+        self.render("stand.glb", "--path", "walk.csv", "--out", "walk.png")
+        frames = [(self.folder / f"walk-00{i}.png").read_bytes() for i in range(2)]
+        self.render("stand.glb", "--eye", "1,-4", "--look", "0", "--out", "eye.png")
+        self.assertEqual((self.folder / "eye.png").read_bytes(), frames[0])
+        self.render("stand.glb", "--eye", "1,-4,1.7", "--bare", "--out", "bare.png")
+        self.assertNotIn((self.folder / "bare.png").read_bytes(), frames)
+        outside = self.run_program("render", "stand.glb", "--eye", "500,0", "--out", "far.png",
+                                   "--size", "9x9", "--samples", "1")
+        self.assertIn("is outside of the scene, which reaches from", outside.stderr)
+        self.write("bad.csv", "east,north\n1,2\n")
+        for arguments, status, said in ((("--path", "bad.csv"), 3, "azimuth"),
+                                        (("--bare",), 2, "--bare"),
+                                        (("--look", "20"), 2, "--look"),
+                                        (("--eye", "1,2", "--target", "1,2,3"), 2, "--target"),
+                                        (("--eye", "1"), 2, "--eye")):
+            done = self.render("stand.glb", "--out", "no.png", *arguments, status=status)
+            self.assertIn(said, done.stderr)
+
     def test_a_turntable_numbers_its_pictures(self):
         self.render("stand.glb", "--turntable", "3", "--out", "turn.png")
         frames = [(self.folder / f"turn-00{i}.png").read_bytes() for i in range(3)]

@@ -246,7 +246,74 @@ class Stand(ProgramTest):
         result = self.run_json("stand", "tree.csv")
         self.assertAlmostEqual(result["areas"][0]["stems_per_ha"], 2 * 6.018046 / 0.40468564224, 6)
         refused = self.run_program("stand", "tree.csv", "--stream", status=2).stderr
-        self.assertIn("TPA_UNADJ", refused)
+        self.assertIn("have factors of trees per ha", refused)
+
+    def test_totals_of_columns_by_species_and_size_class(self):
+        draw = random.Random(2)
+        lines = ["plot,tree,species,dbh,vol"]
+        for plot in range(1, 7):
+            for tree in range(1, 1 + draw.randint(3, 9)):
+                lines.append(f"{plot},{tree},{draw.choice('AB')},{draw.uniform(8, 30):.1f},{draw.uniform(0.1, 2):.3f}")
+        text = "\n".join(lines) + "\n"
+        self.write("inventory.csv", text)
+        trees = rows_of(text)
+        result = self.run_json("stand", "inventory.csv", "--plot-area", "500", "--totals", "vol", "--by", "species,dbh", "--class-width", "10")
+
+        def mean_and_error(wanted):
+            """The mean of plots of equal size and its standard error."""
+            plots = [sum(float(tree["vol"]) for tree in trees if tree["plot"] == str(plot) and wanted(tree)) / 0.05 for plot in range(1, 7)]
+            mean = sum(plots) / 6
+            return mean, math.sqrt(sum((plot - mean) ** 2 for plot in plots) / 5 / 6)
+
+        mean, error = mean_and_error(lambda tree: True)
+        every = result["strata"][-1]["vol"]
+        self.assertAlmostEqual(every["per_ha"], mean, 9)
+        self.assertAlmostEqual(every["standard_error"], error, 9)
+        for domain in result["domains"]:
+            low, high = (float(limit) for limit in domain["of"]["dbh"].split("-"))
+            mean, error = mean_and_error(lambda tree: tree["species"] == domain["of"]["species"] and low <= float(tree["dbh"]) < high)
+            self.assertAlmostEqual(domain["vol"]["per_ha"], mean, 9)
+            self.assertAlmostEqual(domain["vol"]["standard_error"], error, 9)
+        self.assertIn("Trees by species and dbh, with standard errors", self.run_program(
+            "stand", "inventory.csv", "--plot-area", "500", "--by", "species,dbh").stdout)
+        wrong = self.run_program("stand", "inventory.csv", "--plot-area", "500", "--totals", "species", status=3).stderr
+        self.assertIn("'species' is not a column of numbers", wrong)
+        need = self.run_program("stand", "inventory.csv", "--plot-area", "500", "--finite-population", status=2).stderr
+        self.assertIn("--finite-population", need)
+
+    def test_a_thinning_is_a_table_and_a_column_of_trees(self):
+        self.write("inventory.csv", "plot,tree,dbh,h,age\n1,1,10,8,50\n1,2,20,14,50\n1,3,30,18,50\n1,4,40,22,50\n")
+        thinned = ("stand", "inventory.csv", "--plot-area", "100", "--thinning", "below=15")
+        result = self.run_json(*thinned)["thinning"]["all"]
+        # pi/4 (0.3^2 + 0.4^2) m2 on 100 m2 remain.
+        self.assertAlmostEqual(result["after"]["basal_area_m2_per_ha"], math.pi / 4 * 25, 9)
+        self.assertEqual((result["before"]["trees"], result["removed"]["trees"]), (4, 2))
+        self.run_program(*thinned, "--out", "out")
+        trees = rows_of((self.folder / "out" / "trees.csv").read_text(encoding="utf-8"))
+        self.assertEqual([tree["removed"] for tree in trees], ["1", "1", "0", "0"])
+        self.assertIn("Thinning: before, removed trees, after", self.run_program(*thinned).stdout)
+        # The thickest tree of 100 m2 is dominant; the R package forester has 23.4545712788 m for 15 m at 50 years.
+        site = self.run_json("stand", "inventory.csv", "--plot-area", "100", "--columns", "h=h*15/22", "--site-index",
+                             "elfving-kiviste-1997")["sites"][0]
+        self.assertAlmostEqual(site["site_index_m"], 23.4545712788, 8)
+        wrong = self.run_program(*thinned[:4], "--thinning", "most", status=2).stderr
+        self.assertIn("--thinning", wrong)
+
+    def test_the_report_has_the_stand_table_and_curves(self):
+        self.write("inventory.csv", inventory(plots=("1", "2", "3")))
+        self.run_program("stand", "inventory.csv", "--plot-area", "900", "--report", "stand.html")
+        page = (self.folder / "stand.html").read_text(encoding="utf-8")
+        data = json.loads(page.split('id="report-data">', 1)[1].split("</script>", 1)[0])
+        self.assertEqual(data["title"], "Stand tables of 3 plots")
+        table = data["stand"]["tables"][0]
+        whole = self.run_json("stand", "inventory.csv", "--plot-area", "900")["strata"][-1]["stems"]
+        stems = [column["name"] for column in table["columns"]].index("stems_per_ha")
+        self.assertEqual(table["rows"][0][stems], f"{round(whole['per_ha'])} \u00b1 {whole['standard_error']:.0f}")
+        for curve in data["stand"]["curves"]:
+            # A spreadsheet computes the heights of the curve.
+            for dbh, h in list(zip(curve["dbh"], curve["h"]))[::10]:
+                self.assertAlmostEqual(eval(curve["formula"][1:].replace("A2", repr(dbh)).replace("^", "**")), h, 3)
+        self.assertEqual(len(data["stand"]["curves"]), 2)
 
     def test_importance_values_of_stand_and_study_are_one(self):
         text = inventory(trees=90)

@@ -59,9 +59,12 @@ class UsualColumns(ProgramTest):
                 for number, line in enumerate(lines[1:])]
         self.write("gaps.csv", "\n".join([lines[0], *gaps]) + "\n")
         rows = self.rows("impute", "gaps.csv", "--response", "h")
-        self.assertEqual([row["h"] for row in rows if row["Height"]],
-                         [str(float(row["Height"])).removesuffix(".0") for row in rows if row["Height"]])
-        self.assertEqual({row["h_level"] for row in rows if not row["Height"]}, {"plot"})
+        self.assertEqual(list(rows[0]), [*lines[0].split(","), "Height_source", "Height_level", "Height_flag"])
+        for row, line in zip(rows, gaps, strict=True):
+            measured = line.split(",")[4]
+            self.assertEqual(row["Height_source"], "measured" if measured else "imputed")
+            self.assertEqual(row["Height_level"], "" if measured else "plot")
+            self.assertTrue(row["Height"] == measured if measured else float(row["Height"]) > 1.3)
 
     def test_a_pipe_is_read_once(self):
         with open(self.folder / "usual.csv", encoding="utf-8") as file:

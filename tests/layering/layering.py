@@ -29,13 +29,13 @@ MAY_INCLUDE = {
 # it in this list. A public header belongs to the folder of the source of the same name. Tests may include everything.
 FOLDERS = {
     "data": ["json", "table", "expression", "program", "columns", "settings"],
-    "fit": ["text", "variance", "model", "optimization", "result", "conditional_modes", "likelihood", "least_squares",
+    "fit": ["text", "variance", "correlation", "model", "optimization", "result", "conditional_modes", "likelihood", "least_squares",
             "mixed_effects", "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference",
             "prediction", "resampling", "shared_fit", "summary"],
     "stand": ["trees", "windows", "units", "sampling", "figures", "growth"],
     "tree": ["morphology", "pictures", "catalogue", "segments", "mesh", "fitted", "iterated_functions", "lsystem", "bamboo",
              "builders", "impostors", "stand", "files"],
-    "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow"],
+    "study": ["simulation", "catalogue", "study", "library", "prediction", "report", "view", "workflow", "fronts"],
 }
 
 # Tests, benchmarks and fuzzers run on Linux only.

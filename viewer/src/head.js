@@ -4,7 +4,6 @@ import { element, verdictMark } from "./dom.js";
 import { count, decimals, listing, MISSING, plural, points, r2, responseName, significant, withMinusSigns } from "./format.js";
 import { gainFigure } from "./gain.js";
 import { resultId } from "./navigation.js";
-import { modelTables } from "./study-tables.js";
 import { numeric, table } from "./table.js";
 
 const LEVELS = [
@@ -20,21 +19,12 @@ const used = ({ trees, excluded }) => trees - excluded;
 const chosen = (rows) => rows.find((row) => row.chosen) ?? null;
 
 /** @param {import("./types.js").Report} report */
-export function head(report) {
-  return element(
-    "div",
-    {},
-    element("header", {}, element("h1", {}, report.title), element("p", { class: "lead" }, whatItIs(report))),
-    verdict(report),
-    summary(report),
-    modelTables(report),
-  );
-}
+export const heading = (report) => element("header", {}, element("h1", {}, report.title), element("p", { class: "lead" }, whatItIs(report)));
 
 function whatItIs({ inventory, results }) {
   const species = new Set(results.map((result) => result.species)).size;
   const responses = listing([...new Set(results.map((result) => responseName(result.response).toLowerCase()))]);
-  if (results.length === 0) return `${inventory.file}: no model was fitted.`;
+  if (results.length === 0) return `${inventory.file}: ${plural(used(inventory), "tree")}, ${plural(inventory.plots, "plot")}.`;
   return (
     `Models of ${responses} for ${plural(species, "species", "species")} from ${plural(used(inventory), "tree")} ` +
     `on ${plural(inventory.plots, "plot")} (${inventory.file}), by least squares (OLS) and by nonlinear mixed effects (NLME).`
@@ -44,7 +34,7 @@ function whatItIs({ inventory, results }) {
 /** Data of earlier versions do not have `sound`; there, converged models count as sound. */
 export const isSound = ({ converged, sound }) => sound ?? converged;
 
-function verdict(report) {
+export function verdict(report) {
   const doubtful = report.results.map((result, index) => ({ result, index })).filter(({ result }) => !isSound(result));
   return element(
     "section",
@@ -56,7 +46,7 @@ function verdict(report) {
     gainSentence(report.results),
     outlyingSentence(report.results),
     effort(report.results),
-    ...report.notes.map((note) => element("p", { class: "note" }, withMinusSigns(note))),
+    report.notes.length > 0 ? element("p", { class: "small" }, element("a", { href: "#notes" }, plural(report.notes.length, "note")), " on how the table was read and what was assumed.") : null,
   );
 }
 
@@ -79,7 +69,10 @@ const linkTo = (result, index) => element("a", { href: `#${resultId(index)}` }, 
 function soundList(results, doubtful) {
   const sound = results.map((result, index) => ({ result, index })).filter(({ result }) => isSound(result));
   if (sound.length === 0) return null;
-  const meaning = "they converged, their curves are plausible for the population and every plot, and they predict plots left out no worse than least squares";
+  const leftOut = sound.some(({ result }) => result.left_out)
+    ? "their errors for plots left out are not clearly larger than those of least squares"
+    : "no plots were left out to check predictions, because there is no mixed model of several plots";
+  const meaning = `they converged, their curves are plausible for the population and every plot, and ${leftOut}`;
   if (doubtful.length === 0) return element("p", {}, `Sound: ${meaning}.`);
   const names = sound.flatMap(({ result, index }, place) => [place > 0 ? "; " : "", linkTo(result, index)]);
   return element("p", {}, `Sound (${meaning}): `, ...names, ".");
@@ -159,44 +152,55 @@ function effectsText(terms) {
   return terms.length > 0 ? terms.map(text).join("; ") : MISSING;
 }
 
-function summary(report) {
+export function summary(report) {
   const stat = (fit, level, name) => fit?.statistics[level]?.[name] ?? null;
   const row = (result, index) => ({ ...result, index });
   const length = (title, raw) => ({ title, raw, value: (result) => `${decimals(raw(result), 3)} ${result.unit}` });
-  const columns = [
-    {
-      title: "Species, response",
-      text: true,
-      value: (result) =>
-        element("a", { href: `#${resultId(result.index)}` }, `${result.species} ${responseName(result.response).toLowerCase()}`),
-    },
-    { title: "Converged", text: true, value: (result) => verdictMark(result.converged, isSound(result)) },
-    numeric("Gain, percentage points of R²", ({ gain }) => gain.conditional, points),
-    numeric("R² OLS", ({ fits }) => stat(fits.ols, "population", "r2"), r2),
-    numeric("R² NLME population", ({ fits }) => stat(fits.nlme, "population", "r2"), r2),
-    numeric("R² NLME conditional", ({ fits }) => stat(fits.nlme, "conditional", "r2"), r2),
-    ...leftOutColumns(report.results),
-    length("RMSE OLS", (result) => stat(result.fits.ols, "population", "rmse")),
-    length("RMSE NLME conditional", (result) => stat(result.fits.nlme, "conditional", "rmse")),
+  const name = {
+    title: "Species, response",
+    text: true,
+    value: (result) =>
+      element("a", { href: `#${resultId(result.index)}` }, `${result.species} ${responseName(result.response).toLowerCase()}`),
+  };
+  const isMixed = report.results.some(({ fits }) => fits.nlme !== null);
+  const chosenModel = [
+    name,
     { title: "Base model", text: true, value: ({ base }) => baseText(chosen(base)) },
     { title: "Covariates", text: true, value: covariateText },
-    { title: "Random effects", text: true, value: ({ fits }) => effectsText(fits.nlme?.random ?? []) },
-    { title: "Variance function", text: true, value: ({ fits }) => varianceText(fits.nlme?.variance ?? null) },
+    ...(isMixed
+      ? [
+          { title: "Random effects", text: true, value: ({ fits }) => effectsText(fits.nlme?.random ?? []) },
+          { title: "Variance function", text: true, value: ({ fits }) => varianceText(fits.nlme?.variance ?? null) },
+        ]
+      : []),
+    { title: "State", text: true, value: (result) => verdictMark(result.converged, isSound(result)) },
     numeric("Trees", ({ n }) => n, count),
   ];
+  const mixed = [
+    numeric("R² NLME population", ({ fits }) => stat(fits.nlme, "population", "r2"), r2),
+    numeric("R² NLME conditional", ({ fits }) => stat(fits.nlme, "conditional", "r2"), r2),
+    numeric("Gain, percentage points of R²", ({ gain }) => gain.conditional, points),
+    ...leftOutColumns(report.results),
+  ];
+  const accuracy = [
+    name,
+    numeric("R² OLS", ({ fits }) => stat(fits.ols, "population", "r2"), r2),
+    ...(isMixed ? mixed : []),
+    length("RMSE OLS", (result) => stat(result.fits.ols, "population", "rmse")),
+    ...(isMixed ? [length("RMSE NLME conditional", (result) => stat(result.fits.nlme, "conditional", "rmse"))] : []),
+  ];
   const rows = report.results.map(row);
+  const withoutMixed = report.results.filter(({ fits }) => fits.nlme === null).length;
+  const reason = isMixed && withoutMixed > 0 ? ` A dash: there is no mixed model, for the reason in the section of the model.` : "";
+  const kinds = "Population: random effects zero. Conditional: with the plot's own random effects (EBLUP). Gain: 100 (R² NLME conditional − R² OLS).";
   return element(
     "section",
     { id: "summary", "aria-labelledby": "summary-title" },
     element("h2", { id: "summary-title" }, "Summary"),
+    table("Chosen model for each species and response", chosenModel, rows, failedRow),
     gainFigure(report),
-    table("Chosen model and accuracy for each species and response", columns, rows, failedRow),
-    element(
-      "p",
-      { class: "small" },
-      "Population: random effects zero. Conditional: with the plot's own random effects (EBLUP). " +
-        `Gain: 100 (R² NLME conditional − R² OLS).${leftOutText(report.results)}`,
-    ),
+    table("Accuracy for each species and response", accuracy, rows, failedRow),
+    element("p", { class: "small" }, isMixed ? `${kinds}${leftOutText(report.results)}${reason}` : "There is no mixed model: random effects need several plots."),
   );
 }
 

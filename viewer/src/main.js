@@ -5,13 +5,14 @@ import { drawChartsWhenSeen } from "./chart-view.js";
 import { comparisonPage } from "./comparison.js";
 import { convergence } from "./convergence.js";
 import { element } from "./dom.js";
-import { head, whatWasDone } from "./head.js";
+import { district, noteList } from "./district.js";
+import { heading, summary, verdict, whatWasDone } from "./head.js";
 import { mapSection } from "./map.js";
 import { comparisonNavigation, reportNavigation, resultId } from "./navigation.js";
 import { numberCaptions } from "./numbering.js";
 import { repeat } from "./repeat.js";
 import { resultSection } from "./result.js";
-import { studyTables } from "./study-tables.js";
+import { modelTables, studyTables } from "./study-tables.js";
 import { startTheme } from "./theme.js";
 
 const readData = () => JSON.parse(document.getElementById("report-data").textContent);
@@ -19,7 +20,9 @@ const readData = () => JSON.parse(document.getElementById("report-data").textCon
 /** @param {import("./types.js").Report} report */
 function reportPage(report) {
   const results = report.results.map((result, index) => resultSection(result, resultId(index)));
-  return [head(report), convergence(report), whatWasDone(report), mapSection(report.map), ...results, studyTables(report), repeat(report)];
+  const models = report.results.length > 0 || !report.stand ? [verdict(report), summary(report), modelTables(report), convergence(report)] : [];
+  const tables = models.length > 0 ? [studyTables(report)] : [];
+  return [heading(report), district(report), ...models, whatWasDone(report), mapSection(report.map), ...results, ...tables, noteList(report), repeat(report)].filter((part) => part !== null);
 }
 
 const PAGES = {

@@ -41,16 +41,18 @@ export function reportNavigation(report) {
   const groups = bySpecies(report.results).map(([species, entries]) =>
     element("li", { class: "group" }, element("span", { class: "species" }, species), element("ul", {}, ...entries.map(entry))),
   );
+  const models = report.results.length > 0 || !report.stand;
   const start = [
-    ["#verdict", "Sound and doubtful models"],
-    ["#summary", "Summary"],
-    ...((report.tables ?? []).length > 0 ? [["#models", "Species and models"]] : []),
+    ...(report.stand ? [["#stand", "Stand"]] : []),
+    ...(models ? [["#verdict", "Sound and doubtful models"], ["#summary", "Summary"]] : []),
+    ...(models && (report.tables ?? []).length > 0 ? [["#models", "Species and models"]] : []),
     ...(report.results.length > 0 ? [["#convergence", "Convergence"]] : []),
     ["#done", "What was done"],
     ...(report.map ? [["#map", "Plot map"]] : []),
   ];
   const end = [
-    ["#tables", "Tables of the study"],
+    ...(models ? [["#tables", "Tables of the study"]] : []),
+    ...(report.notes.length > 0 ? [["#notes", "Notes"]] : []),
     ["#repeat", "Reproducing this study"],
   ];
   return frame(...start.map(link), ...groups, ...end.map(link));

@@ -71,7 +71,7 @@ function shownColumn({ title, kind }, index) {
 }
 
 /** A table from the program. */
-const madeTable = ({ caption, columns, rows }) => table(caption, columns.map(shownColumn), rows);
+export const madeTable = ({ caption, columns, rows }) => table(caption, columns.map(shownColumn), rows);
 
 /** A table of the whole study, behind its caption. */
 const summary = (made) => disclosure([element("span", { class: "level" }, made.caption.replace(/[.:;] .*$/, ""))], () => [madeTable(made)], 1);

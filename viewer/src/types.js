@@ -34,7 +34,10 @@
  *   layer_names: string[], area: (number|null)[], plot: string[], tree: string[], species: (number|null)[], x: (number|null)[],
  *   y: (number|null)[], dbh: (number|null)[], h: (number|null)[], cw: (number|null)[], layer: (number|null)[], core: number[],
  *   W: (number|null)[], M: (number|null)[], U: (number|null)[], C: (number|null)[], nearest: number[][]}} PlotMap
- * @typedef {{schema: string, silvafit: string, title: string, command: string,
+ * @typedef {{species: string, formula: string, trees: number, rmse: number|null, dbh: number[], h: (number|null)[]}} HeightCurve
+ * @typedef {{tables: SummaryTable[], diameters: {low: number, high: number, trees: number, stems_per_ha: number|null, basal_area_per_ha: number|null}[],
+ *   curves: HeightCurve[], left_out: string[]}} Stand
+ * @typedef {{schema: string, silvafit: string, title: string, command: string, stand?: Stand,
  *   repeat: {fingerprint: string, versions: Version[]}, options: {name: string, value: string}[],
  *   inventory: {file: string, trees: number, plots: number, excluded: number,
  *     species: {code: string, name: string|null, trees: number, core: number|null, studied: boolean}[]},

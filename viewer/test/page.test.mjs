@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { paintedPixels } from "./browser.mjs";
 import { inBrowser } from "./in-browser.mjs";
-import { example } from "./template.mjs";
+import { example, schemaErrors } from "./template.mjs";
 
 const { skip, withPage } = inBrowser();
 
@@ -86,17 +86,22 @@ test("the summary and the tables hold the numbers of the data", { skip }, () =>
     const first = await firstRow(page, "#summary", "Chosen model");
     const expected = {
       "Species, response": "SM height",
-      Converged: "\u2713 converged",
+      State: "\u2713 converged",
       "Base model": "M4 Meyer",
       Covariates: "b ~ 1 + C",
       "Random effects": "a, b, b:C",
+    };
+    for (const [title, value] of Object.entries(expected)) assert.equal(first[title], value, title);
+    assert.deepEqual(Object.keys(first).slice(0, 2), ["Species, response", "Base model"]);
+    const accuracy = await firstRow(page, "#summary", "Accuracy for each species and response");
+    const numbers = {
       "R² OLS": ols.statistics.population.r2.toFixed(4),
       "R² NLME population": nlme.statistics.population.r2.toFixed(4),
       "R² NLME conditional": nlme.statistics.conditional.r2.toFixed(4),
       "RMSE OLS": `${ols.statistics.population.rmse.toFixed(3)} m`,
       "Gain, percentage points of R²": `+${result.gain.conditional.toFixed(2)}`,
     };
-    for (const [title, value] of Object.entries(expected)) assert.equal(first[title], value, title);
+    for (const [title, value] of Object.entries(numbers)) assert.equal(accuracy[title], value, title);
 
     const coefficients = await rowTexts(page, "#result-1", "Fixed coefficients");
     assert.equal(coefficients.length, 2 + 3 + 3);
@@ -117,7 +122,7 @@ test("a fit that has not converged cannot be overlooked", { skip }, () => {
   Object.assign(data.results[1], { converged: false, verdict: "stopped after 200 iterations; try --covariance diagonal" });
   return withPage(data, {}, async (page) => {
     assert.match(await page.locator("#verdict").textContent(), /1 of 2 final models did not converge.*stopped after 200 iterations/s);
-    assert.match(await page.locator("#summary tr.failed").textContent(), /not converged/);
+    assert.match(await page.locator("#summary tr.failed").first().textContent(), /not converged/);
     assert.match(await page.locator("#result-2").textContent(), /not converged.*try --covariance diagonal/s);
     assert.equal(await page.locator("nav .bad").count(), 1);
     await openAll(page);
@@ -136,7 +141,7 @@ test("doubtful models are told from sound ones, with the reasons, first of all",
     const verdict = await page.locator("#verdict").textContent();
     assert.match(verdict, /1 of 2 final models is doubtful\..*Sound \(.*\): SM, height\..*least squares predicts better/s);
     assert.match(verdict, /1 candidate that ranked well was rejected/);
-    assert.match(await page.locator("#summary tr.failed").textContent(), /doubtful/);
+    assert.match(await page.locator("#summary tr.failed").first().textContent(), /doubtful/);
     assert.match(await page.locator("#result-2").textContent(), /doubtful.*least squares predicts better/s);
     assert.equal(await page.locator("nav .bad").count(), 1);
     await openAll(page);
@@ -153,14 +158,74 @@ test("levels that were left out are said to be, and missing numbers are dashes",
   Object.assign(result.gain, { population: null, conditional: null });
   for (const name of ["population", "conditional", "residual_nlme"]) result.observations[name].fill(null);
   return withPage(data, {}, async (page) => {
-    assert.match(await page.locator("#verdict").textContent(), /no positions/);
+    assert.match(await page.locator("#verdict").textContent(), /2 notes on how the table was read/);
     assert.match(await page.locator("#result-1").textContent(), /Level 2[^:]*: left out/);
     await openAll(page);
+    assert.match(await page.locator("#notes").textContent(), /no positions/);
     const oneSided = 1 + 2 + 1 + 1 + 1;
     assert.equal((await paintedPixels(page)).length, CHARTS_OF_ALL + oneSided + chartsOf(data.results[1]));
     assert.doesNotMatch(await page.locator("main").textContent(), /NaN|null|undefined/);
   });
 });
+
+/** Two plots with two species, as the program writes them. */
+const STAND = {
+  tables: [
+    {
+      name: "stand",
+      caption: "Stand table of 2 plots",
+      columns: [{ name: "species", title: "Species", kind: "text" }, { name: "stems_per_ha", title: "N/ha", kind: "count" }],
+      rows: [["all", "979 ± 12"], ["SM", 600], ["BHN", 379]],
+    },
+    { name: "plots", caption: "Stand table of the plots and their species", columns: [{ name: "plot", title: "Plot", kind: "text" }], rows: [["1"], ["2"]] },
+  ],
+  diameters: [{ low: 8, high: 12, trees: 30, stems_per_ha: 300, basal_area_per_ha: 2.4 }, { low: 12, high: 16, trees: 10, stems_per_ha: 100, basal_area_per_ha: 1.5 }],
+  curves: [{ species: "SM", formula: "=1.3+A2^2/(0.19*A2+1.5)^2", trees: 40, rmse: 1.25, dbh: [8, 12, 16], h: [8.7, 11.2, 13.4] }],
+  left_out: ["3 of 4895 rows left out: 3 is not above breast height."],
+};
+
+test("the first part is the stand, with a formula for a spreadsheet", { skip }, () => {
+  const data = { ...example(), stand: STAND };
+  assert.deepEqual(schemaErrors(data), []);
+  return withPage(data, {}, async (page) => {
+    assert.equal(await page.locator("main > section").first().getAttribute("id"), "stand");
+    assert.deepEqual(await rowTexts(page, "#stand", "Stand table of 2 plots"), [["all", "979 ± 12"], ["SM", "600"], ["BHN", "379"]]);
+    assert.equal(await page.locator("#stand code").textContent(), STAND.curves[0].formula);
+    assert.match(await page.locator("#stand").textContent(), /3 of 4895 rows left out/);
+    await openAll(page);
+    assert.deepEqual(await rowTexts(page, "#stand", "Diameter classes"), [["8–12", "30", "300.0", "2.40"], ["12–16", "10", "100.0", "1.50"]]);
+    assert.doesNotMatch(await page.locator("main").textContent(), /NaN|null|undefined/);
+  });
+});
+
+test("stand tables without models have no empty parts on models", { skip }, () =>
+  withPage({ ...example(), stand: STAND, results: [], tables: [] }, {}, async (page) => {
+    assert.equal(await page.locator("#verdict").count() + (await page.locator("#summary").count()) + (await page.locator("#tables").count()), 0);
+    assert.match(await page.locator("#stand").textContent(), /Stand table/);
+  }),
+);
+
+test("one plot has no columns of mixed models", { skip }, () => {
+  const data = example();
+  for (const result of data.results) {
+    Object.assign(result, { random: [], variance: [], left_out: null });
+    Object.assign(result.fits, { nlme: null });
+    Object.assign(result.gain, { population: null, conditional: null });
+  }
+  return withPage(data, {}, async (page) => {
+    assert.doesNotMatch(await page.locator("#summary table").allTextContents().then((all) => all.join(" ")), /NLME|Random effects|plots left out/);
+    assert.match(await page.locator("#summary").textContent(), /random effects need several plots/);
+    assert.match(await page.locator("#verdict").textContent(), /no plots were left out/);
+  });
+});
+
+test("no column of the summary is hidden at 1,400 px", { skip }, () =>
+  withPage(example(), {}, async (page) => {
+    await page.setViewportSize({ width: 1400, height: 900 });
+    const hidden = await page.locator("#summary .scroll").evaluateAll((frames) => frames.filter((frame) => frame.scrollWidth > frame.clientWidth + 1).length);
+    assert.equal(hidden, 0);
+  }),
+);
 
 test("an empty report says that nothing was fitted", { skip }, () =>
   withPage({ ...example(), results: [] }, {}, async (page) => {

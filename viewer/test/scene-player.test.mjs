@@ -47,3 +47,15 @@ test("the longest animation counts, and none has no length", () => {
   assert.equal(durationOf([{ duration: 2 }, { duration: 5 }]), 5);
   assert.equal(durationOf([]), 0);
 });
+
+test("the time has the name of the last measurement", () => {
+  const { scene, clip } = growing();
+  const player = new Player(scene, [clip]);
+  assert.equal(player.name, null);
+  clip.userData = { times: [{ time: 0, name: "2021" }, { time: 1, name: "2026" }] };
+  const named = new Player(scene, [clip]);
+  for (const [time, name] of [[0, "2021"], [0.9, "2021"], [1, "2026"], [3, "2026"]]) {
+    named.show(time);
+    assert.equal(named.name, name);
+  }
+});

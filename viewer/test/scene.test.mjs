@@ -243,6 +243,24 @@ test("the picture is saved as PNG", { skip }, () =>
     const bytes = readFileSync(await download.path());
     assert.deepEqual([...bytes.subarray(1, 4)].map((code) => String.fromCharCode(code)).join(""), "PNG");
     assert.ok(bytes.length > 20_000, `${bytes.length} bytes`);
+    const { width, height } = await page.locator("#canvas").boundingBox();
+    assert.deepEqual([bytes.readUInt32BE(16), bytes.readUInt32BE(20)], [2 * width, 2 * height]);
+  }),
+);
+
+test("the legend stands below a saved picture, which can be larger", { skip }, () =>
+  withScene(sceneExample(), {}, async (page) => {
+    await page.getByLabel("Color by").selectOption("species");
+    await page.getByLabel("Saved picture").selectOption("3");
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save picture" }).click()]);
+    const bytes = readFileSync(await download.path());
+    const { width, height } = await page.locator("#canvas").boundingBox();
+    const [wide, high] = [bytes.readUInt32BE(16), bytes.readUInt32BE(20)];
+    assert.equal(wide, 3 * width);
+    // A title, a line of keys and a sentence.
+    assert.ok(high >= 3 * (height + 60), `${high} pixels`);
+    // The page has its own size again.
+    assert.equal(await page.evaluate(() => document.getElementById("canvas").width), width);
   }),
 );
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import json
 import warnings
 from typing import Any, Dict, List, Optional, Tuple, Union
 
+import numpy as np
 import pandas as pd
 
 from . import _core
@@ -37,6 +40,30 @@ def model_frame(data: Any, texts: List[str], mentioned: List[str], response: str
     return dataclasses.replace(frame, table=_core.table(table.rows, keep))
 
 
+def random_terms(json: Dict[str, Any]) -> List[Dict[str, Any]]:
+    """The random effects in the JSON of a fit: a term for each grouping, the coarser first.
+
+    Each has the name of its group, `columns`, `names` of the effects, `form` and `covariance`, `labels` (a list for each column),
+    `effects` (groups x effects), their conditional standard errors `se` (None if they are not known), and whether it is `crossed`.
+    """
+    terms: List[Dict[str, Any]] = []
+    columns: List[str] = []
+    for name, term in zip(json["groups"], json["random"]):
+        columns = [*term.get("within", columns), term["group"]]
+        # Slashes in the labels of coarser groups are escaped.
+        parts = [label.split("/", len(columns) - 1) for label in term["eblup"]]
+        labels = [[one[k].replace("%2F", "/") if k + 1 < len(columns) else one[k] for one in parts] for k in range(len(columns))]
+        terms.append({"group": name, "columns": columns, "names": term["effects"], "form": term["form"], "labels": labels,
+                      "covariance": np.array(term["covariance"], float), "effects": _matrix(term["eblup"], term["effects"]),
+                      "se": _matrix(term["eblup_se"], term["effects"]) if "eblup_se" in term else None, "crossed": "within" in term})
+    return terms
+
+
+def _matrix(groups: Dict[str, Dict[str, float]], effects: List[str]) -> np.ndarray:
+    """Values by group and effect; null is NaN."""
+    return np.array([list(one.values()) for one in groups.values()], float).reshape(-1, len(effects))
+
+
 class Estimates:
     """The part of a fit that needs no computation."""
 
@@ -44,6 +71,14 @@ class Estimates:
         self._core = core
         self._frame = frame
         self._arguments = arguments or {}  # of fit(), for update() and refits
+
+    @functools.cached_property
+    def _json(self) -> Dict[str, Any]:
+        return json.loads(self._core.to_json())
+
+    @functools.cached_property
+    def _random_terms(self) -> List[Dict[str, Any]]:
+        return random_terms(self._json)
 
     # What the model is.
 
@@ -60,7 +95,7 @@ class Estimates:
     @property
     def parameters(self) -> Dict[str, str]:
         """Linear sub-models, such as ``{"b": "1 + C"}``."""
-        return dict(self._core.sub_models)
+        return dict(self._json["parameters"])
 
     @property
     def random(self) -> Optional[str]:
@@ -71,6 +106,11 @@ class Estimates:
     def variance(self) -> str:
         """The variance function, ``"none"`` for a constant variance."""
         return self._core.variance["text"]
+
+    @property
+    def correlation(self) -> str:
+        """The correlation of the residuals, such as ``"car1(age)"``; ``"none"`` if they are independent."""
+        return self._core.correlation
 
     @property
     def method(self) -> str:
@@ -107,16 +147,13 @@ class Estimates:
     @property
     def evidence(self) -> pd.DataFrame:
         """The findings behind the verdict: kind, term, value."""
-        return pd.DataFrame(self._core.evidence, columns=["kind", "term", "value"])
+        return pd.DataFrame(self._json["evidence"]["findings"], columns=["kind", "term", "value"]).astype({"value": float})
 
     @property
     def optima(self) -> pd.DataFrame:
         """All maxima of the likelihood that were found, the reported one first."""
-        names = self._core.coefficient_names
-        return pd.DataFrame([
-            {"origin": one["origin"], "log_likelihood": one["log_likelihood"],
-             "marginal_log_likelihood": one["marginal_log_likelihood"], **dict(zip(names, one["estimate"]))}
-            for one in self._core.optima])
+        found = pd.DataFrame([{**one, **one["fixed"]} for one in self._json.get("optima", [])]).drop(columns="fixed", errors="ignore")
+        return found.astype({name: float for name in found.columns if name != "origin"})
 
     # Estimates.
 
@@ -185,7 +222,7 @@ class Estimates:
         """
         found: List[Tuple[str, pd.DataFrame]] = []
         outer = pd.DataFrame()
-        for term in self._core.random_terms:
+        for term in self._random_terms:
             effects = pd.DataFrame(term["effects"], self._groups_of(term), term["names"])
             effects = effects.reindex(columns=self.fixed_effects.index, fill_value=0.0)
             if found and not term["crossed"]:
@@ -198,7 +235,7 @@ class Estimates:
     def random_covariance(self) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
         """Covariance matrix of the random effects; with several groupings a dict."""
         found = [(term["group"], pd.DataFrame(term["covariance"], term["names"], term["names"]))
-                 for term in self._core.random_terms]
+                 for term in self._random_terms]
         return _one_or_dict(found)
 
     cov_re = random_covariance
@@ -222,7 +259,7 @@ class Estimates:
 
     def _of_terms(self, what: str) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
         found = []
-        for term in self._core.random_terms:
+        for term in self._random_terms:
             if term[what] is None:
                 raise UsageError("the file that this fit is from does not have standard errors of random effects")
             found.append((term["group"], pd.DataFrame(term[what], self._groups_of(term), term["names"])))
@@ -251,7 +288,7 @@ class Estimates:
     @property
     def groups(self) -> Dict[str, int]:
         """Number of groups by column."""
-        return {term["group"]: len(term["labels"][0]) for term in self._core.random_terms}
+        return {term["group"]: len(term["labels"][0]) for term in self._random_terms}
 
     @property
     def loglik(self) -> float:
@@ -288,10 +325,7 @@ class Estimates:
     @property
     def statistics(self) -> pd.DataFrame:
         """R2, mean error, RMSE and MAE of the population and, with random effects, conditional level."""
-        rows = {"population": self._core.population}
-        if self._core.random_terms:
-            rows["conditional"] = self._core.conditional
-        return pd.DataFrame.from_dict(rows, orient="index")
+        return pd.DataFrame({level: values for level, values in self._json["statistics"].items() if values}).T.astype(float)
 
     @property
     def r2(self) -> pd.Series:
@@ -314,7 +348,7 @@ class Estimates:
         columns = list(self._core.columns)
         if needs_response:
             columns += self._core.response_columns
-        texts = [f"{name} ~ {text}" for name, text in self._core.sub_models]
+        texts = [f"{name} ~ {text}" for name, text in self.parameters.items()]
         frame = model_frame(data, texts, columns, self.response if needs_response else "")
         missing = [name for name in columns if name not in frame.table.names]
         return frame if not missing else self._with_all_names(frame, data)

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from . import _core, _location
+from ._analysis import analysis
 from ._data import Frame, frame_of
 from ._errors import Error, UsageError, check_text, located_in, warn_of
 from ._estimates import model_frame
@@ -17,7 +18,7 @@ from ._inference import Inference
 from ._listener import Listener
 from ._predictions import Predictions
 from ._settings import takes
-from ._summary import Summary, fit_html, fit_text, summary_of
+from ._summary import Summary
 from ._words import word
 
 Parameters = Union[str, Sequence[str], Mapping[str, str], None]
@@ -83,7 +84,7 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     """
     arguments = {"formula": formula, "parameters": parameters, "threads": threads,
                  **{name: dict(value) if isinstance(value, (Mapping, pd.Series)) else value for name, value in settings.items()}}
-    for name, is_optional in (("formula", False), ("random", True), ("variance", True)):
+    for name, is_optional in (("formula", False), ("random", True), ("variance", True), ("correlation", True)):
         check_text(name, arguments.get(name), is_optional)
     arguments["covariance"] = word("covariance", arguments.get("covariance"), is_optional=True)
     if arguments.get("method") in ("ML", "REML"):  # nlme's words
@@ -96,12 +97,15 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
 def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Frame]:
     model, formula = formula_of(arguments["formula"])
     keywords: Dict[str, Any] = {**arguments, "parameters": _texts(arguments["parameters"]), "model": model, "formula": None if model else formula}
-    numbers, names, response = _core.uses(formula, keywords["parameters"], keywords.get("random") or "", keywords.get("variance") or "")
+    numbers, names, response = _core.uses(formula, keywords["parameters"], keywords.get("random") or "", keywords.get("variance") or "",
+                                             keywords.get("correlation") or "")
     mentioned = list(dict.fromkeys(numbers + names + (["dbh", "h"] if model else [])))
     if isinstance(data, Frame):
         _check_kept(data, mentioned)
     frame = model_frame(data, keywords["parameters"], mentioned, response)
-    return _run_fit(frame, data, _location.catalogue() if model else None, keywords, trace), frame
+    if keywords.get("bounds"):  # infinite ends are open
+        keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends] for name, ends in keywords["bounds"].items()}
+    return _run_fit(frame, data, {**keywords, "trace": bool(trace), "catalogue": _location.catalogue() if model else None}), frame
 
 
 def formula_of(text: str) -> Tuple[Optional[str], str]:
@@ -126,13 +130,13 @@ def _check_kept(frame: Frame, mentioned: List[str]) -> None:
                          f"'{lost[0]}'; give the data, update(..., data=trees)", column="data")
 
 
-def _run_fit(frame: Frame, data: Any, catalogue: Any, keywords: dict, trace: bool) -> Any:
+def _run_fit(frame: Frame, data: Any, keywords: dict) -> Any:
     listener = Listener()
     # A name of the formula that is no column may be a misspelt one.
     keywords = {**keywords, "columns": list(dict.fromkeys([*frame.names, *frame.table.names]))}
     try:
         with located_in(frame.index):
-            return _core.fit(frame.table, catalogue, keywords, bool(trace), listener)
+            return analysis("fit", frame.table, listener=listener, **keywords).fits[0][1]
     except (Error, TypeError):
         if set(frame.names) <= set(frame.table.names):
             raise
@@ -141,7 +145,7 @@ def _run_fit(frame: Frame, data: Any, catalogue: Any, keywords: dict, trace: boo
     every = frame_of(data).table
     table = _core.table(every.rows, frame.table.columns() + [one for one in every.columns() if one[0] not in known])
     with located_in(frame.index):
-        return _core.fit(table, catalogue, keywords, bool(trace), listener)
+        return analysis("fit", table, listener=listener, **keywords).fits[0][1]
 
 
 class Fit(Predictions, Inference):
@@ -174,14 +178,15 @@ class Fit(Predictions, Inference):
 
     def _stored_arguments(self) -> dict:
         """The arguments of a fit that was read from a file, as far as they say what the model is."""
-        forms = {term["form"] for term in self._core.random_terms} & {"diagonal", "identity"}
+        forms = {term["form"] for term in self._random_terms} & {"diagonal", "identity"}
         return {"formula": self.model or self.formula, "parameters": self.parameters, "random": self.random,
                 "covariance": forms.pop() if len(forms) == 1 else None,
-                "variance": None if self.variance == "none" else self.variance, "method": self.method, "reml": self.reml}
+                "variance": None if self.variance == "none" else self.variance,
+                "correlation": None if self.correlation == "none" else self.correlation, "method": self.method, "reml": self.reml}
 
     def summary(self) -> Summary:
-        """The fit as text, and as HTML in notebooks."""
-        return summary_of(self)
+        """The fit as text, as ``silvafit fit`` prints it."""
+        return Summary(("" if self.converged else f"NOT CONVERGED ({self.status})\n") + self._core.summary)
 
     def plot(self, kind: str = "curves", ax: Any = None, **options: Any) -> Any:
         """Draw the fit with matplotlib.
@@ -239,7 +244,7 @@ class Fit(Predictions, Inference):
         return self.__copy__()
 
     def __repr__(self) -> str:
-        return fit_text(self)
+        return str(self.summary())
 
     def _repr_html_(self) -> str:
-        return fit_html(self)
+        return self.summary()._repr_html_()

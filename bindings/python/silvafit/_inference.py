@@ -8,7 +8,7 @@ from typing import List, Optional, Sequence
 import numpy as np
 import pandas as pd
 
-from . import _core
+from ._analysis import Result, analysis
 from ._errors import UsageError, check_count, check_number, check_text, located_in
 from ._estimates import Estimates
 from ._listener import Listener
@@ -36,10 +36,9 @@ class Inference(Estimates):
         """
         frame = self._own_frame("intervals()")
         check_text("method", method, is_optional=False)
-        found = _core.intervals(self._core, frame.table, {"method": method, "level": level, "threads": threads})
-        columns = ["name", "kind", "estimate", "lower", "upper", "note"]
-        result = pd.DataFrame(found["parameters"], columns=columns).set_index("name")
-        result.attrs.update(likelihood=found["likelihood"], method=method, level=level)
+        found = analysis("intervals", frame.table, fits=[self._core], method=method, level=level, threads=threads)
+        result = found.frame("parameters").set_index("name")
+        result.attrs.update(found.json, method=method, level=level)
         return result
 
     def conf_int(self, alpha: float = 0.05, method: str = "wald") -> pd.DataFrame:
@@ -48,17 +47,16 @@ class Inference(Estimates):
         found = self.intervals(method, 1.0 - alpha)
         return found.loc[found["kind"] == "fixed", ["lower", "upper"]].set_axis([0, 1], axis=1)
 
-    def wald_test_terms(self) -> pd.DataFrame:
-        """Wald's F tests of the terms of each parameter, given all other terms.
+    def wald_test_terms(self, sequential: bool = False) -> pd.DataFrame:
+        """Wald's F tests of the terms of each parameter, given all other terms, or (`sequential`) those before.
 
         Returns
         -------
         DataFrame
             A row for each term; the coefficients of a factor are one. Columns statistic, p, df and df_denominator.
         """
-        columns = ["term", "df", "df_denominator", "statistic", "p"]
-        found = pd.DataFrame(_core.term_tests(self._core), columns=columns)
-        return found.set_index("term")[["statistic", "p", "df", "df_denominator"]]
+        found = analysis("term_tests", fits=[self._core], sequential=sequential).frame("terms")
+        return found.astype({"df": int}).set_index("term")[["statistic", "p", "df", "df_denominator"]]
 
     def simulate(self, count: int = 1, seed: int = 1) -> pd.DataFrame:
         """Draw responses from the fit on the design of its data.
@@ -72,10 +70,10 @@ class Inference(Estimates):
         """
         frame = self._own_frame("simulate()")
         check_count("count", count, 1)
-        check_count("seed", seed, 0, 2**63 - 1)
-        rows, values = _core.simulate(self._core, frame.table, count, seed)
+        check_count("seed", seed, 0, 2**53)
+        found = analysis("simulate", frame.table, fits=[self._core], count=count, seed=seed)
         result = np.full((frame.table.rows, count), np.nan)
-        result[np.asarray(rows, dtype=np.intp)] = values
+        result[found.rows] = found.frame("rows").to_numpy()
         return pd.DataFrame(result, frame.rows)
 
     def bootstrap(
@@ -108,10 +106,10 @@ class Inference(Estimates):
             Show a bar (tqdm); None: on a terminal.
         """
         frame = self._own_frame("bootstrap()")
-        keywords = {"replicates": replicates, "resample": resample, "level": level, "seed": seed,
-                    "group": group, "threads": threads}
         with Listener(progress) as listener, located_in(frame.index):
-            return Bootstrap(_core.bootstrap(self._core, frame.table, keywords, self._refit_options(), listener))
+            return Bootstrap(analysis("bootstrap", frame.table, fits=[self._core], listener=listener, replicates=replicates,
+                                      resample=resample, level=level, seed=seed, group=group, threads=threads,
+                                      refit=self._refit_options()))
 
     def cross_validate(
         self,
@@ -142,18 +140,13 @@ class Inference(Estimates):
             mean log predictive density and the folds that failed.
         """
         frame = self._own_frame("cross_validate()")
-        keywords = {"folds": folds, "group": group, "measured": measured, "seed": seed, "threads": threads}
         with Listener(progress) as listener, located_in(frame.index):
-            found = _core.cross_validate(self._core, frame.table, keywords, self._refit_options(), listener)
-        rows = frame.rows[np.asarray(found["rows"], dtype=np.intp)]
-        columns = {name: found[name] for name in ("fold", "observed", "predicted")}
+            found = analysis("cross_validate", frame.table, fits=[self._core], listener=listener, folds=folds, group=group,
+                             measured=measured, seed=seed, threads=threads, refit=self._refit_options())
+        result = found.frame("rows", frame.rows[found.rows]).astype({"fold": int}).sort_index(kind="stable")
+        result.attrs.update({name: found.json[name] for name in ("population", "mean_log_density", "failed")})
         if measured > 0:
-            columns["calibrated"] = found["calibrated"]
-        result = pd.DataFrame(columns, rows).sort_index(kind="stable")
-        result.attrs.update(population=found["population"], mean_log_density=found["mean_log_density"],
-                            failed=found["failed"])
-        if measured > 0:
-            result.attrs["calibrated"] = found["calibrated_statistics"]
+            result.attrs["calibrated"] = found.json["calibrated"]["statistics"]
         return result
 
     def _refit_options(self) -> dict:
@@ -177,15 +170,14 @@ class Bootstrap:
         Reasons of failures, and boundary (singular) refits: reason, replicates.
     """
 
-    def __init__(self, found: dict):
-        columns = ["name", "estimate", "replicates", "bias", "se", "percentile_lower", "percentile_upper",
-                   "basic_lower", "basic_upper"]
-        self.parameters = pd.DataFrame(found["parameters"], columns=columns).set_index("name")
-        self.values = pd.DataFrame(found["values"].T, columns=self.parameters.index)
-        self.replicates: int = found["replicates"]
-        self.converged: int = found["converged"]
-        self.failures = pd.DataFrame(found["failures"], columns=["reason", "replicates"])
-        self.boundary = pd.DataFrame(found["boundary"], columns=["reason", "replicates"])
+    def __init__(self, found: Result):
+        counts = {"replicates": int}
+        self.parameters = found.frame("parameters").astype(counts).set_index("name")
+        self.values = found.frame("values").set_axis(self.parameters.index, axis=1)
+        self.replicates: int = found.json["replicates"]
+        self.converged: int = found.json["converged"]
+        self.failures = found.frame("failures").astype(counts)
+        self.boundary = found.frame("boundary").astype(counts)
 
     def __repr__(self) -> str:
         return f"{self.converged} of {self.replicates} replicates converged\n{self.parameters}"
@@ -224,27 +216,25 @@ def compare(*fits: Estimates, names: Optional[Sequence[str]] = None) -> pd.DataF
     labels = list(names) if names is not None else _names_of(fits)
     if len(labels) != len(fits):
         raise UsageError(f"there are {len(fits)} fits and {len(labels)} names", column="names")
-    found = _core.compare([one._core for one in fits])
-    tests = {test["larger"]: test for test in found["tests"]}
-    rows = []
-    for place, (number, difference, weight) in enumerate(found["fits"]):
-        one, test = fits[number], tests.get(place, {})
-        rows.append({"name": labels[number], "parameters": one.parameter_count, "loglik": one.loglik,
-                     "aic": one.aic, "aicc": one.aicc, "bic": one.bic, "aic_difference": difference,
-                     "akaike_weight": weight, "statistic": test.get("statistic", np.nan),
-                     "df": test.get("df", np.nan), "p": test.get("p", np.nan),
-                     "note": test.get("note") or test.get("reason", "")})
-    result = pd.DataFrame(rows).set_index("name") if rows else pd.DataFrame()
-    result.attrs["not_converged"] = [labels[number] for number in found["failed"]]
-    if found["reason"]:
-        warnings.warn(f"the fits cannot be compared: {found['reason']}", stacklevel=2)
+    found = analysis("compare", fits=[one._core for one in fits])
+    order = found.frame("fits")
+    shown = [fits[number] for number in order["fit"].astype(int)]
+    columns = {"parameters": "parameter_count", "loglik": "loglik", "aic": "aic", "aicc": "aicc", "bic": "bic"}
+    result = pd.DataFrame({name: [getattr(one, attribute) for one in shown] for name, attribute in columns.items()})
+    tests = found.frame("tests").set_index("larger")[["statistic", "df", "p", "note"]]
+    result = result.join(order.drop(columns="fit")).join(tests).fillna({"note": ""})
+    result.index = pd.Index([labels[number] for number in order["fit"].astype(int)], name="name")
+    result.attrs["not_converged"] = [labels[number] for number in found.json["failed"]]
+    if found.json["reason"]:
+        warnings.warn(f"the fits cannot be compared: {found.json['reason']}", stacklevel=2)
     return result
 
 
 def _names_of(fits: Sequence[Estimates]) -> List[str]:
     def name(one: Estimates) -> str:
         parts = [one.model or one.formula, *(f"{k} ~ {v}" for k, v in one.parameters.items())]
-        parts += [one.random or "", "" if one.variance == "none" else one.variance]
+        parts += [one.random or "", "" if one.variance == "none" else one.variance,
+                  "" if one.correlation == "none" else one.correlation]
         return ", ".join(part for part in parts if part)
 
     names = [name(one) for one in fits]

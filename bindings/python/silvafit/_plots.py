@@ -83,7 +83,7 @@ def _curves(fit: "Fit", ax: Any, x: Optional[str] = None, groups: Optional[Seque
     fit._own_frame("plot()")
     data = pd.DataFrame(fit.data).dropna()
     x = _horizontal(fit, data, x)
-    terms = fit._core.random_terms
+    terms = fit._random_terms
     drawn = data
     if terms:
         columns = terms[-1]["columns"]

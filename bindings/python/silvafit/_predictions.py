@@ -8,9 +8,9 @@ from typing import Any, List, Optional, Union
 import numpy as np
 import pandas as pd
 
-from . import _core
+from ._analysis import Result, analysis
 from ._data import Frame, data_frame, restored_labels
-from ._errors import InputError, check_count, check_text, located_in
+from ._errors import InputError, check_text, located_in
 from ._estimates import Estimates
 from ._words import word
 
@@ -74,26 +74,21 @@ class Predictions(Estimates):
                 self._check_groups(frame)
             if level == "calibrated":
                 self._check_measured(frame)
-        keywords = {"level": level, "interval": word("interval", interval, is_optional=True), "coverage": coverage if interval else None,
-                    "standard_errors": standard_errors, "new_groups": new_groups or "population",
-                    "seen_groups": seen_groups, "threads": threads}
         with located_in(frame.index):
-            found = _core.predict(self._core, frame.table, keywords, None)
-        if new_groups is None and level == "conditional" and self._core.random_terms:
-            self._warn_of_new_groups(frame, np.asarray(found["is_new_group"], dtype=bool))
+            found = analysis("predict", frame.table, fits=[self._core], level=level, coverage=coverage if interval else None,
+                             interval=word("interval", interval, is_optional=True), standard_errors=standard_errors,
+                             new_groups=new_groups, seen_groups=seen_groups, threads=threads).frame("rows", frame.rows)
+        if new_groups is None and level == "conditional" and self._random_terms:
+            self._warn_of_new_groups(frame, found["is_new_group"].to_numpy(dtype=bool))
         if interval is None and not standard_errors:
-            return pd.Series(found["value"], frame.rows, name=self.response)
-        columns = {"prediction": found["value"]}
-        if interval is not None:
-            columns.update(lower=found["lower"], upper=found["upper"])
-        if standard_errors:
-            columns["se"] = found["standard_error"]
-        return pd.DataFrame(columns, frame.rows)
+            return found["value"].rename(self.response)
+        columns = ["value", *(["lower", "upper"] if interval else []), *(["standard_error"] if standard_errors else [])]
+        return found[columns].rename(columns={"value": "prediction", "standard_error": "se"})
 
     def _level(self, level: Union[str, int]) -> str:
         """A level by its name, or by nlme's number where that is clear."""
         is_number = isinstance(level, (int, np.integer)) and not isinstance(level, bool)
-        if is_number and level in (0, len(self._core.random_terms)):
+        if is_number and level in (0, len(self._random_terms)):
             return "conditional" if level else "population"
         check_text("level", level, is_optional=False)
         return str(level)
@@ -111,7 +106,7 @@ class Predictions(Estimates):
         return Prediction(self, data, options)
 
     def _check_groups(self, frame: Frame) -> None:
-        for term in self._core.random_terms:
+        for term in self._random_terms:
             for column in term["columns"]:
                 if column not in frame.table.names:
                     raise InputError(f"unknown column; available: {', '.join(frame.table.names)}. Without the column of "
@@ -119,7 +114,7 @@ class Predictions(Estimates):
 
     def _warn_of_new_groups(self, frame: Frame, is_new: np.ndarray) -> None:
         """Groups that are not in the fit have no random effects: what their predictions are is said."""
-        columns = self._core.random_terms[-1]["columns"]
+        columns = self._random_terms[-1]["columns"]
         table = data_frame(frame.table, labels=frame.labels)
         labels = table.loc[is_new, columns].drop_duplicates()
         if labels.empty:
@@ -148,16 +143,13 @@ class Predictions(Estimates):
         frame = self._frame_for(data)
         self._check_measured(frame)
         check_text("seen_groups", seen_groups, is_optional=False)
-        check_count("threads", threads)
         with located_in(frame.index):
-            found = _core.calibrate(self._core, frame.table, seen_groups, threads)
-        term = self._core.random_terms[-1]
-        labels = found["labels"]
-        if len(term["columns"]) == 1:
-            labels = restored_labels(labels, frame.labels.get(term["columns"][0]))
-        result = pd.DataFrame(found["effects"], pd.Index(labels, name="/".join(term["columns"])), term["names"])
-        result.insert(0, "measured", found["measured"])
-        return result
+            found = analysis("calibrate", frame.table, fits=[self._core], seen_groups=seen_groups, threads=threads).frame("groups")
+        columns = self._random_terms[-1]["columns"]
+        labels = list(found.pop("label"))
+        if len(columns) == 1:
+            labels = restored_labels(labels, frame.labels.get(columns[0]))
+        return found.astype({"measured": int}).set_axis(pd.Index(labels, name="/".join(columns)), axis=0)
 
     def _check_measured(self, frame: Frame) -> None:
         """Calibration is by the measured response, so that a missing column or text is an error."""
@@ -174,7 +166,7 @@ class Predictions(Estimates):
         """Fitted values of a level, "population" or "conditional", with the index of the data; NaN for skipped rows."""
         frame = self._own_frame("fitted()")
         found = self._residuals(frame)
-        return frame.aligned(_level_of(found, level)["fitted"], found["rows"], self.response)
+        return frame.aligned(found.frame("rows")["fitted_" + _level(level)], found.rows, self.response)
 
     @property
     def fittedvalues(self) -> pd.Series:
@@ -193,7 +185,7 @@ class Predictions(Estimates):
         ----------
         kind : {"response", "pearson", "normalized", "marginal"}
             response: observed minus fitted. pearson: divided by the estimated standard deviation, as
-            in nlme. normalized: pearson residuals made independent, which they are here. marginal: of
+            in nlme. normalized: pearson residuals made independent by their correlation. marginal: of
             the model linear around the estimates with random effects not removed; independent and
             standard normal if the model holds.
         level : {"conditional", "population"}
@@ -202,16 +194,16 @@ class Predictions(Estimates):
         kind = word("kind", kind, "response", "pearson", "normalized", "marginal")
         frame = self._own_frame("residuals()")
         found = self._residuals(frame)
-        values = found[kind] if kind in ("normalized", "marginal") else _level_of(found, level)[kind]
-        return frame.aligned(values, found["rows"], f"{kind} residual")
+        column = kind if kind in ("normalized", "marginal") else f"{kind}_{_level(level)}"
+        return frame.aligned(found.frame("rows")[column], found.rows, f"{kind} residual")
 
-    def _residuals(self, frame: Frame) -> dict:
+    def _residuals(self, frame: Frame) -> Result:
         with located_in(frame.index):
-            return _core.residuals(self._core, frame.table)
+            return analysis("residuals", frame.table, fits=[self._core])
 
 
-def _level_of(residuals: dict, level: str) -> dict:
-    return residuals[word("level", level, "population", "conditional")]
+def _level(level: str) -> str:
+    return word("level", level, "population", "conditional")
 
 
 class Prediction:

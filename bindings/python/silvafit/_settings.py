@@ -9,6 +9,7 @@ import textwrap
 from typing import Any, Callable, List, Tuple, TypeVar
 
 from . import _core
+from ._words import FURTHER_CHOICES
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 #: What the package takes besides the texts and files of the libraries.
@@ -37,7 +38,8 @@ def takes(*lists: str) -> Callable[[Function], Function]:
         signature = inspect.signature(function)
         *own, last = signature.parameters.values()
         names = {one.name for one in own}
-        settings = [one for name in lists for one in _core.settings(name) if one[0] not in names]
+        settings = [(*one[:3], one[3] + FURTHER_CHOICES.get(name, {}).get(one[0], []), one[4])
+                    for name in lists for one in _core.settings(name) if one[0] not in names]
         keyword = inspect.Parameter.KEYWORD_ONLY
         further = [inspect.Parameter(one[0], keyword, default=one[2] if one[2] != "" else None, annotation=_annotation(*one[:4]))
                    for one in settings]

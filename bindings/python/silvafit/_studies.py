@@ -2,17 +2,16 @@
 """Analyses of an inventory: structural units, stand tables, imputation, studies, libraries."""
 from __future__ import annotations
 
-import json
 import os
 import pathlib
-import tempfile
-from typing import Any, Dict, List, Mapping, Optional, Union
+from typing import Any, Dict, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 import pandas as pd
 
 from . import _core, _location
-from ._data import Frame, data_frame, has_geometry, source_of
+from ._analysis import Result, analysis
+from ._data import Frame, has_geometry, source_of
 from ._errors import UsageError, located_in
 from ._fit import Fit
 from ._listener import Listener
@@ -28,18 +27,17 @@ def _index_of(frame: Optional[Frame], rows: Any) -> pd.Index:
     return pd.Index(places) if frame is None or frame.index is None else frame.index[places]
 
 
-def _index(frame: Optional[Frame]) -> Optional[pd.Index]:
-    return None if frame is None else frame.rows
-
-
-def keywords_of(settings: Dict[str, Any], window: Any = None) -> Dict[str, Any]:
-    """Settings as the libraries take them: a window, the table of plots, and where equations are."""
-    result = {**settings, **window_arguments(window)}
-    if result.get("plots") is not None:
-        result["plots"] = source_of(result["plots"])[0]
-    if result.get("equations") is not None:
-        result["models_folder"] = _location.models_directory()
-    return result
+def _run(
+    name: str, trees: Any, settings: Dict[str, Any], *, window: Any = None, progress: Optional[bool] = False, **further: Any,
+) -> Tuple[Result, Optional[Frame], List[str]]:
+    """An analysis of trees, their frame, and the notes."""
+    source, frame = source_of(trees)
+    index = None if frame is None else frame.rows
+    settings = {**settings, **window_arguments(window)}
+    if settings.get("plots") is not None and not isinstance(settings["plots"], (str, os.PathLike)):
+        further["plots"] = source_of(settings.pop("plots"))[0]
+    with Listener(progress, index) as listener, located_in(index):
+        return analysis(name, source, listener=listener, **further, **settings), frame, listener.notes
 
 
 @takes("units", "reading", "sampling")
@@ -69,11 +67,9 @@ def structural_units(
         a DataFrame, with the index of `trees`; of a GeoDataFrame again one. Rows that cannot be used are not
         in it. ``attrs`` has notes and the means (summary).
     """
-    source, frame = source_of(trees)
-    with Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
-        found = _core.structural_units(source, {**keywords_of(settings, window), "threads": threads}, listener)
-    result = _with_own_columns(data_frame(found["table"], _index_of(frame, found["rows"])), trees, found["rows"])
-    result.attrs.update(summary=json.loads(found["json"]), notes=listener.notes)
+    found, frame, notes = _run("structural_units", trees, settings, window=window, progress=progress, threads=threads)
+    result = _with_own_columns(found.frame("units", _index_of(frame, found.rows)), trees, found.rows)
+    result.attrs.update(summary=found.json, notes=notes)
     return result
 
 
@@ -92,9 +88,9 @@ class Stand:
         What was recognized and assumed.
     """
 
-    def __init__(self, found: dict, notes: List[str]):
-        self.tables: Dict[str, pd.DataFrame] = {name: data_frame(table) for name, table in found["tables"]}
-        self.summary: dict = json.loads(found["json"])
+    def __init__(self, found: Result, notes: List[str]):
+        self.tables: Dict[str, pd.DataFrame] = {name: found.frame(name) for name in found.tables}
+        self.summary: dict = found.json
         self.notes = notes
 
     @property
@@ -127,9 +123,8 @@ def stand_summary(trees: Any, window: Any = None, *, threads: int = 0, **setting
     **settings
         Of stand figures, structural units, the table, sampled plots and equations (docs/settings.md). equations may be {"A": "taper"}.
     """
-    source, frame = source_of(trees)
-    with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
-        return Stand(_core.stand_summary(source, {**keywords_of(settings, window), "threads": threads}, listener), listener.notes)
+    found, _, notes = _run("stand_summary", trees, settings, window=window, threads=threads)
+    return Stand(found, notes)
 
 
 @takes("stand", "units", "reading", "sampling", "equations")
@@ -152,12 +147,10 @@ def stand_growth(trees: Any, window: Any = None, *, threads: int = 0, **settings
         growth_trees, growth_plots and growth_strata. The ``attrs`` of each have the notes and the JSON
         of ``silvafit stand --growth`` (summary).
     """
-    source, frame = source_of(trees)
-    with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
-        found = _core.stand_growth(source, {**keywords_of(settings, window), "threads": threads}, listener)
-    tables = {name: data_frame(table) for name, table in found["tables"]}
+    found, _, notes = _run("stand_growth", trees, settings, window=window, threads=threads)
+    tables = {name: found.frame(name) for name in found.tables}
     for table in tables.values():
-        table.attrs.update(summary=json.loads(found["json"]), notes=listener.notes)
+        table.attrs.update(summary=found.json, notes=notes)
     return tables
 
 
@@ -176,18 +169,16 @@ def impute(trees: Any, response: str = "h", *, seed: int = 1, threads: int = 0, 
     Returns
     -------
     DataFrame
-        The trees, with the response filled in and the columns ``h_source`` (measured, imputed, missing),
-        ``h_level`` (plot, stand, population) and ``h_flag``; of other data than a DataFrame these columns
+        The trees, with the response filled in, under its name in them, and the columns ``h_source`` (measured,
+        imputed, missing), ``h_level`` (plot, stand, population), ``h_flag``, and with ``coverage`` ``h_lower``
+        and ``h_upper``; of other data than a DataFrame these columns
         only. ``attrs["models"]`` has the fits by label as JSON, which `Fit.from_json` reads.
     """
-    source, frame = source_of(trees)
-    keywords = {"response": response, "seed": seed, "threads": threads, **settings}
-    with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
-        found = _core.impute(source, _location.catalogue(), keywords, listener)
-    columns = data_frame(found["table"], _index_of(frame, found["rows"]))
-    result = _with_columns(trees, columns, found["rows"])
-    result.attrs.update(models={label: core.to_json() for label, core in found["models"]},
-                        summary=found["summary"], notes=listener.notes)
+    found, frame, notes = _run("impute", trees, settings, response=response, seed=seed, threads=threads,
+                               catalogue=_location.catalogue())
+    result = _with_columns(trees, found.frame("columns", _index_of(frame, found.rows)), found.rows)
+    result.attrs.update(models={label: core.to_json() for label, core in found.fits},
+                        summary=found.json["sentences"], notes=notes)
     return result
 
 
@@ -271,13 +262,10 @@ class Library:
             ``h_pred``, with an interval ``h_lower`` and ``h_upper``, ..., those of equations such as
             ``volume_m3``, and ``flag``, with the index of `trees`. Rows of dead trees are not in it.
         """
-        source, frame = source_of(trees)
-        keywords = {"level": level, "interval": interval, "coverage": coverage if interval else None, "threads": threads,
-                    **keywords_of(settings)}
-        with Listener(index=_index(frame)) as listener, located_in(_index(frame)):
-            found = self._core.predict(source, _location.catalogue(), keywords, listener)
-        result = data_frame(found["table"], _index_of(frame, found["rows"]))
-        result.attrs["notes"] = listener.notes
+        found, frame, notes = _run("predict_library", trees, settings, level=level, interval=interval, threads=threads,
+                                   coverage=coverage if interval else None, library=self._core, catalogue=_location.catalogue())
+        result = found.frame("columns", _index_of(frame, found.rows))
+        result.attrs["notes"] = notes
         return result
 
     def to_json(self, path: Optional[Path] = None) -> Optional[str]:
@@ -333,12 +321,11 @@ class Study:
         The folder of the files, and the report page in it.
     """
 
-    def __init__(self, found: dict, frame: Optional[Frame], trees: Any, out: Optional[str], notes: List[str]):
-        self.summary: dict = json.loads(found["json"])
+    def __init__(self, found: Result, frame: Optional[Frame], trees: Any, out: Optional[Path], notes: List[str]):
+        self.summary: dict = found.json
         self.results = pd.DataFrame(self.summary["results"])
-        self.library = Library(found["library"])
-        self.predictions = _with_own_columns(data_frame(found["predictions"], _index_of(frame, found["rows"])), trees,
-                                             found["rows"])
+        self.library = Library(found.library)
+        self.predictions = _with_own_columns(found.frame("predictions", _index_of(frame, found.rows)), trees, found.rows)
         self.notes = notes
         self.out = pathlib.Path(out) if out else None
         self.report = self.out / "report.html" if self.out else None
@@ -375,7 +362,7 @@ def study(
     out : path, optional
         Folder for the report, tables and library; default: no files.
     settings : path or dict, optional
-        A study.json, or its keys as a dict (docs/study.md).
+        A study.json, or its keys as a dict (docs/study.md); `options` have priority.
     window : path, shapely polygon, or GeoDataFrame, optional
     threads : int
         0: all cores.
@@ -388,20 +375,14 @@ def study(
     -------
     Study
     """
-    source, frame = source_of(trees)
-    given = window_arguments(window)
     call = _call(out, settings, window, options)
-    plots = keywords_of({"plots": options.pop("plots", None)})["plots"]
-    if isinstance(options.get("circles"), Mapping):
-        options["circles"] = [f"{dbh!r}={radius!r}" for dbh, radius in options["circles"].items()]
-    with tempfile.TemporaryDirectory() as folder, Listener(progress, _index(frame)) as listener, located_in(_index(frame)):
-        file = _settings_file(settings, dict(options, **{k: _absolute(v) for k, v in given.items() if k == "window"}),
-                              pathlib.Path(folder))
-        keywords = {"settings": file, "out": None if out is None else os.fspath(out), "threads": threads,
-                    "call": call, "plots": plots, "windows": given.get("windows"),
-                    "page": _location.page("report.html") if out is not None else None}
-        found = _core.study(source, _location.catalogue(), keywords, listener)
-    return Study(found, frame, trees, None if out is None else os.fspath(out), listener.notes)
+    if isinstance(settings, Mapping):
+        options, settings = {**settings, **options}, None
+    if out is not None:
+        _location.page("report.html")
+    found, frame, notes = _run("study", trees, options, window=window, progress=progress, threads=threads, config=settings, out=out,
+                               call=call, catalogue=_location.catalogue())
+    return Study(found, frame, trees, out, notes)
 
 
 def _call(out: Optional[Path], settings: Any, window: Any, options: Dict[str, Any]) -> str:
@@ -414,19 +395,3 @@ def _call(out: Optional[Path], settings: Any, window: Any, options: Dict[str, An
     given = {"out": out, "settings": settings, "window": window, **options}
     texts = [f"{name}={text_of(value)}" for name, value in given.items() if value is not None]
     return f"silvafit.study({', '.join(['trees', *texts])})"
-
-
-def _absolute(path: str) -> str:
-    return str(pathlib.Path(path).resolve())
-
-
-def _settings_file(settings: Any, options: Dict[str, Any], folder: pathlib.Path) -> str:
-    """Settings as a file, with further ones."""
-    if isinstance(settings, (str, os.PathLike)):
-        if options:
-            raise UsageError("give either a file of settings or settings as arguments, not both",
-                             column=next(iter(options)))
-        return os.fspath(settings)
-    file = folder / "study.json"
-    file.write_text(json.dumps({**(settings or {}), **options}), encoding="utf-8")
-    return str(file)

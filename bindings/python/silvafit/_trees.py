@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import html
-import json
 import os
 import pathlib
 import tempfile
 import webbrowser
-from typing import Any, Dict, Optional, Union
+from typing import Any, Optional, Union
 
-from . import _core, _location
+from . import _location
+from ._analysis import analysis
 from ._data import source_of
 from ._errors import located_in
 from ._listener import Listener
@@ -43,9 +43,9 @@ def grow(trees: Any, out: Path, *, seed: int = 1, threads: int = 0, progress: Op
     """
     source, frame = source_of(trees)
     path = pathlib.Path(out)
-    keywords: Dict[str, Any] = {"scene" if path.suffix.lower() in _SCENES else "out": str(path), "seed": seed, "threads": threads, **settings}
+    files = {"scene" if path.suffix.lower() in _SCENES else "out": str(path)}
     with Listener(progress) as listener, located_in(None if frame is None else frame.rows):
-        return json.loads(_core.grow(source, _location.models_directory(), keywords, listener))
+        return analysis("grow", source, listener=listener, seed=seed, threads=threads, **files, **settings).json
 
 
 class View:
@@ -111,10 +111,10 @@ def view(
         Of the 3D page and the table (docs/settings.md).
     """
     source, frame = source_of(trees)
-    keywords = {"title": title or ("Stand" if frame is not None else None), "seed": seed, "threads": threads, **settings}
+    _location.page("scene.html")
     with tempfile.TemporaryDirectory() as folder, located_in(None if frame is None else frame.rows):
         path = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "view.html"
-        summary = _core.view(source, _location.models_directory(), _location.page("scene.html"), str(path), keywords,
-                             Listener())
+        found = analysis("view", source, listener=Listener(), file=path, seed=seed, threads=threads, **settings,
+                         title=title or ("Stand" if frame is not None else None))
         text = path.read_text(encoding="utf-8")
-    return View(text, None if out is None else path, json.loads(summary), height)
+    return View(text, None if out is None else path, found.json, height)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, List, Optional, Tuple
+from typing import Any, Dict, List
 
 import numpy as np
 import pandas as pd
@@ -11,8 +11,8 @@ import pandas as pd
 from ._data import check_projected
 from ._errors import UsageError
 
-#: A plot or None, and its polygons: lists of rings, the outer one first.
-Window = Tuple[Optional[str], List[List[np.ndarray]]]
+#: The plot or None, and polygons: lists of rings, the outer one first.
+Window = Dict[str, Any]
 
 
 def _polygons(shape: Any) -> List[List[np.ndarray]]:
@@ -33,12 +33,12 @@ def _label(value: Any) -> str:
 def _windows_of_frame(frame: Any) -> List[Window]:
     check_projected(frame.geometry)
     if "plot" not in frame.columns:
-        return [(None, [rings for shape in frame.geometry for rings in _polygons(shape)])]
+        return [{"polygons": [rings for shape in frame.geometry for rings in _polygons(shape)]}]
     windows: dict = {}
     for plot, shape in zip(frame["plot"], frame.geometry):
         key = None if pd.isna(plot) else _label(plot)
         windows.setdefault(key, []).extend(_polygons(shape))
-    return list(windows.items())
+    return [{"plot": plot, "polygons": polygons} for plot, polygons in windows.items()]
 
 
 def window_arguments(window: Any) -> dict:
@@ -56,4 +56,4 @@ def window_arguments(window: Any) -> dict:
     if hasattr(window, "crs") and hasattr(window, "geometry"):
         frame = window if isinstance(window, pd.DataFrame) else window.to_frame("geometry")
         return {"windows": _windows_of_frame(frame)}
-    return {"windows": [(None, _polygons(window))]}
+    return {"windows": [{"polygons": _polygons(window)}]}

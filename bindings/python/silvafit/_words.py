@@ -2,9 +2,12 @@
 """Words of other packages for values of arguments. The names themselves are those of the libraries, whose errors list them."""
 from __future__ import annotations
 
-from typing import Any, Dict
+from typing import Any, Dict, List
 
 from ._errors import UsageError, check_text
+
+#: Further choices of settings, by list: nlme's words of a method.
+FURTHER_CHOICES: Dict[str, Dict[str, List[str]]] = {"fit": {"method": ["ML", "REML"]}}
 
 _WORDS: Dict[str, Dict[str, str]] = {
     "interval": {"mean": "confidence", "obs": "prediction"},  # statsmodels

@@ -34,7 +34,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
     random : str, optional
         Random effects, ``"a + b | plot"``, or ``"a + b"`` for those of `groups`. Default: the intercept of
         the linear model if there are groups, else none.
-    parameters, covariance, variance, method, reml, start, starts, hold, bounds, threads
+    parameters, covariance, variance, correlation, method, reml, start, starts, hold, bounds, threads
         As in `silvafit.fit`.
     level : {"conditional", "population", "calibrated", "marginal"}
         Of predictions. calibrated: also groups that were not in the fit have random effects, predicted from
@@ -68,6 +68,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         parameters: Parameters = None,
         covariance: Optional[str] = None,
         variance: Optional[str] = None,
+        correlation: Optional[str] = None,
         method: Optional[str] = None,
         reml: bool = False,
         start: Optional[Mapping[str, float]] = None,
@@ -83,6 +84,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         self.parameters = parameters
         self.covariance = covariance
         self.variance = variance
+        self.correlation = correlation
         self.method = method
         self.reml = reml
         self.start = start
@@ -109,7 +111,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         table[response_name(formula)] = y
         self.fit_ = _fit(
             formula, table, random=self._random(groups), parameters=self.parameters, covariance=self.covariance,
-            variance=self.variance, method=self.method, reml=self.reml, start=self.start, starts=self.starts,
+            variance=self.variance, correlation=self.correlation, method=self.method, reml=self.reml, start=self.start, starts=self.starts,
             hold=self.hold, bounds=self.bounds, threads=self.threads)
         return self
 
@@ -127,7 +129,7 @@ class MixedRegressor(RegressorMixin, BaseEstimator):
         """
         check_is_fitted(self)
         table = self._with_groups(self._table(X, reset=False), groups)
-        needed = {column for term in self.fit_._core.random_terms for column in term["columns"]}
+        needed = {column for term in self.fit_._random_terms for column in term["columns"]}
         if self.level in ("conditional", "calibrated") and not needed <= set(table.columns):
             raise UsageError(f"predictions of the level {self.level} need the groups: a column {' and '.join(sorted(needed))}, "
                              "or predict(X, groups=...); level='population' has random effects 0", column="groups")

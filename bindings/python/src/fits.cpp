@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "fits.hpp"
 
+#include <fmt/format.h>
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
@@ -8,54 +9,30 @@
 #include <vector>
 
 #include "errors.hpp"
-#include "random_terms.hpp"
-#include "setting_keywords.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "silvafit/fit/parameter_values.hpp"
 #include "silvafit/fit/response.hpp"
-#include "silvafit/fit/setting_list.hpp"
+#include "silvafit/fit/summary.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
 #include "silvafit/study/structure_columns.hpp"
-#include "silvafit/study/table_checks.hpp"
 #include "tables.hpp"
-#include "work.hpp"
 
 namespace silvafit::python {
 namespace {
-
-FitPointer fit_of(const TablePointer& table,
-                  const study::Catalogue* catalogue,
-                  const py::dict& keywords,
-                  bool traces,
-                  const py::object& listener) {
-  Arguments arguments(keywords);
-  auto texts = settings_of<fit::ModelTexts>(arguments);
-  arguments.take("columns", texts.columns);
-  std::string model;  // id in the catalogue, instead of a formula
-  arguments.take("model", model);
-  fit::FitModelOptions options = fit_options(arguments);
-  return run(listener, [&](Work& work) {
-    options.stop = work.stop();
-    if (traces) options.trace = [&work](const std::string& line) { work.line(line); };
-    if (!model.empty()) {
-      study::use_base_model(catalogue->find(model), *table, texts, options);
-    }
-    const fit::ModelSpecification specification = fit::specify_model(texts, *table);
-    fit::FittedModel fit = fit::fit_model(specification, *table, options).fit;
-    fit.model = model;
-    return share(std::move(fit));
-  });
-}
 
 /// Names in texts: those read as numbers, with parameters, those read as names, and the response.
 py::tuple uses(const std::string& formula,
                const std::vector<std::string>& parameters,
                const std::string& random,
-               const std::string& variance) {
-  const study::ColumnUses found = study::column_uses(
-      {.formulas = {formula}, .parameters = parameters, .random = random, .variance = variance});
+               const std::string& variance,
+               const std::string& correlation) {
+  const study::ColumnUses found = study::column_uses({.formulas = {formula},
+                                                      .parameters = parameters,
+                                                      .random = random,
+                                                      .variance = variance,
+                                                      .correlation = correlation});
   return py::make_tuple(std::vector<std::string>(found.as_numbers.begin(), found.as_numbers.end()),
                         std::vector<std::string>(found.as_names.begin(), found.as_names.end()),
                         fit::response_of(formula));
@@ -70,6 +47,10 @@ std::vector<std::string> columns_of(const fit::FittedModel& fit) {
     for (const std::string& name : {factor.column, factor.stratum}) {
       if (!name.empty()) columns.push_back(name);
     }
+  }
+  if (const auto& correlation = fit.specification.correlation) {
+    columns.insert(columns.end(), correlation->columns.begin(), correlation->columns.end());
+    if (!correlation->group.empty()) columns.push_back(correlation->group);
   }
   return columns;
 }
@@ -93,6 +74,17 @@ py::tuple with_computed(const TablePointer& table,
   return py::make_tuple(share(std::move(result)), notes);
 }
 
+/// The random effects as text, `a + b | plot`; empty if there are none.
+std::string random_text(const fit::FittedModel& fit) {
+  std::string text;
+  for (const fit::RandomEffects& term : fit.specification.random) {
+    const std::string own = fmt::format("{} | {}", term.text(), term.group_text());
+    if (!text.empty()) text += term.is_crossed ? " + " : "; ";
+    text += term.is_crossed ? fmt::format("({})", own) : own;
+  }
+  return text;
+}
+
 py::dict variance_of(const fit::FittedModel& fit) {
   py::dict result;
   result["text"] = fit.specification.variance.text();
@@ -101,39 +93,8 @@ py::dict variance_of(const fit::FittedModel& fit) {
   return result;
 }
 
-py::list evidence_of(const fit::FittedModel& fit) {
-  py::list result;
-  for (const fit::Evidence& item : fit.convergence.evidence) {
-    py::dict one;
-    one["kind"] = std::string(fit::kind_text(item.kind));
-    one["term"] = item.term;
-    one["value"] = item.value;
-    result.append(one);
-  }
-  return result;
-}
-
-py::list optima_of(const fit::FittedModel& fit) {
-  py::list result;
-  for (const fit::LocalOptimum& optimum : fit.optima) {
-    py::dict one;
-    one["origin"] = optimum.origin;
-    one["log_likelihood"] = optimum.log_likelihood;
-    one["marginal_log_likelihood"] = optimum.marginal_log_likelihood;
-    one["estimate"] = optimum.estimate;
-    result.append(one);
-  }
-  return result;
-}
-
-/// Sub-models as text, except for parameters that are constants.
-py::list sub_models_of(const fit::FittedModel& fit) {
-  py::list result;
-  for (const fit::ParameterModel& parameter : fit.specification.parameters) {
-    if (parameter.covariates.empty()) continue;
-    result.append(py::make_tuple(parameter.name, parameter.text()));
-  }
-  return result;
+std::string correlation_of(const fit::FittedModel& fit) {
+  return fit.specification.correlation ? fit.specification.correlation->text() : "none";
 }
 
 py::list parameters_of(const fit::FittedModel& fit) {
@@ -187,22 +148,6 @@ void add_values(py::class_<fit::FittedModel, FitPointer>& fit) {
 
 }  // namespace
 
-fit::FitModelOptions fit_options(Arguments& arguments) {
-  auto options = settings_of<fit::FitModelOptions>(arguments);
-  arguments.take("threads", options.threads);
-  arguments.finish();
-  return options;
-}
-
-py::dict statistics_of(const fit::FitStatistics& statistics) {
-  py::dict result;
-  result["r2"] = statistics.r2;
-  result["mean_error"] = statistics.mean_error;
-  result["rmse"] = statistics.rmse;
-  result["mae"] = statistics.mae;
-  return result;
-}
-
 void add_fits(py::module_& module) {
   using fit::FittedModel;
   py::class_<FittedModel, FitPointer> fit(module, "Fit");
@@ -228,20 +173,15 @@ void add_fits(py::module_& module) {
       .def_property_readonly(
           "verdict",
           [](const FittedModel& self) { return in_words_of_python(self.convergence.verdict); })
+      .def_property_readonly(
+          "summary", [](const FittedModel& self) { return in_words_of_python(fit::summary(self)); })
       .def_property_readonly("has_doubts",
                              [](const FittedModel& self) { return self.convergence.has_doubts(); })
-      .def_property_readonly("evidence", &evidence_of)
-      .def_property_readonly("optima", &optima_of)
       .def_property_readonly("variance", &variance_of)
+      .def_property_readonly("correlation", &correlation_of)
       .def_property_readonly("columns", &columns_of)
-      .def_property_readonly("random_terms", &random_terms)
       .def_property_readonly("random_text", &random_text)
-      .def_property_readonly("sub_models", &sub_models_of)
       .def_property_readonly("parameter_values", &parameters_of)
-      .def_property_readonly("population",
-                             [](const FittedModel& self) { return statistics_of(self.population); })
-      .def_property_readonly(
-          "conditional", [](const FittedModel& self) { return statistics_of(self.conditional); })
       .def(
           "to_json",
           [](const FittedModel& self, int indent) { return fit::to_json(self, indent); },
@@ -260,13 +200,6 @@ void add_fits(py::module_& module) {
       .def("formula", [](const study::Catalogue& self, const std::string& id) {
         return self.find(id).formula;
       });
-  module.def("fit",
-             &fit_of,
-             py::arg("table"),
-             py::arg("catalogue").none(true),
-             py::arg("keywords"),
-             py::arg("trace"),
-             py::arg("listener"));
   module.def("uses", &uses);
   module.def("structure_names", &structure_names);
   module.def("with_computed", &with_computed);

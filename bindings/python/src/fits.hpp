@@ -17,20 +17,11 @@ inline FitPointer share(fit::FittedModel fit) {
   return std::make_shared<fit::FittedModel>(std::move(fit));
 }
 
-class Arguments;
-
-/// How to fit, by the arguments of fit() that nobody took yet.
-/// \throws UsageError for an unknown name or method, or a value of the wrong type
-fit::FitModelOptions fit_options(Arguments& arguments);
-
-/// r2, mean_error, rmse and mae.
-pybind11::dict statistics_of(const fit::FitStatistics& statistics);
-
-/// The class Fit with its values, JSON, and fit().
+/// The class Fit with its values and JSON, the catalogue, and the columns that texts read.
 void add_fits(pybind11::module_& module);
-/// Predictions, residuals and simulated responses.
-void add_predictions(pybind11::module_& module);
-/// Intervals, comparisons, the bootstrap and cross-validation.
-void add_inference(pybind11::module_& module);
+/// The analyses of libstudy by their names, and the class Library.
+void add_analyses(pybind11::module_& module);
+/// The lists of settings.
+void add_settings(pybind11::module_& module);
 
 }  // namespace silvafit::python

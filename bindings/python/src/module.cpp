@@ -4,7 +4,6 @@
 
 #include "errors.hpp"
 #include "fits.hpp"
-#include "studies.hpp"
 #include "tables.hpp"
 
 PYBIND11_MODULE(_core, module) {
@@ -13,9 +12,6 @@ PYBIND11_MODULE(_core, module) {
   add_errors(module);
   add_tables(module);
   add_fits(module);
-  add_predictions(module);
-  add_inference(module);
   add_settings(module);
-  add_studies(module);
-  add_trees(module);
+  add_analyses(module);
 }

@@ -10,8 +10,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "fits.hpp"
 #include "silvafit/study/setting_lists.hpp"
-#include "studies.hpp"
 
 namespace silvafit::python {
 namespace {

@@ -68,6 +68,18 @@ def test_values_have_the_shapes_and_names_of_pandas(mixed, stands):
     assert mixed.nobs == len(stands) and mixed.groups == {"plot": 32}
 
 
+def test_correlated_residuals(stands):
+    trees = stands.assign(order=stands.groupby("plot").cumcount())
+    fit = sf.fit(FORMULA, trees, random="a | plot", correlation="ar1(order)")
+    assert fit.correlation == "ar1(order)" and "Correlation" in str(fit.summary())
+    assert list(fit.variance_components.index) == ["sd(a)", "phi", "sigma"]
+    assert fit.loglik >= sf.fit(FORMULA, trees, random="a | plot").loglik
+    assert fit.update(correlation=None).correlation == "none"
+    assert sf.Fit.from_json(fit.to_json()).correlation == "ar1(order)"
+    with pytest.raises(sf.InputError, match="repeated"):
+        sf.fit(FORMULA, trees.assign(order=1), random="a | plot", correlation="car1(order)")
+
+
 def test_crossed_groups_are_a_dict_of_their_own(stands):
     years = stands.assign(year=[2000 + k % 5 for k in range(len(stands))])
     fit = sf.fit(FORMULA, years, random="a | plot + year")
@@ -272,9 +284,9 @@ def test_the_trace_has_a_line_for_each_iteration(stands, capsys):
 
 def test_summaries_say_what_the_fit_is(mixed):
     text = str(mixed.summary())
-    for part in ("a + b | plot", "power", "sd(a)", "Converged", "914"):
+    for part in ("a + b | plot", "power", "std. dev.", "Converged", "914"):
         assert part in text
-    assert "<table" in mixed._repr_html_() and "<table" in mixed.summary()._repr_html_()
+    assert "<pre>" in mixed._repr_html_() and "<pre>" in mixed.summary()._repr_html_()
     assert "a + b | plot" in repr(mixed)
 
 

@@ -22,6 +22,6 @@ def test_the_code_of_the_page_runs(source, monkeypatch, capsys):
         for block in blocks:
             exec(compile(block, "docs/python.md", "exec"), names)  # noqa: S102
     printed = capsys.readouterr().out
-    assert "Converged (converged)" in printed
+    assert "Converged after" in printed
     assert "h: " in printed and "above breast height" in printed
     matplotlib.pyplot.close("all")

@@ -142,18 +142,21 @@ def test_failures_leave_no_references(stands):
 
 
 def test_progress_is_told_and_an_error_in_it_ends_the_work(mixed):
-    from silvafit import _core
+    from silvafit._analysis import analysis
 
     told = []
-    keywords = {"replicates": 20, "threads": 2}
-    _core.bootstrap(mixed._core, mixed._frame.table, keywords, {}, lambda *message: told.append(message))
+
+    def bootstrap(replicates, listener):
+        analysis("bootstrap", mixed._frame.table, fits=[mixed._core], listener=listener, replicates=replicates, threads=2)
+
+    bootstrap(20, lambda *message: told.append(message))
     assert told and told[-1][0] == "progress" and told[-1][3] == 20
 
     def fails(*_):
         raise RuntimeError("no more")
 
     with pytest.raises(RuntimeError, match="no more"):
-        _core.bootstrap(mixed._core, mixed._frame.table, {"replicates": 5000}, {}, fails)
+        bootstrap(5000, fails)
 
 
 def test_progress_by_tqdm(mixed, capsys):

@@ -178,7 +178,7 @@ def test_a_study_writes_its_files_and_predicts(small, tmp_path):
     assert predicted.loc[trees, "h_pred"].to_numpy() == pytest.approx(fit.predict(small.loc[trees], level="population").to_numpy())
     again = pickle.loads(pickle.dumps(library))
     assert again.to_json() == library.to_json()
-    with pytest.raises(sf.InputError, match="colour"):
+    with pytest.raises(sf.UsageError, match="colour"):
         sf.study(small, colour="red")
 
 

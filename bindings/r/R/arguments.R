@@ -4,8 +4,7 @@
 # Arguments of nlme(), gnls(), lme() and lme4 that have another name in silvafit().
 renamed_arguments <- c(model = "formula", fixed = "parameters", params = "parameters", weights = "variance", REML = "reml", verbose = "trace")
 # Those that silvafit() does not have.
-absent_arguments <- c(correlation = "residuals are independent given the random effects; use nlme for serial or spatial correlation",
-                      naPattern = "use `subset`", keep.data = "a fit has its data", family = "the residuals are normal; use lme4::glmer()")
+absent_arguments <- c(naPattern = "use `subset`", keep.data = "a fit has its data", family = "the residuals are normal; use lme4::glmer()")
 
 # The arguments in `...` of silvafit() as its own, and `method = "REML"` and `control` of nlme.
 #

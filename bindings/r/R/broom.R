@@ -6,7 +6,9 @@
 #' Methods for \pkg{broom} and \pkg{broom.mixed}, whose generics are those of \pkg{generics}, and for \pkg{ggplot2}.
 #'
 #' @param x a fit of [silvafit()]
-#' @param effects `"fixed"` or `"ran_pars"` (standard deviations and correlations), or both
+#' @param effects one or several of `"fixed"`, `"ran_pars"` (standard deviations and correlations), `"ran_vals"` (the random effects of each group) and
+#'   `"ran_coefs"` (the coefficients of each group)
+#' @param conf.method `"wald"`, `"profile"` or `"boot"`, as in [confint.silvafit()]
 #' @param conf.int add Wald confidence intervals
 #' @param conf.level confidence level
 #' @param data,newdata data to augment; the data of the fit by default
@@ -24,10 +26,15 @@ NULL
 
 #' @rdname broom-methods
 #' @exportS3Method generics::tidy
-tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE, conf.level = 0.95, ...) {
+tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE, conf.level = 0.95, conf.method = "wald", ...) {
   no_further(list(...))
   check_flag(conf.int, "conf.int")
-  effects <- match.arg(effects, several.ok = TRUE)
+  effects <- match.arg(effects, c("fixed", "ran_pars", "ran_vals", "ran_coefs"), several.ok = TRUE)
+  of_groups <- intersect(effects, c("ran_vals", "ran_coefs"))
+  if (length(of_groups) > 0) {
+    if (conf.int || length(of_groups) < length(effects)) stop_usage("`effects` of groups have no intervals, and are a table of their own")
+    return(as_tibble_if_there(do.call(rbind, lapply(of_groups, tidy_groups, x = x))))
+  }
   table <- fixed_table(x)
   parts <- list()
   if ("fixed" %in% effects) {
@@ -44,18 +51,31 @@ tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE,
   result <- do.call(rbind, parts)
   row.names(result) <- NULL
   if (conf.int) {
-    intervals <- parameter_intervals(x, conf.level, "wald")
+    intervals <- parameter_intervals(x, conf.level, tolower(conf.method))
     at <- c(if ("fixed" %in% effects) match(rownames(table), intervals$name),
-            if ("ran_pars" %in% effects) which(intervals$kind %in% c("sd", "cor", "sigma"))[order_of_components(x, intervals)])
+            if ("ran_pars" %in% effects) which(intervals$kind %in% c("standard deviation", "correlation", "sigma"))[order_of_components(x, intervals)])
     result$conf.low <- intervals$lower[at]
     result$conf.high <- intervals$upper[at]
   }
   as_tibble_if_there(result)
 }
 
+# A row for each group and effect, or coefficient.
+tidy_groups <- function(x, kind) {
+  coefficients <- coef(x)
+  parts <- lapply(names(random_terms_of(x)), function(group) {
+    term <- random_terms_of(x)[[group]]
+    values <- if (kind == "ran_vals") term$modes else if (is.data.frame(coefficients)) coefficients else coefficients[[group]]
+    errors <- if (kind == "ran_vals" && !is.null(term$errors)) unlist(term$errors, use.names = FALSE) else NA_real_
+    data.frame(effect = kind, group = group, level = rep(rownames(values), ncol(values)), term = rep(names(values), each = nrow(values)),
+               estimate = unlist(values, use.names = FALSE), std.error = errors)
+  })
+  do.call(rbind, parts)
+}
+
 # The intervals of standard deviations and correlations in the order of as.data.frame(VarCorr(x)).
 order_of_components <- function(x, intervals) {
-  chosen <- intervals$kind %in% c("sd", "cor", "sigma")
+  chosen <- intervals$kind %in% c("standard deviation", "correlation", "sigma")
   names <- intervals$name[chosen]
   components <- as.data.frame(VarCorr(x))
   suffix <- if (length(grouping_counts(x)) > 1) paste0(" | ", components$grp) else ""

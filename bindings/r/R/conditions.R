@@ -58,6 +58,21 @@ in_words_of_r <- function(text) {
   text
 }
 
+# An analysis of the C++ libraries by its name (study/analyses.hpp).
+#
+# \param table    path, columns or NULL
+# \param objects  handles of fits, or that of a library
+# \param folder   with the catalogue and the pages, where they are needed
+# \return         list of tables (columns), rows, json, fits and notes
+analysis <- function(name, table = NULL, arguments = list(), objects = NULL, plots = NULL, progress = FALSE, folder = "") {
+  engine(.Call(C_analysis, name, table, plots, objects, arguments, folder, isTRUE(progress)))
+}
+
+# An analysis of a fit, by default with its own rows.
+analysis_of_fit <- function(name, object, arguments = list(), data = object$frame, progress = FALSE) {
+  analysis(name, if (!is.null(data)) plain_columns(data, names(data)), arguments, list(object$handle), progress = progress)
+}
+
 # The value of a C++ function, or its error as a condition.
 engine <- function(value) {
   if (!inherits(value, "silvafit_failure")) return(value)

@@ -12,7 +12,7 @@
 #' @param object a fit of [silvafit()]
 #' @param parm names or numbers of parameters; all if missing
 #' @param level confidence level
-#' @param method `"wald"` or `"profile"`
+#' @param method `"wald"`, `"profile"`, or `"boot"`: percentile intervals of [bootstrap()] with 500 replicates
 #' @param which `"all"`, `"var-cov"` or `"fixed"`
 #' @param threads number of threads; 0 means all cores
 #' @param ... no further arguments; unknown names stop
@@ -25,12 +25,12 @@
 #'                 random = Asym ~ 1 | Seed)
 #' confint(fit, c("Asym", "sigma"))
 #' intervals(fit)
-confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile"), threads = 1, ...) {
+confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile", "boot"), threads = 1, ...) {
   no_further(list(...), instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
-  if (identical(method, "boot")) stop_usage("use bootstrap() for intervals of a bootstrap")
   # lme4 writes "Wald".
   if (is.character(method)) method <- tolower(method)
-  result <- parameter_intervals(object, level, match.arg(method), threads)
+  method <- match.arg(method)
+  result <- if (method == "boot") bootstrap_intervals(object, level, threads) else parameter_intervals(object, level, method, threads)
   half <- (1 - level) / 2
   table <- cbind(result$lower, result$upper)
   dimnames(table) <- list(result$name, paste(format(100 * c(half, 1 - half), trim = TRUE, digits = 3), "%"))
@@ -60,14 +60,16 @@ print_notes <- function(notes) {
   cat("\n", paste(strwrap(texts, exdent = 2), collapse = "\n"), "\n", sep = "")
 }
 
+bootstrap_intervals <- function(object, level, threads) {
+  found <- bootstrap(object, level = level, threads = threads, progress = FALSE)$parameters
+  list(name = row.names(found), lower = found$percentile_lower, upper = found$percentile_upper, note = rep("", nrow(found)))
+}
+
 parameter_intervals <- function(object, level, method, threads = 1) {
   needs_data(object, "confidence intervals")
-  result <- engine(.Call(C_intervals_of_fit, object$handle, plain_columns(object$frame, names(object$frame)), list(method = method, level = level, threads = threads)))
+  result <- analysis_of_fit("intervals", object, list(method = method, level = level, threads = threads))$tables$parameters
   result$name <- r_names(object, result$name)
-  result$note <- r_names(object, in_words_of_r(result$note))
-  # NaN is a limit that is not known.
-  result$lower <- not_nan(result$lower)
-  result$upper <- not_nan(result$upper)
+  result$note <- r_names(object, result$note)
   result
 }
 
@@ -86,14 +88,14 @@ intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov",
   parts <- list()
   if (which != "var-cov") parts$fixed <- rows("fixed")
   if (which != "fixed") {
-    random <- rows(c("sd", "cor"))
+    random <- rows(c("standard deviation", "correlation"))
     if (nrow(random) > 0) {
       groups <- names(grouping_counts(object))
       # With two groupings, names end with "| group)".
       of_group <- if (length(groups) == 1) rep(groups, nrow(random)) else sub(".*\\| (.*)\\)$", "\\1", rownames(random))
       parts$reStruct <- lapply(split(seq_len(nrow(random)), factor(of_group, groups)), function(i) as.data.frame(random[i, , drop = FALSE]))
     }
-    if (any(result$kind == "variance")) parts$varStruct <- rows("variance")
+    if (any(result$kind == "variance function")) parts$varStruct <- rows("variance function")
     parts$sigma <- rows("sigma")[1, ]
   }
   shown <- result$note != "" & (which == "all" | (result$kind == "fixed") == (which == "fixed"))
@@ -164,86 +166,56 @@ anova.silvafit <- function(object, ..., type = c("sequential", "marginal"), Term
 }
 
 compared_fits <- function(fits, names) {
-  result <- engine(.Call(C_compare_fits, lapply(fits, `[[`, "handle")))
-  order <- c(unlist(result$order), unlist(result$failed))
+  result <- analysis("compare", objects = lapply(fits, `[[`, "handle"))
+  failed <- 1 + unlist(result$json$failed)
+  order <- c(1 + result$tables$fits$fit, failed)
   fits <- fits[order]
-  names <- names[order]
   value <- function(key) vapply(fits, function(fit) number_or_na(fit$fit[[key]]), 0)
   table <- data.frame(Model = seq_along(fits), df = value("k"), AIC = value("aic"), BIC = value("bic"), logLik = value("log_likelihood"),
-                      Test = "", L.Ratio = NA_real_, "p-value" = NA_real_, check.names = FALSE, row.names = make.unique(names))
-  notes <- character()
-  if (nzchar(result$reason)) notes <- c(notes, result$reason)
-  for (test in result$tests) {
-    pair <- paste(test$smaller, "vs", test$larger)
-    if (!is.null(test$reason)) {
-      notes <- c(notes, paste0(pair, ": ", test$reason))
-      next
-    }
-    table$Test[test$larger] <- pair
-    table$L.Ratio[test$larger] <- number_or_na(test$statistic)
-    table$`p-value`[test$larger] <- test$p
-    if (nzchar(test$note)) notes <- c(notes, paste0(pair, ": ", test$note))
-  }
-  if (length(result$failed) > 0) notes <- c(notes, paste("not converged:", paste(utils::tail(names, length(result$failed)), collapse = ", ")))
-  structure(table, heading = "Comparison of fits\n", notes = in_words_of_r(notes), class = c("anova.silvafit", "anova", "data.frame"))
+                      Test = "", L.Ratio = NA_real_, "p-value" = NA_real_, check.names = FALSE, row.names = make.unique(names[order]))
+  tests <- as.data.frame(result$tables$tests)
+  pair <- paste(1 + tests$smaller, "vs", 1 + tests$larger)
+  done <- !is.na(tests$df)
+  at <- 1 + tests$larger[done]
+  table$Test[at] <- pair[done]
+  table$L.Ratio[at] <- tests$statistic[done]
+  table$`p-value`[at] <- tests$p[done]
+  notes <- c(Filter(nzchar, result$json$reason), paste0(pair, ": ", tests$note)[nzchar(tests$note)],
+             if (length(failed) > 0) paste("not converged:", paste(names[failed], collapse = ", ")))
+  structure(table, heading = "Comparison of fits\n", notes = notes, class = c("anova.silvafit", "anova", "data.frame"))
 }
 
 wald_tests <- function(object, type = "marginal", chosen = NULL, L = NULL) {
-  table <- fixed_table(object)
-  estimated <- is.finite(table[, "Std.Error"])
-  table <- table[estimated, , drop = FALSE]
-  covariance <- vcov(object)[estimated, estimated, drop = FALSE]
-  term <- factor(term_names(object)[estimated], unique(term_names(object)[estimated]))
-  unit <- diag(nrow(table))
-  # Combinations that are not correlated: of a coefficient with those after it, so that it is tested given those before.
-  added <- chol(chol2inv(chol(covariance)))
-  test <- function(at, L) {
-    value <- L %*% table[, "Value"]
-    df <- min(table[at, "DF"])
-    F <- drop(crossprod(value, solve(L %*% covariance %*% t(L), value))) / nrow(L)
-    data.frame(numDF = nrow(L), denDF = df, "F-value" = F, "p-value" = stats::pf(F, nrow(L), df, lower.tail = FALSE), check.names = FALSE)
-  }
-  of_terms <- function(keys, rows) test(term %in% keys, rows[term %in% keys, , drop = FALSE])
+  tests <- function(...) analysis_of_fit("term_tests", object, list(...), NULL)$tables$terms
+  heading <- paste("Wald tests of the terms of each parameter, given", if (type == "marginal") "all others" else "those before")
   if (!is.null(L)) {
-    L <- matrix_of_combinations(L, rownames(table))
-    rows <- list(test(colSums(abs(L)) > 0, L))
+    found <- tests(combinations = matrix_of_combinations(L, fixed_table(object)))
+    heading <- "Wald test of linear combinations"
   } else if (!is.null(chosen)) {
-    rows <- list(of_terms(checked_terms(chosen, levels(term)), unit))
+    terms <- r_names(object, tests()$term)
+    at <- if (is.character(chosen)) match(chosen, terms) else match(chosen, seq_along(terms))
+    if (anyNA(at)) stop_usage("`Terms`: unknown term '", chosen[is.na(at)][1], "'; available: ", paste(terms, collapse = ", "))
+    found <- tests(terms = as.list(at - 1))
+    heading <- paste("Wald test of", paste(terms[at], collapse = ", "))
   } else {
-    rows <- lapply(levels(term), of_terms, if (type == "marginal") unit else added)
+    found <- tests(sequential = type == "sequential")
   }
-  result <- do.call(rbind, rows)
-  row.names(result) <- if (is.null(L) && is.null(chosen)) levels(term) else "combined"
-  heading <- if (!is.null(L)) "Wald test of linear combinations\n" else if (!is.null(chosen)) paste0("Wald test of ", paste(checked_terms(chosen, levels(term)), collapse = ", "), "\n")
-             else paste0("Wald tests of the terms of each parameter, ", if (type == "marginal") "given all others" else "given those before", "\n")
-  structure(result, heading = heading, class = c("anova.silvafit", "anova", "data.frame"))
+  result <- data.frame(numDF = found$df, denDF = found$df_denominator, "F-value" = found$statistic, "p-value" = found$p, check.names = FALSE,
+                       row.names = r_names(object, found$term))
+  structure(result, heading = paste0(heading, "\n"), class = c("anova.silvafit", "anova", "data.frame"))
 }
 
-checked_terms <- function(chosen, available) {
-  found <- if (is.character(chosen)) match(chosen, available) else match(chosen, seq_along(available))
-  if (anyNA(found)) stop_usage("`Terms`: unknown term '", chosen[is.na(found)][1], "'; available: ", paste(available, collapse = ", "))
-  available[found]
-}
-
-matrix_of_combinations <- function(L, coefficients) {
+# Rows of all coefficients; L has those that are estimated, or some by their names.
+matrix_of_combinations <- function(L, table) {
+  coefficients <- rownames(table)[is.finite(table[, "Std.Error"])]
   if (!is.numeric(L)) stop_usage("`L` has to be a numeric matrix or vector")
   if (!is.matrix(L)) L <- t(L)
   if (is.null(colnames(L)) && ncol(L) == length(coefficients)) colnames(L) <- coefficients
   unknown <- setdiff(colnames(L), coefficients)
   if (is.null(colnames(L)) || length(unknown) > 0) stop_usage("`L` needs a column for each coefficient, or columns with their names: ", paste(coefficients, collapse = ", "))
-  whole <- matrix(0, nrow(L), length(coefficients), dimnames = list(NULL, coefficients))
+  whole <- matrix(0, nrow(L), nrow(table), dimnames = list(NULL, rownames(table)))
   whole[, colnames(L)] <- L
   whole
-}
-
-# The coefficients of a factor are one term.
-term_names <- function(object) {
-  names <- names(object$fit$fixed)
-  for (factor in unlist(object$texts$factors)) {
-    pattern <- paste0("\\(", gsub(".", "\\.", name_text(factor), fixed = TRUE), " == (\"[^\"]*\"|'[^']*')\\)")
-    names <- gsub(pattern, factor, names)
-  }
-  r_names(object, names)
 }
 
 #' @export

@@ -231,7 +231,7 @@ extractAIC.silvafit <- function(fit, scale = 0, k = 2, ...) {
 #' @rdname likelihood
 #' @export
 formula.silvafit <- function(x, ...) {
-  no_further(list(...))
+  no_further(list(...), "env")
   x$formula
 }
 
@@ -276,8 +276,8 @@ response_values <- function(object) object$frame[[1]]
 #' @param level `"conditional"`, with the random effects of the groups, or `"population"`, with random effects 0; the numbers and names
 #'   of nlme are accepted: 0 or `"fixed"` is the population, the number of groupings or the name of the finest the conditional level. Several levels, as in
 #'   `level = 0:1`, give a matrix
-#' @param type `"response"`: y - fitted; `"pearson"`: divided by the residual standard deviation; `"normalized"`: the
-#'   same here, because residuals are independent given the random effects
+#' @param type `"response"`: y - fitted; `"pearson"`: divided by the residual standard deviation; `"normalized"`:
+#'   these, made independent by the correlation of the residuals if the fit has one
 #' @param asList as in nlme: a list with a vector for each group
 #' @param ... no further arguments; unknown names stop
 #' @return A vector with an element for each row that the fit uses; with `na.action = na.exclude`, for each row of the data.
@@ -291,6 +291,11 @@ residuals.silvafit <- function(object, level = "conditional", type = c("response
   no_further(list(...), instead = c(scaled = "use type = \"pearson\"", newdata = "residuals are those of the data of the fit"))
   needs_data(object, "residuals()")
   type <- match.arg(type)
+  if (type == "normalized" && !is.null(object$fit$correlation)) {
+    if (length(level) != 1 || level_word(object, level) != "conditional") stop_usage("normalized residuals of a fit with a correlation are conditional: omit `level`")
+    normalized <- analysis_of_fit("residuals", object, data = object$frame)$tables$rows$normalized
+    return(at_levels(object, level, asList, stats::naresid, "Normalized residuals", function(one) normalized))
+  }
   scale <- if (type == "response") 1 else object$residual_sd
   label <- c(response = "Residuals", pearson = "Standardized residuals", normalized = "Normalized residuals")[[type]]
   at_levels(object, level, asList, stats::naresid, label, function(one) (response_values(object) - fitted_at(object, one)) / scale)
@@ -471,18 +476,20 @@ with_data <- function(object, data) {
   data[[response$name]] <- if (is.null(response$values)) data[[response$name]] else response$values
   fit <- object$fit
   of_variance <- unlist(lapply(c(list(fit$variance), fit$variance$factors), function(one) c(one$of, one$strata)))
-  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), grouping_names(object), of_variance)), names(data))
+  columns <- intersect(unique(c(response$name, names(fit$ranges), names(fit$levels), grouping_names(object), of_variance, correlation_names(fit$correlation$structure))),
+                       names(data))
   frame <- data[columns]
-  result <- engine(.Call(C_rows_of_fit, object$handle, plain_columns(frame, columns)))
-  mae <- mean(abs(result$observed - result$population))
-  if (length(result$rows) != fit$n || !isTRUE(all.equal(mae, fit$statistics$population$mae, tolerance = 1e-6))) {
-    stop_input("`data` are not the data of the fit: they have ", length(result$rows), " complete rows with the mean absolute error ", signif(mae, 6),
+  found <- analysis_of_fit("residuals", object, data = frame)
+  result <- found$tables$rows
+  mae <- mean(abs(result$observed - result$fitted_population))
+  if (length(found$rows) != fit$n || !isTRUE(all.equal(mae, fit$statistics$population$mae, tolerance = 1e-6))) {
+    stop_input("`data` are not the data of the fit: they have ", length(found$rows), " complete rows with the mean absolute error ", signif(mae, 6),
                ", the fit has ", fit$n, " with ", signif(fit$statistics$population$mae, 6))
   }
-  object$frame <- rows_of(frame, result$rows)
+  object$frame <- rows_of(frame, found$rows)
   object$data <- given
-  object$rows <- result$rows
-  object$fitted_values <- result[c("population", "conditional")]
+  object$rows <- found$rows
+  object$fitted_values <- list(population = result$fitted_population, conditional = result$fitted_conditional)
   object$residual_sd <- result$residual_sd
   object
 }

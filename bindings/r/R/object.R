@@ -6,15 +6,15 @@ new_fit <- function(result, model, call, options, na.action) {
   omitted <- if (!is_complete) setdiff(seq_len(nrow(model$frame)), result$rows)
   structure(
     list(call = call, formula = model$formula, texts = model$texts, labels = model$labels,
-         contrasts = model$contrasts, handle = result$model$handle, fit = in_order_of_levels(result$model$fit, model$frame),
+         contrasts = model$contrasts, handle = result$fits[[1]]$handle, fit = in_order_of_levels(result$fits[[1]]$fit, model$frame),
          frame = rows_of(model$frame, if (!is_complete) result$rows),
          na.action = if (length(omitted) > 0) {
            structure(omitted, names = row.names(model$frame)[omitted], class = na.action)
          },
-         fitted_values = list(population = result$population, conditional = result$conditional),
+         fitted_values = result$tables$rows[c("population", "conditional")],
          # For refits to other data.
-         options = options[c("hold", "lower", "upper", "maximum_iterations")],
-         residual_sd = result$residual_sd, cpu_seconds = result$cpu_seconds),
+         options = options[c("hold", "bounds", "maximum_iterations")],
+         residual_sd = result$tables$rows$residual_sd, cpu_seconds = result$json$cpu_seconds),
     class = "silvafit")
 }
 
@@ -74,11 +74,8 @@ fixed_table <- function(object) {
 # \return  a list with an entry for each grouping, the coarser first: group (column), effects (names),
 #          form, covariance, modes and their standard errors (a row for each group)
 random_terms_of <- function(object) {
-  stored <- object$fit$random
-  if (length(stored) == 0) return(list())
-  # Schema 2 has a list of terms; schema 1 one object whose element `outer` is the coarser grouping.
-  terms <- if (is.null(names(stored))) stored else if (is.null(stored$outer)) list(stored) else list(stored$outer, stored)
-  result <- lapply(terms, function(term) {
+  if (length(object$fit$random) == 0) return(list())
+  result <- lapply(object$fit$random, function(term) {
     effects <- r_names(object, term$effects)
     list(group = paste(c(unlist(term$within), term$group), collapse = ":"), effects = effects, form = term$form,
          covariance = matrix_of(term$covariance, effects),
@@ -92,7 +89,7 @@ random_terms_of <- function(object) {
 # Whether groupings are crossed or have more than two levels.
 is_crossed <- function(object) {
   terms <- object$fit$random
-  is.null(names(terms)) && length(terms) > 0 && "within" %in% names(terms[[1]])
+  length(terms) > 0 && "within" %in% names(terms[[1]])
 }
 
 # The columns of all groupings.

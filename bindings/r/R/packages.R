@@ -252,3 +252,92 @@ get_vcov.silvafit <- function(model, vcov = NULL, ...) if (is.matrix(vcov)) vcov
 get_predict.silvafit <- function(model, newdata = model$frame, type = "response", ...) {
   data.frame(rowid = seq_len(nrow(newdata)), estimate = as.vector(stats::predict(model, newdata, level = "population")))
 }
+
+#' @rdname performance-methods
+#' @param name element of the fit: `"theta"`, `"lower"`, `"beta"`, `"sigma"`, `"y"`, `"n"`, `"p"`, `"q"`, `"cnms"`, `"flist"`, `"l_i"` or `"n_rtrms"`, or several
+#' @details `getME()` has the elements of \pkg{lme4} that such fits have, so that [lme4::isSingular()] works, too.
+#' @method getME silvafit
+#' @exportS3Method lme4::getME
+getME.silvafit <- function(object, name, ...) {
+  no_further(list(...))
+  terms <- random_terms_of(object)
+  of_factor <- function(value) unname(unlist(lapply(terms, function(term) value(lower_factor(term$covariance) / sigma(object)))))
+  triangle <- function(values) values[lower.tri(values, diag = TRUE)]
+  elements <- list(theta = of_factor(triangle), lower = of_factor(function(factor) triangle(ifelse(diag(nrow(factor)) == 1, 0, -Inf))), beta = unname(fixef(object)),
+                   fixef = fixef(object), sigma = sigma(object), y = response_values(object), n = nobs(object), p = length(fixef(object)),
+                   q = sum(vapply(terms, function(term) length(unlist(term$modes)), 0L)), cnms = lapply(terms, `[[`, "effects"), l_i = unname(grouping_counts(object)),
+                   n_rtrms = length(terms), flist = if (!is.null(object$frame) && has_random(object)) as.list(group_frame(object)))
+  if (!all(name %in% names(elements))) stop_unknown(setdiff(name, names(elements))[1], names(elements), "getME() of such a fit has no element")
+  if (length(name) == 1) elements[[name]] else elements[name]
+}
+
+# The Cholesky factor of a covariance matrix, which may be singular.
+lower_factor <- function(covariance) {
+  factor <- 0 * covariance
+  for (j in seq_len(nrow(covariance))) {
+    before <- seq_len(j - 1)
+    factor[j, j] <- sqrt(max(0, covariance[j, j] - sum(factor[j, before]^2)))
+    for (i in seq_len(nrow(covariance))[-seq_len(j)]) {
+      if (factor[j, j] > 0) factor[i, j] <- (covariance[i, j] - sum(factor[i, before] * factor[j, before])) / factor[j, j]
+    }
+  }
+  factor
+}
+
+#' @rdname performance-methods
+#' @param newresp new responses of the rows of the fit
+#' @details `refit()` fits to new responses, such as those of [simulate.silvafit()]; `refitML()` without restricted likelihood.
+#' @method refit silvafit
+#' @exportS3Method lme4::refit
+refit.silvafit <- function(object, newresp = NULL, ...) {
+  no_further(list(...), "newresp")
+  needs_call(object, "refit()")
+  response <- object$formula[[2]]
+  if (!is.name(response)) stop_usage("the left side ", deparse1(response), " is not a column; use update(fit, data = ...)")
+  data <- getData.silvafit(object)
+  if (!is.null(newresp)) data[[as.character(response)]] <- if (is.data.frame(newresp)) newresp[[1]] else as.vector(newresp)
+  stats::update(object, data = data, subset = NULL)
+}
+
+#' @rdname performance-methods
+#' @method refitML silvafit
+#' @exportS3Method lme4::refitML
+refitML.silvafit <- function(x, ...) if (isTRUE(x$fit$reml)) stats::update(x, reml = FALSE) else x
+
+#' @rdname performance-methods
+#' @method isLMM silvafit
+#' @exportS3Method lme4::isLMM
+isLMM.silvafit <- function(x, ...) FALSE
+
+#' @rdname performance-methods
+#' @method isGLMM silvafit
+#' @exportS3Method lme4::isGLMM
+isGLMM.silvafit <- isLMM.silvafit
+
+#' @rdname performance-methods
+#' @method isNLMM silvafit
+#' @exportS3Method lme4::isNLMM
+isNLMM.silvafit <- function(x, ...) has_random(x)
+
+#' @rdname performance-methods
+#' @param mod a fit of [silvafit()]
+#' @details For \pkg{car}: `Anova()` has the Wald tests of [anova.silvafit()], given all other terms; `linearHypothesis()` and `deltaMethod()` are those of the
+#'   fixed effects.
+#' @method Anova silvafit
+#' @exportS3Method car::Anova
+Anova.silvafit <- function(mod, ...) {
+  no_further(list(...), c("type", "test.statistic"))
+  anova.silvafit(mod, type = "marginal")
+}
+
+#' @rdname performance-methods
+#' @method linearHypothesis silvafit
+#' @exportS3Method car::linearHypothesis
+linearHypothesis.silvafit <- function(model, ...) {
+  utils::getS3method("linearHypothesis", "default", envir = asNamespace("car"))(model, ..., vcov. = vcov.silvafit(model), coef. = fixef(model), suppress.vcov.msg = TRUE)
+}
+
+#' @rdname performance-methods
+#' @method deltaMethod silvafit
+#' @exportS3Method car::deltaMethod
+deltaMethod.silvafit <- function(object, ...) car::deltaMethod(fixef(object), ..., vcov. = vcov.silvafit(object))

@@ -71,7 +71,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   settings <- list(level = level, new_groups = new_groups, seen_groups = seen_groups,
                    coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
                    standard_errors = se.fit, threads = threads)
-  result <- engine(.Call(C_predict_fit, object$handle, plain_columns(newdata, names(newdata)), settings))
+  result <- analysis_of_fit("predict", object, settings, newdata)$tables$rows
   if (says_new) tell_new_groups(object, newdata, settings$level, result)
   predicted(result, row.names(newdata), interval, se.fit, level, na.action)
 }
@@ -106,17 +106,17 @@ tell_new_groups <- function(object, newdata, level, result) {
 new_group_label <- "\u0001"
 
 predicted <- function(result, names, interval, se.fit, level, na.action) {
-  value <- not_nan(result$value)
+  value <- result$value
   if (identical(na.action, stats::na.fail) && anyNA(value)) stop_input("row ", names[is.na(value)][1], " has no prediction because of missing values or a new level")
   if (interval == "none" && !se.fit) {
     output <- stats::setNames(value, names)
   } else {
     output <- data.frame(fit = value, row.names = names)
     if (interval != "none") {
-      output$lwr <- not_nan(result$lower)
-      output$upr <- not_nan(result$upper)
+      output$lwr <- result$lower
+      output$upr <- result$upper
     }
-    if (se.fit) output$se.fit <- not_nan(if (interval == "prediction") result$prediction_error else result$mean_error)
+    if (se.fit) output$se.fit <- result$standard_error
   }
   measured <- result$calibrated_from
   if (identical(na.action, stats::na.omit)) {
@@ -126,11 +126,6 @@ predicted <- function(result, names, interval, se.fit, level, na.action) {
   }
   if (level == "calibrated" && length(measured) > 0) attr(output, "measured") <- ifelse(measured < 0, NA_integer_, as.integer(measured))
   output
-}
-
-not_nan <- function(values) {
-  values[is.nan(values)] <- NA_real_
-  values
 }
 
 # Several levels of nlme beside each other.
@@ -205,9 +200,9 @@ simulate.silvafit <- function(object, nsim = 1, seed = NULL, ...) {
   check_count(nsim, "nsim", 1)
   if (is.null(seed)) seed <- sample.int(.Machine$integer.max, 1)
   check_count(seed, "seed")
-  result <- engine(.Call(C_simulate_fit, object$handle, plain_columns(object$frame, names(object$frame)), nsim, seed))
+  result <- analysis_of_fit("simulate", object, list(count = nsim, seed = seed))
   frame <- as.data.frame(matrix(NA_real_, nrow(object$frame), nsim), row.names = row.names(object$frame))
-  frame[result$rows, ] <- result$values
+  frame[result$rows, ] <- result$tables$rows
   names(frame) <- paste0("sim_", seq_len(nsim))
   attr(frame, "seed") <- seed
   frame

@@ -23,18 +23,14 @@
 bootstrap <- function(object, replicates = 500, resample = c("parametric", "cases"), level = 0.95, seed = 1, group = "", threads = 0,
                       progress = interactive()) {
   needs_data(object, "bootstrap()")
-  settings <- list(refit = object$options, replicates = replicates, resample = match.arg(resample), level = level, seed = seed, group = group,
-                   threads = threads, progress = progress)
-  result <- engine(.Call(C_bootstrap_fit, object$handle, plain_columns(object$frame, names(object$frame)), settings))
-  names <- r_names(object, result$parameters$name)
-  result$parameters <- data.frame(lapply(result$parameters[-1], not_nan), row.names = names)
-  result$values <- not_nan(result$values)
-  colnames(result$values) <- names
-  for (kind in c("failures", "boundary")) {
-    result[[kind]]$reason <- r_names(object, in_words_of_r(as.character(result[[kind]]$reason)))
-    result[[kind]] <- as.data.frame(result[[kind]])
-  }
-  structure(c(result, resample = settings$resample, level = level, seed = seed), class = "silvafit_bootstrap")
+  settings <- list(refit = object$options, replicates = replicates, resample = match.arg(resample), level = level, seed = seed, group = group, threads = threads)
+  found <- analysis_of_fit("bootstrap", object, settings, progress = progress)
+  tables <- lapply(found$tables[c("parameters", "failures", "boundary")], as.data.frame)
+  for (kind in c("failures", "boundary")) tables[[kind]]$reason <- r_names(object, tables[[kind]]$reason)
+  names <- r_names(object, tables$parameters$name)
+  tables$parameters <- data.frame(tables$parameters[-1], row.names = names)
+  values <- matrix(unlist(found$tables$values), ncol = length(names), dimnames = list(NULL, names))
+  structure(c(tables, list(values = values), found$json, settings[c("resample", "level", "seed")]), class = "silvafit_bootstrap")
 }
 
 #' @export
@@ -67,15 +63,15 @@ print.silvafit_bootstrap <- function(x, digits = 4, ...) {
 #' attr(cross_validate(fit, 5, threads = 1), "population")
 cross_validate <- function(object, folds = 10, group = "", measured = 0, seed = 1, threads = 0, progress = interactive()) {
   needs_data(object, "cross_validate()")
-  settings <- list(refit = object$options, folds = folds, group = group, measured = measured, seed = seed, threads = threads, progress = progress)
-  result <- engine(.Call(C_cross_validate_fit, object$handle, plain_columns(object$frame, names(object$frame)), settings))
-  table <- data.frame(fold = result$fold, observed = result$observed, predicted = not_nan(result$predicted), row.names = row.names(object$frame)[result$rows])
-  if (measured > 0) table$calibrated <- not_nan(result$calibrated)
+  settings <- list(refit = object$options, folds = folds, group = group, measured = measured, seed = seed, threads = threads)
+  result <- analysis_of_fit("cross_validate", object, settings, progress = progress)
+  table <- data.frame(result$tables$rows, row.names = row.names(object$frame)[result$rows])
+  table$fold <- as.integer(table$fold) + 1L
   table <- table[order(result$rows), , drop = FALSE]
   statistics <- function(values) vapply(values, number_or_na, 0)
-  attr(table, "population") <- statistics(result$population)
-  if (measured > 0) attr(table, "calibrated") <- statistics(result$calibrated_statistics)
-  attr(table, "mean_log_density") <- result$mean_log_density
-  attr(table, "failed") <- result$failed
+  attr(table, "population") <- statistics(result$json$population)
+  if (measured > 0) attr(table, "calibrated") <- statistics(result$json$calibrated$statistics)
+  attr(table, "mean_log_density") <- number_or_na(result$json$mean_log_density)
+  attr(table, "failed") <- lapply(result$json$failed, function(fold) list(groups = fold$groups, message = fold$verdict))
   table
 }

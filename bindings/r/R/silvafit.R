@@ -48,6 +48,8 @@
 #' @param variance variance function of the residuals: an object of nlme such as `varPower(form = ~ dbh)`, or a text:
 #'   `"power"`, `"exponential"`, `"constant-plus-power"`, `"power(dbh)"`, `"power(fitted | species)"`,
 #'   `"stratum(species)"`, products with `*`
+#' @param correlation correlation of the residuals within groups: an object of nlme such as `corAR1(form = ~ year | plot)`, or a text: `"ar1(year | plot)"`, `"car1(age)"`,
+#'   `"arma(1, 1)"`, `"compound-symmetry"`, `"symmetric"`, `"exponential(x, y; nugget)"`, `"gaussian"`, `"spherical"`, `"rational-quadratic"`, `"linear"`
 #' @param method `"lb"`, `"laplace"`, `"focei"`, `"foce"`, `"agq"`, `"gnls"` or `"ols"`; or `"ML"` or `"REML"` of nlme
 #' @param reml restricted maximum likelihood, for `"lb"` and `"gnls"`
 #' @param start named vector of start values, never needed; they are tried in addition to those that are found. Without names they have the order of
@@ -74,7 +76,7 @@
 #' summary(fit)
 #' predict(fit, data.frame(age = c(5, 15)), level = "population", interval = "confidence")
 silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = NULL, covariance = NULL,
-                     variance = NULL, method = NULL, reml = FALSE, start = NULL, hold = NULL, lower = NULL,
+                     variance = NULL, correlation = NULL, method = NULL, reml = FALSE, start = NULL, hold = NULL, lower = NULL,
                      upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, starts = 0,
                      agq_points = 7, max_iterations = 200, threads = 1, trace = FALSE, ...) {
   call <- match.call()
@@ -103,17 +105,16 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   data <- check_data(data)
   rows <- subset_rows(substitute(subset), data, parent.frame())
   if (!is.null(call$subset)) call$subset <- with_values(substitute(subset), data, parent.frame())
-  model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, contrasts)
-  if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
+  model <- model_texts(formula, rows_of(data, rows), parameters, random, groups, covariance, variance, correlation, contrasts)
+  if (is.null(method) && isTRUE(reml) && model$texts$random == "" && model$texts$variance == "" && model$texts$correlation == "" && !has_bar_summand(formula[[3]])) method <- "gnls"
   options <- list(method = method, reml = reml, start = engine_names(start, model, "start"), hold = engine_names(hold, model, "hold"),
-                  lower = engine_names(lower, model, "lower"), upper = engine_names(upper, model, "upper"), starts = starts,
+                  bounds = bounds_of(engine_names(lower, model, "lower"), engine_names(upper, model, "upper")), starts = starts,
                   agq_points = agq_points, maximum_iterations = max_iterations, threads = threads, trace = trace)
   frame <- model$frame
   omit <- check_missing(frame, na.action)
   # The domain of a model of the catalogue may have a condition on these.
   columns <- c(frame, if (!is.null(id)) rows_of(data, rows)[setdiff(intersect(c("dbh", "h"), names(data)), names(frame))])
-  texts <- c(model$texts, if (!is.null(id)) list(model = id, data_folder = data_folder()))
-  result <- engine(.Call(C_fit_model, plain_columns(columns, names(columns)), texts, options))
+  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id), options), folder = if (is.null(id)) "" else data_folder())
   object <- new_fit(result, model, call, options, na.action = omit)
   # What update() and getData() need: the values of the call, and the data with all columns.
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))
@@ -159,7 +160,7 @@ subset_rows <- function(condition, data, frame) {
 }
 
 # The model as the C++ libraries read it, and the columns that it needs.
-model_texts <- function(formula, data, parameters, random, groups, covariance, variance, contrasts) {
+model_texts <- function(formula, data, parameters, random, groups, covariance, variance, correlation, contrasts) {
   response <- response_of(formula, data)
   if (!response$name %in% names(data)) data[[response$name]] <- response$values
   right <- without_data_pronouns(formula[[3]], data)
@@ -172,13 +173,14 @@ model_texts <- function(formula, data, parameters, random, groups, covariance, v
   subs <- sub_models(formulas, used, contrasts)
   effects <- random_effects(random, groups, used, contrasts)
   variance <- variance_text(variance)
+  correlation <- correlation_text(correlation, effects$groups)
   right <- with_offsets(right, subs$offsets)
-  columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance)), names(data))))
+  columns <- unique(c(response$name, intersect(c(needed, effects$groups, variance_names(variance), correlation_names(correlation)), names(data))))
   labels <- subs$labels
   list(formula = formula, frame = data[columns], labels = labels, coefficients = subs$coefficients, contrasts = contrasts, response = formula[[2]],
        texts = list(formula = paste(name_text(response$name), "~", right_side_text(right)), parameters = subs$texts,
                     factors = subs$factors, columns = names(data), random = effects$text, covariance = if (is.null(covariance)) effects$covariance else covariance,
-                    variance = variance))
+                    variance = variance, correlation = correlation))
 }
 
 check_contrasts <- function(contrasts) {
@@ -235,6 +237,14 @@ check_missing <- function(frame, na.action) {
     stop_input("column '", column, "' has missing values; use na.action = na.omit, or remove the rows", column = column)
   }
   if (is_it("na.exclude")) "exclude" else "omit"
+}
+
+# Both ends of each bound; NULL is an open one.
+bounds_of <- function(lower, upper) {
+  names <- union(names(lower), names(upper))
+  if (length(names) == 0) return(NULL)
+  end <- function(values, name) if (name %in% names(values)) values[[name]]
+  stats::setNames(lapply(names, function(name) list(end(lower, name), end(upper, name))), names)
 }
 
 # Names of coefficients as the C++ libraries have them.

@@ -63,35 +63,34 @@ setting_sections <- function() {
   }, "")
 }
 
-# The settings of a call as the C++ libraries take them: the arguments of the caller that have a value, and those in its dots.
+# An analysis by the settings of a call: the arguments of the caller, and those in its dots.
 #
-# \param lists  settings that the dots may have
+# \param lists  settings that the analysis has
 # \param own    values of arguments that are given in another form, by name
-settings_of_call <- function(lists, own = list(), instead = character()) {
+# \param given  names of the arguments that count, if those with default values do not
+analysis_of_call <- function(name, table, lists, own = list(), instead = character(), library = NULL, given = NULL) {
   frame <- parent.frame()
   formal <- formals(sys.function(sys.parent()))
   further <- eval(quote(list(...)), frame)
+  known <- setting_list(lists)$name
   # The scene of grow_trees() is its argument `file`.
-  no_further(further, setdiff(setting_list(lists)$name, "scene"), instead, formal)
-  settings <- c(mget(setdiff(names(formal), c("trees", "object", "newdata", "out", "file", "...", names(own))), frame), further)
+  no_further(further, setdiff(known, "scene"), instead, formal)
+  settings <- c(mget(intersect(names(formal), c(known, "threads", "seed")), frame), further)
   settings[names(own)] <- own
+  if (!is.null(given)) settings <- settings[intersect(names(settings), c(given, names(own), "threads"))]
   if (!is.null(settings$circle)) {
     if (!is.numeric(settings$circle) || length(settings$circle) != 3) stop_usage("`circle` has to be c(x, y, radius)")
     settings$circle <- paste(vapply(settings$circle, number_text, ""), collapse = ",")
   }
-  for (name in intersect(c("columns", "plots_columns", "alpha", "circles", "equations"), names(settings))) settings[[name]] <- named_texts(settings[[name]])
-  if (!is.null(settings$plots)) settings$plots <- if ("sampling" %in% lists) tree_source(settings$plots) else as.character(settings$plots)
-  c(settings[names(settings) != "window"], window_arguments(settings$window), list(data_folder = data_folder()))
+  plots <- if ("sampling" %in% lists && is.data.frame(settings$plots)) tree_source(settings$plots)
+  if (!is.null(plots)) settings$plots <- NULL
+  settings <- c(settings[names(settings) != "window"], window_arguments(settings$window))
+  result <- analysis(name, tree_source(table), settings, library, plots, frame$progress, data_folder())
+  tell_notes(result$notes)
+  result
 }
 
-# c("jenkins-pine", B = "taper") and c(72, SM = 60) as texts name=value.
-named_texts <- function(values) {
-  if (is.null(values)) return(NULL)
-  texts <- if (is.numeric(values)) vapply(values, number_text, "") else as.character(values)
-  if (is.null(names(values))) texts else ifelse(names(values) == "", texts, paste0(names(values), "=", texts))
-}
-
-# Polygons of sf as lists of rings.
+# Polygons of sf as lists of rings, which are matrices.
 window_arguments <- function(window) {
   if (is.null(window)) return(list())
   if (is.character(window)) {
@@ -105,7 +104,7 @@ window_arguments <- function(window) {
   polygons <- lapply(geometry, rings_of)
   # Polygons of one plot, or of the stand, are one window.
   keys <- if (is.null(plots)) rep("", length(polygons)) else plots
-  list(windows = lapply(unique(keys), function(key) do.call(c, polygons[keys == key])), window_plots = if (!is.null(plots)) unique(keys))
+  list(windows = lapply(unique(keys), function(key) list(plot = if (!is.null(plots)) key, polygons = do.call(c, polygons[keys == key]))))
 }
 
 rings_of <- function(geometry) {
@@ -150,10 +149,8 @@ has_values <- function(column, values) {
 #' units
 structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL,
                              dead = "leave-out", trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  settings <- settings_of_call(c("reading", "units", "sampling"))
-  result <- engine(.Call(C_structural_units, tree_source(trees), settings))
-  tell_notes(result$notes)
-  table <- as.data.frame(result$table, check.names = FALSE)
+  result <- analysis_of_call("structural_units", trees, c("reading", "units", "sampling"))
+  table <- as.data.frame(result$tables$units, check.names = FALSE)
   if (!is.character(trees)) {
     new <- names(table)[seq(match("core", names(table)), ncol(table))]
     table <- with_columns(trees, lapply(table[new], function(values) {
@@ -162,7 +159,7 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
       column
     }), "trees")
   }
-  attr(table, "summary") <- result$summary
+  attr(table, "summary") <- result$json
   table
 }
 
@@ -180,12 +177,10 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 stand_summary <- function(trees, window = NULL, plot_area = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL,
                           circle = NULL, class_width = 4, dominant_trees = 100, stratum = "", stratum_areas = NULL, dead = "leave-out",
                           trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  stand_tables(C_stand_summary, trees, settings_of_call(c("reading", "units", "sampling", "stand", "equations")))
+  stand_tables(analysis_of_call("stand_summary", trees, c("reading", "units", "sampling", "stand", "equations")))
 }
 
-stand_tables <- function(entry, trees, settings) {
-  result <- engine(.Call(entry, tree_source(trees), settings))
-  tell_notes(result$notes)
+stand_tables <- function(result) {
   structure(lapply(result$tables, as.data.frame, check.names = FALSE), json = result$json, class = "silvafit_stand")
 }
 
@@ -204,7 +199,7 @@ stand_tables <- function(entry, trees, settings) {
 #' stand_growth(trees, plot_area = 400)$growth_trees
 stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL, circle = NULL, stratum = "", stratum_areas = NULL,
                          trust_units = FALSE, threads = 0, progress = interactive(), ...) {
-  stand_tables(C_stand_growth, trees, settings_of_call(c("reading", "units", "sampling", "stand", "equations")))
+  stand_tables(analysis_of_call("stand_growth", trees, c("reading", "units", "sampling", "stand", "equations")))
 }
 
 #' @export
@@ -229,8 +224,8 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' @inheritParams inventory-arguments
 #' @eval setting_params("imputation")
 #' @param ... further [settings] of the table
-#' @return `trees` with the response filled in and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level` (plot, stand, population)
-#'   and `RESPONSE_flag`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
+#' @return `trees` with the response filled in, under its name in `trees`, and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level`
+#'   (plot, stand, population) and `RESPONSE_flag`, and with `coverage` the limits `RESPONSE_lower` and `RESPONSE_upper`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
 #' @export
 #' @examples
 #' trees <- as.data.frame(Loblolly)
@@ -239,15 +234,15 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' filled <- impute(trees, "h", formula = h ~ 1.3 + a * (1 - exp(-b * dbh)), trust_units = TRUE)
 #' head(filled)
 impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 30, formula = NULL, models = NULL, random = "", variance = NULL, method = "",
-                   add_residual = FALSE, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
+                   add_residual = FALSE, coverage = NULL, seed = 1, columns = NULL, dead = NULL, trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   if (inherits(formula, "formula")) formula <- paste(expression_text(formula[[2]]), "~", expression_text(formula[[3]]))
-  settings <- settings_of_call("reading", list(formula = formula, variance = variance_text(variance)))
-  result <- engine(.Call(C_impute_table, tree_source(trees), settings))
-  tell_notes(c(result$notes, result$sentences))
+  result <- analysis_of_call("impute", trees, c("reading", "imputation"), list(formula = formula, variance = variance_text(variance)))
+  tell_notes(result$json$sentences)
   filled <- if (is.character(trees)) utils::read.csv(trees, check.names = FALSE) else trees
-  for (name in names(result$columns)) {
-    if (length(result$columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
-    filled[[name]] <- result$columns[[name]]
+  columns <- result$tables$columns
+  for (name in names(columns)) {
+    if (length(columns[[name]]) != nrow(filled)) stop_input("the imputed rows are not those of `trees`")
+    filled[[name]] <- columns[[name]]
   }
   attr(filled, "models") <- lapply(result$fits, stored_fit, call = match.call())
   filled
@@ -262,7 +257,8 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #' @param out folder for the results
 #' @param config path of a study.json (`silvafit study --init`); arguments of the call have priority over it
 #' @param ... further [settings] of the models, the table, structural units and sampled plots, such as `candidates = list(h = c("M4", "h ~ 1.3 + a*dbh^b"))`
-#' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `notes`; the paths `out` and `report`.
+#' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `predictions`, the inventory with those of the
+#'   chosen models; `notes`; the paths `out` and `report`.
 #'   `read_library(study)` has its models.
 #' @export
 #' @examples
@@ -279,11 +275,11 @@ fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"
                       minimum_trees = 100, window = NULL, edge = "buffer", buffer = 5, per = "plot", neighbors = 4, columns = NULL, circle = NULL, dead = "leave-out",
                       trust_units = FALSE, config = NULL, threads = 0, progress = interactive(), ...) {
   if (missing(out)) stop_usage("`out` is missing: the folder for the results")
-  settings <- settings_of_call(c("reading", "rows", "units", "sampling", "study"), list(given = names(match.call()), out = path.expand(out)))
-  result <- engine(.Call(C_study_of, tree_source(trees), settings))
-  tell_notes(result$notes)
-  structure(list(results = study_results(result$summary$results), out = result$summary$out, report = result$summary$report, fits = result$summary$fits,
-                 notes = result$notes), class = "silvafit_study")
+  own <- list(config = config, out = path.expand(out), call = "silvafit::fit_study()")
+  result <- analysis_of_call("study", trees, c("reading", "rows", "units", "sampling", "study"), own, given = if (!is.null(config)) names(match.call()))
+  summary <- result$json
+  structure(list(results = study_results(summary$results), predictions = as.data.frame(result$tables$predictions, check.names = FALSE), out = summary$out,
+                 report = summary$report, fits = summary$fits, notes = result$notes), class = "silvafit_study")
 }
 
 study_results <- function(results) {
@@ -291,8 +287,8 @@ study_results <- function(results) {
     text <- function(key) if (is.null(one[[key]])) NA_character_ else paste(one[[key]], collapse = "; ")
     data.frame(species = text("species"), response = text("response"), n = one$n, model = text("model"), formula = text("formula"), covariates = text("covariates"),
                random = text("random"), variance = text("variance"), r2_ols = number_or_na(one$r2_ols), r2_nlme = number_or_na(one$r2_nlme),
-               converged = one$converged, sound = one$sound, doubts = in_words_of_r(paste(unlist(one$doubts), collapse = " ")),
-               message = in_words_of_r(text("verdict")))
+               converged = one$converged, sound = one$sound, doubts = paste(unlist(one$doubts), collapse = " "),
+               message = text("verdict"))
   })
   do.call(rbind, rows)
 }
@@ -360,11 +356,9 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
                                      trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   interval <- match.arg(interval)
   has_interval <- interval != "none"
-  settings <- settings_of_call("reading", list(interval = if (has_interval) interval else "prediction", coverage = if (has_interval) coverage,
-                                               standard_errors = se.fit), c(conf.level = "use coverage"))
-  result <- engine(.Call(C_predict_library, object$handle, tree_source(newdata), settings))
-  tell_notes(result$notes)
-  predicted <- as.data.frame(result$columns, check.names = FALSE)
+  own <- list(interval = if (has_interval) interval else "prediction", coverage = if (has_interval) coverage, standard_errors = se.fit)
+  result <- analysis_of_call("predict_library", newdata, c("reading", "predictions", "equations"), own, c(conf.level = "use coverage"), object$handle)
+  predicted <- as.data.frame(result$tables$columns, check.names = FALSE)
   table <- if (is.character(newdata)) utils::read.csv(newdata, check.names = FALSE) else newdata
   if (nrow(table) != nrow(predicted)) stop_input("the predicted rows are not those of `newdata`")
   with_columns(table, predicted, "newdata")
@@ -386,9 +380,7 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "segment", preset = "", lod = 0, share = FALSE, seed = 1, columns = NULL,
                        trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   if (missing(file) && is.null(list(...)$out)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
-  settings <- settings_of_call(c("reading", "grow"), list(scene = if (!missing(file)) path.expand(file)))
-  result <- engine(.Call(C_grow_trees, tree_source(trees), settings))
-  tell_notes(c(result$notes, result$left_out))
+  result <- analysis_of_call("grow", trees, c("reading", "grow"), list(scene = if (!missing(file)) path.expand(file)))
   invisible(grown_trees(result$json))
 }
 
@@ -420,9 +412,7 @@ grown_trees <- function(json) {
 view_stand <- function(trees, file = tempfile("stand", fileext = ".html"), title = "Stand", plots = NULL, seed = 1, columns = NULL, trust_units = FALSE,
                        open = interactive(), threads = 0, progress = interactive(), ...) {
   if (inherits(trees, "silvafit_study")) trees <- trees$out
-  settings <- settings_of_call(c("reading", "view"), list(file = path.expand(file)))
-  result <- engine(.Call(C_view_page, tree_source(trees), settings))
-  tell_notes(result$notes)
+  analysis_of_call("view", trees, c("reading", "view"), list(file = path.expand(file)))
   if (open) (getOption("viewer", utils::browseURL))(file)
   invisible(file)
 }

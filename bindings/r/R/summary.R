@@ -39,6 +39,11 @@ print_head <- function(x) {
 }
 
 print_variance <- function(x) {
+  correlation <- x$fit$correlation
+  if (!is.null(correlation)) {
+    values <- vapply(correlation$parameters, function(v) format(signif(as.numeric(v), 6)), "")
+    cat("\nCorrelation of the residuals: ", correlation$structure, "\n  ", paste(names(values), "=", values, collapse = ", "), "\n", sep = "")
+  }
   if (variance_is_constant(x)) return(invisible())
   cat("\nVariance function:\n")
   cat(r_names(x, variance_lines(x)), sep = "\n")

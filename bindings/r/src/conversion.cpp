@@ -59,40 +59,6 @@ data::TextColumn factor_column(SEXP values) {
   return column;
 }
 
-/// The largest integer of R and of the settings.
-constexpr double kLargestInteger = std::numeric_limits<int>::max();
-
-[[noreturn]] void refuse(const char* argument, const std::string& wanted) {
-  throw UsageError("`" + std::string(argument) + "` has to be " + wanted);
-}
-
-std::vector<std::string> checked_texts(SEXP value, const char* argument) {
-  if (TYPEOF(value) != STRSXP) refuse(argument, "text");
-  for (R_xlen_t i = 0; i < Rf_xlength(value); ++i) {
-    if (STRING_ELT(value, i) == NA_STRING) refuse(argument, "text without missing values");
-  }
-  return texts_of(value);
-}
-
-double checked_number(SEXP value, const char* argument) {
-  const bool is_integer = TYPEOF(value) == INTSXP && !Rf_isFactor(value);
-  if ((TYPEOF(value) != REALSXP && !is_integer) || Rf_xlength(value) != 1) {
-    refuse(argument, "one number");
-  }
-  const double number = numbers_of(value).front();
-  if (std::isnan(number)) refuse(argument, "a number, not a missing value");
-  return number;
-}
-
-double checked_count(SEXP value, const char* argument, double largest) {
-  const double number = checked_number(value, argument);
-  if (number < 0 || number > largest || number != std::floor(number)) {
-    const std::string end = std::to_string(static_cast<std::int64_t>(largest));
-    refuse(argument, "a whole number from 0 to " + end);
-  }
-  return number;
-}
-
 /// Integers and logical values, whose missing value is the same.
 std::vector<double> numbers_of_integers(const int* values, R_xlen_t size) {
   std::vector<double> result(static_cast<std::size_t>(size));
@@ -199,6 +165,53 @@ cpp11::sexp object_of(const ordered_json& object) {
   return result;
 }
 
+[[noreturn]] void refuse_missing() { throw UsageError("must not be a missing value"); }
+
+/// An element of a vector or list.
+ordered_json element_of(SEXP value, R_xlen_t i) {
+  switch (TYPEOF(value)) {
+    case VECSXP:
+      return json_of(VECTOR_ELT(value, i));
+    case LGLSXP:
+      if (LOGICAL(value)[i] == NA_LOGICAL) refuse_missing();
+      return LOGICAL(value)[i] == TRUE;
+    case REALSXP:
+      if (std::isnan(REAL(value)[i])) refuse_missing();
+      return REAL(value)[i];
+    case STRSXP:
+      if (STRING_ELT(value, i) == NA_STRING) refuse_missing();
+      return view_of(STRING_ELT(value, i));
+    case INTSXP: {
+      const int number = INTEGER(value)[i];
+      if (number == NA_INTEGER) refuse_missing();
+      if (!Rf_isFactor(value)) return number;
+      return view_of(STRING_ELT(Rf_getAttrib(value, R_LevelsSymbol), number - 1));
+    }
+    default:
+      throw UsageError("must be text, a number, TRUE or FALSE, or a list of these");
+  }
+}
+
+/// The same; errors name the element.
+ordered_json named_element(SEXP value, R_xlen_t i, const std::string& name) {
+  try {
+    return element_of(value, i);
+  } catch (const UsageError& error) {
+    throw UsageError(error.message(), {.column = "`" + name + "`"});
+  }
+}
+
+ordered_json rows_of_matrix(SEXP matrix) {
+  const R_xlen_t rows = Rf_nrows(matrix);
+  ordered_json result = ordered_json::array();
+  for (R_xlen_t i = 0; i < rows; ++i) {
+    ordered_json row = ordered_json::array();
+    for (R_xlen_t k = i; k < Rf_xlength(matrix); k += rows) row.push_back(element_of(matrix, k));
+    result.push_back(std::move(row));
+  }
+  return result;
+}
+
 }  // namespace
 
 data::Table table_of(const cpp11::list& columns) {
@@ -256,25 +269,6 @@ cpp11::sexp value_of(const ordered_json& json) {
   }
 }
 
-cpp11::sexp value_of(const Eigen::VectorXd& values) {
-  cpp11::sexp result = vector_of(REALSXP, static_cast<std::size_t>(values.size()));
-  std::copy(values.data(), values.data() + values.size(), REAL(result));
-  return result;
-}
-
-cpp11::sexp value_of(const Eigen::MatrixXd& values) {
-  cpp11::sexp result = cpp11::safe[Rf_allocMatrix](
-      REALSXP, static_cast<int>(values.rows()), static_cast<int>(values.cols()));
-  std::copy(values.data(), values.data() + values.size(), REAL(result));
-  return result;
-}
-
-cpp11::sexp value_of(const std::vector<double>& values) {
-  cpp11::sexp result = vector_of(REALSXP, values.size());
-  std::copy(values.begin(), values.end(), REAL(result));
-  return result;
-}
-
 cpp11::sexp value_of(const std::vector<std::string>& texts) {
   cpp11::sexp result = vector_of(STRSXP, texts.size());
   for (std::size_t i = 0; i < texts.size(); ++i) {
@@ -285,10 +279,10 @@ cpp11::sexp value_of(const std::vector<std::string>& texts) {
 
 cpp11::sexp value_of(const std::string& text) { return value_of(std::vector<std::string>{text}); }
 
-cpp11::sexp row_numbers(const std::vector<std::size_t>& rows, int first) {
+cpp11::sexp row_numbers(const std::vector<std::size_t>& rows) {
   cpp11::sexp result = vector_of(INTSXP, rows.size());
-  std::transform(rows.begin(), rows.end(), INTEGER(result), [&](std::size_t row) {
-    return static_cast<int>(row) - first + 1;
+  std::transform(rows.begin(), rows.end(), INTEGER(result), [](std::size_t row) {
+    return static_cast<int>(row) + 1;
   });
   return result;
 }
@@ -314,63 +308,30 @@ std::vector<double> numbers_of(SEXP value) {
   return {REAL(numbers), REAL(numbers) + Rf_xlength(numbers)};
 }
 
-double number_of(SEXP value) { return numbers_of(value).at(0); }
-
-unsigned threads_of(SEXP value) { return static_cast<unsigned>(number_of(value)); }
-
-std::map<std::string, double> named_numbers(SEXP value) {
-  std::map<std::string, double> result;
-  if (value == R_NilValue) return result;
+ordered_json json_of(SEXP value) {
+  if (value == R_NilValue) return nullptr;
+  if (Rf_isMatrix(value) == TRUE) return rows_of_matrix(value);
+  const R_xlen_t size = Rf_xlength(value);
   const std::vector<std::string> names = texts_of(Rf_getAttrib(value, R_NamesSymbol));
-  const std::vector<double> numbers = numbers_of(value);
-  for (std::size_t i = 0; i < names.size(); ++i) result[names[i]] = numbers.at(i);
-  return result;
-}
-
-Arguments::Arguments(SEXP list) : list_(list) {
-  const std::vector<std::string> names = texts_of(Rf_getAttrib(list, R_NamesSymbol));
-  for (std::size_t i = 0; i < names.size(); ++i) places_[names[i]] = static_cast<R_xlen_t>(i);
-}
-
-bool Arguments::has(const char* name) const {
-  const auto found = places_.find(name);
-  return found != places_.end() && VECTOR_ELT(list_, found->second) != R_NilValue;
-}
-
-SEXP Arguments::operator[](const char* name) const { return VECTOR_ELT(list_, places_.at(name)); }
-
-void Arguments::read(const char* name, std::string& value) const {
-  if (!has(name)) return;
-  const std::vector<std::string> texts = checked_texts((*this)[name], name);
-  if (texts.size() > 1) refuse(name, "one text");
-  value = texts.empty() ? std::string() : texts.front();
-}
-void Arguments::read(const char* name, std::vector<std::string>& value) const {
-  if (has(name)) value = checked_texts((*this)[name], name);
-}
-void Arguments::read(const char* name, double& value) const {
-  if (has(name)) value = checked_number((*this)[name], name);
-}
-void Arguments::read(const char* name, std::optional<double>& value) const {
-  if (has(name)) value = checked_number((*this)[name], name);
-}
-void Arguments::read(const char* name, bool& value) const {
-  if (!has(name)) return;
-  SEXP truth = (*this)[name];
-  if (TYPEOF(truth) != LGLSXP || Rf_xlength(truth) != 1 || LOGICAL(truth)[0] == NA_LOGICAL) {
-    refuse(name, "TRUE or FALSE");
+  if (names.empty()) {
+    if (size == 1 && TYPEOF(value) != VECSXP) return element_of(value, 0);
+    ordered_json list = ordered_json::array();
+    for (R_xlen_t i = 0; i < size; ++i) list.push_back(element_of(value, i));
+    return list;
   }
-  value = LOGICAL(truth)[0] == TRUE;
-}
-void Arguments::read(const char* name, std::size_t& value) const {
-  // Larger whole numbers are no exact doubles.
-  if (has(name)) value = static_cast<std::size_t>(checked_count((*this)[name], name, 0x1p53));
-}
-void Arguments::read(const char* name, int& value) const {
-  if (has(name)) value = static_cast<int>(checked_count((*this)[name], name, kLargestInteger));
-}
-void Arguments::read(const char* name, unsigned& value) const {
-  if (has(name)) value = static_cast<unsigned>(checked_count((*this)[name], name, kLargestInteger));
+  const bool has_all = std::ranges::find(names, "") == names.end();
+  ordered_json result = has_all ? ordered_json::object() : ordered_json::array();
+  for (R_xlen_t i = 0; i < size; ++i) {
+    const std::string& name = names[static_cast<std::size_t>(i)];
+    const ordered_json element = named_element(value, i, name);
+    if (has_all) {
+      result[name] = element;
+    } else {
+      const std::string text = element.is_string() ? element.get<std::string>() : element.dump();
+      result.push_back(name.empty() ? text : name + "=" + text);
+    }
+  }
+  return result;
 }
 
 void NamedList::add(const std::string& name, const cpp11::sexp& value) {

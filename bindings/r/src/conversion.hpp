@@ -2,14 +2,10 @@
 // Values of R as those of silvafit, and the reverse. To be called from R's thread only.
 #pragma once
 
-#include <Eigen/Core>
 #include <cpp11/R.hpp>
 #include <cpp11/list.hpp>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
@@ -31,44 +27,19 @@ cpp11::sexp columns_of(const data::Table& table);
 /// logical values, else lists; null is NULL, and NA in a vector.
 cpp11::sexp value_of(const nlohmann::ordered_json& json);
 
-cpp11::sexp value_of(const Eigen::VectorXd& values);
-cpp11::sexp value_of(const Eigen::MatrixXd& values);
-cpp11::sexp value_of(const std::vector<double>& values);
 cpp11::sexp value_of(const std::vector<std::string>& texts);
 cpp11::sexp value_of(const std::string& text);
-/// Numbers of rows that count from 0, or from another number, as those of R.
-cpp11::sexp row_numbers(const std::vector<std::size_t>& rows, int first = 0);
+/// Numbers of rows from 0 as those of R.
+cpp11::sexp row_numbers(const std::vector<std::size_t>& rows);
+
+/// Arguments of R as JSON: named vectors and lists are objects, unless some elements have no name,
+/// which are texts such as SM=60 then; matrices are lists of rows; one value is no list.
+/// \throws UsageError that names the element of a list that is no such value, or is missing
+nlohmann::ordered_json json_of(SEXP value);
 
 std::string text_of(SEXP value);
 std::vector<std::string> texts_of(SEXP value);
 std::vector<double> numbers_of(SEXP value);
-double number_of(SEXP value);
-unsigned threads_of(SEXP value);
-/// A named vector of numbers.
-std::map<std::string, double> named_numbers(SEXP value);
-
-/// The elements of a named list that an R function has made.
-class Arguments {
- public:
-  explicit Arguments(SEXP list);
-  bool has(const char* name) const;
-  /// \throws std::out_of_range if the list has no such element
-  SEXP operator[](const char* name) const;
-  // Nothing happens if the list has no such element, or if it is NULL.
-  // \throws UsageError that names the argument if its value has another type or range
-  void read(const char* name, std::string& value) const;
-  void read(const char* name, std::vector<std::string>& value) const;
-  void read(const char* name, double& value) const;
-  void read(const char* name, std::optional<double>& value) const;
-  void read(const char* name, bool& value) const;
-  void read(const char* name, std::size_t& value) const;
-  void read(const char* name, int& value) const;
-  void read(const char* name, unsigned& value) const;
-
- private:
-  SEXP list_;
-  std::map<std::string, R_xlen_t> places_;
-};
 
 /// A named list from its elements.
 class NamedList {

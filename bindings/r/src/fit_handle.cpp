@@ -2,10 +2,14 @@
 #include "fit_handle.hpp"
 
 #include <nlohmann/json.hpp>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "conversion.hpp"
+#include "entry_points.hpp"
 #include "handle.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 
 namespace silvafit::r {
@@ -35,19 +39,12 @@ nlohmann::ordered_json rows_of_groups(const nlohmann::ordered_json& groups) {
 /// The only function that reads random effects: what R shows of them. Uncertainties, which only
 /// predictions need, stay in the text of the fit.
 void shorten_random_effects(nlohmann::ordered_json& random) {
-  if (random.is_array()) {
-    for (auto& term : random) shorten_random_effects(term);
+  for (auto& term : random) {
+    for (const char* const key : {"eblup", "eblup_se", "eblup_covariance"}) {
+      if (term.contains(key)) term[key] = rows_of_groups(term[key]);
+    }
+    for (const char* const key : {"eblup_by_fixed", "eblup_cross_covariance"}) term.erase(key);
   }
-  if (!random.is_object()) return;
-  for (const char* const key : {"eblup", "eblup_se", "eblup_covariance"}) {
-    if (random.contains(key) && random[key].is_object()) random[key] = rows_of_groups(random[key]);
-  }
-  for (const char* const key :
-       {"eblup_by_fixed", "eblup_cross_covariance", "eblup_outer_covariance"}) {
-    random.erase(key);
-  }
-  // Files of schema silvafit-fit/1 have the coarser grouping here.
-  if (random.contains("outer")) shorten_random_effects(random["outer"]);
 }
 
 }  // namespace
@@ -67,6 +64,21 @@ const fit::FittedModel& fit_of(SEXP handle) {
       handle, [](const std::string& json) { return fit::from_json(json, "the fit"); });
 }
 
-SEXP json_of(SEXP handle) { return R_ExternalPtrProtected(handle); }
+SEXP text_of_fit(SEXP handle) { return R_ExternalPtrProtected(handle); }
+
+SEXP read_fit(SEXP json, SEXP file) {
+  return list_of_fit(fit::from_json(text_of(json), text_of(file)));
+}
+
+SEXP with_estimates(SEXP handle, SEXP estimates) {
+  fit::FittedModel fit = fit_of(handle);
+  const std::vector<double> values = numbers_of(estimates);
+  if (static_cast<Eigen::Index>(values.size()) != fit.estimate.size()) {
+    throw UsageError("the fit has " + std::to_string(fit.estimate.size()) + " fixed effects");
+  }
+  fit.estimate = Eigen::Map<const Eigen::VectorXd>(values.data(), fit.estimate.size());
+  const std::string json = json_text(fit::json_of(fit));
+  return handle_of(std::move(fit), json);
+}
 
 }  // namespace silvafit::r

@@ -16,7 +16,4 @@ cpp11::sexp list_of_fit(fit::FittedModel fit);
 /// \throws UsageError if the value is no handle
 const fit::FittedModel& fit_of(SEXP handle);
 
-/// The text of the fit.
-SEXP json_of(SEXP handle);
-
 }  // namespace silvafit::r

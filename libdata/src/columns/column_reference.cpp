@@ -25,18 +25,13 @@ std::string column_of(const std::string& variable) {
   return is_text_match(variable, match) ? match.column : variable;
 }
 
-bool needs_backquotes(std::string_view name) {
-  const bool begins_as_number = name.starts_with('.') || (name[0] >= '0' && name[0] <= '9');
-  return begins_as_number || !std::ranges::all_of(name, is_name_byte);
-}
-
 /// The longest column name in the text that an expression can only contain in backquotes; empty if
 /// there is none.
 std::string column_to_quote(std::string_view text, std::span<const std::string> columns) {
   std::string longest;
   for (const std::string& name : columns) {
     if (name.size() <= longest.size() || text.find(name) == std::string_view::npos) continue;
-    if (needs_backquotes(name)) longest = name;
+    if (!is_plain_name(name)) longest = name;
   }
   return longest;
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <numbers>
 #include <optional>
@@ -22,6 +23,51 @@ constexpr int kDeepest = 200;
 constexpr std::size_t kLongest = 10000;
 
 bool is_digit(char byte) { return byte >= '0' && byte <= '9'; }
+
+/// Signs of printed formulas and word processors, which are no letters of names.
+struct PrintedSign {
+  std::string_view sign{};
+  std::string_view typed{};
+};
+constexpr std::array<PrintedSign, 24> kPrintedSigns{
+    {{"×", "*"},
+     {"·", "*"},
+     {"⋅", "*"},
+     {"∗", "*"},
+     {"÷", "/"},
+     {"∕", "/"},
+     {"−", "-"},
+     {"–", "-"},
+     {"²", "^2"},
+     {"³", "^3"},
+     {"ˆ", "^"},
+     {"√", "sqrt()"},
+     {"≤", "<="},
+     {"≥", ">="},
+     {"≠", "!="},
+     {"∼", "~"},
+     {"“", "\""},
+     {"”", "\""},
+     {"„", "\""},
+     {"\u00a0", "a plain blank"},
+     {"\u2009", "a plain blank"},
+     {"\u202f", "a plain blank"},
+     {"\u200b", "nothing in place of this invisible sign"},
+     {"\ufeff", "nothing in place of this invisible sign"}}};
+
+/// The first printed sign in a name; none in most.
+struct FoundSign {
+  const PrintedSign* sign = nullptr;
+  std::size_t place = std::string_view::npos;
+};
+FoundSign find_printed_sign(std::string_view name) {
+  FoundSign first;
+  for (const PrintedSign& sign : kPrintedSigns) {
+    const std::size_t place = name.find(sign.sign);
+    if (place < first.place) first = {&sign, place};
+  }
+  return first;
+}
 
 bool starts_name(char byte) { return is_name_byte(byte) && !is_digit(byte) && byte != '.'; }
 
@@ -93,7 +139,22 @@ class Parser {
     }
   }
 
+  /// Refuses a sign that would make a name of what is written as an operation.
+  void refuse_printed_sign(std::string_view name, std::size_t begin) const {
+    const FoundSign found = find_printed_sign(name);
+    if (found.sign == nullptr) return;
+    fail_at(
+        fmt::format("'{}' is not a letter of a name; write {}, or put a name that contains it in "
+                    "backquotes",
+                    found.sign->sign,
+                    found.sign->typed),
+        begin + found.place);
+  }
+
   [[noreturn]] void fail_here() const {
+    std::size_t end = position_;
+    while (end < end_ && is_name_byte(text_[end])) ++end;
+    refuse_printed_sign(text_.substr(position_, end - position_), position_);
     fail(fmt::format("unexpected '{}'{}", text_.substr(position_, 1), advice_on(text_[position_])));
   }
 
@@ -266,6 +327,7 @@ class Parser {
     const std::size_t begin = position_;
     while (position_ < end_ && is_name_byte(text_[position_])) ++position_;
     const std::string_view name = text_.substr(begin, position_ - begin);
+    refuse_printed_sign(name, begin);
     if (peek() == '(') return call(name, begin);
     if (name == "pi") return make_constant(std::numbers::pi);
     return make_variable(std::string(name));
@@ -374,6 +436,11 @@ class Parser {
 bool is_name_byte(char byte) {
   return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') || is_digit(byte) ||
          byte == '_' || byte == '.' || static_cast<unsigned char>(byte) >= 0x80U;
+}
+
+bool is_plain_name(std::string_view name) {
+  return !name.empty() && starts_name(name[0]) && std::ranges::all_of(name, is_name_byte) &&
+         find_printed_sign(name).sign == nullptr;
 }
 
 std::string text_match_name(std::string_view column, std::string_view value) {

@@ -20,4 +20,7 @@ std::string text_match_name(std::string_view column, std::string_view value);
 /// True for bytes that a plain name may have inside; digits and `.` not at its start.
 bool is_name_byte(char byte);
 
+/// True for names that an expression contains without backquotes.
+bool is_plain_name(std::string_view name);
+
 }  // namespace silvafit::data

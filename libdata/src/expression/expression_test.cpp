@@ -50,6 +50,21 @@ TEST_CASE("names may be Chinese, dotted, or in backquotes") {
   CHECK(names == std::vector<std::string>{"胸径", "d.b_h2", "crown width [m]"});
 }
 
+TEST_CASE("signs of printed formulas are no letters of names") {
+  using Catch::Matchers::Contains;
+  CHECK_THROWS_WITH(parse_formula("h ~ a·dbh"), Contains("write *, or"));
+  CHECK_THROWS_WITH(parse_formula("h ~ a × dbh"), Contains("'×' is not a letter of a name"));
+  CHECK_THROWS_WITH(parse_formula("h ~ a + b*dbh²"), Contains("write ^2, or"));
+  CHECK_THROWS_WITH(parse_formula("h ~ a − b"), Contains("write -, or"));
+  CHECK_THROWS_WITH(parse_formula("h ~ a\u00a0+ b"), Contains("write a plain blank"));
+  CHECK_THROWS_WITH(Expression::parse("species == “SM”"), Contains("write \", or"));
+  CHECK(position_of_error("h ~ a·dbh") == 6);
+  CHECK(position_of_error("h ~ a + dbh−b") == 12);
+  const Expression quoted = Expression::parse("a*`G m²` + `A_m²`");
+  CHECK(quoted.variables() == std::vector<std::string>{"a", "G m²", "A_m²"});
+  CHECK(Expression::parse(quoted.text()).variables() == quoted.variables());
+}
+
 TEST_CASE("a comparison with text is a separate variable") {
   const Expression expression = Expression::parse("species == \"SM\" && 'MH' != species");
   const auto names = expression.variables();

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "expression/expression_parser.hpp"
@@ -59,9 +58,7 @@ Operator operator_of(Operation operation) {
 
 std::string name_text(const std::string& name) {
   TextMatch match;
-  const bool plain = !name.empty() && !(name[0] >= '0' && name[0] <= '9') && name[0] != '.' &&
-                     std::ranges::all_of(name, is_name_byte);
-  return plain || is_text_match(name, match) ? name : fmt::format("`{}`", name);
+  return is_plain_name(name) || is_text_match(name, match) ? name : fmt::format("`{}`", name);
 }
 
 std::string number_text(double value) {

@@ -56,6 +56,8 @@ void JsonReader::expect(bool condition, const char* what) const {
 
 bool JsonReader::is_object() const { return value_->is_object(); }
 
+bool JsonReader::is_list() const { return value_->is_array(); }
+
 bool JsonReader::is_null() const { return value_->is_null(); }
 
 void JsonReader::allow_only(const std::vector<std::string_view>& keys) const {
@@ -123,6 +125,10 @@ std::vector<std::string> JsonReader::texts() const {
   std::vector<std::string> result;
   for (const JsonReader& item : items()) result.push_back(item.text());
   return result;
+}
+
+std::string JsonReader::label() const {
+  return value_->is_number() ? fmt::format("{}", number()) : any_text();
 }
 
 std::size_t JsonReader::one_of(const std::vector<std::string_view>& names) const {

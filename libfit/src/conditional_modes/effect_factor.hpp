@@ -32,7 +32,7 @@ class EffectFactor {
   double smallest_pivot() const {
     return sparse_ ? sparse_->factor.smallest_pivot() : arrow_.smallest_pivot();
   }
-  void solve(Eigen::Ref<Eigen::VectorXd> z) const {
+  void solve(Eigen::Ref<Eigen::VectorXd> z) const {  // NOLINT: a view, whose values change
     sparse_ ? sparse_->factor.solve(z) : arrow_.solve(z);
   }
   /// Prepares inverse_block(); without effect for nested groups.

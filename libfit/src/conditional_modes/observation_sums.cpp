@@ -22,10 +22,6 @@ void append(std::vector<Expression>& target, const std::vector<Expression>& more
   target.insert(target.end(), more.begin(), more.end());
 }
 
-bool has_covariates(const NonlinearModel& model, Index parameter) {
-  return !model.specification().parameters[static_cast<std::size_t>(parameter)].covariates.empty();
-}
-
 }  // namespace
 
 ObservationSums::ObservationSums(const NonlinearModel& model,
@@ -36,7 +32,9 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
     : model_(model),
       variance_(variance),
       random_(std::move(random)),
-      r_(static_cast<Index>(random_.size())) {
+      r_(static_cast<Index>(random_.size())),
+      effect_of_(static_cast<std::size_t>(model.coefficient_count()), -1) {
+  for (Index k = 0; k < r_; ++k) effect_of_[static_cast<std::size_t>(random_[k])] = k;
   store_indicators();
   // A quantity with a single stratum, its reference, needs a column of zeros in place of
   // indicators.
@@ -123,7 +121,7 @@ ObservationSums::Source ObservationSums::source_of(const std::string& name) {
   }
   for (Index j = 0; j < model_.coefficient_count(); ++j) {
     if (name == term_names::multiplier(j)) {
-      return {.kind = Kind::kColumn, .column = model_.multiplier_values(j)};
+      return {.kind = Kind::kColumn, .column = model_.design().multiplier(j)};
     }
   }
   std::size_t weight = 0;
@@ -141,21 +139,15 @@ ObservationSums::Source ObservationSums::parameter_source(const std::string& nam
                                                           Index parameter,
                                                           bool at_population) {
   using Kind = Source::Kind;
-  VaryingParameter varying{.name = name};
-  bool varies = has_covariates(model_, parameter);
-  for (Index j = 0; j < model_.coefficient_count(); ++j) {
-    if (model_.parameter_of(j) != parameter) continue;
-    const auto effect = std::ranges::find(random_, j);
-    const bool is_random = !at_population && effect != random_.end();
-    varying.terms.push_back({.coefficient = j,
-                             .effect = is_random ? effect - random_.begin() : -1,
-                             .multiplier = model_.multiplier_values(j)});
-    varies = varies || is_random;
-  }
+  const auto is_random = [this](Index j) { return effect_of_[static_cast<std::size_t>(j)] >= 0; };
+  const ParameterDesign& design = model_.design();
+  const bool varies =
+      design.has_covariates(parameter) ||
+      (!at_population && std::ranges::any_of(design.coefficients_of(parameter), is_random));
   if (!varies) return {.kind = Kind::kScalar, .index = static_cast<std::size_t>(parameter)};
   const auto known = std::ranges::find(varying_, name, &VaryingParameter::name);
   const auto index = static_cast<std::size_t>(known - varying_.begin());
-  if (known == varying_.end()) varying_.push_back(std::move(varying));
+  if (known == varying_.end()) varying_.push_back({name, parameter, at_population});
   return {.kind = Kind::kParameter, .index = index};
 }
 
@@ -176,7 +168,7 @@ void ObservationSums::set_point(const ObservationPoint& point) {
   beta_ = point.beta;
   for (Index j = 0; j < beta_.size(); ++j) {
     // A parameter with several coefficients is not a scalar.
-    scalars_[static_cast<std::size_t>(model_.parameter_of(j))] = beta_[j];
+    scalars_[static_cast<std::size_t>(model_.design().parameter_of(j))] = beta_[j];
   }
   for (std::size_t k = 0; k < quantities.size(); ++k) {
     const VarianceModel::Quantity& quantity = quantities[k];
@@ -196,19 +188,12 @@ void ObservationSums::fill_parameter(const VaryingParameter& varying,
                                      Index row,
                                      Index rows,
                                      double* target) const {
-  Eigen::Map<Eigen::VectorXd> values(target, rows);
-  const auto value_of = [&](const VaryingParameter::Term& term) {
-    return beta_[term.coefficient] + (term.effect < 0 ? 0.0 : effects(term.effect, group));
+  const auto value = [&](Index j) {
+    const Index effect = effect_of_[static_cast<std::size_t>(j)];
+    const bool is_fixed = varying.at_population || effect < 0;
+    return beta_[j] + (is_fixed ? 0.0 : effects(effect, group));
   };
-  double constant = 0.0;
-  for (const VaryingParameter::Term& term : varying.terms) {
-    if (term.multiplier == nullptr) constant += value_of(term);
-  }
-  values.setConstant(constant);
-  for (const VaryingParameter::Term& term : varying.terms) {
-    if (term.multiplier == nullptr) continue;
-    values += value_of(term) * Eigen::Map<const Eigen::VectorXd>(term.multiplier + row, rows);
-  }
+  model_.design().fill(varying.parameter, row, rows, value, target);
 }
 
 /// Fills in the inputs that differ by group for some rows from `row` on, and where the groups begin

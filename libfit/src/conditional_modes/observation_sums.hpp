@@ -106,16 +106,11 @@ class ObservationSums {
     bool is_scalar() const { return kind == Kind::kScalar; }
   };
   using Task = RowProgram<Source>;
-  /// A parameter of the model as it varies by row: the sum of its coefficients, each with the
-  /// random effect of the group, times their multipliers.
+  /// A parameter of the model that varies by row.
   struct VaryingParameter {
-    struct Term {
-      Eigen::Index coefficient = 0;
-      Eigen::Index effect = -1;            ///< number of b, -1 for none
-      const double* multiplier = nullptr;  ///< (N), null for 1
-    };
     std::string name{};  ///< of the input
-    std::vector<Term> terms{};
+    Eigen::Index parameter = 0;
+    bool at_population = false;  ///< without random effects
   };
 
   Task task_of(const std::vector<data::Expression>& outputs);
@@ -158,6 +153,7 @@ class ObservationSums {
   const VarianceModel& variance_;
   std::vector<Eigen::Index> random_;
   Eigen::Index r_ = 0;
+  std::vector<Eigen::Index> effect_of_;  ///< (p) number of b of a coefficient, -1 for none
   bool has_approximation_ = false;
   bool holds_weights_ = false;
   std::vector<Eigen::Index> others_;

@@ -383,9 +383,9 @@ class Assembly {
     return result;
   }
 
-  Index parameter(Index coefficient) const { return model_.parameter_of(coefficient); }
+  Index parameter(Index coefficient) const { return model_.design().parameter_of(coefficient); }
   Expression multiplier(Index coefficient) const {
-    if (model_.multiplier_values(coefficient) == nullptr) return Expression::constant(1.0);
+    if (model_.design().multiplier(coefficient) == nullptr) return Expression::constant(1.0);
     return Expression::variable(term_names::multiplier(coefficient));
   }
 

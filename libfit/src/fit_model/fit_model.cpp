@@ -16,11 +16,13 @@
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
+#include "likelihood/correlated_effects.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/crossed_checks.hpp"
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
+#include "optimization/tolerances.hpp"
 #include "optimum_search/optimum_search.hpp"
 #include "result/earlier_fit.hpp"
 #include "result/estimated_terms.hpp"
@@ -54,6 +56,13 @@ void check_method(const ModelSpecification& specification, Method method, bool r
   }
   if (method == Method::kOrdinary && !specification.variance.is_constant()) {
     throw UsageError("the method ols does not fit a variance function; use gnls");
+  }
+  const bool is_linearized = method == Method::kLindstromBates || method == Method::kGeneralized;
+  if (specification.correlation && !is_linearized) {
+    throw UsageError(
+        fmt::format("the method {} has independent residuals; for a `correlation` "
+                    "use lb, or gnls without random effects",
+                    method_text(method)));
   }
 }
 
@@ -101,7 +110,8 @@ FitResult described(const NonlinearModel& model, Method method, const FitModelOp
 /// Replaces missing estimates by those that were found; a method may leave some missing.
 void take_estimates(FittedModel& fit, Estimates& found) {
   if (found.random.empty()) found.random = std::move(fit.random);
-  if (found.variance.factors.empty()) found.variance = std::move(fit.variance);
+  if (found.variance.factors.empty() && !found.variance.correlation)
+    found.variance = std::move(fit.variance);
   static_cast<Estimates&>(fit) = std::move(found);
 }
 
@@ -143,7 +153,9 @@ void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
 void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
   if (!fit.has_random_effects() || !(fit.sigma > 0.0)) return;
   if (!fit.random.back().effects.allFinite()) return;
-  std::vector<EffectPosterior> described = describe_effects(model, fit);
+  std::vector<EffectPosterior> described = fit.variance.correlation
+                                               ? describe_correlated_effects(model, fit)
+                                               : describe_effects(model, fit);
   for (std::size_t t = 0; t < described.size(); ++t) {
     fit.random[t].uncertainty = std::move(described[t].uncertainty);
   }
@@ -177,7 +189,30 @@ MixedEffectsOptions alternation_options(const NonlinearModel& model,
 MixedEffectsFit fit_mixed(const NonlinearModel& model,
                           const LeastSquaresFit& pooled,
                           Method method,
+                          const FitModelOptions& options);
+
+/// With correlated residuals, from the optimum without, and from the pooled fit.
+MixedEffectsFit fit_correlated(const NonlinearModel& model,
+                               const LeastSquaresFit& pooled,
+                               Method method,
+                               const FitModelOptions& options) {
+  MixedEffectsOptions alternation = alternation_options(model, options);
+  MixedEffectsFit fit = fit_lindstrom_bates(model, pooled.estimate, alternation);
+  if (model.specification().random.empty() || options.effort == SearchEffort::kBrief) return fit;
+  const MixedEffectsFit independent =
+      fit_mixed(model.with_independent_residuals(), pooled, method, options);
+  if (!independent.convergence.converged()) return fit;
+  std::optional<MixedEffectsFit> other = refit_lindstrom_bates(model, independent, alternation);
+  const bool is_better = other && (!fit.convergence.converged() ||
+                                   other->log_likelihood > fit.log_likelihood + kHigher);
+  return is_better ? *std::move(other) : fit;
+}
+
+MixedEffectsFit fit_mixed(const NonlinearModel& model,
+                          const LeastSquaresFit& pooled,
+                          Method method,
                           const FitModelOptions& options) {
+  if (model.specification().correlation) return fit_correlated(model, pooled, method, options);
   const auto integration = integration_of(method);
   if (options.effort == SearchEffort::kThorough) {
     return search_optimum(model,
@@ -440,7 +475,7 @@ FitResult fit_model(const ModelSpecification& specification,
   check_start(specification, options.start);
   FitResult result = fit_by(specification, table, options, method);
   // focei has a likelihood that is bounded and smooth, and finds a result for nearly all data.
-  if (!options.method && !options.reml && is_mixed(method) &&
+  if (!options.method && !options.reml && is_mixed(method) && !specification.correlation &&
       may_depend_on_method(result.fit.convergence)) {
     FitResult other = fit_by(specification, table, options, Method::kInteraction);
     if (other.fit.convergence.converged()) {

@@ -56,6 +56,20 @@ void add_wald_coefficients(const FittedModel& fit, double level, Intervals& resu
   }
 }
 
+/// Of derived quantities, by the delta method.
+void add_wald_derived(const FittedModel& fit, double level, Intervals& result) {
+  const std::vector<DerivedValue> values = derived_values(fit);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto& [estimate, error, freedom] = values[k];
+    const double reach = t_quantile(level, freedom) * error;
+    result.parameters.push_back({.kind = ParameterKind::kDerived,
+                                 .name = fit.specification.derived[k].name,
+                                 .estimate = estimate,
+                                 .lower = estimate - reach,
+                                 .upper = estimate + reach});
+  }
+}
+
 void add_wald_others(const FittedModel& fit, const data::Table& table, Intervals& result) {
   const SurfaceSetting setting(fit, table);
   const auto surface = make_surface(setting);
@@ -95,7 +109,8 @@ ProfileCut cut_of(const SurfaceSetting& setting, ParameterKind kind, double leve
   const double one_sided = std::max(0.0, 2.0 * level - 1.0);
   ProfileCut cut{.both_sides = std::pow(normal_quantile(level), 2),
                  .one_side = std::pow(normal_quantile(one_sided), 2)};
-  if (setting.fit.method == Method::kOrdinary && kind == ParameterKind::kFixed) {
+  const bool is_fixed = kind == ParameterKind::kFixed || kind == ParameterKind::kDerived;
+  if (setting.fit.method == Method::kOrdinary && is_fixed) {
     const auto n = static_cast<double>(setting.fit.observations);
     const double freedom = residual_freedom(setting);
     const double t = t_quantile(level, freedom);
@@ -132,7 +147,11 @@ void add_profiles(const FittedModel& fit,
                   Intervals& result) {
   const SurfaceSetting setting(fit, table, options.stop);
   const auto surface = make_surface(setting);
-  const std::vector<NaturalParameter> parameters = natural_parameters(setting, surface->layout());
+  std::vector<NaturalParameter> parameters = natural_parameters(setting, surface->layout());
+  if (!fit.reml) {
+    std::ranges::move(derived_parameters(setting, surface->layout()),
+                      std::back_inserter(parameters));
+  }
   const ProfileStart start = start_of(setting, *surface);
   std::vector<ParameterInterval> intervals(parameters.size());
   parallel_for(parameters.size(), options.threads, [&](std::size_t k) {
@@ -148,6 +167,7 @@ void add_profiles(const FittedModel& fit,
   if (fit.reml) {
     const std::size_t before = result.parameters.size();
     add_wald_coefficients(fit, options.level, result);
+    add_wald_derived(fit, options.level, result);
     for (std::size_t k = before; k < result.parameters.size(); ++k) {
       result.parameters[k].note =
           "Wald interval: the REML likelihood has no profile for fixed effects";
@@ -188,6 +208,7 @@ Intervals confidence_intervals(const FittedModel& fit,
   add_wald_coefficients(fit, options.level, result);
   result.parameters.insert(
       result.parameters.end(), others.parameters.begin(), others.parameters.end());
+  add_wald_derived(fit, options.level, result);
   return result;
 }
 

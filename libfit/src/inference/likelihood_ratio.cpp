@@ -26,8 +26,8 @@ std::string general_note(const Nesting& nesting) {
   std::string note;
   if (nesting.has_other_edge) {
     add(note,
-        "a parameter of the variance function is at a boundary in the smaller model: the p-value "
-        "is too large");
+        "a parameter of the variance function or of the residuals' correlation is at a boundary in "
+        "the smaller model: the p-value is too large");
   }
   if (nesting.has_bounded) {
     add(note,

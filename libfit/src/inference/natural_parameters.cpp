@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "silvafit/base/constants.hpp"
 #include "variance/variance_kind.hpp"
 
 namespace silvafit::fit {
@@ -23,7 +24,7 @@ using Form = NaturalParameter::Form;
 /// The second row is n (r e + t u), with n the length of a free vector w, e the direction of the
 /// first row, u that of the part of w at a right angle to it, and t = sqrt(1 - r^2). There are no
 /// other conditions on the rows, and the factor stays triangular.
-struct CorrelatedRows {
+struct FactorRows {
   VectorXd first;      ///< (l) the first row
   VectorXd along;      ///< e
   VectorXd across;     ///< u
@@ -34,7 +35,7 @@ struct CorrelatedRows {
   double r = 0.0;
   double t = 0.0;
 
-  CorrelatedRows(const MatrixXd& factor, Index row, Index other, double correlation)
+  FactorRows(const MatrixXd& factor, Index row, Index other, double correlation)
       : first(factor.row(row).head(other + 1)),
         free(factor.row(other).head(other + 1)),
         r(correlation),
@@ -201,7 +202,62 @@ void add_variance(const SurfaceSetting& setting,
   }
 }
 
+/// A function of the coefficients that are estimated; the others are numbers in it.
+NaturalParameter derived_parameter(const SurfaceSetting& setting,
+                                   const SurfaceLayout& layout,
+                                   const DerivedQuantity& quantity) {
+  NaturalParameter result{.kind = ParameterKind::kDerived,
+                          .name = quantity.name,
+                          .form = Form::kDerived,
+                          .derived = quantity,
+                          .coefficients = setting.model.coefficient_names()};
+  const std::vector<std::string>& all = setting.fit.coefficient_names;
+  for (std::size_t j = 0; j < all.size(); ++j) {
+    if (std::ranges::find(result.coefficients, all[j]) != result.coefficients.end()) continue;
+    const double value = setting.fit.estimate[static_cast<Index>(j)];
+    result.derived->value =
+        result.derived->value.substitute(all[j], data::Expression::constant(value));
+  }
+  const VectorXd gradient = result.derived->gradient(result.coefficients, setting.estimate);
+  result.weights = layout.frame().beta.transpose() * gradient;
+  result.weights.cwiseAbs().maxCoeff(&result.coordinate);
+  return result;
+}
+
+/// (p) the coefficients at x.
+VectorXd coefficients_at(const SurfaceLayout& layout, const VectorXd& x) {
+  return layout.frame().beta * x.head(layout.beta_count());
+}
+
+VectorXd residual_correlation(const SurfaceLayout& layout,
+                              const VarianceModel& variance,
+                              const VectorXd& x) {
+  return variance.correlated()->structure().natural(
+      variance.correlation_part(layout.variance_part(x)));
+}
+
+void add_correlation(const VarianceModel& variance,
+                     const SurfaceLayout& layout,
+                     std::vector<NaturalParameter>& result) {
+  const CorrelationStructure& structure = variance.correlated()->structure();
+  const Index first = variance.parameter_count() - variance.correlation_count();
+  for (Index k = 0; k < structure.parameter_count(); ++k) {
+    const auto [low, high] = structure.limits(k);
+    result.push_back({.kind = ParameterKind::kResidualCorrelation,
+                      .name = structure.names()[static_cast<std::size_t>(k)],
+                      .form = Form::kResidual,
+                      .row = k,
+                      .coordinate = layout.variance_at() + first + k,
+                      .low = low,
+                      .high = high});
+  }
+}
+
 }  // namespace
+
+bool NaturalParameter::can_be_held(const VarianceModel& variance) const {
+  return form != Form::kResidual || variance.correlated()->structure().is_separable();
+}
 
 double NaturalParameter::value(const SurfaceLayout& layout,
                                const VarianceModel& variance,
@@ -209,6 +265,8 @@ double NaturalParameter::value(const SurfaceLayout& layout,
   switch (form) {
     case Form::kCoefficient:
       return weights.dot(x.head(weights.size()));
+    case Form::kDerived:
+      return derived->at(coefficients, coefficients_at(layout, x));
     case Form::kCoordinate:
       return scale * x[coordinate];
     case Form::kIdentity:
@@ -219,6 +277,8 @@ double NaturalParameter::value(const SurfaceLayout& layout,
       return x[coordinate] * x[coordinate];
     case Form::kOdds:
       return std::pow(std::tan(x[coordinate]), 2) * std::pow(scale, x[delta]);
+    case Form::kResidual:
+      return residual_correlation(layout, variance, x)[row];
     case Form::kDeviation:
       return layout.own_factor(x, term).row(row).norm();
     case Form::kCorrelation: {
@@ -241,6 +301,9 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
     case Form::kCoefficient:
       x[coordinate] += (value - weights.dot(x.head(weights.size()))) / weights[coordinate];
       break;
+    case Form::kDerived:
+      hold_derived(layout, value, x);
+      break;
     case Form::kCoordinate:
     case Form::kIdentity:
       x[coordinate] = value / scale;
@@ -254,6 +317,12 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
     case Form::kOdds:
       x[coordinate] = angle_of(value, scale, x[delta]);
       break;
+    case Form::kResidual: {
+      VectorXd natural = residual_correlation(layout, variance, x);
+      natural[row] = value;
+      x[coordinate] = variance.correlated()->structure().unconstrained(natural)[row];
+      break;
+    }
     case Form::kDeviation: {
       MatrixXd factor = layout.own_factor(x, term);
       const double length = factor.row(row).norm();
@@ -267,7 +336,7 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
     }
     case Form::kCorrelation: {
       MatrixXd factor = layout.own_factor(x, term);
-      const CorrelatedRows rows(factor, row, other_row, value);
+      const FactorRows rows(factor, row, other_row, value);
       factor.row(other_row).head(other_row + 1) = rows.second();
       layout.set_own_factor(term, factor, x);
       break;
@@ -277,6 +346,24 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
       break;
   }
   return x;
+}
+
+VectorXd NaturalParameter::derived_slopes(const SurfaceLayout& layout, const VectorXd& x) const {
+  return layout.frame().beta.transpose() *
+         derived->gradient(coefficients, coefficients_at(layout, x));
+}
+
+void NaturalParameter::hold_derived(const SurfaceLayout& layout, double value, VectorXd& x) const {
+  // Newton's method, from near; coordinates are of the size of the residuals' deviation.
+  constexpr int kMostSteps = 50;
+  constexpr double kRounding = 1e-13;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double excess = derived->at(coefficients, coefficients_at(layout, x)) - value;
+    const double change = excess / derived_slopes(layout, x)[coordinate];
+    x[coordinate] -= change;
+    if (!(std::abs(change) > kRounding * std::max(1.0, std::abs(x[coordinate])))) return;
+  }
+  x[coordinate] = kNaN;
 }
 
 VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
@@ -290,10 +377,17 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       result.head(weights.size()) -= gradient[coordinate] / weights[coordinate] * weights;
       result[coordinate] = 0.0;
       break;
+    case Form::kDerived: {
+      const VectorXd slopes = derived_slopes(layout, hold(layout, variance, free, value));
+      result.head(slopes.size()) -= gradient[coordinate] / slopes[coordinate] * slopes;
+      result[coordinate] = 0.0;
+      break;
+    }
     case Form::kCoordinate:
     case Form::kIdentity:
     case Form::kExponential:
     case Form::kSquare:
+    case Form::kResidual:
       result[coordinate] = 0.0;
       break;
     case Form::kOdds: {
@@ -318,7 +412,7 @@ VectorXd NaturalParameter::pull_back(const SurfaceLayout& layout,
       break;
     }
     case Form::kCorrelation: {
-      const CorrelatedRows rows(layout.own_factor(free, term), row, other_row, value);
+      const FactorRows rows(layout.own_factor(free, term), row, other_row, value);
       MatrixXd by_factor = layout.own_factor_gradient(term, gradient);
       VectorXd by_first = by_factor.row(row).head(other_row + 1);
       VectorXd by_second = by_factor.row(other_row).head(other_row + 1);
@@ -353,17 +447,33 @@ std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
     add_random(setting, layout, term, result);
   }
   add_variance(setting, layout, result);
+  if (setting.variance.correlated() != nullptr) {
+    add_correlation(setting.variance, layout, result);
+  }
   result.push_back({.kind = ParameterKind::kSigma, .name = "sigma", .form = Form::kSigma});
+  return result;
+}
+
+std::vector<NaturalParameter> derived_parameters(const SurfaceSetting& setting,
+                                                 const SurfaceLayout& layout) {
+  std::vector<NaturalParameter> result;
+  for (const DerivedQuantity& quantity : setting.fit.specification.derived) {
+    result.push_back(derived_parameter(setting, layout, quantity));
+  }
   return result;
 }
 
 double to_symmetric(const NaturalParameter& parameter, double value) {
   switch (parameter.form) {
     case Form::kCoefficient:
+    case Form::kDerived:
     case Form::kCoordinate:
       return value;
     case Form::kCorrelation:
       return std::log((1.0 + value) / (1.0 - value));
+    case Form::kResidual:
+      return std::log(
+          std::isinf(parameter.high) ? value : (value - parameter.low) / (parameter.high - value));
     default:
       return std::log(value);
   }
@@ -372,10 +482,15 @@ double to_symmetric(const NaturalParameter& parameter, double value) {
 double from_symmetric(const NaturalParameter& parameter, double value) {
   switch (parameter.form) {
     case Form::kCoefficient:
+    case Form::kDerived:
     case Form::kCoordinate:
       return value;
     case Form::kCorrelation:
       return std::tanh(0.5 * value);
+    case Form::kResidual:
+      return std::isinf(parameter.high)
+                 ? std::exp(value)
+                 : parameter.high - (parameter.high - parameter.low) / (1.0 + std::exp(value));
     default:
       return std::exp(value);
   }

@@ -5,10 +5,12 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "likelihood/likelihood_surface.hpp"
+#include "silvafit/fit/derived_quantity.hpp"
 #include "silvafit/fit/parameter_intervals.hpp"
 
 namespace silvafit::fit {
@@ -19,6 +21,7 @@ class NaturalParameter {
  public:
   enum class Form {
     kCoefficient,  ///< a combination of the first coordinates
+    kDerived,      ///< a function of the coefficients
     kCoordinate,   ///< factor times a coordinate
     kExponential,  ///< exp of a coordinate
     kSquare,       ///< square of a coordinate
@@ -26,6 +29,7 @@ class NaturalParameter {
     kDeviation,    ///< length of a row of a factor
     kIdentity,     ///< |factor times a coordinate|: a standard deviation of the identity form
     kCorrelation,  ///< cosine between two rows of a factor
+    kResidual,     ///< of the correlation of residuals
     kSigma,        ///< exp of a coordinate times a function of the variance parameters
   };
 
@@ -38,8 +42,16 @@ class NaturalParameter {
   Eigen::Index coordinate = 0;
   Eigen::Index delta = 0;  ///< of kOdds: the coordinate of delta
   double scale = 1.0;      ///< factor of kCoordinate and kIdentity, unit of kDeviation, v0 of kOdds
-  Eigen::VectorXd weights{};  ///< (p) of kCoefficient; `coordinate` has the largest
+  /// (p) of kCoefficient, and the slopes of kDerived at the estimate; `coordinate` has the largest.
+  Eigen::VectorXd weights{};
+  /// Of kDerived, with its own names of the coefficients.
+  std::optional<DerivedQuantity> derived{};
+  std::vector<std::string> coefficients{};
+  double low = 0.0;        ///< range of kResidual
+  double high = 1.0;
 
+  /// Whether hold() is possible: a correlation of residuals may depend on several coordinates.
+  bool can_be_held(const VarianceModel& variance) const;
   /// The value at x.
   double value(const SurfaceLayout& layout,
                const VarianceModel& variance,
@@ -55,6 +67,10 @@ class NaturalParameter {
                             const Eigen::VectorXd& free,
                             double value,
                             const Eigen::VectorXd& gradient) const;
+
+ private:
+  void hold_derived(const SurfaceLayout& layout, double value, Eigen::VectorXd& x) const;
+  Eigen::VectorXd derived_slopes(const SurfaceLayout& layout, const Eigen::VectorXd& x) const;
 };
 
 /// All parameters of a fit in the order of the report. Names are those of the result: "a", "b:C",
@@ -63,8 +79,13 @@ class NaturalParameter {
 std::vector<NaturalParameter> natural_parameters(const SurfaceSetting& setting,
                                                  const SurfaceLayout& layout);
 
+/// The derived quantities of a fit, of a likelihood that has fixed effects.
+std::vector<NaturalParameter> derived_parameters(const SurfaceSetting& setting,
+                                                 const SurfaceLayout& layout);
+
 /// The scale on which an interval of Wald is symmetric: log of standard deviations, constants and
-/// ratios, log((1 + r) / (1 - r)) of correlations, as R nlme; coefficients and delta as they are.
+/// ratios, log((1 + r) / (1 - r)) of correlations, and the same for the range of parameters of the
+/// residuals' correlation, as R nlme; coefficients and delta as they are.
 double to_symmetric(const NaturalParameter& parameter, double value);
 double from_symmetric(const NaturalParameter& parameter, double value);
 

@@ -83,6 +83,7 @@ class Comparer {
     compare_parameters();
     compare_levels();
     compare_variance();
+    compare_correlation();
     nesting_.is_nested = nesting_.reason.empty();
     return nesting_;
   }
@@ -288,6 +289,31 @@ class Comparer {
       const bool is_loose = kind_of(factor).has_constant() && !factor.constant;
       nesting_.has_other_edge = nesting_.has_other_edge || is_loose;
     }
+  }
+
+  /// Independence is inside the range of correlations that can have both signs, and at the edge of
+  /// that of the others.
+  void compare_correlation() {
+    const auto& large = larger_.correlation;
+    const auto& small = smaller_.correlation;
+    if (large == small) return;
+    if (!large) return fail("only the smaller model has correlated residuals");
+    using Kind = Correlation::Kind;
+    const bool has_both_signs = large->kind != Kind::kCar1 && large->kind < Kind::kExponential;
+    if (!small) {
+      nesting_.has_other_edge = nesting_.has_other_edge || !has_both_signs;
+      return;
+    }
+    const bool is_ar1 = small->kind == Kind::kAr1;
+    const bool is_order = large->kind == Kind::kArma && (is_ar1 || small->kind == Kind::kArma) &&
+                          large->autoregressive >= (is_ar1 ? 1 : small->autoregressive) &&
+                          large->moving_average >= small->moving_average;
+    const bool is_nugget = large->kind == small->kind && large->has_nugget && !small->has_nugget;
+    const bool has_same_rows = large->columns == small->columns && large->group == small->group;
+    if (!has_same_rows || !(is_order || is_nugget)) {
+      return fail(fmt::format("{} does not contain {}", large->text(), small->text()));
+    }
+    nesting_.has_other_edge = nesting_.has_other_edge || is_nugget;
   }
 
   void compare_factor(const VarianceFactor& large, const VarianceFactor& small) {

@@ -356,6 +356,12 @@ ParameterInterval profile_interval(LikelihoodSurface& surface,
                                    const ProfileStart& start,
                                    const ProfileCut& cut) {
   ParameterInterval interval{.kind = parameter.kind, .name = parameter.name};
+  if (!parameter.can_be_held(variance)) {
+    interval.estimate = parameter.value(surface.layout(), variance, surface.optimum());
+    interval.lower = interval.upper = kNaN;
+    interval.note = "correlations of this structure depend on each other; use Wald intervals";
+    return interval;
+  }
   ProfileSearch search(surface, variance, parameter, start);
   interval.estimate = search.estimate();
   if (std::isnan(interval.estimate)) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/term_tests.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -9,6 +11,7 @@
 
 #include "model/sub_model_terms.hpp"
 #include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
 #include "text/text_parts.hpp"
 
 namespace silvafit::fit {
@@ -41,14 +44,47 @@ std::vector<std::string> terms_of(const ModelSpecification& specification) {
   return terms;
 }
 
-TermTest tested(std::string term, const std::vector<Index>& at, const FittedModel& fit) {
-  TermTest test{.term = std::move(term), .numerator_df = static_cast<int>(at.size())};
-  const Eigen::VectorXd estimate = fit.estimate(at);
-  const Eigen::MatrixXd covariance = fit.covariance(at, at);
-  test.f = estimate.dot(covariance.llt().solve(estimate)) / test.numerator_df;
-  test.denominator_df = fit.degrees_of_freedom.size() == fit.estimate.size()
-                            ? fit.degrees_of_freedom(at).minCoeff()
-                            : kNaN;
+/// The coefficients that have a standard error, with their terms.
+struct Tested {
+  std::vector<Index> at{};           ///< (K) places of the coefficients
+  std::vector<std::size_t> term{};   ///< (K) of each
+  std::vector<std::string> names{};  ///< of the terms
+};
+
+Tested tested_coefficients(const FittedModel& fit) {
+  const std::vector<std::string> terms = terms_of(fit.specification);
+  const Eigen::VectorXd errors = fit.standard_errors();
+  Tested result;
+  for (Index k = 0; k < errors.size(); ++k) {
+    if (!(errors[k] > 0.0)) continue;
+    const std::string& term = terms[static_cast<std::size_t>(k)];
+    const auto known = std::ranges::find(result.names, term);
+    result.at.push_back(k);
+    result.term.push_back(static_cast<std::size_t>(known - result.names.begin()));
+    if (known == result.names.end()) result.names.push_back(term);
+  }
+  return result;
+}
+
+/// The test of combinations of coefficients.
+/// \param at  of the coefficients that are the columns
+/// \param of  of those whose degrees of freedom count
+TermTest tested(std::string term,
+                const Eigen::MatrixXd& combinations,
+                const std::vector<Index>& at,
+                const std::vector<Index>& of,
+                const FittedModel& fit) {
+  TermTest test{.term = std::move(term), .numerator_df = static_cast<int>(combinations.rows())};
+  const Eigen::VectorXd value = combinations * fit.estimate(at);
+  const Eigen::MatrixXd covariance =
+      combinations * fit.covariance(at, at) * combinations.transpose();
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+  test.f =
+      factor.info() == Eigen::Success ? value.dot(factor.solve(value)) / test.numerator_df : kNaN;
+  test.denominator_df = kNaN;
+  if (fit.degrees_of_freedom.size() == fit.estimate.size()) {
+    test.denominator_df = fit.degrees_of_freedom(of).minCoeff();
+  }
   const bool is_known = std::isfinite(test.f) && test.denominator_df > 0.0;
   test.p = kNaN;
   if (is_known) {
@@ -58,22 +94,73 @@ TermTest tested(std::string term, const std::vector<Index>& at, const FittedMode
   return test;
 }
 
+/// The rows of the tested coefficients that belong to terms.
+std::vector<Index> rows_of(const std::vector<std::size_t>& terms, const Tested& all) {
+  std::vector<Index> rows;
+  for (std::size_t k = 0; k < all.at.size(); ++k) {
+    if (std::ranges::find(terms, all.term[k]) != terms.end()) rows.push_back(static_cast<Index>(k));
+  }
+  return rows;
+}
+
+/// \param whole  (K x K) combinations of all tested coefficients, of which those of the terms count
+TermTest test_of_terms(std::string name,
+                       const std::vector<std::size_t>& terms,
+                       const Eigen::MatrixXd& whole,
+                       const Tested& all,
+                       const FittedModel& fit) {
+  const std::vector<Index> rows = rows_of(terms, all);
+  std::vector<Index> of;
+  for (const Index row : rows) of.push_back(all.at[static_cast<std::size_t>(row)]);
+  return tested(std::move(name), whole(rows, Eigen::all), all.at, of, fit);
+}
+
+Eigen::MatrixXd unit(const Tested& all) {
+  const auto size = static_cast<Index>(all.at.size());
+  return Eigen::MatrixXd::Identity(size, size);
+}
+
+/// Combinations of each coefficient with those after it that are not correlated with each other:
+/// the upper Cholesky factor of the information.
+Eigen::MatrixXd uncorrelated(const Tested& all, const FittedModel& fit) {
+  const Eigen::MatrixXd information = fit.covariance(all.at, all.at).llt().solve(unit(all));
+  return information.llt().matrixU();
+}
+
 }  // namespace
 
-std::vector<TermTest> term_tests(const FittedModel& fit) {
-  const std::vector<std::string> terms = terms_of(fit.specification);
-  const Eigen::VectorXd errors = fit.standard_errors();
-  std::vector<std::pair<std::string, std::vector<Index>>> found;
-  for (Index k = 0; k < errors.size(); ++k) {
-    if (!(errors[k] > 0.0)) continue;
-    const std::string& term = terms[static_cast<std::size_t>(k)];
-    auto entry = std::ranges::find(found, term, [](const auto& one) { return one.first; });
-    if (entry == found.end()) entry = found.insert(entry, {term, {}});
-    entry->second.push_back(k);
-  }
+std::vector<TermTest> term_tests(const FittedModel& fit, TermOrder order) {
+  const Tested all = tested_coefficients(fit);
   std::vector<TermTest> tests;
-  for (auto& [term, at] : found) tests.push_back(tested(std::move(term), at, fit));
+  if (all.at.empty()) return tests;
+  const Eigen::MatrixXd whole = order == TermOrder::kMarginal ? unit(all) : uncorrelated(all, fit);
+  for (std::size_t term = 0; term < all.names.size(); ++term) {
+    tests.push_back(test_of_terms(all.names[term], {term}, whole, all, fit));
+  }
   return tests;
+}
+
+TermTest joint_test(const FittedModel& fit, const std::vector<std::size_t>& terms) {
+  const Tested all = tested_coefficients(fit);
+  for (const std::size_t term : terms) {
+    if (term >= all.names.size()) throw UsageError(fmt::format("there is no term {}", term));
+  }
+  return test_of_terms("combined", terms, unit(all), all, fit);
+}
+
+TermTest joint_test(const FittedModel& fit, const Eigen::MatrixXd& combinations) {
+  std::vector<Index> at;
+  const Eigen::VectorXd errors = fit.standard_errors();
+  for (Index k = 0; k < combinations.cols(); ++k) {
+    if (combinations.col(k).isZero(0.0)) continue;
+    if (!(errors[k] > 0.0)) {
+      throw UsageError(fmt::format("{} has no standard error, so that it cannot be tested",
+                                   fit.coefficient_names[static_cast<std::size_t>(k)]));
+    }
+    at.push_back(k);
+  }
+  if (at.empty()) throw UsageError("a combination has no coefficient other than 0");
+  return tested("combined", combinations(Eigen::all, at), at, at, fit);
 }
 
 }  // namespace silvafit::fit

@@ -340,18 +340,18 @@ VectorXd spread_constants(const NonlinearModel& model,
   MatrixXd weights;
   pooled.evaluate(constants, mean, &weights, workspace);
   for (Index k = 0; k < constants.size(); ++k) {
-    std::vector<Index> members;
-    for (Index j = 0; j < coefficients.size(); ++j) {
-      if (model.parameter_of(j) == k) members.push_back(j);
-    }
+    const std::vector<Index>& members = model.design().coefficients_of(k);
     if (model.specification().parameters[static_cast<std::size_t>(k)].has_intercept) {
       coefficients[members.front()] = constants[k];
       continue;
     }
     MatrixXd covariates(model.observations(), static_cast<Index>(members.size()));
     for (Index j = 0; j < covariates.cols(); ++j) {
-      covariates.col(j) =
-          weights.col(k).cwiseProduct(model.multiplier(members[static_cast<std::size_t>(j)]));
+      model.design().differentiate(members[static_cast<std::size_t>(j)],
+                                   0,
+                                   covariates.rows(),
+                                   weights.col(k).data(),
+                                   covariates.col(j).data());
     }
     coefficients(members) = covariates.colPivHouseholderQr().solve(weights.col(k) * constants[k]);
   }

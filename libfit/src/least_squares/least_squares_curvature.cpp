@@ -21,16 +21,10 @@ MatrixXd parameter_values(const NonlinearModel& model,
                           const VectorXd& coefficients,
                           Index begin,
                           Index rows) {
-  const auto count = static_cast<Index>(model.specification().parameters.size());
-  MatrixXd values = MatrixXd::Zero(rows, count);
-  for (Index j = 0; j < coefficients.size(); ++j) {
-    auto value = values.col(model.parameter_of(j)).array();
-    const double* const multiplier = model.multiplier_values(j);
-    if (multiplier == nullptr) {
-      value += coefficients[j];
-    } else {
-      value += coefficients[j] * Eigen::Map<const Eigen::ArrayXd>(multiplier + begin, rows);
-    }
+  MatrixXd values(rows, std::ssize(model.specification().parameters));
+  for (Index k = 0; k < values.cols(); ++k) {
+    const auto value = [&coefficients](Index j) { return coefficients[j]; };
+    model.design().fill(k, begin, rows, value, values.col(k).data());
   }
   return values;
 }
@@ -72,13 +66,6 @@ void evaluate(const NonlinearModel& model,
   program.evaluate(inputs, static_cast<std::size_t>(parameters.rows()), outputs, workspace);
 }
 
-/// Multiplies values of some rows by the multiplier of a coefficient.
-void multiply(const NonlinearModel& model, Index coefficient, Index begin, VectorXd& values) {
-  const double* const multiplier = model.multiplier_values(coefficient);
-  if (multiplier == nullptr) return;
-  values.array() *= Eigen::Map<const Eigen::ArrayXd>(multiplier + begin, values.size());
-}
-
 }  // namespace
 
 MatrixXd residual_curvature(const NonlinearModel& model,
@@ -99,13 +86,15 @@ MatrixXd residual_curvature(const NonlinearModel& model,
              second);
     for (Index i = 0; i < p; ++i) {
       VectorXd moved = residuals.segment(begin, rows);
-      multiply(model, i, begin, moved);
+      model.design().differentiate(i, begin, rows, moved.data(), moved.data());
       for (Index j = 0; j <= i; ++j) {
         if (model.is_bilinear(i, j)) continue;
-        const Index large = std::max(model.parameter_of(i), model.parameter_of(j));
-        const Index small = std::min(model.parameter_of(i), model.parameter_of(j));
+        const Index large =
+            std::max(model.design().parameter_of(i), model.design().parameter_of(j));
+        const Index small =
+            std::min(model.design().parameter_of(i), model.design().parameter_of(j));
         VectorXd term = second.col(large * (large + 1) / 2 + small).cwiseProduct(moved);
-        multiply(model, j, begin, term);
+        model.design().differentiate(j, begin, rows, term.data(), term.data());
         result(i, j) += term.sum();
       }
     }

@@ -80,7 +80,7 @@ std::optional<Multiplier> multiplier(const data::Expression& argument,
 std::optional<Index> only_coefficient(const NonlinearModel& model, Index parameter) {
   std::optional<Index> result;
   for (Index j = 0; j < model.coefficient_count(); ++j) {
-    if (model.parameter_of(j) != parameter) continue;
+    if (model.design().parameter_of(j) != parameter) continue;
     if (result) return std::nullopt;
     result = j;
   }

@@ -62,7 +62,7 @@ bool is_marginal(Method method) { return is_mixed(method) && method != Method::k
 
 /// Whether the likelihood is that of the model linear around the estimates.
 bool is_linearized(const FittedModel& fit) {
-  return fit.method == Method::kLindstromBates || fit.reml;
+  return fit.method == Method::kLindstromBates || fit.reml || fit.specification.correlation;
 }
 
 CoefficientFrame frame_of(const FittedModel& fit,

@@ -57,8 +57,9 @@ class LikelihoodSurface {
 };
 
 /// A new surface: for the methods of the marginal likelihood that likelihood; for lb, and gnls by
-/// restricted likelihood, that of the model linear around the estimates; for ols and gnls that of
-/// the nonlinear mean, with the weights of fitted values those of the estimates.
+/// restricted likelihood or with correlated residuals, that of the model linear around the
+/// estimates; for ols and gnls that of the nonlinear mean, with the weights of fitted values those
+/// of the estimates.
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting);
 
 /// The name of the likelihood that make_surface returns for a fit, for messages.

@@ -66,7 +66,8 @@ Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& varianc
 }
 
 bool Linearizer::is_curved() const {
-  return !std::ranges::all_of(quantity_pairs_, &QuantityPair::is_linear);
+  return variance_.correlated() != nullptr ||
+         !std::ranges::all_of(quantity_pairs_, &QuantityPair::is_linear);
 }
 
 void Linearizer::make_segments() {
@@ -100,12 +101,12 @@ void Linearizer::make_segments() {
 }
 
 void Linearizer::make_parameters() {
-  parameters_.resize(model_.specification().parameters.size(), {.is_scalar = true});
-  for (Index j = 0; j < model_.coefficient_count(); ++j) {
-    Parameter& parameter = parameters_[static_cast<std::size_t>(model_.parameter_of(j))];
-    parameter.coefficients.push_back(j);
-    const bool is_random = std::ranges::find(effect_columns_, j) != effect_columns_.end();
-    if (is_random || model_.multiplier_values(j) != nullptr) parameter.is_scalar = false;
+  const ParameterDesign& design = model_.design();
+  for (Index k = 0; k < std::ssize(model_.specification().parameters); ++k) {
+    const bool is_random = std::ranges::any_of(design.coefficients_of(k), [&](Index j) {
+      return std::ranges::find(effect_columns_, j) != effect_columns_.end();
+    });
+    is_scalar_.push_back(!is_random && !design.has_covariates(k));
   }
 }
 
@@ -114,9 +115,9 @@ void Linearizer::make_programs() {
   const Expression& mean = specification.formula.right;
   std::vector<Expression> outputs{mean};
   std::vector<data::Program::Input> inputs;
-  for (std::size_t k = 0; k < parameters_.size(); ++k) {
+  for (std::size_t k = 0; k < is_scalar_.size(); ++k) {
     const std::string& name = specification.parameters[k].name;
-    inputs.push_back({.name = name, .is_scalar = parameters_[k].is_scalar});
+    inputs.push_back({.name = name, .is_scalar = is_scalar_[k]});
     outputs.push_back(mean.derivative(name));
   }
   for (const std::string& name : model_.variables()) inputs.push_back({.name = name});
@@ -148,7 +149,7 @@ void Linearizer::make_programs() {
 
 void Linearizer::prepare(Scratch& scratch) const {
   const Index rows = std::min(kBlockRows, model_.observations());
-  scratch.parameter_values.resize(rows, static_cast<Index>(parameters_.size()));
+  scratch.parameter_values.resize(rows, static_cast<Index>(is_scalar_.size()));
   scratch.quantity_values.resize(rows, static_cast<Index>(variance_.quantities().size()));
   scratch.outputs.resize(rows, static_cast<Index>(output_count_));
   scratch.products.resize(rows, model_.coefficient_count());
@@ -163,31 +164,23 @@ void Linearizer::fill_parameters(const LinearizationPoint& point,
                                  std::size_t last,
                                  Scratch& scratch) const {
   const Index block_begin = segments_[first].begin;
-  for (std::size_t k = 0; k < parameters_.size(); ++k) {
-    const Parameter& parameter = parameters_[k];
-    auto column = scratch.parameter_values.col(static_cast<Index>(k));
-    if (parameter.is_scalar) {
-      column[0] = 0.0;
-      for (const Index j : parameter.coefficients) column[0] += point.coefficients[j];
+  for (Index k = 0; k < scratch.parameter_values.cols(); ++k) {
+    double* const column = scratch.parameter_values.col(k).data();
+    if (is_scalar_[static_cast<std::size_t>(k)]) {
+      model_.design().fill(
+          k, block_begin, 1, [&point](Index j) { return point.coefficients[j]; }, column);
       continue;
     }
     for (std::size_t s = first; s < last; ++s) {
       const Segment& segment = segments_[s];
-      const Index rows = segment.end - segment.begin;
-      auto target = column.segment(segment.begin - block_begin, rows);
-      double constant = 0.0;
-      for (const Index j : parameter.coefficients) {
-        if (model_.multiplier_values(j) == nullptr) {
-          constant += point.coefficients[j] + point.effects(j, segment.group);
-        }
-      }
-      target.setConstant(constant);
-      for (const Index j : parameter.coefficients) {
-        const double* const multiplier = model_.multiplier_values(j);
-        if (multiplier == nullptr) continue;
-        target += (point.coefficients[j] + point.effects(j, segment.group)) *
-                  Eigen::Map<const VectorXd>(multiplier + segment.begin, rows);
-      }
+      const auto value = [&](Index j) {
+        return point.coefficients[j] + point.effects(j, segment.group);
+      };
+      model_.design().fill(k,
+                           segment.begin,
+                           segment.end - segment.begin,
+                           value,
+                           column + (segment.begin - block_begin));
     }
   }
 }
@@ -242,25 +235,23 @@ void Linearizer::evaluate_block(const LinearizationPoint& point,
   result.mean.segment(begin, rows) = scratch.outputs.col(0).head(rows);
   scratch.residual.head(rows) =
       model_.response().segment(begin, rows) - scratch.outputs.col(0).head(rows);
-  const auto parameters = static_cast<Index>(parameters_.size());
+  const auto parameters = static_cast<Index>(is_scalar_.size());
   if (result.weight.size() > 0) {
     result.weight.segment(begin, rows) = scratch.outputs.col(parameters + 2).head(rows).array();
   }
+  const ParameterDesign& design = model_.design();
   for (Index j = 0; j < model_.coefficient_count(); ++j) {
-    const double* const multiplier = model_.multiplier_values(j);
-    if (multiplier == nullptr) continue;
-    scratch.products.col(j).head(rows) =
-        scratch.outputs.col(1 + model_.parameter_of(j))
-            .head(rows)
-            .cwiseProduct(Eigen::Map<const VectorXd>(multiplier + begin, rows));
+    if (design.multiplier(j) == nullptr) continue;
+    const double* const by_parameter = scratch.outputs.col(1 + design.parameter_of(j)).data();
+    design.differentiate(j, begin, rows, by_parameter, scratch.products.col(j).data());
   }
   if (point.mixing.size() > 0) mix(point.mixing, rows, scratch);
 }
 
 const double* Linearizer::slope_column(Index coefficient, const Scratch& scratch) const {
-  if (model_.multiplier_values(coefficient) != nullptr)
-    return scratch.products.col(coefficient).data();
-  return scratch.outputs.col(1 + model_.parameter_of(coefficient)).data();
+  const ParameterDesign& design = model_.design();
+  if (design.multiplier(coefficient) != nullptr) return scratch.products.col(coefficient).data();
+  return scratch.outputs.col(1 + design.parameter_of(coefficient)).data();
 }
 
 void Linearizer::mix(const MatrixXd& mixing, Index rows, Scratch& scratch) const {
@@ -302,6 +293,14 @@ void Linearizer::add_segment(const Segment& segment,
   const double* const residual = scratch.residual.data() + offset;
   scratch.columns.back() = residual;
   const bool has_weight = result.weight.size() > 0;
+  if (variance_.correlated() != nullptr) {
+    keep_rows(segment, offset, expand, scratch, result);
+    if (has_weight) {
+      const auto logarithm = static_cast<Index>(is_scalar_.size()) + 1;
+      sums.sum_log[0] += data::sum(scratch.outputs.col(logarithm).data() + offset, count);
+    }
+    return;
+  }
   const double* const weight = has_weight ? result.weight.data() + segment.begin : nullptr;
   add_products(weight, rows, scratch, products);
   if (before != nullptr && before->weight.size() > 0) {
@@ -309,7 +308,7 @@ void Linearizer::add_segment(const Segment& segment,
         data::weighted_dot(before->weight.data() + segment.begin, residual, residual, count);
   }
   if (!has_weight) return;
-  const auto parameters = static_cast<Index>(parameters_.size());
+  const auto parameters = static_cast<Index>(is_scalar_.size());
   sums.sum_log[0] += data::sum(scratch.outputs.col(parameters + 1).data() + offset, count);
   if (expand) add_terms(segment, offset, scratch, products, sums, result);
 }
@@ -391,7 +390,8 @@ void Linearizer::linearize_chunk(const LinearizationPoint& point,
                   is_carried ? sums.carried_before : result.squares_before[segment.group],
                   sums,
                   result);
-      if (segment.is_last && !is_carried) finish_group(segment.group, point, result);
+      if (segment.is_last && !is_carried && variance_.correlated() == nullptr)
+        finish_group(segment.group, point, result);
     }
   }
 }
@@ -402,7 +402,7 @@ void Linearizer::add_carried(const LinearizationPoint& point,
   GroupMoments& moments = result.model.moments;
   for (std::size_t chunk = 0; chunk < chunks.size(); ++chunk) {
     const ChunkSums& sums = chunks[chunk];
-    if (sums.carried.empty()) continue;
+    if (sums.carried.empty() || variance_.correlated() != nullptr) continue;
     const Index group = segments_[blocks_[chunks_[chunk]]].group;
     double* const products = moments.term(group, 0);
     for (std::size_t k = 0; k < sums.carried.size(); ++k) products[k] += sums.carried[k];
@@ -425,7 +425,10 @@ bool Linearizer::linearize(const LinearizationPoint& point,
   result.model.observations = model_.observations();
   result.model.threads = model_.threads();
   result.model.moments =
-      expand ? GroupMoments(width, model_.group_count(), variance_.parameter_count(), pairs_)
+      expand ? GroupMoments(width,
+                            model_.group_count(),
+                            variance_.parameter_count(),
+                            variance_.correlated() == nullptr ? pairs_ : decltype(pairs_){})
              : GroupMoments(width, model_.group_count(), 0, {});
   result.mean.resize(model_.observations());
   result.weight.resize(varies ? model_.observations() : 0);
@@ -433,6 +436,10 @@ bool Linearizer::linearize(const LinearizationPoint& point,
   result.squares_before.setZero(model_.group_count());
   result.variance = point.variance;
   scratch_.resize(worker_count(model_.threads()));
+  if (variance_.correlated() != nullptr) {
+    kept_rows_.resize(model_.observations(), width);
+    if (expand) kept_slopes_.resize(model_.observations(), std::ssize(variance_.quantities()));
+  }
   std::vector<ChunkSums> chunks(chunks_.size() - 1);
   parallel_for(chunks.size(), model_.threads(), [&](std::size_t chunk, std::size_t worker) {
     linearize_chunk(point, expand, before, chunk, scratch_[worker], chunks[chunk], result);
@@ -443,6 +450,7 @@ bool Linearizer::linearize(const LinearizationPoint& point,
     result.model.moments.sum_log() += sums.sum_log;
     log_squares += sums.log_squares;
   }
+  if (variance_.correlated() != nullptr) return add_correlated(point, expand, before, result);
   if (before != nullptr && before->weight.size() == 0) result.squares_before = result.squares;
   if (expand) center(log_squares, result);
   return result.squares.allFinite() && result.model.moments.all_finite();

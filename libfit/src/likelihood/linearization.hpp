@@ -56,7 +56,8 @@ class Linearizer {
                  const Linearization* before,
                  Linearization& result);
 
-  /// Whether log g is not linear in the variance parameters.
+  /// Whether the series of the weights is too inaccurate for a search: log g is not linear in the
+  /// variance parameters, or the residuals are correlated, for which there is no series.
   bool is_curved() const;
 
  private:
@@ -88,10 +89,6 @@ class Linearizer {
     Eigen::VectorXd log_squares{};  ///< by quantity
     std::vector<double> carried{};  ///< (terms x width x width) of that group, empty without one
     double carried_before = 0.0;    ///< of its squares_before
-  };
-  struct Parameter {
-    bool is_scalar = false;
-    std::vector<Eigen::Index> coefficients{};
   };
   /// A second derivative of log g by two quantities, which may be zero everywhere.
   struct QuantityPair {
@@ -184,6 +181,26 @@ class Linearizer {
                                   Scratch& scratch) const;
   /// Replaces the columns of a block by their combinations.
   void mix(const Eigen::MatrixXd& mixing, Eigen::Index rows, Scratch& scratch) const;
+  /// Correlated residuals, in linearization_correlated.cpp: keeps the rows of a segment, divided by
+  /// g, and sums up the products of all groups from these.
+  void keep_rows(const Segment& segment,
+                 Eigen::Index offset,
+                 bool expand,
+                 const Scratch& scratch,
+                 const Linearization& result) const;
+  /// Which of the kept factors are those of some parameters; else they take the place `free`.
+  std::size_t kept_factors(const Eigen::VectorXd& parameters, std::size_t free);
+  bool add_correlated(const LinearizationPoint& point,
+                      bool expand,
+                      const Linearization* before,
+                      Linearization& result);
+  void add_correlated_group(Eigen::Index group,
+                            bool expand,
+                            const Linearization* before,
+                            Linearization& result,
+                            Eigen::VectorXd& sum_log) const;
+  /// (n x m) the derivatives of log g of some rows by the parameters of g.
+  Eigen::MatrixXd scale_slopes(const std::vector<Eigen::Index>& rows) const;
   void finish_group(Eigen::Index group,
                     const LinearizationPoint& point,
                     Linearization& result) const;
@@ -201,7 +218,7 @@ class Linearizer {
   std::vector<Segment> segments_;
   std::vector<std::size_t> blocks_;  ///< first segment of each block, and the end
   std::vector<std::size_t> chunks_;  ///< first block of each chunk, and the end
-  std::vector<Parameter> parameters_;
+  std::vector<bool> is_scalar_;      ///< of each parameter
   std::vector<QuantityPair> quantity_pairs_;
   std::vector<Term> terms_;  ///< of the series, in the order of GroupMoments less term 0
   std::vector<std::pair<Eigen::Index, Eigen::Index>> pairs_;
@@ -209,6 +226,17 @@ class Linearizer {
 
   std::size_t output_count_ = 0;
   std::vector<Scratch> scratch_;  ///< by worker
+  /// L of each block at some correlation parameters: those of a linearization, and of the one
+  /// before it.
+  struct KeptFactors {
+    Eigen::VectorXd parameters{};
+    CorrelatedRows::Factors factors{};
+  };
+  std::array<KeptFactors, 2> factors_;
+  std::size_t factors_now_ = 0;  ///< which of them are those of this linearization
+  std::size_t factors_before_ = 0;
+  mutable Eigen::MatrixXd kept_rows_;    ///< (N x (p + 1)) columns and residuals, divided by g
+  mutable Eigen::MatrixXd kept_slopes_;  ///< (N x quantities) derivatives of log g
 };
 
 }  // namespace silvafit::fit

@@ -52,7 +52,7 @@ void Linearizer::add_terms(const Segment& segment,
                            ChunkSums& sums,
                            const Linearization& result) const {
   const Index rows = segment.end - segment.begin;
-  const auto first = static_cast<Index>(parameters_.size()) + 3;
+  const auto first = static_cast<Index>(is_scalar_.size()) + 3;
   const auto quantity_count = static_cast<Index>(variance_.quantities().size());
   for (Index k = 0; k < quantity_count; ++k) {
     sums.log_squares[k] +=
@@ -92,7 +92,7 @@ Eigen::Map<const VectorXd> Linearizer::log_scale_slope(std::size_t quantity,
                                                        Index offset,
                                                        Index rows,
                                                        const Scratch& scratch) const {
-  const auto first = static_cast<Index>(parameters_.size()) + 3;
+  const auto first = static_cast<Index>(is_scalar_.size()) + 3;
   return {scratch.outputs.col(first + static_cast<Index>(quantity)).data() + offset, rows};
 }
 

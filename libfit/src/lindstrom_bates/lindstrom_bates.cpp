@@ -66,12 +66,27 @@ MatrixXd mixing_at(const NonlinearModel& model, const MatrixXd& coefficients) {
   return frame * frame.diagonal().cwiseInverse().asDiagonal();
 }
 
+VarianceData residual_data(const NonlinearModel& model, bool is_correlated) {
+  VarianceData data = VarianceData::of(model);
+  if (!is_correlated) data.correlated.reset();
+  return data;
+}
+
 /// Whether g is about one at typical values for any parameters.
 bool normalized(const VarianceFunction& variance) {
   return std::ranges::all_of(variance.factors, [](const VarianceFactor& factor) {
     return kind_of(factor).reads_value() && factor.stratum.empty() && !factor.delta &&
            !factor.constant;
   });
+}
+
+/// The range of a correlation as a share of the farthest distance; 0 of one without a range, whose
+/// first parameter is the logarithm of the range in units.
+double relative_range(const CorrelationStructure& structure, const VectorXd& parameters) {
+  using Kind = Correlation::Kind;
+  const Kind kind = structure.correlation().kind;
+  if (kind != Kind::kCar1 && kind < Kind::kExponential) return 0.0;
+  return structure.scale().unit * std::exp(parameters[0]) / structure.scale().farthest;
 }
 
 // The factor 0.375 is that of nlme's start: random effects explain most of the possible spread.
@@ -90,7 +105,7 @@ double LindstromBatesState::penalty() const {
 PooledFit pooled_fit(const NonlinearModel& model,
                      const VectorXd& start,
                      const MixedEffectsOptions& options) {
-  const VarianceModel constant({}, VarianceData::of(model));
+  const VarianceModel constant({}, VarianceData{});
   LinearizationPoint point{.coefficients = start,
                            .effects = MatrixXd::Zero(start.size(), model.group_count()),
                            .variance = VectorXd(0),
@@ -121,7 +136,8 @@ PooledFit pooled_fit(const NonlinearModel& model,
 LindstromBates::LindstromBates(const NonlinearModel& model,
                                const PooledFit& pooled,
                                const VarianceFunction& variance,
-                               const MixedEffectsOptions& options)
+                               const MixedEffectsOptions& options,
+                               bool is_correlated)
     : model_(model),
       options_(options),
       variance_text_(variance.text()),
@@ -130,7 +146,7 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
       all_(static_cast<std::size_t>(pooled.scale.size())),
       scale_(pooled.scale),
       mixing_(pooled.mixing),
-      variance_(variance, VarianceData::of(model)),
+      variance_(variance, residual_data(model, is_correlated)),
       is_normalized_(normalized(variance)),
       linearizer_(model, variance_) {
   std::iota(all_.begin(), all_.end(), Index{0});
@@ -210,7 +226,8 @@ SmallerVariance LindstromBates::variance_of(const LindstromBatesOutcome& outcome
 }
 
 LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
-                                               const std::vector<std::size_t>& factors_of) {
+                                               const std::vector<std::size_t>& factors_of,
+                                               bool is_near) {
   VectorXd parameters = variance_.start();
   for (const VarianceModel::Quantity& quantity : variance_.quantities()) {
     bool is_known = false;
@@ -239,14 +256,39 @@ LindstromBatesState LindstromBates::start_from(const SmallerVariance& smaller,
   state.theta.tail(parameters.size()) = parameters;
   // Psi / sigma^2 with the new scale of sigma.
   adopt_units(state.scale, state.mixing);
-  if (is_normalized_ && smaller.mean_log == 0.0) return state;
   Linearization at;
-  if (!linearize(state, nullptr, at)) return state;
-  const double mean_log =
-      at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
-  state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
-  for (MatrixXd& of_term : state.spherical) of_term *= std::exp(smaller.mean_log - mean_log);
+  if ((!is_normalized_ || smaller.mean_log != 0.0) && linearize(state, nullptr, at)) {
+    const double mean_log =
+        at.model.moments.sum_log()[0] / static_cast<double>(model_.observations());
+    state.theta.head(random_parameter_count()) *= std::exp(mean_log - smaller.mean_log);
+    for (MatrixXd& of_term : state.spherical) of_term *= std::exp(smaller.mean_log - mean_log);
+  }
+  choose_correlation(state, is_near);
   return state;
+}
+
+bool LindstromBates::has_unbounded_range(const LindstromBatesState& state) const {
+  constexpr double kFar = 50.0;
+  return variance_.correlated() != nullptr &&
+         relative_range(variance_.correlated()->structure(),
+                        variance_.correlation_part(variance_parameters(state.theta))) > kFar;
+}
+
+void LindstromBates::choose_correlation(LindstromBatesState& state, bool is_near) {
+  if (variance_.correlated() == nullptr) return;
+  constexpr double kShort = 0.3;
+  LindstromBatesState trial = state;
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const VectorXd& start : variance_.correlated()->structure().starts()) {
+    if (is_near && relative_range(variance_.correlated()->structure(), start) > kShort) continue;
+    trial.theta.tail(start.size()) = start;
+    Linearization at;
+    if (!linearize(trial, nullptr, at)) continue;
+    const LinearMixedProfile value = profile_at(at, trial.theta, false);
+    if (!value.is_valid || -value.minus_log_likelihood <= highest) continue;
+    highest = -value.minus_log_likelihood;
+    state.theta = trial.theta;
+  }
 }
 
 LindstromBatesState LindstromBates::first_order_start() {

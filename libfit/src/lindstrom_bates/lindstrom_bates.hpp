@@ -97,11 +97,13 @@ PooledFit pooled_fit(const NonlinearModel& model,
 class LindstromBates {
  public:
   /// \param pooled    the fit without random effects
-  /// \param variance  the model's own variance function, or one that it contains
+  /// \param variance       the model's own variance function, or one that it contains
+  /// \param is_correlated  whether the residuals have the model's correlation, or none
   LindstromBates(const NonlinearModel& model,
                  const PooledFit& pooled,
                  const VarianceFunction& variance,
-                 const MixedEffectsOptions& options);
+                 const MixedEffectsOptions& options,
+                 bool is_correlated = true);
 
   /// A start with all random effects zero and standard deviations of a typical size times `spread`.
   LindstromBatesState start(double spread);
@@ -111,8 +113,12 @@ class LindstromBates {
   SmallerVariance variance_of(const LindstromBatesOutcome& outcome) const;
   /// A start from a fit whose variance function is nested in this one.
   /// \param factors_of  for each factor of the smaller function, its index in this function
+  /// \param is_near  whether the correlation begins at a short range
   LindstromBatesState start_from(const SmallerVariance& smaller,
-                                 const std::vector<std::size_t>& factors_of);
+                                 const std::vector<std::size_t>& factors_of,
+                                 bool is_near = false);
+  /// Whether the range of the correlation is far above all distances.
+  bool has_unbounded_range(const LindstromBatesState& state) const;
   /// A start at a fit of the same model to the same or other data.
   LindstromBatesState start_at(const MixedEffectsFit& fit);
   /// Maximum number of consecutive short steps of penalized least squares (default 6).
@@ -140,6 +146,9 @@ class LindstromBates {
   static constexpr double kLoosestSquares = 1e-7;
 
   Eigen::Index random_parameter_count() const;
+  /// Sets the correlation of a state to the most likely of the structure's starts.
+  /// \param is_near  whether ranges have to be short in comparison with the distances
+  void choose_correlation(LindstromBatesState& state, bool is_near = false);
   /// Calls visit(term, factor, begin) for each term, whose parameters in theta begin there; the
   /// last term is first.
   template <typename Visit>

@@ -43,16 +43,18 @@ MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
         "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
   }
   MixedEffectsFit fit;
+  Obstacle obstacle;
   bool is_valid = false;
   {
     // The memory of the search is as large as the data, and not needed for the convergence test.
     const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
     is_valid = search.outcome.is_valid;
+    if (model.specification().correlation) obstacle = search.outcome.obstacle;
     if (is_valid) fit = search.engine->result(search.outcome);
   }
   if (!is_valid) fit = failed(model, start, why_no_step(model, start));
   describe(model, fit);
-  if (is_valid) judge(model, fit, Rounds::kAlternations, options.reml);
+  if (is_valid) judge(model, fit, Rounds::kAlternations, options.reml, obstacle);
   return fit;
 }
 

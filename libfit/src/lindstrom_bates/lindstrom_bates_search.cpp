@@ -72,6 +72,13 @@ class Search {
 
   void consider(const LindstromBatesState& start, Alternation how) {
     LindstromBatesOutcome outcome = run_from(engine_, start, how);
+    if (outcome.converged && engine_.has_unbounded_range(outcome.state)) {
+      outcome.converged = false;
+      outcome.obstacle = {.status = ConvergenceStatus::kNoMaximum,
+                          .text =
+                              "the range of the correlation grows without bound: use another "
+                              "`correlation`, or random effects in its place"};
+    }
     outcome.converged = outcome.converged && outcome.log_likelihood > least_;
     if (is_better(outcome, best_)) best_ = std::move(outcome);
   }
@@ -165,9 +172,10 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
   const auto [constant, factors_of] = held_factors(function);
   LindstromBatesWork work;
   std::optional<SmallerVariance> smaller;
-  if (constant.factors.size() < function.factors.size()) {
+  const bool is_correlated = model.specification().correlation.has_value();
+  if (constant.factors.size() < function.factors.size() || is_correlated) {
     // The engine of the smaller fit is released before that of the larger uses memory.
-    LindstromBates engine(model, pooled, constant, options);
+    LindstromBates engine(model, pooled, constant, options, false);
     engine.set_tolerance(kRoughTolerance);
     engine.set_passes(passes);
     Search search(engine, least_likelihood(constant, pooled));
@@ -181,6 +189,9 @@ LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
   Search search(*engine, least_likelihood(function, pooled));
   if (smaller) {
     search.consider(engine->start_from(*smaller, factors_of), Alternation::kInterleaved);
+    if (is_correlated && !search.best().converged) {
+      search.consider(engine->start_from(*smaller, factors_of, true), Alternation::kInterleaved);
+    }
   }
   const bool is_below = smaller && smaller->converged &&
                         search.best().log_likelihood < smaller->log_likelihood - kHigher;
@@ -223,7 +234,8 @@ LindstromBatesEnd lindstrom_bates_from(const NonlinearModel& model,
   const bool is_above =
       outcome.log_likelihood > least_likelihood(model.specification().variance, pooled);
   end.fit = engine.result(outcome);
-  if (!is_above) end.fit->convergence.status = ConvergenceStatus::kMaximumNotReached;
+  if (!is_above || engine.has_unbounded_range(outcome.state))
+    end.fit->convergence.status = ConvergenceStatus::kMaximumNotReached;
   return end;
 }
 

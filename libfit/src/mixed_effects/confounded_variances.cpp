@@ -49,7 +49,8 @@ class Components {
  public:
   Components(const NonlinearModel& model, const VarianceModel& variance, const VariancePoint& point)
       : model_(model), variance_(variance), point_(point) {
-    const MatrixXd weighted = weighted_jacobian();
+    MatrixXd weighted = weighted_jacobian();
+    if (!whiten(weighted)) return;
     const Index m = variance.parameter_count();
     by_residual_ = MatrixXd::Ones(weighted.rows(), m + 1);
     if (m > 0) {
@@ -120,6 +121,7 @@ class Components {
   void add_residual_names(const std::vector<Direction>& directions,
                           std::vector<std::string>& result) const {
     add_variance_names(directions, result);
+    add_correlation_names(directions, result);
     const auto moves_sigma = [&](const Direction& of) { return sigma_change(of) > kUnmoved; };
     if (std::ranges::any_of(directions, moves_sigma)) result.emplace_back("sigma");
   }
@@ -136,6 +138,44 @@ class Components {
       jacobian.col(j) = jacobian.col(j).cwiseProduct(point_.residual_sd.cwiseInverse());
     }
     return jacobian;
+  }
+
+  /// Makes rows independent; false if they cannot be tested: a correlation is singular, or the
+  /// blocks are so large that their matrices take too long.
+  bool whiten(MatrixXd& rows) {
+    const CorrelatedRows* const correlated = variance_.correlated();
+    if (correlated == nullptr) return true;
+    constexpr Index kLargest = 1000;
+    if (correlated->structure().scale().largest > kLargest) return false;
+    factors_ = correlated->factors(variance_.correlation_part(point_.variance), 1);
+    if (factors_.empty()) return false;
+    correlated->change(factors_, rows, [](const CorrelationFactor& factor, MatrixXd& part) {
+      factor.whiten(part);
+    });
+    return true;
+  }
+
+  /// (n x n) L^-1 dR L'^-1 of a block with R the covariance of its standardized residuals, for each
+  /// parameter of the variance function, of the correlation, and log sigma.
+  std::vector<MatrixXd> residual_forms(std::size_t block) const {
+    const std::vector<Index>& rows = variance_.correlated()->blocks()[block].rows;
+    const CorrelationFactor& factor = *factors_[block];
+    const MatrixXd identity = MatrixXd::Identity(std::ssize(rows), std::ssize(rows));
+    const Index scale_count = variance_.parameter_count() - variance_.correlation_count();
+    std::vector<MatrixXd> result;
+    for (Index j = 0; j < scale_count; ++j) {
+      MatrixXd half = identity;
+      factor.color(half);
+      half = (by_residual_(rows, j).asDiagonal() * half).eval();
+      factor.whiten(half);
+      result.emplace_back(half + half.transpose());
+    }
+    for (Index k = 0; k < variance_.correlation_count(); ++k) {
+      const MatrixXd half = factor.slope(k, identity);
+      result.emplace_back(-half - half.transpose());
+    }
+    result.emplace_back(2.0 * identity);
+    return result;
   }
 
   void add_components() {
@@ -213,6 +253,7 @@ class Components {
 
     /// Products of all components with those of the residuals.
     void add_residual() {
+      if (of_.variance_.correlated() != nullptr) return add_correlated_residual();
       const MatrixXd& by_residual = of_.by_residual_;
       for (std::size_t k = 0; k < parts_.size(); ++k) {
         const VectorXd diagonal = of_.diagonal(of_.all_[k]);
@@ -227,6 +268,25 @@ class Components {
     }
 
    private:
+    /// The same where the matrices of the residuals have blocks.
+    void add_correlated_residual() {
+      for (std::size_t b = 0; b < of_.factors_.size(); ++b) {
+        const std::vector<Index>& rows = of_.variance_.correlated()->blocks()[b].rows;
+        const std::vector<MatrixXd> forms = of_.residual_forms(b);
+        const std::size_t first = parts_.size() - forms.size();
+        for (std::size_t l = 0; l < forms.size(); ++l) {
+          for (std::size_t k = 0; k < l + first + 1; ++k) {
+            if (k >= first) {
+              add(first + l, k, forms[l].cwiseProduct(forms[k - first]).sum());
+              continue;
+            }
+            const MatrixXd z = of_.terms_[*of_.all_[k].term].columns(rows, Eigen::all);
+            add(first + l, k, of_.all_[k].form.cwiseProduct(z.transpose() * forms[l] * z).sum());
+          }
+        }
+      }
+    }
+
     void add(std::size_t k, std::size_t l, double value) {
       total_(static_cast<Index>(k), static_cast<Index>(l)) += value;
     }
@@ -318,6 +378,15 @@ class Components {
 
   /// (N x p) the product of a component's matrix and Q.
   MatrixXd image(const Component& component) const {
+    if (!component.term && variance_.correlated() != nullptr) {
+      MatrixXd result(mean_.rows(), mean_.cols());
+      for (std::size_t b = 0; b < factors_.size(); ++b) {
+        const std::vector<Index>& rows = variance_.correlated()->blocks()[b].rows;
+        result(rows, Eigen::all) =
+            residual_forms(b)[static_cast<std::size_t>(component.column)] * mean_(rows, Eigen::all);
+      }
+      return result;
+    }
     if (!component.term) {
       return 2.0 * by_residual_.col(component.column).asDiagonal() * mean_;
     }
@@ -494,6 +563,18 @@ class Components {
     }
   }
 
+  void add_correlation_names(const std::vector<Direction>& directions,
+                             std::vector<std::string>& result) const {
+    const Index first = variance_.parameter_count() - variance_.correlation_count();
+    for (Index k = 0; k < variance_.correlation_count(); ++k) {
+      const bool is_moved = std::ranges::any_of(directions, [&](const Direction& of) {
+        return std::abs(of.residual[first + k]) > kUnmoved;
+      });
+      if (!is_moved) continue;
+      result.push_back(variance_.correlated()->structure().names()[static_cast<std::size_t>(k)]);
+    }
+  }
+
   /// Of the logarithm of the reported sigma.
   double sigma_change(const Direction& of) const {
     constexpr double kStep = 1e-4;
@@ -510,6 +591,7 @@ class Components {
   const VarianceModel& variance_;
   const VariancePoint& point_;
   bool is_finite_ = false;
+  CorrelatedRows::Factors factors_;  ///< of correlated residuals
   std::vector<EffectColumns> terms_;
   MatrixXd by_residual_;  ///< (N x (m + 1)) derivatives of the log residual standard deviation
   MatrixXd mean_;         ///< (N x p) Q, for the restricted likelihood

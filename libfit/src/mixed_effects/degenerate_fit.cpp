@@ -195,7 +195,7 @@ Degeneracy impossible_error(const NonlinearModel& model,
     const double least =
         std::sqrt(level.covariance(at, at) / static_cast<double>(std::max<Index>(1, groups)));
     const double error = std::sqrt(fit.covariance(j, j));
-    if (model.multiplier_values(j) != nullptr || !(error < kImpossible * least)) continue;
+    if (model.design().multiplier(j) != nullptr || !(error < kImpossible * least)) continue;
     return {
         .status = ConvergenceStatus::kNotIdentifiable,
         .evidence = {{.kind = Evidence::Kind::kHardlyIdentifiable,

@@ -8,6 +8,7 @@
 
 #include "conditional_modes/effect_layout.hpp"
 #include "likelihood/crossed_profile.hpp"
+#include "model/correlated_rows.hpp"
 #include "model/crossed_groups.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "silvafit/base/constants.hpp"
@@ -75,6 +76,7 @@ MatrixXd standardized_columns(const NonlinearModel& model,
     begin += q;
   }
   result.rightCols(jacobian.cols()) = jacobian * frame;
+  whiten(model, fit.variance, result);
   return result;
 }
 

@@ -171,6 +171,7 @@ std::string failure(const NonlinearModel& model,
         advice(model,
                !kinks.empty() ? fmt::format("the method agq, since the formula has a kink in {}",
                                             fmt::join(kinks, ", "))
+               : specification.correlation ? simpler_model(specification)
                : has_exact_linearization(model)
                    ? simpler_model(specification) + "; another method has the same likelihood"
                    : "the method focei or laplace, or " + simpler_model(specification)));

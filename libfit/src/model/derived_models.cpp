@@ -57,20 +57,18 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
   }
   part.response_ = response_(observations);
   part.columns_ = columns_(observations, Eigen::all);
-  part.covariates_ = covariates_(observations, Eigen::all);
+  part.design_ = design_.part(observations);
   return part;
 }
 
 NonlinearModel NonlinearModel::pooled() const {
   NonlinearModel model = *this;
-  model.slots_.clear();
   for (ParameterModel& parameter : model.specification_.parameters) {
     parameter = {.name = parameter.name, .has_intercept = true};
-    model.slots_.push_back({.parameter = static_cast<Index>(model.slots_.size())});
   }
   model.specification_.random.clear();
   model.names_ = model.specification_.coefficient_names();
-  model.covariates_.resize(observations(), 0);
+  model.design_ = ParameterDesign(std::ssize(model.specification_.parameters), observations());
   model.compile();
   return model;
 }
@@ -78,7 +76,7 @@ NonlinearModel NonlinearModel::pooled() const {
 NonlinearModel NonlinearModel::with_held(const std::map<std::string, double>& held) const {
   NonlinearModel model = pooled();
   model.specification_ = fit::with_held(model.specification_, held);
-  model.slots_.resize(model.specification_.parameters.size());
+  model.design_ = ParameterDesign(std::ssize(model.specification_.parameters), observations());
   model.names_ = model.specification_.coefficient_names();
   model.compile();
   return model;
@@ -90,6 +88,12 @@ NonlinearModel NonlinearModel::with_equation(data::Expression mean,
   model.specification_.formula.right = std::move(mean);
   model.response_ = std::move(response);
   return model.pooled();
+}
+
+NonlinearModel NonlinearModel::with_independent_residuals() const {
+  NonlinearModel model = *this;
+  model.specification_.correlation.reset();
+  return model;
 }
 
 NonlinearModel NonlinearModel::with_random_effects(std::vector<RandomEffects> terms) const {

@@ -330,6 +330,10 @@ std::vector<std::string> ModelSpecification::label_columns() const {
     add(factor.column, numbers);
     add(factor.stratum, labels);
   }
+  if (correlation) {
+    for (const std::string& column : correlation->columns) add(column, numbers);
+    add(correlation->group, labels);
+  }
   for (const RandomEffects& term : random) {
     for (const std::string& column : term.within) add(column, labels);
     add(term.group, labels);

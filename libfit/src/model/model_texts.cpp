@@ -42,6 +42,14 @@ void require_columns(const ModelSpecification& specification, const data::Table&
     }
     if (!factor.stratum.empty()) require_column(table, factor.stratum);
   }
+  if (specification.correlation) {
+    for (const std::string& column : specification.correlation->columns) {
+      require_column(table, column);
+      columns.push_back(column);
+    }
+    const std::string& group = specification.correlation->group;
+    if (!group.empty()) require_column(table, group);
+  }
   data::require_numeric(table, columns);
 }
 
@@ -95,7 +103,14 @@ ModelSpecification specify_model(const ModelTexts& texts, const data::Table& tab
   if (!texts.variance.empty()) {
     specification.variance = parse_variance_function(texts.variance);
   }
+  if (!texts.correlation.empty() && texts.correlation != "none") {
+    specification.correlation = parse_correlation(texts.correlation);
+  }
   require_columns(specification, table);
+  for (const std::string& text : texts.derived) {
+    specification.derived.push_back(
+        parse_derived_quantity(text, specification.coefficient_names()));
+  }
   return specification;
 }
 

@@ -29,7 +29,18 @@ std::vector<std::string> data_variables(const ModelSpecification& specification)
   for (const VarianceFactor& factor : specification.variance.factors) {
     if (!factor.column.empty()) add(factor.column);
   }
+  if (specification.correlation) {
+    for (const std::string& name : specification.correlation->columns) add(name);
+  }
   return names;
+}
+
+/// Whether only the correlation of the residuals reads a column: a row without a time or a position
+/// is an error, not a row to leave out (correlated_rows.cpp).
+bool is_only_of_correlation(const std::string& name, ModelSpecification specification) {
+  specification.correlation.reset();
+  const std::vector<std::string> others = data_variables(specification);
+  return std::ranges::find(others, name) == others.end();
 }
 
 void check_finite(const std::vector<double>& values,
@@ -140,12 +151,16 @@ bool has_edge(const ModelSpecification& specification,
   return false;
 }
 
-/// Columns whose values are the strata of the variance function.
+/// Columns whose values are the strata of the variance function, or the groups of the correlation.
 std::vector<std::string> strata_columns(const ModelSpecification& specification) {
   std::vector<std::string> names;
   for (const VarianceFactor& factor : specification.variance.factors) {
     if (factor.stratum.empty() || std::ranges::find(names, factor.stratum) != names.end()) continue;
     names.push_back(factor.stratum);
+  }
+  if (specification.correlation && !specification.correlation->group.empty() &&
+      std::ranges::find(names, specification.correlation->group) == names.end()) {
+    names.push_back(specification.correlation->group);
   }
   return names;
 }
@@ -200,7 +215,7 @@ NonlinearModel::NonlinearModel(ModelSpecification specification,
   choose_rows(table);
   load_columns(table);
   load_levels(table);
-  load_covariates(table);
+  design_ = ParameterDesign(specification_.parameters, table, rows_);
   load_strata(table);
   if (has_edge(specification_, variables_, columns_)) {
     specification_.formula.right = specification_.formula.right.with_limits();
@@ -214,6 +229,7 @@ void NonlinearModel::choose_rows(const data::Table& table) {
     const std::vector<double> values = data::variable_values(name, table);
     check_finite(values, name, table);
     check_size(values, name, table);
+    if (is_only_of_correlation(name, specification_)) continue;
     for (std::size_t row = 0; row < values.size(); ++row) {
       if (std::isnan(values[row])) complete[row] = false;
     }
@@ -303,7 +319,10 @@ void NonlinearModel::load_strata(const data::Table& table) {
       }
       strata.of_rows.push_back(code);
     }
-    require_few_strata(strata, {.file = file_, .column = column});
+    const bool is_variance =
+        std::ranges::any_of(specification_.variance.factors,
+                            [&](const VarianceFactor& factor) { return factor.stratum == column; });
+    if (is_variance) require_few_strata(strata, {.file = file_, .column = column});
     strata_.push_back(std::move(strata));
   }
 }
@@ -327,22 +346,6 @@ void NonlinearModel::load_levels(const data::Table& table) {
     std::set<std::string>& levels = levels_[match.column];
     for (const std::size_t row : rows_) levels.emplace(labels[row]);
   }
-}
-
-void NonlinearModel::load_covariates(const data::Table& table) {
-  std::vector<Eigen::VectorXd> values;
-  for (std::size_t k = 0; k < specification_.parameters.size(); ++k) {
-    const ParameterModel& parameter = specification_.parameters[k];
-    if (parameter.has_intercept) slots_.push_back({.parameter = static_cast<Index>(k)});
-    for (const Covariate& covariate : parameter.covariates) {
-      slots_.push_back(
-          {.parameter = static_cast<Index>(k), .covariate = static_cast<Index>(values.size())});
-      values.push_back(gathered(data::evaluate(covariate.value, table), rows_));
-    }
-  }
-  covariates_.resize(observations(), static_cast<Index>(values.size()));
-  for (std::size_t k = 0; k < values.size(); ++k)
-    covariates_.col(static_cast<Index>(k)) = values[k];
 }
 
 void NonlinearModel::compile() {
@@ -383,7 +386,7 @@ void NonlinearModel::compile() {
 }
 
 bool NonlinearModel::has_kink_in(Index coefficient) const {
-  return parameter_has_kink_[static_cast<std::size_t>(parameter_of(coefficient))];
+  return parameter_has_kink_[static_cast<std::size_t>(design_.parameter_of(coefficient))];
 }
 
 std::vector<std::string> NonlinearModel::random_kinks() const {
@@ -440,24 +443,9 @@ const NonlinearModel::Strata& NonlinearModel::strata(std::string_view column) co
   return *found;
 }
 
-Index NonlinearModel::parameter_of(Index coefficient) const {
-  return slots_[static_cast<std::size_t>(coefficient)].parameter;
-}
-
-Eigen::VectorXd NonlinearModel::multiplier(Index coefficient) const {
-  const Slot& slot = slots_[static_cast<std::size_t>(coefficient)];
-  if (slot.covariate < 0) return Eigen::VectorXd::Ones(observations());
-  return covariates_.col(slot.covariate);
-}
-
-const double* NonlinearModel::multiplier_values(Index coefficient) const {
-  const Slot& slot = slots_[static_cast<std::size_t>(coefficient)];
-  return slot.covariate < 0 ? nullptr : covariates_.col(slot.covariate).data();
-}
-
 bool NonlinearModel::is_bilinear(Index i, Index j) const {
-  return parameter_bilinear_[static_cast<std::size_t>(slots_[i].parameter)]
-                            [static_cast<std::size_t>(slots_[j].parameter)];
+  return parameter_bilinear_[static_cast<std::size_t>(design_.parameter_of(i))]
+                            [static_cast<std::size_t>(design_.parameter_of(j))];
 }
 
 bool NonlinearModel::is_linear() const {
@@ -487,21 +475,11 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
   const Index first = is_one_set ? 0 : after - group_begin_.begin() - 1;
   for (Index set = first, row = begin; row < end; ++set) {
     const Index stop = is_one_set ? end : std::min(end, group_begin_[set + 1]);
+    const auto value = [&coefficients, set](Index j) { return coefficients(j, set); };
     for (Index k = 0; k < parameters.cols(); ++k) {
-      if (specification_.parameters[static_cast<std::size_t>(k)].has_intercept) continue;
       const bool varies = !inputs[static_cast<std::size_t>(k)].is_scalar;
-      parameters.col(k).segment(row - begin, varies ? stop - row : 1).setZero();
-    }
-    for (std::size_t slot_index = 0; slot_index < slots_.size(); ++slot_index) {
-      const Slot& slot = slots_[slot_index];
-      const double value = coefficients(static_cast<Index>(slot_index), set);
-      const bool varies = !inputs[static_cast<std::size_t>(slot.parameter)].is_scalar;
-      auto target = parameters.col(slot.parameter).segment(row - begin, varies ? stop - row : 1);
-      if (slot.covariate < 0) {
-        target.setConstant(value);  // an intercept is first
-      } else {
-        target += value * covariates_.col(slot.covariate).segment(row, stop - row);
-      }
+      double* const target = parameters.col(k).data() + (row - begin);
+      design_.fill(k, row, varies ? stop - row : 1, value, target);
     }
     row = stop;
   }
@@ -554,16 +532,14 @@ void NonlinearModel::evaluate_rows(const Eigen::Ref<const Eigen::MatrixXd>& coef
   }
   // The derivative by an intercept is that by its parameter.
   for (Index j = 0; j < coefficient_count(); ++j) {
-    const Slot& slot = slots_[static_cast<std::size_t>(j)];
-    if (slot.covariate < 0) outputs[1 + slot.parameter] = jacobian->col(j).data() + begin;
+    if (design_.multiplier(j) != nullptr) continue;
+    outputs[1 + design_.parameter_of(j)] = jacobian->col(j).data() + begin;
   }
   gradient_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
   for (Index j = 0; j < coefficient_count(); ++j) {
-    const Slot& slot = slots_[static_cast<std::size_t>(j)];
-    if (slot.covariate < 0) continue;
-    const Eigen::Map<const Eigen::VectorXd> derivative(outputs[1 + slot.parameter], rows);
-    jacobian->col(j).segment(begin, rows) =
-        derivative.cwiseProduct(covariates_.col(slot.covariate).segment(begin, rows));
+    if (design_.multiplier(j) == nullptr) continue;
+    const double* const by_parameter = outputs[1 + design_.parameter_of(j)];
+    design_.differentiate(j, begin, rows, by_parameter, jacobian->col(j).data() + begin);
   }
 }
 

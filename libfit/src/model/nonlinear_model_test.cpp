@@ -117,9 +117,10 @@ TEST_CASE("held parameters have their value in the mean") {
 
 TEST_CASE("a coefficient has its parameter and its covariate") {
   const NonlinearModel model = by_plot(five_trees());
-  CHECK(model.parameter_of(2) == 1);
-  CHECK(model.multiplier(1) == VectorXd::Ones(4));
-  CHECK(model.multiplier(2) == VectorXd(Eigen::Vector4d(0, 2, 4, 3)));
+  CHECK(model.design().parameter_of(2) == 1);
+  CHECK(model.design().multiplier(1) == nullptr);
+  CHECK(Eigen::Map<const VectorXd>(model.design().multiplier(2), 4) ==
+        VectorXd(Eigen::Vector4d(0, 2, 4, 3)));
 }
 
 TEST_CASE("a formula with a kink is not linear in its parameters") {

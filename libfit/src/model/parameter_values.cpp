@@ -74,7 +74,15 @@ std::vector<NamedValue> parameter_values(const FittedModel& fit) {
     const bool is_only = fit.variance.factors.size() == 1;
     add_factor(factor, is_only ? "" : factor.factor.text() + " ", values);
   }
+  if (const auto& correlation = fit.variance.correlation) {
+    for (std::size_t k = 0; k < correlation->names.size(); ++k) {
+      values.push_back({correlation->names[k], correlation->values[static_cast<Index>(k)]});
+    }
+  }
   values.push_back({"sigma", fit.sigma});
+  for (const DerivedQuantity& quantity : fit.specification.derived) {
+    values.push_back({quantity.name, quantity.at(fit.coefficient_names, fit.estimate)});
+  }
   return values;
 }
 

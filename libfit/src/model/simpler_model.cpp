@@ -20,6 +20,7 @@ std::string simpler_model(const ModelSpecification& specification) {
   if (effects > 1) ways.emplace_back("fewer random effects");
   if (has_covariances) ways.emplace_back("a diagonal covariance matrix");
   if (!specification.variance.factors.empty()) ways.emplace_back("a simpler variance function");
+  if (specification.correlation) ways.emplace_back("a simpler correlation of the residuals");
   if (ways.empty()) return "a curve with fewer coefficients";
   if (ways.size() == 1) return ways.front();
   return fmt::format("{} or {}", fmt::join(ways.begin(), ways.end() - 1, ", "), ways.back());

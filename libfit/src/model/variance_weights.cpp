@@ -33,15 +33,16 @@ std::vector<std::string> columns_of(const VarianceFunction& function) {
 
 }  // namespace
 
-VarianceData VarianceData::of(const NonlinearModel& model) {
+VarianceData VarianceData::of(const NonlinearModel& model, const CorrelationEstimate* known) {
   VarianceData data;
+  data.correlated = CorrelatedRows::of(model, known);
   for (const VarianceFactor& factor : model.specification().variance.factors) {
     if (factor.column.empty()) {
       data.response = model.response();
     } else {
       data.columns[factor.column] = model.column(factor.column);
     }
-    const auto is_its_own = [&](const auto& known) { return known.column == factor.stratum; };
+    const auto is_its_own = [&](const auto& one) { return one.column == factor.stratum; };
     if (!factor.stratum.empty() && std::ranges::none_of(data.strata, is_its_own)) {
       data.strata.push_back(model.strata(factor.stratum));
     }
@@ -158,7 +159,7 @@ Expression VarianceModel::quantity(std::size_t factor,
                  .name = fmt::format("quantity {}", quantities_.size()),
                  .factor = factor,
                  .strata = strata_index(of),
-                 .first = parameter_count_,
+                 .first = scale_parameter_count_,
                  .has_reference = kind == VarianceQuantity::kLogRatio,
                  .start = start,
                  .at_constant = at_constant};
@@ -166,13 +167,25 @@ Expression VarianceModel::quantity(std::size_t factor,
     const auto& labels = data_.strata[static_cast<std::size_t>(added.strata)].labels;
     added.count = static_cast<Index>(labels.size()) - (added.has_reference ? 1 : 0);
   }
-  parameter_count_ += added.count;
+  scale_parameter_count_ += added.count;
   quantities_.push_back(added);
   return Expression::variable(added.name);
 }
 
+void VarianceModel::set_correlation(const CorrelationEstimate* estimate,
+                                    VectorXd& parameters) const {
+  if (correlated() == nullptr) return;
+  const CorrelationStructure& structure = correlated()->structure();
+  const bool is_known = estimate != nullptr &&
+                        estimate->correlation.kind == structure.correlation().kind &&
+                        estimate->values.size() == correlation_count();
+  parameters.tail(correlation_count()) =
+      is_known ? structure.unconstrained(estimate->values) : structure.starts().front();
+}
+
 VectorXd VarianceModel::start() const {
   VectorXd parameters(parameter_count());
+  set_correlation(nullptr, parameters);
   for (const Quantity& quantity : quantities_) {
     parameters.segment(quantity.first, quantity.count).setConstant(quantity.start);
   }
@@ -181,6 +194,7 @@ VectorXd VarianceModel::start() const {
 
 VectorXd VarianceModel::constant() const {
   VectorXd parameters(parameter_count());
+  set_correlation(nullptr, parameters);
   for (const Quantity& quantity : quantities_) {
     parameters.segment(quantity.first, quantity.count).setConstant(quantity.at_constant);
   }
@@ -292,6 +306,9 @@ VarianceEstimate VarianceModel::estimate(const VectorXd& parameters) const {
   for (std::size_t k = 0; k < function_.factors.size(); ++k) {
     result.factors.push_back(factor_estimate(k, parameters));
   }
+  if (correlated() != nullptr) {
+    result.correlation = correlated()->structure().estimate(correlation_part(parameters));
+  }
   return result;
 }
 
@@ -304,6 +321,7 @@ VectorXd VarianceModel::parameters(const VarianceEstimate& estimate) const {
             .internal(quantity.kind, of, typical_[quantity.factor])
             .tail(quantity.count);
   }
+  set_correlation(estimate.correlation ? &*estimate.correlation : nullptr, result);
   return result;
 }
 

@@ -4,9 +4,11 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "model/correlated_rows.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
@@ -29,14 +31,17 @@ struct VarianceData {
   std::vector<NonlinearModel::Strata> strata{};
   /// v0 of each factor; empty: that of these observations.
   std::vector<double> typical{};
+  std::shared_ptr<const CorrelatedRows> correlated{};  ///< null: independent residuals
 
-  static VarianceData of(const NonlinearModel& model);
+  /// \param known  as CorrelatedRows::of() has it
+  static VarianceData of(const NonlinearModel& model, const CorrelationEstimate* known = nullptr);
 };
 
-/// A variance function with internal parameters that are of order one and, without strata, nearly
-/// uncorrelated with sigma: v is taken relative to its typical value, so that g is about 1 for any
-/// delta. With strata, sigma must have the same meaning in each: their factors are used as they are
-/// defined. The files of the kinds define their internal parameters.
+/// A variance function, and the correlation of the residuals if the data have one, with internal
+/// parameters that are of order one and, without strata, nearly uncorrelated with sigma: v is taken
+/// relative to its typical value, so that g is about 1 for any delta. With strata, sigma must have
+/// the same meaning in each: their factors are used as they are defined. The files of the kinds
+/// define their internal parameters.
 class VarianceModel {
  public:
   /// A quantity in log g: one number, or one per stratum.
@@ -54,8 +59,15 @@ class VarianceModel {
 
   VarianceModel(const VarianceFunction& function, VarianceData data);
 
-  /// Number of internal parameters, m.
-  Eigen::Index parameter_count() const { return parameter_count_; }
+  /// Number of internal parameters, m: those of g, then those of the correlation.
+  Eigen::Index parameter_count() const { return scale_parameter_count_ + correlation_count(); }
+  const CorrelatedRows* correlated() const { return data_.correlated.get(); }
+  Eigen::Index correlation_count() const {
+    return correlated() == nullptr ? 0 : correlated()->structure().parameter_count();
+  }
+  Eigen::VectorXd correlation_part(const Eigen::VectorXd& parameters) const {
+    return parameters.tail(correlation_count());
+  }
   /// Internal parameters at the start.
   Eigen::VectorXd start() const;
   /// Internal parameters of a constant variance, as far as no other value is held.
@@ -101,6 +113,9 @@ class VarianceModel {
  private:
   class FactorTerms;
 
+  /// Sets the correlation's parameters: those of an estimate, or without one of a start.
+  void set_correlation(const CorrelationEstimate* estimate, Eigen::VectorXd& parameters) const;
+
   data::Expression differentiated(data::Expression expression, int order) const;
   /// A variable for an estimated quantity.
   data::Expression quantity(std::size_t factor,
@@ -121,7 +136,7 @@ class VarianceModel {
   VarianceData data_;
   std::vector<double> typical_;  ///< typical |v| of each factor
   std::vector<Quantity> quantities_;
-  Eigen::Index parameter_count_ = 0;
+  Eigen::Index scale_parameter_count_ = 0;
   double smallest_ = 0.0;  ///< |fitted value| below this counts as this in powers
   /// log g, with the logarithm of the fitted value as a variable of its own.
   data::Expression log_scale_;

@@ -70,7 +70,11 @@ std::vector<Index> rows_of(const NonlinearModel& model, Index group) {
 VectorXd mean_parameters(const NonlinearModel& model, const VectorXd& coefficients, Index count) {
   VectorXd result = VectorXd::Zero(count);
   for (Index j = 0; j < coefficients.size(); ++j) {
-    result[model.parameter_of(j)] += coefficients[j] * model.multiplier(j).mean();
+    const double* const multiplier = model.design().multiplier(j);
+    const double mean = multiplier == nullptr
+                            ? 1.0
+                            : Eigen::Map<const VectorXd>(multiplier, model.observations()).mean();
+    result[model.design().parameter_of(j)] += coefficients[j] * mean;
   }
   return result;
 }
@@ -278,7 +282,7 @@ std::vector<Index> varying(const NonlinearModel& model) {
   std::vector<Index> result;
   for (const RandomEffects& term : model.specification().random) {
     for (const Index place : model.coefficients_of(term)) {
-      result.push_back(model.parameter_of(place));
+      result.push_back(model.design().parameter_of(place));
     }
   }
   return result;
@@ -409,8 +413,8 @@ std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
   for (Index k = 0; k < count; ++k) {
     const Index place = places[static_cast<std::size_t>(k)];
     // The effects of a covariate's coefficient are not known from a single group.
-    if (model.multiplier_values(place) != nullptr) return std::nullopt;
-    const Index parameter = model.parameter_of(place);
+    if (model.design().multiplier(place) != nullptr) return std::nullopt;
+    const Index parameter = model.design().parameter_of(place);
     random.effects.row(k) =
         deviations_of(groups.own.row(parameter), groups.medians[parameter]).transpose();
   }

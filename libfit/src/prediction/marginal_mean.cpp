@@ -35,7 +35,10 @@ MatrixXd without_zeros(const MatrixXd& root) {
 MatrixXd moved(const RowMean& mean, const MatrixXd& arguments, const VectorXd& b) {
   MatrixXd result = arguments;
   for (Index j = 0; j < b.size(); ++j) {
-    if (b[j] != 0.0) result.col(mean.parameter_of(j)).array() += b[j] * mean.multiplier(j);
+    const Index k = mean.design().parameter_of(j);
+    for (Index row = 0; row < (b[j] != 0.0 ? result.rows() : 0); ++row) {
+      result(row, k) += b[j] * mean.design().multiplier(j, row);
+    }
   }
   return result;
 }
@@ -47,15 +50,16 @@ MarginalMean with_rule(const RowMean& mean,
                        bool with_gradient) {
   const QuadratureRule rule = gauss_hermite(points, root.cols());
   MarginalMean result{.value = VectorXd::Zero(mean.rows())};
-  if (with_gradient) result.gradient.setZero(mean.rows(), mean.coefficient_count());
+  if (with_gradient) result.gradient.setZero(mean.rows(), mean.design().coefficient_count());
   for (Index k = 0; k < rule.weights.size(); ++k) {
     const MatrixXd at = moved(mean, arguments, root * rule.nodes.col(k));
     result.value += rule.weights[k] * mean.mean(at);
     if (!with_gradient) continue;
     const MatrixXd slopes = mean.gradient(at);
-    for (Index j = 0; j < mean.coefficient_count(); ++j) {
-      result.gradient.col(j).array() +=
-          rule.weights[k] * slopes.col(mean.parameter_of(j)).array() * mean.multiplier(j);
+    for (Index j = 0; j < mean.design().coefficient_count(); ++j) {
+      VectorXd slope = rule.weights[k] * slopes.col(mean.design().parameter_of(j));
+      mean.design().differentiate(j, 0, slope.size(), slope.data(), slope.data());
+      result.gradient.col(j) += slope;
     }
   }
   return result;
@@ -107,7 +111,7 @@ MatrixXd gradient_by(const RowMean& mean,
                      const MatrixXd& root,
                      const std::vector<int>& points) {
   MatrixXd result = MatrixXd::Constant(
-      mean.rows(), mean.coefficient_count(), std::numeric_limits<double>::quiet_NaN());
+      mean.rows(), mean.design().coefficient_count(), std::numeric_limits<double>::quiet_NaN());
   for (const int rule : std::set<int>(points.begin(), points.end())) {
     if (rule == 0) continue;
     const MatrixXd gradient = with_rule(mean, arguments, root, rule, true).gradient;

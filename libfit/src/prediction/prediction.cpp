@@ -8,6 +8,7 @@
 #include "prediction/coefficient_sets.hpp"
 #include "prediction/known_levels.hpp"
 #include "prediction/marginal_mean.hpp"
+#include "prediction/neighbor_residuals.hpp"
 #include "prediction/prediction_intervals.hpp"
 #include "prediction/residual_spread.hpp"
 #include "prediction/row_mean.hpp"
@@ -101,6 +102,14 @@ Prediction predict(const FittedModel& fit,
   marginal.replace(result);
   result.residual_sd = residual_sd_if_known(fit, result.value, table);
   result.residual_gap = residual_sd_gaps(fit, table);
+  if (fit.variance.correlation && level == Level::kCalibrated) {
+    if (with_errors) {
+      throw UsageError(
+          "predictions from measured neighbors with correlated residuals have no "
+          "standard errors and intervals; choose another `level`, or omit these");
+    }
+    add_neighbors(fit, table, result);
+  }
   if (with_errors) add_errors(fit, table, sets, options, marginal.gradients(), result);
   for (std::size_t row = 0; row < table.rows(); ++row) {
     if (!sets.is_missing[row]) continue;

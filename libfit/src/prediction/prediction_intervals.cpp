@@ -100,13 +100,14 @@ class Chunk {
   MatrixXd spread(Index row, const Eigen::Ref<const MatrixXd>& covariance, bool of_tree) const {
     const Index size = mean_.argument_count();
     MatrixXd result = MatrixXd::Zero(size, size);
-    const Index p = mean_.coefficient_count();
+    const ParameterDesign& design = mean_.design();
+    const Index p = design.coefficient_count();
     for (Index j = 0; j < p; ++j) {
-      const double of_column = mean_.multiplier(j)[row];
+      const double of_column = design.multiplier(j, row);
       if (of_column == 0.0) continue;
       for (Index i = 0; i < p; ++i) {
-        result(mean_.parameter_of(i), mean_.parameter_of(j)) +=
-            covariance(i, j) * mean_.multiplier(i)[row] * of_column;
+        result(design.parameter_of(i), design.parameter_of(j)) +=
+            covariance(i, j) * design.multiplier(i, row) * of_column;
       }
     }
     for (std::size_t k = 0; k < uncertain_.size(); ++k) {
@@ -117,7 +118,8 @@ class Chunk {
     return result;
   }
   Eigen::Map<const MatrixXd> known_covariance(Index row) const {
-    const Index p = mean_.coefficient_count();
+    const ParameterDesign& design = mean_.design();
+    const Index p = design.coefficient_count();
     const Index set = set_of_row_[static_cast<std::size_t>(row)];
     return {sets_.covariances.col(set).data(), p, p};
   }
@@ -196,9 +198,10 @@ class Chunk {
 
   /// (p) derivatives of a row's mean by the coefficients.
   void set_coefficient_slope(Index row, VectorXd& slope) const {
-    slope.resize(mean_.coefficient_count());
+    const ParameterDesign& design = mean_.design();
+    slope.resize(design.coefficient_count());
     for (Index k = 0; k < slope.size(); ++k) {
-      slope[k] = gradient_(row, mean_.parameter_of(k)) * mean_.multiplier(k)[row];
+      slope[k] = gradient_(row, design.parameter_of(k)) * design.multiplier(k, row);
     }
   }
 

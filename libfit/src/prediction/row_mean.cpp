@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "silvafit/base/constants.hpp"
 
@@ -21,18 +22,9 @@ RowMean::RowMean(const ModelSpecification& specification,
     : rows_(static_cast<Index>(table.rows())),
       parameters_(static_cast<Index>(specification.parameters.size())),
       is_complete_(table.rows(), true) {
-  for (std::size_t k = 0; k < specification.parameters.size(); ++k) {
-    const ParameterModel& parameter = specification.parameters[k];
-    if (parameter.has_intercept) {
-      slots_.push_back(
-          {.parameter = static_cast<Index>(k), .multiplier = Eigen::ArrayXd::Ones(rows_)});
-    }
-    for (const Covariate& covariate : parameter.covariates) {
-      const std::vector<double> values = data::evaluate(covariate.value, table);
-      slots_.push_back({.parameter = static_cast<Index>(k),
-                        .multiplier = Eigen::Map<const Eigen::ArrayXd>(values.data(), rows_)});
-    }
-  }
+  std::vector<std::size_t> rows(table.rows());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  design_ = ParameterDesign(specification.parameters, table, rows);
   std::vector<data::Program::Input> inputs;
   for (const ParameterModel& parameter : specification.parameters) {
     inputs.push_back({.name = parameter.name});
@@ -64,11 +56,13 @@ RowMean::RowMean(const ModelSpecification& specification,
 
 MatrixXd RowMean::arguments(const MatrixXd& coefficients,
                             const std::vector<Index>& set_of_row) const {
-  MatrixXd result = MatrixXd::Zero(rows_, argument_count());
-  for (Index j = 0; j < coefficient_count(); ++j) {
-    const Slot& slot = slots_[static_cast<std::size_t>(j)];
-    result.col(slot.parameter).array() +=
-        coefficients.row(j)(set_of_row).transpose().array() * slot.multiplier;
+  MatrixXd result(rows_, argument_count());
+  for (Index k = 0; k < parameters_; ++k) {
+    for (Index row = 0; row < rows_; ++row) {
+      const Index set = set_of_row[static_cast<std::size_t>(row)];
+      const auto value = [&coefficients, set](Index j) { return coefficients(j, set); };
+      design_.fill(k, row, 1, value, &result(row, k));
+    }
   }
   for (std::size_t k = 0; k < uncertain_.size(); ++k) {
     const std::vector<double>& column = columns_[static_cast<std::size_t>(uncertain_[k])];

@@ -9,6 +9,7 @@
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/model_specification.hpp"
+#include "silvafit/fit/parameter_design.hpp"
 
 namespace silvafit::fit {
 
@@ -27,14 +28,8 @@ class RowMean {
   Eigen::Index argument_count() const {
     return parameters_ + static_cast<Eigen::Index>(uncertain_.size());
   }
-  Eigen::Index coefficient_count() const { return static_cast<Eigen::Index>(slots_.size()); }
-  Eigen::Index parameter_of(Eigen::Index coefficient) const {
-    return slots_[static_cast<std::size_t>(coefficient)].parameter;
-  }
-  /// (N) the factor of a coefficient in its parameter.
-  const Eigen::ArrayXd& multiplier(Eigen::Index coefficient) const {
-    return slots_[static_cast<std::size_t>(coefficient)].multiplier;
-  }
+  /// How the parameters follow from the coefficients.
+  const ParameterDesign& design() const { return design_; }
   /// (N x K + U) parameters by row, and the uncertain columns behind them.
   /// \param coefficients  (p x M)
   /// \param set_of_row    (N) column of coefficients of each row
@@ -46,15 +41,11 @@ class RowMean {
   Eigen::MatrixXd gradient(const Eigen::MatrixXd& arguments) const;
 
  private:
-  struct Slot {
-    Eigen::Index parameter = 0;
-    Eigen::ArrayXd multiplier{};
-  };
   Eigen::MatrixXd run(const data::Program& program, const Eigen::MatrixXd& arguments) const;
 
   Eigen::Index rows_ = 0;
   Eigen::Index parameters_ = 0;
-  std::vector<Slot> slots_;
+  ParameterDesign design_;
   std::vector<std::vector<double>> columns_;  ///< predictors of the mean
   std::vector<Eigen::Index> uncertain_;       ///< numbers of columns_
   std::vector<bool> is_complete_;

@@ -40,6 +40,9 @@ ParametricDraw::ParametricDraw(const FittedModel& fit, const data::Table& table)
   for (const EstimatedEffects& term : fit.random) {
     roots_.push_back(symmetric_root(term.covariance));
   }
+  if (!fit.variance.correlation) return;
+  correlated_ = CorrelatedRows::of(model_, &*fit.variance.correlation);
+  factors_ = correlated_->factors(*fit.variance.correlation);
 }
 
 Resampled ParametricDraw::draw(Random& random) const {
@@ -59,9 +62,16 @@ Resampled ParametricDraw::draw(Random& random) const {
   VectorXd mean;
   model_.evaluate(coefficients, mean, nullptr, workspace);
   const VectorXd deviation = fit_.residual_sd(mean, table_);
+  VectorXd errors(mean.size());
+  for (double& error : errors) error = random.normal();
+  if (correlated_) {
+    correlated_->change(factors_, errors, [](const CorrelationFactor& factor, MatrixXd& part) {
+      factor.color(part);
+    });
+  }
   std::vector<double> response;
   for (Index i = 0; i < mean.size(); ++i) {
-    response.push_back(mean[i] + deviation[i] * random.normal());
+    response.push_back(mean[i] + deviation[i] * errors[i]);
     if (std::isfinite(response.back())) continue;
     throw NumericalError(
         "the mean is not finite with the random effects that were drawn for a group");
@@ -74,6 +84,11 @@ CaseDraw::CaseDraw(const FittedModel& fit, const data::Table& table, const std::
     : fit_(fit) {
   const NonlinearModel model(fit.specification, table);
   table_ = table.select(model.rows());
+  if (fit.specification.correlation && !fit.has_random_effects()) {
+    throw UsageError(
+        "cases of correlated residuals without random effects cannot be drawn; use "
+        "`resample=parametric`");
+  }
   if (fit.has_random_effects()) {
     add_groups(model);
   } else {

@@ -2,9 +2,11 @@
 // The data of a bootstrap's replicates, and the starts of their fits.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "model/correlated_rows.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
@@ -31,8 +33,10 @@ class ParametricDraw {
  private:
   const FittedModel& fit_;
   NonlinearModel model_;
-  data::Table table_;                   ///< the rows of the fit, in the model's order
-  std::vector<Eigen::MatrixXd> roots_;  ///< (q x q) root of Psi of each term
+  data::Table table_;                                 ///< the rows of the fit, in the model's order
+  std::vector<Eigen::MatrixXd> roots_;                ///< (q x q) root of Psi of each term
+  std::shared_ptr<const CorrelatedRows> correlated_;  ///< null: independent residuals
+  CorrelatedRows::Factors factors_;
 };
 
 /// Draws groups of a fit's data with replacement.

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "correlation/correlation_structure.hpp"
 #include "model/group_labels.hpp"
 #include "model/small_matrix.hpp"
 #include "result/intervals_json.hpp"
@@ -281,6 +282,29 @@ VarianceEstimate read_variance(const JsonReader& json) {
   return result;
 }
 
+void read_correlation(const JsonReader& json, FittedModel& fit) {
+  fit.specification.correlation = read_with(json.at("structure"), parse_correlation);
+  const auto members = json.at("parameters").members();
+  if (members.empty()) return;
+  CorrelationEstimate& estimate = fit.variance.correlation.emplace();
+  estimate.correlation = *fit.specification.correlation;
+  estimate.values.resize(std::ssize(members));
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    estimate.names.push_back(members[k].first);
+    estimate.values[static_cast<Index>(k)] = members[k].second.number_or_missing();
+  }
+  if (json.has("times")) {
+    for (const JsonReader& time : json.at("times").items()) {
+      estimate.times.push_back(time.number_or_missing());
+    }
+  }
+  estimate.unit = json.at("unit").number_or_missing();
+  estimate.largest = json.at("largest_group").count_or_zero();
+  if (CorrelationStructure(estimate).names() != estimate.names) {
+    json.at("parameters").fail("are not those of " + estimate.correlation.text());
+  }
+}
+
 FitStatistics read_statistics(const JsonReader& json) {
   return {.r2 = json.at("r2").number_or_missing(),
           .mean_error = json.at("mean_error").number_or_missing(),
@@ -382,6 +406,7 @@ FittedModel from_json(const JsonReader& json) {
   read_random(json.at("random"), schema, fit);
   fit.variance = read_variance(json.at("variance"));
   fit.specification.variance = fit.variance.function();
+  if (json.has("correlation")) read_correlation(json.at("correlation"), fit);
   fit.sigma = json.at("sigma").number_or_missing();
   fit.log_likelihood = json.at("log_likelihood").number_or_missing();
   if (!json.at("k").is_null()) fit.parameter_count = json.at("k").count_or_zero();
@@ -400,6 +425,14 @@ FittedModel from_json(const JsonReader& json) {
   }
   if (json.has("optima")) fit.optima = read_optima(json.at("optima"), fit.coefficient_names);
   if (json.has("factors")) fit.specification.factors = json.at("factors").texts();
+  if (const auto derived = json.find("derived")) {
+    for (const auto& [name, value] : derived->members()) {
+      fit.specification.derived.push_back(
+          {.name = name, .value = read_with(value.at("expression"), [&](const std::string& text) {
+                           return parse_derived_quantity(text, fit.coefficient_names).value;
+                         })});
+    }
+  }
   if (json.has("intervals")) fit.intervals = read_intervals(json.at("intervals"));
   fit.seconds = json.at("seconds").number_or_missing();
   return fit;

@@ -95,6 +95,19 @@ ordered_json fixed(const FittedModel& fit) {
   return result;
 }
 
+ordered_json derived(const FittedModel& fit) {
+  ordered_json result = ordered_json::object();
+  const std::vector<DerivedValue> values = derived_values(fit);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const DerivedQuantity& quantity = fit.specification.derived[k];
+    result[quantity.name] = {{"expression", quantity.value.text()},
+                             {"estimate", number(values[k].estimate)},
+                             {"se", number(values[k].standard_error)},
+                             {"df", number(values[k].degrees_of_freedom)}};
+  }
+  return result;
+}
+
 /// An object with a member for each group. Labels are distinct, so that no search for an existing
 /// member is needed.
 template <class ValueOf>
@@ -207,6 +220,21 @@ ordered_json variance(const VarianceEstimate& estimate) {
           {"factors", std::move(factors)}};
 }
 
+/// Without parameters of a fit that failed.
+ordered_json correlation(const FittedModel& fit) {
+  ordered_json result{{"structure", fit.specification.correlation->text()}};
+  ordered_json& values = result["parameters"] = ordered_json::object();
+  const auto& estimate = fit.variance.correlation;
+  if (!estimate) return result;
+  for (std::size_t k = 0; k < estimate->names.size(); ++k) {
+    values[estimate->names[k]] = number(estimate->values[static_cast<Index>(k)]);
+  }
+  if (!estimate->times.empty()) result["times"] = estimate->times;
+  result["unit"] = number(estimate->unit);
+  result["largest_group"] = estimate->largest;
+  return result;
+}
+
 ordered_json statistics(const FitStatistics& values) {
   return {{"r2", number(values.r2)},
           {"mean_error", number(values.mean_error)},
@@ -296,8 +324,10 @@ ordered_json json_of(const FittedModel& model) {
       {"r2_conditional", number(fit.r2_conditional)},
       {"ranges", ranges(fit)},
       {"seconds", number(fit.seconds)}};
+  if (fit.specification.correlation) result["correlation"] = correlation(fit);
   if (!fit.levels.empty()) result["levels"] = levels(fit);
   if (!fit.specification.factors.empty()) result["factors"] = fit.specification.factors;
+  if (!fit.specification.derived.empty()) result["derived"] = derived(fit);
   if (!fit.coefficients_between.empty()) result["coefficients_between"] = fit.coefficients_between;
   if (fit.quadrature_points > 0) result["agq_points"] = fit.quadrature_points;
   if (!fit.optima.empty()) result["optima"] = optima(fit);

@@ -39,7 +39,8 @@ bool is_mixed(Method method) {
 
 Method default_method(const ModelSpecification& specification) {
   if (!specification.random.empty()) return Method::kLindstromBates;
-  return specification.variance.is_constant() ? Method::kOrdinary : Method::kGeneralized;
+  const bool is_simple = specification.variance.is_constant() && !specification.correlation;
+  return is_simple ? Method::kOrdinary : Method::kGeneralized;
 }
 
 double FittedModel::bic_groups() const {

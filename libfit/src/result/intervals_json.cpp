@@ -2,23 +2,19 @@
 #include "result/intervals_json.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 #include <string_view>
 
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/fit/fit_json.hpp"
 
 namespace silvafit::fit {
 namespace {
 
 using data::JsonReader;
 using nlohmann::ordered_json;
-
-/// In the order of the enumeration.
-constexpr std::array<std::string_view, 5> kKinds{
-    "fixed", "standard deviation", "correlation", "variance function", "sigma"};
 
 // The meanings of null.
 constexpr std::string_view kUnbounded = "unbounded";
@@ -41,7 +37,7 @@ ordered_json intervals_json(const Intervals& intervals) {
   ordered_json parameters = ordered_json::object();
   for (const ParameterInterval& one : intervals.parameters) {
     ordered_json& target = parameters[one.name];
-    target["kind"] = kKinds[static_cast<std::size_t>(one.kind)];
+    target["kind"] = kParameterKinds[static_cast<std::size_t>(one.kind)];
     add_limit("estimate", one.estimate, target);
     add_limit("lower", one.lower, target);
     add_limit("upper", one.upper, target);
@@ -62,9 +58,9 @@ Intervals read_intervals(const JsonReader& json) {
     json.at("method").fail(error.message());
   }
   for (const auto& [name, value] : json.at("parameters").members()) {
-    const auto* const kind = std::ranges::find(kKinds, value.at("kind").text());
-    if (kind == kKinds.end()) value.at("kind").fail("is not a known kind of parameter");
-    result.parameters.push_back({.kind = static_cast<ParameterKind>(kind - kKinds.begin()),
+    const auto* const kind = std::ranges::find(kParameterKinds, value.at("kind").text());
+    if (kind == kParameterKinds.end()) value.at("kind").fail("is not a known kind of parameter");
+    result.parameters.push_back({.kind = static_cast<ParameterKind>(kind - kParameterKinds.begin()),
                                  .name = name,
                                  .estimate = read_limit(value, "estimate", kInfinity),
                                  .lower = read_limit(value, "lower", -kInfinity),

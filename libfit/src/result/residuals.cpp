@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/correlated_rows.hpp"
 #include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
@@ -136,13 +137,25 @@ Residuals residuals(const FittedModel& fit, const data::Table& table) {
     const Index size = model.group_begin(g + 1) - begin;
     errors.segment(begin, size) += slopes.middleRows(begin, size) * effects.col(g);
   }
-  // All rows of crossed groups depend on each other.
-  result.marginal = model.crossed() != nullptr
-                        ? VectorXd::Constant(errors.size(), kNaN)
-                        : Decorrelation(fit, model).apply(errors, slopes, deviation.cwiseAbs2());
+  VectorXd scale = deviation;
   result.population = level(result.observed, std::move(population), deviation);
   result.conditional = level(result.observed, std::move(conditional), deviation);
   result.normalized = result.conditional.standardized;
+  if (fit.variance.correlation) {
+    // In units of their standard deviation and correlation the residuals are independent.
+    MatrixXd columns(errors.size(), slopes.cols() + 2);
+    columns << errors, result.conditional.raw, slopes;
+    columns = (deviation.cwiseInverse().asDiagonal() * columns).eval();
+    whiten(model, fit.variance, columns);
+    errors = columns.col(0);
+    result.normalized = columns.col(1);
+    slopes = columns.rightCols(slopes.cols()).eval();
+    scale.setOnes();
+  }
+  // All rows of crossed groups depend on each other.
+  result.marginal = model.crossed() != nullptr
+                        ? VectorXd::Constant(errors.size(), kNaN)
+                        : Decorrelation(fit, model).apply(errors, slopes, scale.cwiseAbs2());
 
   const TableOrder order(model.rows());
   for (LevelResiduals* const one : {&result.population, &result.conditional}) {

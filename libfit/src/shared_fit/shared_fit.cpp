@@ -45,6 +45,9 @@ void check(const ModelSpecification& specification, const FitModelOptions& optio
       throw UsageError("groups cannot be shared for a variance function with strata");
     }
   }
+  if (specification.correlation) {
+    throw UsageError("groups cannot be shared with correlated residuals");
+  }
   if (!options.fixed.empty() || !options.bounds.empty()) {
     throw UsageError("groups cannot be shared for coefficients that are fixed or bounded");
   }

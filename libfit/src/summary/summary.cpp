@@ -96,6 +96,9 @@ void append_model(std::string& text, const FittedModel& fit) {
   if (!specification.variance.is_constant()) {
     append(text, "  variance: {}\n", specification.variance.text());
   }
+  if (specification.correlation) {
+    append(text, "  correlation of the residuals: {}\n", specification.correlation->text());
+  }
   append(text, "{}\n\n", fit.convergence.verdict);
   append(text, "method {}, {} rows", method_title(fit), fit.observations);
   if (fit.excluded > 0) append(text, " ({} more with missing values)", fit.excluded);
@@ -187,6 +190,31 @@ void append_random_level(std::string& text,
   append(text, "\n");
 }
 
+void append_derived(std::string& text, const FittedModel& fit) {
+  if (fit.specification.derived.empty()) return;
+  std::vector<std::string> names;
+  for (const DerivedQuantity& quantity : fit.specification.derived) names.push_back(quantity.name);
+  const std::size_t width = widest(names, 16);
+  append(text,
+         "{:<{}} {:>12} {:>12} {:>8}\n",
+         "derived quantity",
+         width,
+         "estimate",
+         "std. error",
+         "df");
+  const std::vector<DerivedValue> values = derived_values(fit);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    append(text,
+           "{:<{}} {:>12} {:>12} {:>8}\n",
+           names[k],
+           width,
+           significant(values[k].estimate),
+           significant(values[k].standard_error),
+           significant(values[k].degrees_of_freedom));
+  }
+  append(text, "\n");
+}
+
 void append_random_effects(std::string& text, const FittedModel& fit) {
   const std::vector<RandomEffects>& terms = fit.specification.random;
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
@@ -220,6 +248,14 @@ void append_residuals(std::string& text, const FittedModel& fit) {
   append(text, "sigma {}", significant(fit.sigma));
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
     append_variance_factor(text, factor, fit.sigma);
+  }
+  if (const auto& correlation = fit.variance.correlation) {
+    for (std::size_t k = 0; k < correlation->names.size(); ++k) {
+      append(text,
+             ", {} {}",
+             correlation->names[k],
+             significant(correlation->values[static_cast<Index>(k)]));
+    }
   }
   append(text, "\n");
 }
@@ -343,6 +379,7 @@ std::string summary(const FittedModel& fit) {
     return text;
   }
   append_fixed_effects(text, fit);
+  append_derived(text, fit);
   append_random_effects(text, fit);
   append_residuals(text, fit);
   append_statistics(text, fit);

@@ -227,7 +227,9 @@ void Dataset::refuse_unreadable() const {
 
 /// Without --allow-network nothing of a file reaches other files or a network.
 void Dataset::require_own(const TableChoice& choice) const {
-  if (choice.allow_network || !is_sqlite_file(path_)) return;
+  if (!is_sqlite_file(path_)) return;
+  if (!is_sound_database(path_)) refuse_unreadable();
+  if (choice.allow_network) return;
   if (!require_own_data(path_, choice, place_)) refuse_unreadable();
 }
 

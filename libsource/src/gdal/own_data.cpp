@@ -124,6 +124,13 @@ std::string quoted(const std::string& name) {
   return text + '"';
 }
 
+/// The first column of a row.
+std::string text_of(sqlite3_stmt* statement) {
+  const void* const text = sqlite3_column_blob(statement, 0);
+  const int size = sqlite3_column_bytes(statement, 0);
+  return {static_cast<const char*>(text), static_cast<std::size_t>(size)};
+}
+
 /// A connection of SQLite itself, without the functions and tables that GDAL adds to each.
 class PlainDatabase {
  public:
@@ -170,12 +177,27 @@ class PlainDatabase {
     std::vector<std::string> names;
     int status = SQLITE_ROW;
     while ((status = sqlite3_step(statement.get())) == SQLITE_ROW) {
-      const void* const name = sqlite3_column_blob(statement.get(), 0);
-      const int size = sqlite3_column_bytes(statement.get(), 0);
-      names.emplace_back(static_cast<const char*>(name), static_cast<std::size_t>(size));
+      names.push_back(text_of(statement.get()));
     }
     if (status != SQLITE_DONE) return std::nullopt;
     return names;
+  }
+
+  /// Whether its pages fit together. Rows that break rules of their table are no damage, and
+  /// neither are rules with functions of other programs, which cannot be checked.
+  bool is_sound() {
+    sqlite3_stmt* prepared = nullptr;
+    sqlite3_prepare_v2(database_.get(), "pragma quick_check", -1, &prepared, nullptr);
+    const Statement statement(prepared);
+    if (!statement) return true;
+    int status = SQLITE_ROW;
+    while ((status = sqlite3_step(statement.get())) == SQLITE_ROW) {
+      const std::string message = text_of(statement.get());
+      const bool is_of_rules =
+          message.starts_with("NULL value in") || message.starts_with("CHECK constraint failed in");
+      if (message != "ok" && !is_of_rules) return false;
+    }
+    return status == SQLITE_DONE;
   }
 
   bool run(const std::string& sql) {
@@ -220,6 +242,11 @@ bool is_sqlite_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   return file.good() && bytes == kBeginning;
+}
+
+bool is_sound_database(const std::string& path) {
+  PlainDatabase database(path);
+  return database.is_open() && database.is_sound();
 }
 
 bool require_own_data(const std::string& path,

@@ -12,6 +12,10 @@ namespace silvafit::source {
 /// Whether a file is a database of SQLite, by its first bytes.
 bool is_sqlite_file(const std::string& path);
 
+/// Whether the pages of a database of SQLite fit together. Without this check SQLite reads the rows
+/// that a damaged page leads to: too few, or those of another page.
+bool is_sound_database(const std::string& path);
+
 /// Refuses a database of SQLite whose virtual tables, views or generated columns, or the query of a
 /// choice, could read other files or a network. GDAL and SpatiaLite have virtual tables and
 /// functions that do; a table of GDAL connects as soon as the file is opened.

@@ -162,16 +162,26 @@ class StringCollector {
 /// The texts that cells share.
 class SharedStringReader : public XmlHandler {
  public:
-  void begin(const XmlTag& tag) override { text_.begin(tag); }
+  void begin(const XmlTag& tag) override {
+    if (tag.name == "sst") announced_ = whole_number(tag.attribute("uniqueCount")).value_or(0);
+    text_.begin(tag);
+  }
   void end(std::string_view name) override {
     text_.end(name);
     if (name == "si") strings.push_back(text_.take());
   }
   void text(std::string_view piece) override { text_.add(piece); }
 
+  /// Cells refer to texts by their order: if one is lost, the others are those of other cells.
+  void require_all(const Archive& archive, const std::string& part) const {
+    if (strings.size() >= announced_) return;
+    archive.refuse(fmt::format("{} has {} of {} texts", part, strings.size(), announced_));
+  }
+
   std::vector<std::string> strings{};
 
  private:
+  std::size_t announced_ = 0;
   StringCollector text_{};
 };
 
@@ -196,6 +206,8 @@ class SheetReader : public XmlHandler {
   void text(std::string_view piece) override {
     if (is_value_) value_ += piece;
     string_.add(piece);
+    // Rows and cells hold elements only; text there is the rest of tags that are lost.
+    if (is_row_ && !holds_text_ && !is_blank(piece)) refuse("has text outside of its value");
   }
   void require_sheet() const {
     if (!has_data_) archive_.refuse(part_ + " has no sheet");
@@ -208,8 +220,10 @@ class SheetReader : public XmlHandler {
   void add_number();
   void add(std::string_view text, CellKind kind) { sheet_.add(row_, column_ - 1, text, kind); }
   [[noreturn]] void refuse(std::string_view what) const {
-    archive_.refuse(
-        fmt::format("the cell {} of {} {}", name_of_cell(row_, column_ - 1), part_, what));
+    archive_.refuse(fmt::format("the cell {} of {} {}",
+                                name_of_cell(row_, std::max<std::size_t>(column_, 1) - 1),
+                                part_,
+                                what));
   }
 
   const Archive& archive_;
@@ -217,7 +231,9 @@ class SheetReader : public XmlHandler {
   std::string part_;
   SheetText& sheet_;
   bool has_data_ = false;
+  bool is_row_ = false;
   bool is_cell_ = false;
+  bool holds_text_ = false;  ///< the innermost element is one within a cell
   bool is_hidden_row_ = false;
   std::size_t row_ = 0;
   std::size_t column_ = 0;  // from 1
@@ -236,6 +252,7 @@ void SheetReader::begin(const XmlTag& tag) {
   if (tag.name == "row" && tag.parent == "sheetData") return begin_row(tag);
   if (tag.name == "c" && tag.parent == "row") return begin_cell(tag);
   if (!is_cell_) return;
+  holds_text_ = true;
   string_.begin(tag);
   is_value_ = tag.name == "v" && tag.parent == "c";
   has_value_ = has_value_ || is_value_ || tag.name == "is";
@@ -243,7 +260,9 @@ void SheetReader::begin(const XmlTag& tag) {
 }
 
 void SheetReader::end(std::string_view name) {
+  holds_text_ = false;
   if (!is_cell_) {
+    if (name == "row") is_row_ = false;
     if (name == "row" && is_hidden_row_ && sheet_.rows() > rows_before_) sheet_.note_hidden_row();
     return;
   }
@@ -260,6 +279,7 @@ void SheetReader::begin_row(const XmlTag& tag) {
   }
   row_ = row;
   column_ = 0;
+  is_row_ = true;
   is_hidden_row_ = is_true(tag.attribute("hidden"));
   rows_before_ = sheet_.rows();
 }
@@ -335,6 +355,7 @@ Shared shared_parts(Archive& archive, const std::vector<Relation>& relations, bo
   if (const Relation* const strings = relation_of_type(relations, "sharedStrings")) {
     SharedStringReader reader;
     read_xml(archive, strings->part, reader);
+    reader.require_all(archive, strings->part);
     shared.strings = std::move(reader.strings);
   }
   if (const Relation* const styles = relation_of_type(relations, "styles")) {

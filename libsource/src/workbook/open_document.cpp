@@ -56,9 +56,7 @@ class DocumentReader : public XmlHandler {
 
   void begin(const XmlTag& tag) override;
   void end(std::string_view name) override;
-  void text(std::string_view piece) override {
-    if (paragraphs_ > 0 && foreign_ == 0) content_ += piece;
-  }
+  void text(std::string_view piece) override;
 
   std::vector<Sheet> sheets{};
   bool has_spreadsheet = false;
@@ -136,6 +134,16 @@ void DocumentReader::end(std::string_view name) {
     end_row();
   } else if (name == "table") {
     is_sheet_ = false;
+  }
+}
+
+/// Rows hold cells, and cells paragraphs; other text there is the rest of tags that are lost.
+void DocumentReader::text(std::string_view piece) {
+  if (foreign_ > 0) return;
+  if (is_cell_ && paragraphs_ > 0) {
+    content_ += piece;
+  } else if (is_row_ && !is_blank(piece)) {
+    refuse("has text outside of its paragraphs");
   }
 }
 

@@ -39,22 +39,27 @@ std::string escaped(std::string_view text) {
   return xml;
 }
 
+/// The first bytes of a text, without a part of a character of UTF-8.
+std::string beginning_of(const std::string& text, std::size_t bytes) {
+  std::size_t length = std::min(text.size(), bytes);
+  while (length < text.size() && (text[length] & 0xC0) == 0x80) --length;
+  return text.substr(0, length);
+}
+
 /// Names of sheets that Excel accepts: at most 31 characters without some signs, no two alike.
 std::vector<std::string> names_of(const std::vector<Layer>& sheets) {
   constexpr std::size_t kLongest = 31;
   std::vector<std::string> names;
   for (const Layer& sheet : sheets) {
-    std::size_t length = std::min(sheet.name.size(), kLongest);
-    // Not within a character of UTF-8.
-    while (length < sheet.name.size() && (sheet.name[length] & 0xC0) == 0x80) --length;
-    std::string name = sheet.name.substr(0, length);
+    std::string name = beginning_of(sheet.name, kLongest);
     const auto is_reserved = [](char c) {
       return std::string_view("[]:*?/\\").find(c) != std::string_view::npos;
     };
     std::ranges::replace_if(name, is_reserved, '_');
+    const std::string whole = name;
     for (int number = 2; std::ranges::find(names, name) != names.end(); ++number) {
       const std::string end = fmt::format("_{}", number);
-      name = name.substr(0, std::min(name.size(), kLongest - end.size())) + end;
+      name = beginning_of(whole, kLongest - end.size()).append(end);
     }
     names.push_back(name);
   }

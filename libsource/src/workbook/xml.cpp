@@ -108,6 +108,10 @@ std::string_view XmlTag::attribute(std::string_view wanted) const {
   return {};
 }
 
+bool is_blank(std::string_view text) {
+  return text.find_first_not_of(" \t\r\n") == std::string_view::npos;
+}
+
 void read_xml(Archive& archive, const std::string& part, XmlHandler& handler) {
   XmlDocument document(handler);
   const auto add = [&](std::string_view block, bool is_last) {

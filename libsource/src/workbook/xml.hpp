@@ -25,6 +25,9 @@ struct XmlTag {
   std::string_view attribute(std::string_view wanted) const;
 };
 
+/// Whether a text is only layout between tags.
+bool is_blank(std::string_view text);
+
 /// Receives the elements of a document.
 class XmlHandler {
  public:

@@ -40,10 +40,8 @@ void DominantTrees::find(double wanted) {
     return std::min(group.trees,
                     std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(wanted))));
   };
-  const auto take = [](double h_m, std::size_t count, Group& group) {
-    if (group.dominant == count) return;
-    ++group.dominant;
-    h_m > 0.0 ? group.heights.add(h_m) : static_cast<void>(++group.without_height);
+  const auto take = [](double dbh_cm, double h_m, std::size_t count, Group& group) {
+    if (group.dominant.trees() < count) group.dominant.add(dbh_cm, h_m);
   };
   std::vector<std::size_t> counts;
   for (const Group& group : by_species_) counts.push_back(count_of(group));
@@ -52,20 +50,15 @@ void DominantTrees::find(double wanted) {
   while (sorted_.next(key, record)) {
     std::uint32_t species = 0;
     std::memcpy(&species, record.data(), sizeof(species));
-    const double h_m = value_of(key.second);
-    take(h_m, count_of(all_), all_);
-    take(h_m, counts[species], by_species_[species]);
+    const double dbh_cm = value_of(key.first);
+    const double h_m = key.second == falling(0.0) ? data::kMissing : value_of(key.second);
+    take(dbh_cm, h_m, count_of(all_), all_);
+    take(dbh_cm, h_m, counts[species], by_species_[species]);
   }
 }
 
 void DominantTrees::set_of_species(std::size_t species, StandFigures& figures) const {
-  set(species < by_species_.size() ? by_species_[species] : Group(), figures);
-}
-
-void DominantTrees::set(const Group& group, StandFigures& figures) {
-  figures.dominant_height_m = group.heights.mean();
-  figures.dominant_trees = group.dominant;
-  figures.dominant_trees_without_height = group.without_height;
+  (species < by_species_.size() ? by_species_[species] : Group()).dominant.set(figures);
 }
 
 }  // namespace silvafit::stand

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "figures/moments.hpp"
+#include "figures/figure_sums.hpp"
 #include "silvafit/base/external_sort.hpp"
 #include "silvafit/stand/stand_summary.hpp"
 
@@ -19,19 +19,15 @@ class DominantTrees {
   /// Sorts the trees and finds the means; not more than once.
   /// \param wanted  number of trees
   void find(double wanted);
-  void set_of_all(StandFigures& figures) const { set(all_, figures); }
+  void set_of_all(StandFigures& figures) const { all_.dominant.set(figures); }
   void set_of_species(std::size_t species, StandFigures& figures) const;
 
  private:
-  /// Trees of one group; of their heights only the mean is kept.
+  /// Trees of one group; of the thickest only sums are kept.
   struct Group {
     std::size_t trees = 0;
-    std::size_t dominant = 0;
-    std::size_t without_height = 0;
-    Moments heights{};
+    DominantSums dominant{};
   };
-
-  static void set(const Group& group, StandFigures& figures);
 
   ExternalSort sorted_{std::size_t{16} << 20U};
   Group all_{};

@@ -39,12 +39,34 @@ class FigureSums {
   std::vector<QuantitySum> quantities_{};
 };
 
+/// Sums over the thickest trees.
+class DominantSums {
+ public:
+  /// \param h_m  NaN: the tree is one of the thickest, but not in the mean height
+  void add(double dbh_cm, double h_m, double weight = 1.0);
+  std::size_t trees() const { return trees_; }
+  /// Sets the dominant height and diameter.
+  void set(StandFigures& figures) const;
+
+ private:
+  std::size_t trees_ = 0;
+  std::size_t without_height_ = 0;
+  Moments squares_cm2_{};
+  Moments heights_{};
+  double basal_with_height_ = 0.0;
+  double basal_times_height_ = 0.0;
+};
+
 /// Sets the mean height of the thickest trees.
 /// \param wanted  number of trees
 void set_dominant_height(const Inventory& inventory,
                          std::span<const std::size_t> trees,
                          double wanted,
                          StandFigures& figures);
+
+/// The number of the class of a diameter, from 0. A diameter on the class limit belongs to the
+/// upper class; the tolerance covers rounding.
+double diameter_class(double dbh_cm, double width_cm);
 
 /// The classes of diameter_distribution().
 class DiameterSums {

@@ -22,6 +22,7 @@ struct PlotSums {
   PlotTotals stems{};
   PlotTotals basal_areas_m2{};
   std::vector<PlotTotals> quantities{};
+  std::vector<PlotTotals> stems_with_quantity{};
   PlotTotals heights_m{};
   PlotTotals stems_with_height{};
 
@@ -32,6 +33,7 @@ struct PlotSums {
 std::vector<StratumFigures> stratum_figures(const PlotSums& plots,
                                             const std::vector<std::string>& stratum_of_plot,
                                             const std::map<std::string, double>& stratum_areas_ha,
-                                            bool are_weights);
+                                            bool are_weights,
+                                            const StratumSettings& settings);
 
 }  // namespace silvafit::stand

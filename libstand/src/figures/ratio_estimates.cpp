@@ -27,7 +27,8 @@ PlotTotals totals_of(const Inventory& inventory,
   return totals;
 }
 
-Mean ratio_of_sums(const PlotTotals& values, const PlotTotals& sizes, const PlotNumbers& plots) {
+Mean ratio_of_sums(const PlotTotals& values, const PlotTotals& sizes, const SizedStratum& stratum) {
+  const PlotNumbers& plots = stratum.plots;
   const auto n = static_cast<double>(plots.size());
   double value = 0.0;
   double size = 0.0;
@@ -36,13 +37,15 @@ Mean ratio_of_sums(const PlotTotals& values, const PlotTotals& sizes, const Plot
     size += sizes[plot];
   }
   Mean ratio{.value = value / size, .standard_error = data::kMissing};
-  if (plots.size() < 2) return ratio;
+  const auto has_size = [&sizes](std::size_t plot) { return sizes[plot] != 0.0; };
+  if (std::ranges::count_if(plots, has_size) < 2) return ratio;
   double squares = 0.0;
   for (const std::size_t plot : plots) {
     const double deviation = values[plot] - ratio.value * sizes[plot];
     squares += deviation * deviation;
   }
-  ratio.standard_error = std::sqrt(squares / (n * (n - 1.0))) / (size / n);
+  ratio.standard_error =
+      std::sqrt((1.0 - stratum.covered) * squares / (n * (n - 1.0))) / (size / n);
   return ratio;
 }
 
@@ -51,16 +54,35 @@ const PlotTotals& areas_of_strata(const PlotTotals& in_population, const PlotTot
   return has_outside ? whole : in_population;
 }
 
-Mean total_of(const PlotTotals& values,
-              const PlotTotals& areas_ha,
-              const std::vector<SizedStratum>& strata) {
+Mean total_of(const PlotTotals& values, const PlotTotals& areas_ha, const SizedStrata& strata) {
+  /// Area and number of plots of an estimation unit.
+  struct Unit {
+    double size = 0.0;
+    double plots = 0.0;
+  };
+  std::map<std::string, Unit> units;
+  for (const SizedStratum& stratum : strata.list) {
+    if (stratum.size == 0.0) continue;
+    Unit& unit = units[stratum.unit];
+    unit.size += stratum.size;
+    unit.plots += static_cast<double>(stratum.plots.size());
+  }
   double total = 0.0;
   double variance = 0.0;
-  for (const SizedStratum& stratum : strata) {
+  for (const SizedStratum& stratum : strata.list) {
     if (stratum.size == 0.0) continue;
-    const Mean mean = ratio_of_sums(values, areas_ha, stratum.plots);
+    const Mean mean = ratio_of_sums(values, areas_ha, stratum);
     total += stratum.size * mean.value;
-    variance += std::pow(stratum.size * mean.standard_error, 2);
+    if (strata.are_posterior) {
+      const Unit& unit = units[stratum.unit];
+      const double weight = stratum.size / unit.size;
+      const double of_plot =
+          static_cast<double>(stratum.plots.size()) * mean.standard_error * mean.standard_error;
+      variance += unit.size * unit.size * of_plot *
+                  (weight / unit.plots + (1.0 - weight) / (unit.plots * unit.plots));
+    } else {
+      variance += std::pow(stratum.size * mean.standard_error, 2);
+    }
   }
   return {.value = total, .standard_error = std::sqrt(variance)};
 }
@@ -68,10 +90,15 @@ Mean total_of(const PlotTotals& values,
 Mean combined_ratio(const PlotTotals& values,
                     const PlotTotals& counts,
                     const PlotTotals& areas_ha,
-                    const std::vector<SizedStratum>& strata) {
+                    const SizedStrata& strata) {
   const double count = total_of(counts, areas_ha, strata).value;
   if (!(count > 0.0)) return {.value = data::kMissing, .standard_error = data::kMissing};
   const double ratio = total_of(values, areas_ha, strata).value / count;
+  // A ratio that one plot has alone does not vary.
+  const auto has_count = [](double value) { return value != 0.0; };
+  if (std::ranges::count_if(counts, has_count) < 2) {
+    return {.value = ratio, .standard_error = data::kMissing};
+  }
   PlotTotals residuals;
   for (std::size_t i = 0; i < values.size(); ++i)
     residuals.push_back(values[i] - ratio * counts[i]);
@@ -90,7 +117,7 @@ void add_total(Estimate& estimate,
                const PlotTotals& values,
                const PlotTotals& of_strata,
                const SizedStratum& stratum) {
-  const Mean total = total_of(values, of_strata, {stratum});
+  const Mean total = total_of(values, of_strata, {.list = {stratum}});
   estimate.total = total.value;
   estimate.total_standard_error = total.standard_error;
 }
@@ -98,7 +125,7 @@ void add_total(Estimate& estimate,
 Estimate over_strata(const PlotTotals& values,
                      const PlotTotals& areas_ha,
                      const PlotTotals& of_strata,
-                     const std::vector<SizedStratum>& strata,
+                     const SizedStrata& strata,
                      bool are_weights) {
   Estimate estimate = estimate_of(combined_ratio(values, areas_ha, of_strata, strata));
   if (are_weights) return estimate;

@@ -26,15 +26,25 @@ PlotTotals totals_of(const Inventory& inventory,
                      const std::vector<SampledArea>& areas,
                      const TreeValue& value);
 
-/// The ratio R of two sums over plots (Cochran 1977, chapter 6) with standard error
-/// sqrt(sum (y - R x)^2 / (n (n - 1))) / mean x; NaN for one plot.
-Mean ratio_of_sums(const PlotTotals& values, const PlotTotals& sizes, const PlotNumbers& plots);
-
 /// A stratum with its area or weight.
 struct SizedStratum {
   PlotNumbers plots{};
   double size = 1.0;
+  /// Share of its area that plots cover; variances are those of the rest (Cochran 1977, 2.6).
+  double covered = 0.0;
+  std::string unit{};  ///< StratumSettings::unit_of_stratum
 };
+
+struct SizedStrata {
+  std::vector<SizedStratum> list{};
+  /// Plots were assigned to strata after they were chosen from all: StratumSettings.
+  bool are_posterior = false;
+};
+
+/// The ratio R of two sums over plots (Cochran 1977, chapter 6) with standard error
+/// sqrt((1 - f) sum (y - R x)^2 / (n (n - 1))) / mean x, f the share covered; NaN if fewer
+/// than two plots have a size.
+Mean ratio_of_sums(const PlotTotals& values, const PlotTotals& sizes, const SizedStratum& stratum);
 
 /// The areas of plots to which areas of strata refer. A plot without any part in the population
 /// (area 0) was drawn from land outside of it; strata then are land, and whole plots are its
@@ -42,16 +52,18 @@ struct SizedStratum {
 const PlotTotals& areas_of_strata(const PlotTotals& in_population, const PlotTotals& whole);
 
 /// The sum over strata of the mean per hectare times the size of the stratum. Strata of size 0 add
-/// nothing.
-Mean total_of(const PlotTotals& values,
-              const PlotTotals& areas_ha,
-              const std::vector<SizedStratum>& strata);
+/// nothing. With W the shares of strata in the sum of sizes, n numbers of plots and v the variances
+/// of means, the variance of the mean is sum W^2 v or, for posterior strata of an estimation unit,
+/// sum W n v / N + sum (1 - W) n v / N^2, N all plots (Bechtold and Patterson 2005, 4.2; Cochran
+/// 1977, 5A.9).
+Mean total_of(const PlotTotals& values, const PlotTotals& areas_ha, const SizedStrata& strata);
 
-/// The combined ratio of the totals of two values (Cochran 1977, 6.11); NaN if the second is 0.
+/// The combined ratio of the totals of two values (Cochran 1977, 6.11); NaN if the second is 0,
+/// and without a standard error if it is not 0 in one plot only.
 Mean combined_ratio(const PlotTotals& values,
                     const PlotTotals& counts,
                     const PlotTotals& areas_ha,
-                    const std::vector<SizedStratum>& strata);
+                    const SizedStrata& strata);
 
 /// Per hectare, without a total.
 Estimate estimate_of(const Mean& per_ha);
@@ -62,7 +74,7 @@ Estimate estimate_of(const Mean& per_ha);
 Estimate over_strata(const PlotTotals& values,
                      const PlotTotals& areas_ha,
                      const PlotTotals& of_strata,
-                     const std::vector<SizedStratum>& strata,
+                     const SizedStrata& strata,
                      bool are_weights);
 
 /// Sets the total of one stratum.

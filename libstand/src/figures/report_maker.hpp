@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "figures/domain_sums.hpp"
 #include "figures/dominant_trees.hpp"
 #include "figures/figure_sums.hpp"
 #include "figures/joint_sums.hpp"
@@ -42,7 +43,9 @@ class ReportMaker {
   void count_trees_without_window(const Inventory& inventory, const PlotWindows& windows);
   static void sort_areas(const Inventory& inventory, std::vector<SampledArea>& areas);
   void count_trees_left_out(const Inventory& inventory, const std::vector<SampledArea>& areas);
-  data::TextColumn stratum_column(const Inventory& inventory) const;
+  static data::TextColumn labels_of(const Inventory& inventory,
+                                    const std::string& column,
+                                    const char* setting);
   void check_one_stratum(const Inventory& inventory,
                          const SampledArea& area,
                          const data::TextColumn& column) const;
@@ -87,6 +90,7 @@ class ReportMaker {
   Inventory without_rows_{};         ///< of no tree, with the quantities of the inventory
   DiameterSums diameters_;
   PlotSums plots_{};
+  DomainSums domains_;
   std::vector<std::string> stratum_of_area_{};
   std::map<std::string, double> stratum_sizes_{};
   bool are_weights_ = false;

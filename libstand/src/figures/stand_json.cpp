@@ -25,6 +25,8 @@ ordered_json figures_json(const StandFigures& figures, const std::vector<std::st
                       {"sd_height_m", number_or_null(figures.sd_height_m)},
                       {"lorey_height_m", number_or_null(figures.lorey_height_m)},
                       {"dominant_height_m", number_or_null(figures.dominant_height_m)},
+                      {"dominant_lorey_height_m", number_or_null(figures.dominant_lorey_height_m)},
+                      {"dominant_dbh_cm", number_or_null(figures.dominant_dbh_cm)},
                       {"crown_cover_percent", number_or_null(figures.crown_cover_percent)},
                       {"trees_without_crown_width", figures.trees_without_crown_width},
                       {"dominant_trees", figures.dominant_trees},
@@ -80,22 +82,41 @@ ordered_json areas_json(const StandReport& report) {
   return list;
 }
 
+ordered_json estimates_json(const StratumFigures& figures, const std::vector<std::string>& names) {
+  ordered_json result{{"trees", figures.trees},
+                      {"stems", estimate_json(figures.stems)},
+                      {"basal_area_m2", estimate_json(figures.basal_area_m2)},
+                      {"mean_height_m", mean_json(figures.mean_height_m)},
+                      {"quadratic_mean_dbh_cm", mean_json(figures.quadratic_mean_dbh_cm)}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    result[names[i]] = estimate_json(figures.quantities[i]);
+    result[names[i] + "_of_tree"] = mean_json(figures.quantities_of_tree[i]);
+  }
+  return result;
+}
+
 ordered_json strata_json(const StandReport& report) {
   ordered_json list = ordered_json::array();
   for (const StratumFigures& stratum : report.strata) {
     list.push_back({{"stratum", text_or_null(stratum.name)},
                     {"kind", kind_of(stratum)},
                     {"plots", stratum.plots},
-                    {"trees", stratum.trees},
                     {"sampled_ha", number_or_null(stratum.sampled_ha)},
-                    {"area_ha", number_or_null(stratum.area_ha)},
-                    {"stems", estimate_json(stratum.stems)},
-                    {"basal_area_m2", estimate_json(stratum.basal_area_m2)},
-                    {"mean_height_m", mean_json(stratum.mean_height_m)},
-                    {"quadratic_mean_dbh_cm", mean_json(stratum.quadratic_mean_dbh_cm)}});
-    for (std::size_t i = 0; i < report.quantities.size(); ++i) {
-      list.back()[report.quantities[i]] = estimate_json(stratum.quantities[i]);
+                    {"area_ha", number_or_null(stratum.area_ha)}});
+    list.back().update(estimates_json(stratum, report.quantities));
+  }
+  return list;
+}
+
+ordered_json domains_json(const StandReport& report) {
+  ordered_json list = ordered_json::array();
+  for (const DomainFigures& domain : report.domains) {
+    ordered_json entry;
+    for (std::size_t i = 0; i < report.by.size(); ++i) {
+      entry["of"][report.by[i]] = text_or_null(domain.labels[i]);
     }
+    entry.update(estimates_json(domain.figures, report.quantities));
+    list.push_back(std::move(entry));
   }
   return list;
 }
@@ -181,6 +202,7 @@ ordered_json json_of(const StandReport& report) {
           {"areas", areas_json(report)},
           {"all", figures_json(report.all, report.quantities)},
           {"strata", strata_json(report)},
+          {"domains", domains_json(report)},
           {"species", species_json(report)},
           {"diameters", diameters_json(report)},
           {"structure", structure_json(report)}};

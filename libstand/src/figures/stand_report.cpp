@@ -36,7 +36,8 @@ ReportMaker::ReportMaker(const StandReportOptions& options,
       sample_(sample),
       is_part_(is_only_plot.has_value()),
       is_only_plot_(is_only_plot.value_or(false)),
-      diameters_(options.class_width_cm) {
+      diameters_(options.class_width_cm),
+      domains_(options.by, options.class_width_cm) {
   options_.units.is_part = is_part_;
   options_.units.plot_area_m2 = options_.plot_area_m2;
   stratum_sizes_ = options_.stratum_areas_ha;
@@ -123,16 +124,19 @@ std::vector<std::string> ReportMaker::strata_of_table(const std::vector<SampledA
   notes_on_strata_ = std::move(strata.notes);
   stratum_sizes_ = std::move(strata.sizes);
   are_weights_ = strata.are_weights;
+  options_.strata.unit_of_stratum = std::move(strata.unit_of_stratum);
   return std::move(strata.stratum_of_area);
 }
 
-/// Any column of the inventory may contain the strata, standard columns as well.
-data::TextColumn ReportMaker::stratum_column(const Inventory& inventory) const {
-  if (inventory.other.has(options_.stratum)) return inventory.other.labels(options_.stratum);
+/// Any column of the inventory, standard columns as well.
+data::TextColumn ReportMaker::labels_of(const Inventory& inventory,
+                                        const std::string& column,
+                                        const char* setting) {
+  if (inventory.other.has(column)) return inventory.other.labels(column);
   const data::Table table = to_table(inventory);
-  if (table.has(options_.stratum)) return table.labels(options_.stratum);
-  throw InputError(data::no_such_column(options_.stratum, table.names()),
-                   {.file = inventory.file, .column = "`stratum`"});
+  if (table.has(column)) return table.labels(column);
+  throw InputError(data::no_such_column(column, table.names()),
+                   {.file = inventory.file, .column = setting});
 }
 
 void ReportMaker::check_one_stratum(const Inventory& inventory,
@@ -160,7 +164,7 @@ std::vector<std::string> ReportMaker::strata_of(const Inventory& inventory,
     const bool has_table = options_.design.plots && options_.design.plots->has_stratum;
     return has_table ? strata_of_table(areas) : strata;
   }
-  const data::TextColumn column = stratum_column(inventory);
+  const data::TextColumn column = labels_of(inventory, options_.stratum, "`stratum`");
   without_trees_ +=
       std::erase_if(areas, [](const SampledArea& area) { return area.trees.empty(); });
   std::vector<std::string> without_stratum;
@@ -178,10 +182,11 @@ std::vector<std::string> ReportMaker::strata_of(const Inventory& inventory,
 bool ReportMaker::has_structure(const Inventory& inventory) const {
   const bool is_unknown =
       sample_ != nullptr && sample_->complete_circles.empty() && options_.design.chooses_trees();
-  return inventory.has_coordinates() && !is_unknown;
+  return inventory.has_coordinates() && !is_unknown && !options_.without_units;
 }
 
 void ReportMaker::add_structure(const Inventory& inventory) {
+  if (options_.without_units) return;
   if (!inventory.has_coordinates()) {
     notes_on_units_ = {"no tree positions, therefore no structural units"};
   } else if (!has_structure(inventory)) {
@@ -229,8 +234,9 @@ void ReportMaker::add_dominant(const Inventory& inventory, const std::vector<Sam
       if (!is_part_) {
         trees_.push_back(tree);
         trees_of_species_[species].push_back(tree);
-      } else if (!inventory.h_m.empty()) {
-        dominant_.add(inventory.dbh_cm[tree], inventory.h_m[tree], species);
+      } else {
+        const double h_m = inventory.h_m.empty() ? data::kMissing : inventory.h_m[tree];
+        dominant_.add(inventory.dbh_cm[tree], h_m, species);
       }
     }
   }
@@ -263,6 +269,10 @@ AreaReport ReportMaker::report_on(const Inventory& inventory, SampledArea area) 
 void ReportMaker::add_figures(const Inventory& inventory,
                               std::vector<SampledArea> areas,
                               const std::vector<std::string>& strata) {
+  if (!options_.by.empty() && inventory.size() > 0) {
+    const auto labels = [&](const std::string& name) { return labels_of(inventory, name, "`by`"); };
+    domains_.add(inventory, areas, labels, plots_.trees.size());
+  }
   plots_.add(inventory, areas);
   stratum_of_area_.insert(stratum_of_area_.end(), strata.begin(), strata.end());
   std::size_t number = 0;
@@ -286,7 +296,7 @@ void ReportMaker::refuse_no_areas(const std::string& file) const {
 void ReportMaker::take_labels(const Inventory& inventory) {
   if (report_.quantities.empty()) {
     for (const TreeQuantity& quantity : inventory.quantities) {
-      report_.quantities.push_back(quantity.name + "_" + quantity.unit);
+      report_.quantities.push_back(label_of(quantity));
       without_rows_.quantities.push_back({.name = quantity.name, .unit = quantity.unit});
     }
   }
@@ -390,7 +400,13 @@ StandReport ReportMaker::finish(const std::string& file) {
   finish_structure(file);
   finish_figures();
   check_density(file);
-  report_.strata = stratum_figures(plots_, stratum_of_area_, stratum_sizes_, are_weights_);
+  const auto strata_of = [this](const PlotSums& plots) {
+    return stratum_figures(plots, stratum_of_area_, stratum_sizes_, are_weights_, options_.strata);
+  };
+  report_.strata = strata_of(plots_);
+  report_.by = options_.by;
+  report_.domains =
+      domains_.figures(plots_, [&](const PlotSums& plots) { return strata_of(plots).back(); });
   write_notes();
   return std::move(report_);
 }

@@ -20,16 +20,38 @@ constexpr double kMostClasses = 1e4;
 
 }  // namespace
 
+void DominantSums::add(double dbh_cm, double h_m, double weight) {
+  ++trees_;
+  squares_cm2_.add(dbh_cm * dbh_cm, weight);
+  if (std::isnan(h_m)) {
+    ++without_height_;
+    return;
+  }
+  heights_.add(h_m, weight);
+  basal_with_height_ += weight * dbh_cm * dbh_cm;
+  basal_times_height_ += weight * dbh_cm * dbh_cm * h_m;
+}
+
+void DominantSums::set(StandFigures& figures) const {
+  figures.dominant_trees = trees_;
+  figures.dominant_trees_without_height = without_height_;
+  figures.dominant_height_m = heights_.mean();
+  figures.dominant_lorey_height_m =
+      basal_with_height_ > 0.0 ? basal_times_height_ / basal_with_height_ : data::kMissing;
+  figures.dominant_dbh_cm = std::sqrt(squares_cm2_.mean());
+}
+
 void set_dominant_height(const Inventory& inventory,
                          std::span<const std::size_t> trees,
                          double wanted,
                          StandFigures& figures) {
-  figures.dominant_height_m = data::kMissing;
-  if (inventory.h_m.empty() || trees.empty() || std::isnan(wanted)) return;
+  DominantSums().set(figures);
+  if (trees.empty() || std::isnan(wanted)) return;
   std::vector<std::size_t> order(trees.begin(), trees.end());
   // Among equally thick trees, those without height are last.
   const auto height = [&inventory](std::size_t tree) {
-    return std::isnan(inventory.h_m[tree]) ? 0.0 : inventory.h_m[tree];
+    const bool is_known = !inventory.h_m.empty() && !std::isnan(inventory.h_m[tree]);
+    return is_known ? inventory.h_m[tree] : 0.0;
   };
   const bool is_weighted = !inventory.represented.empty();
   const auto count = is_weighted
@@ -43,7 +65,7 @@ void set_dominant_height(const Inventory& inventory,
                       return std::pair(inventory.dbh_cm[left], height(left)) >
                              std::pair(inventory.dbh_cm[right], height(right));
                     });
-  Moments heights;
+  DominantSums sums;
   double represented = 0.0;
   std::size_t used = 0;
   for (; used < count && (represented < wanted || used == 0); ++used) {
@@ -51,14 +73,10 @@ void set_dominant_height(const Inventory& inventory,
     // The last tree counts only for the number that is still needed.
     const double weight = is_weighted && used > 0 ? std::min(own, wanted - represented) : own;
     represented += is_weighted ? own : 0.0;
-    if (std::isnan(inventory.h_m[order[used]])) {
-      ++figures.dominant_trees_without_height;
-    } else {
-      heights.add(inventory.h_m[order[used]], weight);
-    }
+    const double h_m = height(order[used]);
+    sums.add(inventory.dbh_cm[order[used]], h_m > 0.0 ? h_m : data::kMissing, weight);
   }
-  figures.dominant_trees = used;
-  figures.dominant_height_m = heights.mean();
+  sums.set(figures);
 }
 
 void FigureSums::add(const Inventory& inventory, std::span<const std::size_t> trees) {
@@ -113,7 +131,7 @@ StandFigures FigureSums::figures(double area_m2) const {
   figures.sd_height_m = heights_.standard_deviation();
   figures.lorey_height_m =
       basal_with_height_m2_ > 0.0 ? basal_times_height_ / basal_with_height_m2_ : data::kMissing;
-  figures.dominant_height_m = data::kMissing;
+  DominantSums().set(figures);
   figures.trees_without_crown_width = without_crown_width_;
   const bool has_crowns = trees_ == 0 ? has_crown_column_ : without_crown_width_ < trees_;
   figures.crown_cover_percent = has_crowns ? 100.0 * crowns_m2_ / area_m2 : data::kMissing;
@@ -143,6 +161,10 @@ std::string note_on_crown_cover(const StandFigures& figures) {
       without == 1 ? "is" : "are");
 }
 
+double diameter_class(double dbh_cm, double width_cm) {
+  return std::floor(dbh_cm / width_cm + 1e-9);
+}
+
 void DiameterSums::add(const Inventory& inventory, std::span<const std::size_t> trees) {
   if (!(width_cm_ > 0.0) || std::isinf(width_cm_)) {
     throw UsageError(
@@ -150,8 +172,7 @@ void DiameterSums::add(const Inventory& inventory, std::span<const std::size_t> 
         {.column = "`class_width`"});
   }
   for (const std::size_t tree : trees) {
-    // A diameter on the class limit belongs to the upper class; the tolerance covers rounding.
-    const double number = std::floor(inventory.dbh_cm[tree] / width_cm_ + 1e-9);
+    const double number = diameter_class(inventory.dbh_cm[tree], width_cm_);
     const auto [found, is_new] = classes_.try_emplace(number);
     // Class numbers are integers, and each is one more than the previous one, below 2^53.
     const double lowest = classes_.begin()->first;

@@ -55,6 +55,8 @@ void add_figures(Columns<Entry>& columns, const std::vector<std::string>& quanti
   add("sd_height_m", &Figures::sd_height_m);
   add("lorey_height_m", &Figures::lorey_height_m);
   add("dominant_height_m", &Figures::dominant_height_m);
+  add("dominant_lorey_height_m", &Figures::dominant_lorey_height_m);
+  add("dominant_dbh_cm", &Figures::dominant_dbh_cm);
   add("crown_cover_percent", &Figures::crown_cover_percent);
   for (std::size_t i = 0; i < quantities.size(); ++i) {
     columns.number(quantities[i] + "_per_ha",
@@ -82,23 +84,23 @@ data::Table areas_table(const StandReport& report) {
   return std::move(columns).table();
 }
 
-data::Table strata_table(const StandReport& report) {
+/// Estimates with standard errors.
+template <class Entry>
+void add_estimates(Columns<Entry>& columns,
+                   const std::vector<std::string>& quantities,
+                   const std::function<const StratumFigures&(const Entry&)>& figures) {
   using Stratum = StratumFigures;
-  Columns<Stratum> columns(report.strata);
-  columns.text("stratum", [](const Stratum& stratum) {
-    return stratum.kind == Stratum::Kind::kAll ? "all" : stratum.name;
-  });
-  columns.number("plots",
-                 [](const Stratum& stratum) { return static_cast<double>(stratum.plots); });
-  columns.number("trees",
-                 [](const Stratum& stratum) { return static_cast<double>(stratum.trees); });
-  columns.number("sampled_ha", [](const Stratum& stratum) { return stratum.sampled_ha; });
-  columns.number("area_ha", [](const Stratum& stratum) { return stratum.area_ha; });
+  const auto number = [&](const std::string& name, std::function<double(const Stratum&)> value) {
+    columns.number(name, [figures, value = std::move(value)](const Entry& entry) {
+      return value(figures(entry));
+    });
+  };
+  number("trees", [](const Stratum& stratum) { return static_cast<double>(stratum.trees); });
   using Pick = std::function<const Estimate&(const Stratum&)>;
-  const auto add = [&columns](const std::string& name, const Pick& pick) {
+  const auto add = [&](const std::string& name, const Pick& pick) {
     const auto part = [&](const std::string& suffix, double Estimate::*member) {
-      columns.number(name + suffix,
-                     [pick, member](const Stratum& stratum) { return pick(stratum).*member; });
+      number(name + suffix,
+             [pick, member](const Stratum& stratum) { return pick(stratum).*member; });
     };
     part("_per_ha", &Estimate::per_ha);
     part("_per_ha_se", &Estimate::standard_error);
@@ -108,19 +110,49 @@ data::Table strata_table(const StandReport& report) {
   add("stems", [](const Stratum& stratum) -> const Estimate& { return stratum.stems; });
   add("basal_area_m2",
       [](const Stratum& stratum) -> const Estimate& { return stratum.basal_area_m2; });
-  for (std::size_t i = 0; i < report.quantities.size(); ++i) {
-    add(report.quantities[i],
-        [i](const Stratum& stratum) -> const Estimate& { return stratum.quantities[i]; });
-  }
-  const auto add_mean = [&columns](const std::string& name, Mean Stratum::*what) {
-    columns.number(name, [what](const Stratum& stratum) { return (stratum.*what).value; });
-    columns.number(name + "_se",
-                   [what](const Stratum& stratum) { return (stratum.*what).standard_error; });
+  const auto add_mean = [&](const std::string& name,
+                            const std::function<const Mean&(const Stratum&)>& pick) {
+    number(name, [pick](const Stratum& stratum) { return pick(stratum).value; });
+    number(name + "_se", [pick](const Stratum& stratum) { return pick(stratum).standard_error; });
   };
-  add_mean("mean_height_m", &Stratum::mean_height_m);
-  add_mean("quadratic_mean_dbh_cm", &Stratum::quadratic_mean_dbh_cm);
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
+    add(quantities[i],
+        [i](const Stratum& stratum) -> const Estimate& { return stratum.quantities[i]; });
+    add_mean(quantities[i] + "_of_tree",
+             [i](const Stratum& stratum) -> const Mean& { return stratum.quantities_of_tree[i]; });
+  }
+  add_mean("mean_height_m",
+           [](const Stratum& stratum) -> const Mean& { return stratum.mean_height_m; });
+  add_mean("quadratic_mean_dbh_cm",
+           [](const Stratum& stratum) -> const Mean& { return stratum.quadratic_mean_dbh_cm; });
+}
+
+data::Table strata_table(const StandReport& report) {
+  using Stratum = StratumFigures;
+  Columns<Stratum> columns(report.strata);
+  columns.text("stratum", [](const Stratum& stratum) {
+    return stratum.kind == Stratum::Kind::kAll ? "all" : stratum.name;
+  });
+  columns.number("plots",
+                 [](const Stratum& stratum) { return static_cast<double>(stratum.plots); });
+  columns.number("sampled_ha", [](const Stratum& stratum) { return stratum.sampled_ha; });
+  columns.number("area_ha", [](const Stratum& stratum) { return stratum.area_ha; });
+  add_estimates<Stratum>(
+      columns, report.quantities, [](const Stratum& s) -> const Stratum& { return s; });
   // A stratum may be called "all".
   columns.text("kind", [](const Stratum& stratum) { return std::string(kind_of(stratum)); });
+  return std::move(columns).table();
+}
+
+data::Table domains_table(const StandReport& report) {
+  Columns<DomainFigures> columns(report.domains);
+  for (std::size_t i = 0; i < report.by.size(); ++i) {
+    columns.text(report.by[i], [i](const DomainFigures& domain) { return domain.labels[i]; });
+  }
+  add_estimates<DomainFigures>(
+      columns, report.quantities, [](const DomainFigures& domain) -> const StratumFigures& {
+        return domain.figures;
+      });
   return std::move(columns).table();
 }
 
@@ -204,6 +236,7 @@ std::vector<std::pair<std::string, data::Table>> tables_of(const StandReport& re
   std::vector<std::pair<std::string, data::Table>> tables;
   tables.emplace_back("plots", areas_table(report));
   tables.emplace_back("strata", strata_table(report));
+  if (!report.by.empty()) tables.emplace_back("domains", domains_table(report));
   tables.emplace_back("species", species_table(report));
   tables.emplace_back("diameters", diameters_table(report));
   if (report.units) tables.emplace_back("classes", classes_table(report));

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Design-based estimates by stratum.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -22,14 +24,13 @@ class Estimator {
   explicit Estimator(const PlotSums& plots)
       : plots_(plots), of_strata_(areas_of_strata(plots.areas_ha, plots.whole_ha)) {}
 
-  StratumFigures of_plots(const PlotNumbers& plots, std::string name) const;
+  StratumFigures of_plots(const SizedStratum& stratum, std::string name) const;
+  double covered(const PlotNumbers& plots, double size_ha, const std::string& name) const;
   void add_totals(const SizedStratum& stratum, StratumFigures& result) const;
-  void combine(const std::vector<SizedStratum>& strata,
-               bool are_weights,
-               StratumFigures& result) const;
+  void combine(const SizedStrata& strata, bool are_weights, StratumFigures& result) const;
 
  private:
-  void add_means(const std::vector<SizedStratum>& strata, StratumFigures& result) const;
+  void add_means(const SizedStrata& strata, StratumFigures& result) const;
 
   const PlotSums& plots_;
   const PlotTotals& of_strata_;
@@ -39,7 +40,7 @@ void append(PlotTotals& totals, const PlotTotals& more) {
   totals.insert(totals.end(), more.begin(), more.end());
 }
 
-void Estimator::add_means(const std::vector<SizedStratum>& strata, StratumFigures& result) const {
+void Estimator::add_means(const SizedStrata& strata, StratumFigures& result) const {
   result.mean_height_m =
       combined_ratio(plots_.heights_m, plots_.stems_with_height, of_strata_, strata);
   const Mean mean_basal_m2 =
@@ -51,20 +52,47 @@ void Estimator::add_means(const std::vector<SizedStratum>& strata, StratumFigure
                                   .standard_error = kCentimetersPerMeter * diameter_m *
                                                     mean_basal_m2.standard_error /
                                                     (2.0 * mean_basal_m2.value)};
+  result.quantities_of_tree.clear();
+  for (std::size_t i = 0; i < plots_.quantities.size(); ++i) {
+    result.quantities_of_tree.push_back(
+        combined_ratio(plots_.quantities[i], plots_.stems_with_quantity[i], of_strata_, strata));
+  }
 }
 
-StratumFigures Estimator::of_plots(const PlotNumbers& plots, std::string name) const {
+/// The share of a stratum's area that its plots cover.
+double Estimator::covered(const PlotNumbers& plots, double size_ha, const std::string& name) const {
+  double sampled_ha = 0.0;
+  for (const std::size_t plot : plots) {
+    if (plots_.has_area[plot] == 0) {
+      throw UsageError(
+          "the share of a stratum in plots without area is unknown; omit `finite_population`",
+          {.column = "`finite_population`"});
+    }
+    sampled_ha += of_strata_[plot];
+  }
+  if (sampled_ha <= size_ha) return size_ha > 0.0 ? sampled_ha / size_ha : 0.0;
+  throw UsageError(fmt::format("the plots of stratum '{}' cover {:.6g} ha, more than its area of "
+                               "{:.6g} ha",
+                               name,
+                               sampled_ha,
+                               size_ha),
+                   {.column = "`stratum_areas`"});
+}
+
+StratumFigures Estimator::of_plots(const SizedStratum& stratum, std::string name) const {
+  const PlotNumbers& plots = stratum.plots;
   StratumFigures result{.name = std::move(name), .plots = plots.size(), .area_ha = data::kMissing};
   for (const std::size_t plot : plots) {
     result.trees += plots_.trees[plot];
     result.sampled_ha += plots_.has_area[plot] != 0 ? plots_.areas_ha[plot] : data::kMissing;
   }
-  result.stems = estimate_of(ratio_of_sums(plots_.stems, plots_.areas_ha, plots));
-  result.basal_area_m2 = estimate_of(ratio_of_sums(plots_.basal_areas_m2, plots_.areas_ha, plots));
+  result.stems = estimate_of(ratio_of_sums(plots_.stems, plots_.areas_ha, stratum));
+  result.basal_area_m2 =
+      estimate_of(ratio_of_sums(plots_.basal_areas_m2, plots_.areas_ha, stratum));
   for (const PlotTotals& totals : plots_.quantities) {
-    result.quantities.push_back(estimate_of(ratio_of_sums(totals, plots_.areas_ha, plots)));
+    result.quantities.push_back(estimate_of(ratio_of_sums(totals, plots_.areas_ha, stratum)));
   }
-  add_means({{.plots = plots}}, result);
+  add_means({.list = {{.plots = plots, .covered = stratum.covered}}}, result);
   return result;
 }
 
@@ -77,11 +105,9 @@ void Estimator::add_totals(const SizedStratum& stratum, StratumFigures& result) 
   }
 }
 
-void Estimator::combine(const std::vector<SizedStratum>& strata,
-                        bool are_weights,
-                        StratumFigures& result) const {
+void Estimator::combine(const SizedStrata& strata, bool are_weights, StratumFigures& result) const {
   double size = 0.0;
-  for (const SizedStratum& stratum : strata) size += stratum.size;
+  for (const SizedStratum& stratum : strata.list) size += stratum.size;
   result.area_ha = are_weights ? data::kMissing : size;
   const auto estimate = [&](const PlotTotals& values) {
     return over_strata(values, plots_.areas_ha, of_strata_, strata, are_weights);
@@ -111,10 +137,14 @@ void PlotSums::add(const Inventory& inventory, const std::vector<SampledArea>& a
            return basal_area_m2(inventory.dbh_cm[tree]);
          }));
   quantities.resize(inventory.quantities.size());
+  stems_with_quantity.resize(quantities.size());
   for (std::size_t i = 0; i < quantities.size(); ++i) {
     const std::vector<double>& values = inventory.quantities[i].values;
     append(quantities[i],
            totals_of(inventory, areas, [&values](std::size_t tree) { return values[tree]; }));
+    append(stems_with_quantity[i], totals_of(inventory, areas, [&values](std::size_t tree) {
+             return std::isnan(values[tree]) ? data::kMissing : 1.0;
+           }));
   }
   append(heights_m, totals_of(inventory, areas, height));
   append(stems_with_height, totals_of(inventory, areas, [&height](std::size_t tree) {
@@ -125,7 +155,8 @@ void PlotSums::add(const Inventory& inventory, const std::vector<SampledArea>& a
 std::vector<StratumFigures> stratum_figures(const PlotSums& plots,
                                             const std::vector<std::string>& stratum_of_plot,
                                             const std::map<std::string, double>& stratum_areas_ha,
-                                            bool are_weights) {
+                                            bool are_weights,
+                                            const StratumSettings& settings) {
   std::map<std::string, PlotNumbers> members;
   PlotNumbers without;
   PlotNumbers all;
@@ -138,21 +169,36 @@ std::vector<StratumFigures> stratum_figures(const PlotSums& plots,
   std::set<std::string> names;
   for (const auto& [name, numbers] : members) names.insert(name);
   check_stratum_sizes(names, stratum_areas_ha);
+  if (stratum_areas_ha.empty() && (settings.are_posterior || settings.is_finite)) {
+    throw UsageError(
+        "standard errors of this kind need the areas of strata: `stratum` and "
+        "`stratum_areas`, or stratum and stratum_area in the table of `plots`",
+        {.column = settings.is_finite ? "`finite_population`" : "`post_stratified`"});
+  }
+  if (settings.is_finite && are_weights) {
+    throw UsageError("a finite population needs the areas of strata instead of their weights",
+                     {.column = "`finite_population`"});
+  }
   const Estimator estimator(plots);
   std::vector<StratumFigures> result;
-  std::vector<SizedStratum> sized;
+  SizedStrata sized{.are_posterior = settings.are_posterior};
   for (const auto& [name, numbers] : members) {
-    StratumFigures& stratum = result.emplace_back(estimator.of_plots(numbers, name));
+    const auto unit = settings.unit_of_stratum.find(name);
+    SizedStratum stratum{.plots = numbers,
+                         .unit = unit == settings.unit_of_stratum.end() ? "" : unit->second};
     const auto area = stratum_areas_ha.find(name);
+    if (area != stratum_areas_ha.end()) stratum.size = area->second;
+    if (settings.is_finite) stratum.covered = estimator.covered(numbers, stratum.size, name);
+    result.push_back(estimator.of_plots(stratum, name));
     if (area == stratum_areas_ha.end()) continue;
-    sized.push_back({.plots = numbers, .size = area->second});
-    if (!are_weights) estimator.add_totals(sized.back(), stratum);
+    if (!are_weights) estimator.add_totals(stratum, result.back());
+    sized.list.push_back(std::move(stratum));
   }
-  StratumFigures total = estimator.of_plots(all, "");
+  StratumFigures total = estimator.of_plots({.plots = all}, "");
   total.kind = StratumFigures::Kind::kAll;
   if (!stratum_areas_ha.empty()) estimator.combine(sized, are_weights, total);
   if (!without.empty()) {
-    StratumFigures& others = result.emplace_back(estimator.of_plots(without, ""));
+    StratumFigures& others = result.emplace_back(estimator.of_plots({.plots = without}, ""));
     others.kind = StratumFigures::Kind::kWithout;
   }
   result.push_back(std::move(total));
@@ -163,10 +209,11 @@ std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
                                             const std::vector<SampledArea>& areas,
                                             const std::vector<std::string>& stratum_of_area,
                                             const std::map<std::string, double>& stratum_areas_ha,
-                                            bool are_weights) {
+                                            bool are_weights,
+                                            const StratumSettings& settings) {
   PlotSums plots;
   plots.add(inventory, areas);
-  return stratum_figures(plots, stratum_of_area, stratum_areas_ha, are_weights);
+  return stratum_figures(plots, stratum_of_area, stratum_areas_ha, are_weights, settings);
 }
 
 }  // namespace silvafit::stand

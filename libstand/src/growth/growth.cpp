@@ -100,6 +100,7 @@ class GrowthMaker {
   std::vector<double> whole_ha_{};  ///< the same of whole plots
   std::map<std::string, double> stratum_sizes_{};
   bool are_weights_ = false;
+  StratumSettings strata_settings_{};
   std::vector<std::vector<std::string>> missing_{};  ///< by GrowthReport::values: trees without it
   std::size_t revived_ = 0;
   std::string first_revived_{};
@@ -413,6 +414,7 @@ void GrowthMaker::check_density() const {
 /// By the table of plots, or a column of the trees.
 void GrowthMaker::find_strata() {
   stratum_sizes_ = options_.stratum_areas_ha;
+  strata_settings_ = options_.strata;
   if (!options_.stratum.empty()) {
     const data::Table table = to_table(inventory_);
     if (!table.has(options_.stratum)) {
@@ -446,6 +448,7 @@ void GrowthMaker::find_strata() {
   }
   stratum_sizes_ = std::move(strata.sizes);
   are_weights_ = strata.are_weights;
+  strata_settings_.unit_of_stratum = std::move(strata.unit_of_stratum);
   std::ranges::move(strata.notes, std::back_inserter(report_.notes));
 }
 
@@ -457,9 +460,13 @@ void GrowthMaker::add_strata() {
     periods = std::max(periods, plot.period);
   }
   check_stratum_sizes(names, stratum_sizes_);
+  if (options_.strata.is_finite) {
+    throw UsageError("growth has no correction for finite populations; omit `finite_population`",
+                     {.column = "`finite_population`"});
+  }
   for (std::size_t period = 1; period <= periods; ++period) {
-    std::vector<StratumGrowth> strata =
-        strata_of_period(report_, areas_ha_, whole_ha_, period, stratum_sizes_, are_weights_);
+    std::vector<StratumGrowth> strata = strata_of_period(
+        report_, areas_ha_, whole_ha_, period, stratum_sizes_, are_weights_, strata_settings_);
     std::ranges::move(strata, std::back_inserter(report_.strata));
   }
 }
@@ -517,7 +524,7 @@ GrowthReport GrowthMaker::run() {
   plots_ = measured_plots(inventory_, design.plots ? &*design.plots : nullptr);
   report_.values = {"stems", "basal_area_m2"};
   for (const TreeQuantity& quantity : inventory_.quantities) {
-    report_.quantities.push_back(quantity.name + "_" + quantity.unit);
+    report_.quantities.push_back(label_of(quantity));
     report_.values.push_back(report_.quantities.back());
   }
   follow_trees();

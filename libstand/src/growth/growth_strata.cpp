@@ -27,7 +27,9 @@ class PeriodEstimator {
         of_strata_(areas_of_strata(areas_ha, whole_ha)),
         period_(period) {}
 
-  std::vector<StratumGrowth> strata(const std::map<std::string, double>& sizes, bool are_weights);
+  std::vector<StratumGrowth> strata(const std::map<std::string, double>& sizes,
+                                    bool are_weights,
+                                    const StratumSettings& settings);
 
  private:
   StratumGrowth growth_of(const PlotNumbers& plots) const;
@@ -60,14 +62,15 @@ StratumGrowth PeriodEstimator::growth_of(const PlotNumbers& plots) const {
   for (std::size_t value = 0; value < growth.values.size(); ++value) {
     for (std::size_t part = 0; part < kGrowthParts; ++part) {
       growth.values[value][part] =
-          estimate_of(ratio_of_sums(totals(value, part), areas_ha_, plots));
+          estimate_of(ratio_of_sums(totals(value, part), areas_ha_, {.plots = plots}));
     }
   }
   return growth;
 }
 
 std::vector<StratumGrowth> PeriodEstimator::strata(const std::map<std::string, double>& sizes,
-                                                   bool are_weights) {
+                                                   bool are_weights,
+                                                   const StratumSettings& settings) {
   std::map<std::string, PlotNumbers> members;
   PlotNumbers without;
   PlotNumbers all;
@@ -82,17 +85,20 @@ std::vector<StratumGrowth> PeriodEstimator::strata(const std::map<std::string, d
   }
   std::vector<StratumGrowth> result;
   if (all.empty()) return result;
-  std::vector<SizedStratum> sized;
+  SizedStrata sized{.are_posterior = settings.are_posterior};
   for (const auto& [name, plots] : members) {
     StratumGrowth& stratum = result.emplace_back(growth_of(plots));
     stratum.name = name;
     const auto own = sizes.find(name);
     if (own == sizes.end()) continue;
-    sized.push_back({.plots = plots, .size = own->second});
+    const auto unit = settings.unit_of_stratum.find(name);
+    sized.list.push_back({.plots = plots,
+                          .size = own->second,
+                          .unit = unit == settings.unit_of_stratum.end() ? "" : unit->second});
     if (are_weights) continue;
     for (std::size_t value = 0; value < stratum.values.size(); ++value) {
       for (std::size_t part = 0; part < kGrowthParts; ++part) {
-        add_total(stratum.values[value][part], totals(value, part), of_strata_, sized.back());
+        add_total(stratum.values[value][part], totals(value, part), of_strata_, sized.list.back());
       }
     }
   }
@@ -102,7 +108,7 @@ std::vector<StratumGrowth> PeriodEstimator::strata(const std::map<std::string, d
   }
   StratumGrowth total = growth_of(all);
   total.kind = StratumFigures::Kind::kAll;
-  for (std::size_t value = 0; !sized.empty() && value < total.values.size(); ++value) {
+  for (std::size_t value = 0; !sized.list.empty() && value < total.values.size(); ++value) {
     for (std::size_t part = 0; part < kGrowthParts; ++part) {
       total.values[value][part] =
           over_strata(totals(value, part), areas_ha_, of_strata_, sized, are_weights);
@@ -119,8 +125,9 @@ std::vector<StratumGrowth> strata_of_period(const GrowthReport& report,
                                             const std::vector<double>& whole_ha,
                                             std::size_t period,
                                             const std::map<std::string, double>& sizes,
-                                            bool are_weights) {
-  return PeriodEstimator(report, areas_ha, whole_ha, period).strata(sizes, are_weights);
+                                            bool are_weights,
+                                            const StratumSettings& settings) {
+  return PeriodEstimator(report, areas_ha, whole_ha, period).strata(sizes, are_weights, settings);
 }
 
 }  // namespace silvafit::stand

@@ -21,6 +21,7 @@ std::vector<StratumGrowth> strata_of_period(const GrowthReport& report,
                                             const std::vector<double>& whole_ha,
                                             std::size_t period,
                                             const std::map<std::string, double>& sizes,
-                                            bool are_weights);
+                                            bool are_weights,
+                                            const StratumSettings& settings);
 
 }  // namespace silvafit::stand

@@ -71,6 +71,21 @@ DesignStrata strata_of_plots(const PlotTable& plots,
   result.are_weights =
       std::ranges::none_of(plots.plots, has_area) && std::ranges::any_of(plots.plots, has_weight);
   for (const PlotRecord& record : plots.plots) {
+    if (record.stratum.empty()) continue;
+    const auto [unit, is_new] =
+        result.unit_of_stratum.try_emplace(record.stratum, record.estimation_unit);
+    if (is_new || unit->second == record.estimation_unit) continue;
+    throw InputError(fmt::format("stratum '{}' is in the estimation unit '{}' here and in '{}' in "
+                                 "another row; name strata differently in each unit",
+                                 record.stratum,
+                                 record.estimation_unit,
+                                 unit->second),
+                     {.file = plots.file,
+                      .line = record.line,
+                      .column = "estimation_unit",
+                      .plot = record.plot});
+  }
+  for (const PlotRecord& record : plots.plots) {
     if (record.stratum.empty() || std::isnan(size_of(record))) continue;
     const auto [size, is_new] = result.sizes.try_emplace(record.stratum, size_of(record));
     if (is_new || size->second == size_of(record)) continue;

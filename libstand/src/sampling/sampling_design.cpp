@@ -511,7 +511,8 @@ DesignedSample SampleMaker::run() {
   join();
   find_expansions();
   if (!design_.expansion.empty() && design_.expansion == inventory_.expansion) {
-    sample_.notes.emplace_back("trees per hectare are FIA's factors TPA_UNADJ");
+    sample_.notes.emplace_back(
+        "trees per hectare are those that the design of the inventory gives each tree");
   }
   find_smallest_dbh();
   if (!design_.subplot.empty()) {

@@ -14,7 +14,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/stand/inventory.hpp"
-#include "trees/fia_columns.hpp"
+#include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
@@ -65,7 +65,7 @@ std::optional<LengthUnit> unit_of(std::size_t field,
   if (field < units.size()) {
     if (const auto unit = unit_of_length(units[field])) return unit;
   }
-  return is_fia_tree_table(header) ? unit_of_length(fia_unit(header[field])) : std::nullopt;
+  return unit_of_length(known_unit(header[field], header));
 }
 
 /// A column, converted to the standard unit if it has another one.
@@ -73,8 +73,10 @@ std::string in_our_unit(std::string_view name,
                         const std::string& column,
                         const std::optional<LengthUnit>& unit) {
   constexpr double kCentimeter = 0.01;
-  if (!unit || !is_measure(name)) return column;
-  const double ours_m = tree_column(name)->unit == "cm" ? kCentimeter : 1.0;
+  const TreeColumn* const standard = tree_column(name);
+  const bool is_length = standard != nullptr && (standard->unit == "cm" || standard->unit == "m");
+  if (!unit || !is_length) return column;
+  const double ours_m = standard->unit == "cm" ? kCentimeter : 1.0;
   if (unit->meters == ours_m) return column;
   const std::string text = data::Expression::variable(column).text();
   const double divisor = std::round(ours_m / unit->meters);
@@ -83,10 +85,72 @@ std::string in_our_unit(std::string_view name,
   return fmt::format("{}*{:.6g}", text, unit->meters / ours_m);
 }
 
-/// Whether FIA's columns are used for a standard column: `plot` in lower case is FIA's PLOT, which
-/// is unique within a county only.
-bool is_fia_preferred(std::string_view name, const std::vector<std::string>& header) {
-  return is_label(name) || std::ranges::find(header, name) == header.end();
+/// Whether the source of a known table is used for a standard column although the header has one of
+/// this name: for labels, such as FIA's PLOT, which is unique within a county only, and for the
+/// column itself, which may have another unit.
+bool is_known_preferred(const ColumnMapping& known, const std::vector<std::string>& header) {
+  return is_label(known.name) || known.source == known.name ||
+         std::ranges::find(header, known.name) == header.end();
+}
+
+/// Where x and y come from if trees were measured from points by azimuth and distance.
+class PolarPosition {
+ public:
+  PolarPosition(const std::vector<std::string>& header,
+                const std::vector<ColumnMapping>& mapped,
+                const std::string& file,
+                const std::vector<std::string>& units)
+      : header_(header), mapped_(mapped), file_(file), units_(units) {}
+
+  /// Nothing if a column is missing.
+  std::vector<ColumnMapping> sources() const;
+  /// Whether the user has named columns of it.
+  bool is_named() const {
+    return mapping_to("azimuth", mapped_) != nullptr || mapping_to("distance", mapped_) != nullptr;
+  }
+
+ private:
+  std::string source_of(std::string_view name) const;
+
+  const std::vector<std::string>& header_;
+  const std::vector<ColumnMapping>& mapped_;
+  const std::string& file_;
+  const std::vector<std::string>& units_;
+};
+
+/// A factor or summand of an expression; empty if there is no such column.
+std::string PolarPosition::source_of(std::string_view name) const {
+  ColumnMapping source{.name = std::string(name)};
+  if (const ColumnMapping* const mapping = mapping_to(name, mapped_)) {
+    source = *mapping;
+  } else if (const auto field = usual_field(name, header_, file_)) {
+    source.source = header_[*field];
+  } else {
+    return {};
+  }
+  source = in_our_unit(std::move(source), header_, units_);
+  if (std::ranges::find(header_, source.source) == header_.end()) return "(" + source.source + ")";
+  return data::Expression::variable(source.source).text();
+}
+
+std::vector<ColumnMapping> PolarPosition::sources() const {
+  const std::string azimuth = source_of("azimuth");
+  const std::string distance = source_of("distance");
+  if (is_named() && (azimuth.empty() || distance.empty())) {
+    const char* const lacking = azimuth.empty() ? "azimuth" : "distance";
+    throw UsageError(fmt::format("positions need an azimuth and a distance; name the {0} with "
+                                 "`columns={0}=COLUMN`; available: {1}",
+                                 lacking,
+                                 data::list_of(header_)),
+                     {.file = file_, .column = "`columns`"});
+  }
+  if (azimuth.empty() || distance.empty()) return {};
+  const auto coordinate = [&](std::string_view start, std::string_view function) {
+    const std::string from = source_of(start);
+    return fmt::format(
+        "{}{}{}*{}({}*pi/180)", from, from.empty() ? "" : " + ", distance, function, azimuth);
+  };
+  return {{"x", coordinate("x0", "sin")}, {"y", coordinate("y0", "cos")}};
 }
 
 constexpr char kColumnsOption[] = "`columns`";
@@ -232,21 +296,28 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::function<bool(const std::string&)>& is_wanted,
                                          const std::string& file,
                                          const std::vector<std::string>& units,
-                                         bool by_location) {
+                                         bool by_location,
+                                         const std::vector<ColumnMapping>& mapped) {
   std::vector<ColumnMapping> found;
-  const std::vector<ColumnMapping> fia_table = fia_columns(header, by_location);
+  const PolarPosition polar(header, mapped, file, units);
+  bool has_position = false;
+  const std::vector<ColumnMapping> known_table = known_columns(header, by_location);
   for (const TreeColumn& column : tree_columns()) {
     std::string name(column.name);
-    if (name == kStatus || !is_wanted(name)) continue;
-    const ColumnMapping* const fia = mapping_to(name, fia_table);
-    if (fia != nullptr && is_fia_preferred(name, header)) {
-      found.push_back(in_our_unit(*fia, header, units));
+    if (name == kStatus || column.makes_position() || !is_wanted(name)) continue;
+    if ((name == "x" || name == "y") && polar.is_named()) continue;
+    const ColumnMapping* const known = mapping_to(name, known_table);
+    if (known != nullptr && is_known_preferred(*known, header)) {
+      has_position = has_position || column.is_position();
+      ColumnMapping ours = in_our_unit(*known, header, units);
+      if (ours.source != name) found.push_back(std::move(ours));
       continue;
     }
     const auto own = std::ranges::find(header, name);
     const auto field = own == header.end() ? usual_field(name, header, file)
                                            : static_cast<std::size_t>(own - header.begin());
     if (!field) continue;
+    has_position = has_position || name == "x" || name == "y";
     std::string source = in_our_unit(name, header[*field], unit_of(*field, header, units));
     const auto meant = meant_name(header[*field]);
     if (own == header.end() && meant && !meant->conversion.empty()) {
@@ -254,6 +325,11 @@ std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
       source += meant->conversion;
     }
     if (source != name) found.push_back({std::move(name), std::move(source)});
+  }
+  const bool wants_position = is_wanted("x") || is_wanted("y");
+  if (has_position || !wants_position) return found;
+  for (ColumnMapping& coordinate : polar.sources()) {
+    if (is_wanted(coordinate.name)) found.push_back(std::move(coordinate));
   }
   return found;
 }
@@ -264,6 +340,10 @@ ColumnMapping in_our_unit(ColumnMapping mapping,
   const auto field = std::ranges::find(header, mapping.source);
   if (field == header.end()) return mapping;
   const auto index = static_cast<std::size_t>(field - header.begin());
+  const bool is_gon_below = index < units.size() && is_gon(units[index]);
+  if (mapping.name == "azimuth" && (is_gon_below || is_in_gon(mapping.source))) {
+    mapping.source = data::Expression::variable(mapping.source).text() + "*0.9";
+  }
   mapping.source = in_our_unit(mapping.name, mapping.source, unit_of(index, header, units));
   return mapping;
 }
@@ -272,9 +352,11 @@ std::optional<std::string> usual_time_column(const std::vector<std::string>& hea
   for (const std::string_view name : {"year", "date"}) {
     if (const auto field = field_in_any_case(name, header)) return header[*field];
   }
-  const std::vector<ColumnMapping> fia_table = fia_columns(header, false);
-  const ColumnMapping* const fia = mapping_to("year", fia_table);
-  return fia == nullptr ? std::nullopt : std::optional(fia->source);
+  const std::vector<ColumnMapping> known = known_columns(header, false);
+  for (const std::string_view name : {"year", "date"}) {
+    if (const ColumnMapping* const time = mapping_to(name, known)) return time->source;
+  }
+  return std::nullopt;
 }
 
 std::optional<std::string> status_column(const std::vector<std::string>& header,
@@ -285,6 +367,7 @@ std::optional<std::string> status_column(const std::vector<std::string>& header,
     require_column(*mapping, header, file);
     return mapping->source;
   }
+  if (const auto known = known_status_column(header)) return known;
   if (const auto field = usual_field(kStatus, header, file)) return header[*field];
   if (codes.empty()) return std::nullopt;
   throw UsageError(
@@ -299,14 +382,16 @@ std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
   constexpr std::size_t kLongest = 60;
   std::string text;
   for (ColumnMapping column : columns) {
+    const bool is_polar = column.source.ends_with("*pi/180)");
     if (column.source.size() > kLongest) {
       const std::vector<std::string> names = data::Expression::parse(column.source).variables();
       column.source = fmt::format("{}", fmt::join(names, ", "));
     }
     const bool has_comma = column.source.find(',') != std::string::npos;
-    const char* const remark = column.source.ends_with("/pi")  ? " (a circumference)"
-                               : column.source.ends_with("*2") ? " (a radius)"
-                                                               : "";
+    const char* const remark = is_polar                         ? " (azimuth and distance)"
+                               : column.source.ends_with("/pi") ? " (a circumference)"
+                               : column.source.ends_with("*2")  ? " (a radius)"
+                                                                : "";
     text += fmt::format("{}{}{}{}{}{}{}",
                         text.empty() ? "" : ", ",
                         column.name,
@@ -316,8 +401,9 @@ std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
                         has_comma ? "'" : "",
                         remark);
   }
-  if (text.empty() || !is_fia_tree_table(header)) return text;
-  return "the table is FIA's TREE, in inches and feet: " + text;
+  const KnownTable* const known = known_table(header);
+  if (text.empty() || known == nullptr) return text;
+  return fmt::format("the table is {}: {}", known->title, text);
 }
 
 std::vector<ColumnMapping> parse_column_mappings(std::string_view text) {

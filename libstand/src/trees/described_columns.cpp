@@ -117,9 +117,15 @@ void Describer::find_sources() {
     if (mapping_to(name, preparation_.columns) != nullptr || name == "status") continue;
     try {
       const auto usual = usual_columns(
-          header(), [&](const std::string& known) { return known == name; }, "", units);
+          header(),
+          [&](const std::string& known) { return known == name; },
+          "",
+          units,
+          false,
+          preparation_.columns);
       if (!usual.empty()) add_source(name, usual.front().source);
-      if (usual.empty() && std::ranges::find(header(), name) != header().end()) {
+      const bool is_column = std::ranges::find(header(), name) != header().end();
+      if (usual.empty() && !column.makes_position() && is_column) {
         add_source(name, name);
       }
     } catch (const UsageError& error) {
@@ -203,7 +209,7 @@ void Describer::add_lacks() {
     result_.commands.push_back(std::move(lacking));
   }
   for (const TreeColumn& column : tree_columns()) {
-    if (has(column.name)) continue;
+    if (has(column.name) || (column.makes_position() && has("x"))) continue;
     const Names likely = likely_columns(column.name, header());
     if (likely.empty()) continue;
     note(fmt::format("{} may be {}: `columns={}={}`",

@@ -5,6 +5,8 @@
 #include <cctype>
 #include <cstddef>
 
+#include "silvafit/data/csv.hpp"
+
 namespace silvafit::stand {
 namespace {
 
@@ -78,6 +80,15 @@ std::string folded_letters(std::string_view text) {
     return byte < 0x80 && std::isalnum(byte) == 0;
   });
   return out;
+}
+
+bool is_same_code(std::string_view left, std::string_view right) {
+  double left_number = 0.0;
+  double right_number = 0.0;
+  const bool are_numbers =
+      data::parse_number(left, left_number) && data::parse_number(right, right_number);
+  if (are_numbers) return left_number == right_number;
+  return folded(data::trimmed(left)) == folded(data::trimmed(right));
 }
 
 }  // namespace silvafit::stand

@@ -14,4 +14,7 @@ std::string folded(std::string_view text);
 /// The same with letters, digits and characters beyond Latin only: `Plot_ID (new)` is `plotidnew`.
 std::string folded_letters(std::string_view text);
 
+/// Whether two codes are the same number, or the same text in upper or lower case.
+bool is_same_code(std::string_view left, std::string_view right);
+
 }  // namespace silvafit::stand

@@ -14,6 +14,10 @@
 
 namespace silvafit::stand {
 
+std::string label_of(const TreeQuantity& quantity) {
+  return quantity.unit.empty() ? quantity.name : quantity.name + "_" + quantity.unit;
+}
+
 Place Inventory::place(std::size_t row) const {
   Place place{.file = file, .plot = std::string(plot[row]), .tree = std::string(tree[row])};
   if (row < lines.size()) place.line = lines[row];

@@ -13,7 +13,8 @@
 #include "silvafit/stand/described_columns.hpp"
 #include "silvafit/stand/prepared_table.hpp"
 #include "trees/column_sources.hpp"
-#include "trees/fia_columns.hpp"
+#include "trees/known_tables.hpp"
+#include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -39,6 +40,7 @@ class Planner {
   std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
   void require(const ColumnPlan& plan, Measure measure) const;
   void require_needed(const ColumnPlan& plan) const;
+  double full_circle(const std::string& column, const std::string& position) const;
   void collect_expression_fields(ColumnPlan& plan) const;
   void refuse_unread(const std::string& name) const;
   void collect_others(ColumnPlan& plan) const;
@@ -118,11 +120,11 @@ std::optional<std::size_t> Planner::stand_field(const ColumnPlan& plan) const {
   return std::ranges::any_of(plan.labels, holds) ? std::nullopt : field;
 }
 
-/// FIA's factors become a column per hectare.
+/// The factors of a known table become a column per hectare.
 void Planner::add_expansion(ColumnPlan& plan) const {
   constexpr char kName[] = "trees_per_ha";
-  const std::vector<ColumnMapping> fia = fia_columns(header_, true);
-  const ColumnMapping* const factor = mapping_to("expansion", fia);
+  const std::vector<ColumnMapping> known = known_columns(header_, true);
+  const ColumnMapping* const factor = mapping_to(kName, known);
   const bool is_taken = field_named(kName) || mapping_to(kName, options_.columns) != nullptr;
   if (factor == nullptr || is_taken) return;
   plan.expansion = kName;
@@ -151,6 +153,19 @@ void Planner::require_needed(const ColumnPlan& plan) const {
   }
 }
 
+/// The highest azimuth of a column that is read as one without a formula of the user; else 0.
+/// \param position  the expression of x, y or z that reads it; pi/200 of gon
+double Planner::full_circle(const std::string& column, const std::string& position) const {
+  const ColumnMapping* const mapping = mapping_to("azimuth", options_.columns);
+  const auto meant = meant_name(column);
+  const bool is_azimuth = mapping != nullptr ? mapping->source == column
+                                             : meant.has_value() && meant->name == "azimuth";
+  if (!is_azimuth) return 0.0;
+  if (position.find("/200)") != std::string::npos) return 400.0;
+  const ColumnMapping source{.name = "azimuth", .source = column};
+  return in_our_unit(source, header_, units_).source == column ? 360.0 : 400.0;
+}
+
 void Planner::collect_expression_fields(ColumnPlan& plan) const {
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
     const Source& source = plan.measures[i];
@@ -163,10 +178,12 @@ void Planner::collect_expression_fields(ColumnPlan& plan) const {
       const auto same = [&](const ExpressionField& field) { return field.name == name; };
       const auto found = std::ranges::find_if(plan.expression_fields, same);
       if (found == plan.expression_fields.end()) {
-        plan.expression_fields.push_back({.name = name,
-                                          .field = *field_named(name),
-                                          .is_text = is_text,
-                                          .is_position = is_position});
+        plan.expression_fields.push_back(
+            {.name = name,
+             .field = *field_named(name),
+             .is_text = is_text,
+             .is_position = is_position,
+             .full_circle = is_position ? full_circle(name, source.text) : 0.0});
       } else if (found->is_text != is_text) {
         throw UsageError(fmt::format("'{}' is used as a number and as text", name),
                          {.file = file_, .column = "`columns`"});
@@ -193,7 +210,10 @@ void Planner::refuse_unread(const std::string& name) const {
 }
 
 void Planner::collect_others(ColumnPlan& plan) const {
-  const auto is_ours = [](std::string_view name) { return is_label(name) || is_measure(name); };
+  const auto is_ours = [](std::string_view name) {
+    const TreeColumn* const column = tree_column(name);
+    return column != nullptr && name != "status";
+  };
   for (const ColumnMapping& mapping : options_.columns) {
     if (is_ours(mapping.name)) continue;
     if (options_.refuses_unread) refuse_unread(mapping.name);
@@ -218,7 +238,7 @@ ColumnPlan Planner::plan() {
     return mapping_to(name, options_.columns) == nullptr;
   };
   const bool by_location = options_.keeps_measurements || !options_.period.empty();
-  found_ = usual_columns(header_, is_looked_for, file_, units_, by_location);
+  found_ = usual_columns(header_, is_looked_for, file_, units_, by_location, options_.columns);
   for (std::size_t i = 0; i < kLabelCount; ++i) {
     const std::string name(known_label(i).name);
     plan.labels[i] = source_of(name);
@@ -243,9 +263,11 @@ ColumnPlan Planner::plan() {
   collect_expression_fields(plan);
   collect_others(plan);
   add_expansion(plan);
-  const std::vector<ColumnMapping> fia = fia_columns(header_, by_location);
-  const ColumnMapping* const place = mapping_to("x", fia);
-  plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source;
+  // Positions from subplots are made of their numbers.
+  const std::vector<ColumnMapping> known = known_columns(header_, by_location);
+  const ColumnMapping* const place = mapping_to("x", known);
+  plan.is_placed_by_subplots = place != nullptr && plan.measures[kX].text == place->source &&
+                               place->source.find("ifelse") != std::string::npos;
   plan.usual = std::move(usual_);
   return plan;
 }

@@ -64,6 +64,7 @@ struct ExpressionField {
   std::size_t field = 0;
   bool is_text = false;
   bool is_position = false;  ///< it becomes x, y or z
+  double full_circle = 0.0;  ///< of an azimuth: 360, or 400 in gon
 };
 
 /// The meaning of all columns, determined before the first row is read.

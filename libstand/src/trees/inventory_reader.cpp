@@ -49,7 +49,7 @@ InventoryReader::InventoryReader(const data::TableSource& source,
   plan_ = plan_columns(csv_.header(), csv_.layout().units, options_, file_);
   for (const std::size_t field : plan_.filled_down) csv_.fill_down(field);
   if (plan_.status_field) {
-    status_ = StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes);
+    status_ = StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes, csv_.header());
   }
 }
 
@@ -108,6 +108,18 @@ double InventoryReader::number_in(std::size_t position,
   return data::kMissing;
 }
 
+/// An azimuth beyond a circle shows that the whole column has another unit.
+void InventoryReader::require_direction(const ExpressionField& source, double value) const {
+  if (source.full_circle == 0.0 || std::isnan(value)) return;
+  if (value >= 0.0 && value <= source.full_circle) return;
+  throw InputError(fmt::format("the azimuth {0} is not from 0 to {1}; if the column is in gon, use "
+                               "`columns=azimuth={2}*0.9`; leave unknown directions empty",
+                               value,
+                               source.full_circle,
+                               data::Expression::variable(source.name).text()),
+                   {.file = csv_.file(), .line = csv_.line(), .column = source.name});
+}
+
 /// 0 in a measure that cannot be 0 is a missing-value code.
 void InventoryReader::find_missing_zeros(Measures& measures) {
   for (std::size_t i = 0; i < kMeasureCount; ++i) {
@@ -152,8 +164,9 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
   for (std::size_t i = 0; i < plan_.expression_fields.size(); ++i) {
     const ExpressionField& source = plan_.expression_fields[i];
     if (!source.is_text) {
-      expression_numbers_[i][position] =
-          number_in(source.field, fields[source.field], source.name, source.is_position, row);
+      double& value = expression_numbers_[i][position];
+      value = number_in(source.field, fields[source.field], source.name, source.is_position, row);
+      require_direction(source, value);
     } else if (is_missing(data::trimmed(fields[source.field]))) {
       expression_texts_[i].append_missing();
     } else {

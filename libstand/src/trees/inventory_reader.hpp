@@ -73,6 +73,7 @@ class InventoryReader {
                    InventoryRow& row);
   void refuse_both_marks(std::string_view text, const std::string& column) const;
   void require_clear_marks() const;
+  void require_direction(const ExpressionField& source, double value) const;
   void find_missing_zeros(Measures& measures);
   bool set_aside_if_dead(const InventoryRow& row, TreeStatus status);
   void count_empty_plots(const InventoryRow& row);

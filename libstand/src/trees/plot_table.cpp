@@ -15,8 +15,8 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/column_reference.hpp"
-#include "trees/fia_columns.hpp"
 #include "trees/folded_text.hpp"
+#include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
 
 namespace silvafit::stand {
@@ -65,7 +65,8 @@ constexpr std::array<NumberColumn, 11> kNumbers{{
 }};
 
 constexpr std::string_view kStratumNames = "strata stratumid stratumname schicht strate estrato";
-constexpr std::array<std::string_view, 4> kTexts{"plot", "stratum", "year", "date"};
+constexpr std::array<std::string_view, 5> kTexts{
+    "plot", "stratum", "estimation_unit", "year", "date"};
 
 bool lists_word(std::string_view list, std::string_view word) {
   return !word.empty() &&
@@ -125,7 +126,7 @@ std::vector<std::pair<std::string, double>> values_of(const PlotRecord& record) 
 }
 
 void PlotTableReader::check_names() const {
-  std::vector<std::string> known{"plot", "stratum", "year", "date"};
+  std::vector<std::string> known(kTexts.begin(), kTexts.end());
   for (const NumberColumn& column : kNumbers) known.emplace_back(column.name);
   for (const ColumnMapping& mapping : columns_) {
     if (std::ranges::find(known, mapping.name) != known.end()) continue;
@@ -142,13 +143,14 @@ void PlotTableReader::check_names() const {
 /// choice is up to the user.
 std::optional<std::string> PlotTableReader::usual_column(std::string_view name) const {
   if (name == "plot") {
-    if (auto visit = fia_plot_column(header_)) return visit;
+    if (auto visit = known_plot_column(header_)) return visit;
   }
   std::vector<std::string> found;
   for (const std::string& column : header_) {
     const std::string key = folded_letters(column);
     bool is_it = key == folded_letters(name) && !is_percent(column);
     if (name == "stratum") is_it = is_it || lists_word(kStratumNames, key);
+    if (name == "estimation_unit") is_it = is_it || key == "estnunit";
     if (name == "slope_percent") {
       is_it = is_it || (is_percent(column) && lists_word("slope inclination neigung hangneigung "
                                                          "pente pendiente",
@@ -347,6 +349,7 @@ PlotTable PlotTableReader::read() {
     PlotRecord record{.line = table_.line(row),
                       .plot = text("plot", row),
                       .stratum = text("stratum", row),
+                      .estimation_unit = text("estimation_unit", row),
                       .time = text(time, row),
                       .area_m2 = area[row],
                       .radius_m = radius[row],

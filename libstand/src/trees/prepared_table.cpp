@@ -302,7 +302,12 @@ void Preparation::add_column(const std::string& name, bool as_text, data::Table&
     source = in_our_unit(*mapping, header(), units);
   } else {
     const auto usual = usual_columns(
-        header(), [&](const std::string& known) { return known == name; }, text_->name, units);
+        header(),
+        [&](const std::string& known) { return known == name; },
+        text_->name,
+        units,
+        false,
+        wanted_.columns);
     if (!usual.empty()) source = usual.front();
   }
   const Names parts = is_label(name) ? joined_columns(source.source, header()) : Names();
@@ -332,9 +337,9 @@ data::Table Preparation::columns_of_condition() const {
     const std::string name = column_of(variable);
     const bool as_text = name != variable;
     const auto is_it = [&name](const std::string& known) { return known == name; };
-    const bool is_known = field_named(name, header()) ||
-                          mapping_to(name, wanted_.columns) != nullptr ||
-                          !usual_columns(header(), is_it, text_->name).empty();
+    const bool is_known =
+        field_named(name, header()) || mapping_to(name, wanted_.columns) != nullptr ||
+        !usual_columns(header(), is_it, text_->name, {}, false, wanted_.columns).empty();
     if (table.has(name)) continue;
     if (!is_known) {
       throw InputError(fmt::format("unknown column '{}' in the condition {} (put text in double "

@@ -48,6 +48,36 @@ TEST_CASE("units in headers and in a row below them are converted to the standar
         20.0);
 }
 
+TEST_CASE("positions are made of azimuth and distance") {
+  constexpr double kRounding = 1e-12;  // of a sine, times 50 m
+  const CheckedInventory degrees =
+      read_inventory_text("dbh,Azimut,Distanz [dm]\n20,90,100\n20,180,50\n20,,50\n");
+  CHECK(degrees.inventory.x.at(0) == Approx(10.0).margin(kRounding));
+  CHECK(degrees.inventory.y.at(0) == Approx(0.0).margin(kRounding));
+  CHECK(degrees.inventory.y.at(1) == Approx(-5.0).margin(kRounding));
+  CHECK(std::isnan(degrees.inventory.x.at(2)));
+  CHECK(has_note(degrees, "(azimuth and distance)"));
+  for (const char* text :
+       {"dbh,Azimut [gon],dist\n20,100,10\n", "dbh,azimuth,dist\ncm,gon,m\n20,100,10\n"}) {
+    CHECK(read_inventory_text(text).inventory.x.at(0) == Approx(10.0).margin(kRounding));
+  }
+  // From points of known position, with a declination of 10 degrees to the east.
+  const auto from_points =
+      read_inventory_text("dbh,needle,d,xcenter,ycenter\n20,80,10,600000,5e6\n",
+                          with_columns("azimuth=needle+10,distance=d"));
+  CHECK(from_points.inventory.x.at(0) == Approx(600010.0).epsilon(1e-15));
+  CHECK(from_points.inventory.y.at(0) == Approx(5e6).epsilon(1e-15));
+  // Coordinates precede, unless azimuth or distance are named.
+  const char* const both = "dbh,x,y,azimuth,distance\n20,1,2,90,10\n";
+  CHECK(read_inventory_text(both).inventory.x.at(0) == 1.0);
+  CHECK(read_inventory_text(both, with_columns("azimuth=azimuth")).inventory.x.at(0) ==
+        Approx(10.0).margin(kRounding));
+  CHECK_THROWS_WITH(read_inventory_text("dbh,azimuth,distance\n20,90,10\n20,390,5\n"),
+                    Contains(":3") && Contains("azimuth=azimuth*0.9"));
+  CHECK_THROWS_WITH(read_inventory_text("dbh,richtung\n20,90\n", with_columns("azimuth=richtung")),
+                    Contains("name the distance with `columns=distance=COLUMN`"));
+}
+
 TEST_CASE("columns are found under the usual names of several languages") {
   const auto names = [](const std::string& header) {
     return describe_usual_columns(usual_columns(

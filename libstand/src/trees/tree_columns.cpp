@@ -13,7 +13,7 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::array<TreeColumn, 15> kColumns{{
+constexpr std::array<TreeColumn, 19> kColumns{{
     {.name = "plot",
      .meaning = "plot",
      .usual = "plotid plotno plotnr plotnum plotnumber plotname plotcode sampleplot sampleplotid "
@@ -148,11 +148,34 @@ constexpr std::array<TreeColumn, 15> kColumns{{
      .values = &Inventory::cr_n_m},
     {.name = "status",
      .meaning = "status (alive, dead, cut)",
-     .usual = "treestatus treestate statuscd vitality alive living live dead deadalive aliveordead "
+     .usual = "treestatus treestate statuscd livestatus lifestatus alivedead vitality "
+              "alive living live dead deadalive aliveordead "
               "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "
               "vivant "
               "mort estado estadoarbol vivo muerto tila puuntila elossa kuollut "
               "状态 状况 生长状态 立木类型 存活 存活状态"},
+    // A position is made of these if it is not in the table: see usual_columns().
+    {.name = "azimuth",
+     .meaning = "direction from the point of measurement, clockwise from north",
+     .unit = "degrees",
+     .usual = "azimut azimutbaum azimuthdeg azimutgrad azimutdeg treeazimuth treeaz bearing acimut "
+              "rumbo atsimuutti 方位角",
+     .vague = "azm azi az"},
+    {.name = "distance",
+     .meaning = "horizontal distance from the point of measurement",
+     .unit = "m",
+     .usual = "horizontaldistance horizdist hdist hdistance treedistance treedist distanz abstand "
+              "entfernung horizontalentfernung horizontaldistanz distancia distanza etaisyys "
+              "水平距离 水平距",
+     .vague = "dist 距离"},
+    {.name = "x0",
+     .meaning = "position of the point of measurement to the east",
+     .unit = "m",
+     .usual = "xcenter xcentre centerx centrex xcentro centrox xzentrum plotx plotcenterx"},
+    {.name = "y0",
+     .meaning = "position of the point of measurement to the north",
+     .unit = "m",
+     .usual = "ycenter ycentre centery centrey ycentro centroy yzentrum ploty plotcentery"},
 }};
 
 }  // namespace
@@ -170,7 +193,7 @@ const TreeColumn* tree_column(std::string_view name) {
 
 bool is_label(std::string_view name) {
   const TreeColumn* const column = tree_column(name);
-  return column != nullptr && !column->is_measure() && name != "status";
+  return column != nullptr && column->unit.empty() && name != "status";
 }
 
 bool is_measure(std::string_view name) {

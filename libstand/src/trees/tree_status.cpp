@@ -12,6 +12,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
 #include "trees/folded_text.hpp"
+#include "trees/known_tables.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -41,15 +42,6 @@ bool is_among_words(std::string_view list, const std::string& word) {
 }  // namespace
 
 namespace {
-
-bool is_same_code(std::string_view left, std::string_view right) {
-  double left_number = 0.0;
-  double right_number = 0.0;
-  const bool are_numbers =
-      data::parse_number(left, left_number) && data::parse_number(right, right_number);
-  if (are_numbers) return left_number == right_number;
-  return folded(data::trimmed(left)) == folded(data::trimmed(right));
-}
 
 struct GivenCodes {
   const std::vector<std::string>* codes;
@@ -82,26 +74,25 @@ void check_codes(const StatusCodes& codes) {
 
 }  // namespace
 
-StatusColumn::StatusColumn(std::string header, StatusCodes codes)
-    : header_(std::move(header)), codes_(std::move(codes)) {
+StatusColumn::StatusColumn(std::string header,
+                           StatusCodes codes,
+                           const std::vector<std::string>& table)
+    : header_(std::move(header)),
+      table_(known_status_table(header_, table)),
+      codes_(std::move(codes)) {
   check_codes(codes_);
   constexpr std::string_view kAliveHeaders = " alive living live lebend vivant vivo elossa 存活 ";
   constexpr std::string_view kDeadHeaders = " dead tot mort muerto kuollut ";
   const std::string name = folded_letters(header_);
   if (is_among_words(kAliveHeaders, name)) kind_ = Kind::kAlive;
   if (is_among_words(kDeadHeaders, name)) kind_ = Kind::kDead;
-  if (name == "statuscd") kind_ = Kind::kForestInventoryAnalysis;
 }
 
 std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const {
   const std::string word = folded_letters(value);
   if (word.empty() || data::is_missing_number(value)) return TreeStatus::kAlive;
-  if (kind_ == Kind::kForestInventoryAnalysis) {
-    if (word == "0") return TreeStatus::kNotInSample;
-    if (word == "1") return TreeStatus::kAlive;
-    if (word == "2") return TreeStatus::kDead;
-    if (word == "3") return TreeStatus::kGone;
-    return std::nullopt;
+  if (table_ != nullptr) {
+    if (const auto known = known_status(*table_, value)) return known;
   }
   if (kind_ != Kind::kStatus) {
     const TreeStatus if_yes = kind_ == Kind::kAlive ? TreeStatus::kAlive : TreeStatus::kDead;

@@ -41,7 +41,7 @@ constexpr std::array<UnitWord, 16> kUnitWords{{{"inch", "in"},
 struct HeaderParts {
   std::string name{};
   std::optional<LengthUnit> unit{};
-  bool has_other_unit = false;  ///< such as ha or degrees
+  std::string other_unit{};  ///< such as ha or degrees
 };
 
 bool is_separator(char c) {
@@ -66,8 +66,20 @@ bool ends_with_height(std::string_view text) {
 
 /// Units that no measure has.
 bool is_other_unit(std::string_view text) {
-  constexpr std::array<std::string_view, 10> kOthers{
-      "%", "°", "deg", "ha", "m2", "m²", "m3", "m³", "gon", "years"};
+  constexpr std::array<std::string_view, 14> kOthers{"%",
+                                                     "°",
+                                                     "deg",
+                                                     "degree",
+                                                     "degrees",
+                                                     "grad",
+                                                     "gon",
+                                                     "gons",
+                                                     "ha",
+                                                     "m2",
+                                                     "m²",
+                                                     "m3",
+                                                     "m³",
+                                                     "years"};
   return std::ranges::find(kOthers, text) != kOthers.end();
 }
 
@@ -80,12 +92,12 @@ HeaderParts parts_of(std::string_view header) {
   HeaderParts parts{.name = text};
   if (begin == 0) return parts;
   parts.unit = unit_of_length(word);
-  parts.has_other_unit = !parts.unit && is_other_unit(word);
-  if (!parts.unit) return parts;
+  if (!parts.unit && is_other_unit(word)) parts.other_unit = word;
+  if (!parts.unit && parts.other_unit.empty()) return parts;
   text.resize(begin);
   while (!text.empty() && is_separator(text.back())) text.pop_back();
   if (text.ends_with(" in")) text.resize(text.size() - 3);
-  if (parts.unit->name == "m" && ends_with_height(text)) parts.unit.reset();
+  if (parts.unit && parts.unit->name == "m" && ends_with_height(text)) parts.unit.reset();
   parts.name = text;
   return parts;
 }
@@ -137,12 +149,18 @@ std::optional<LengthUnit> unit_of_length(std::string_view text) {
 
 std::optional<LengthUnit> unit_in_header(std::string_view header) { return parts_of(header).unit; }
 
+bool is_in_gon(std::string_view header) { return is_gon(parts_of(header).other_unit); }
+
+bool is_gon(std::string_view unit) { return unit == "gon" || unit == "gons"; }
+
 std::optional<MeantName> meant_name(std::string_view header) {
   const HeaderParts parts = parts_of(header);
-  if (parts.has_other_unit) return std::nullopt;
   std::optional<MeantName> meant = look_up(folded_letters(parts.name));
   if (!meant) meant = look_up(folded_letters(without_remark(parts.name)));
-  if (meant && parts.unit && !is_measure(meant->name)) return std::nullopt;
+  if (!meant) return meant;
+  const bool is_angle = meant->name == "azimuth";
+  const bool is_length = !is_angle && !tree_column(meant->name)->unit.empty();
+  if ((parts.unit && !is_length) || (!parts.other_unit.empty() && !is_angle)) return std::nullopt;
   return meant;
 }
 

@@ -31,6 +31,10 @@ struct LengthUnit {
 /// or `d/mm`; none if there is no unit.
 std::optional<LengthUnit> unit_in_header(std::string_view header);
 
+/// Whether the header of an angle has the unit gon, 400 of which are a circle.
+bool is_in_gon(std::string_view header);
+bool is_gon(std::string_view unit);
+
 /// The unit of length that a text names, in words or as its symbol.
 std::optional<LengthUnit> unit_of_length(std::string_view text);
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Windows from CSV: well-known text by plot, as geographic information systems export it, or
-// circular plots.
+// Windows from CSV: well-known text by plot, as geographic information systems export it, circular
+// plots, or the corners of plots.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
@@ -39,9 +40,10 @@ class CsvWindowReader {
     x_ = field_named(header_, "x");
     y_ = field_named(header_, "y");
     radius_ = field_named(header_, "radius");
-    if (wkt_ || (x_ && y_ && radius_)) return;
-    throw InputError(fmt::format("windows need the column wkt, or x, y and radius, and plot if "
-                                 "there are several plots; available: {}",
+    if (wkt_ || (x_ && y_)) return;
+    throw InputError(fmt::format("windows need the column wkt, or x, y and radius, or x and y of "
+                                 "the corners in order, and plot if there are several plots; "
+                                 "available: {}",
                                  data::list_of(header_)),
                      {.file = file_});
   }
@@ -51,6 +53,7 @@ class CsvWindowReader {
  private:
   std::optional<std::size_t> plot_field() const;
   void add_row(const std::vector<std::string_view>& fields);
+  void add_polygons_of_corners();
   double number(const std::vector<std::string_view>& fields, std::size_t field);
 
   std::string file_;
@@ -61,6 +64,14 @@ class CsvWindowReader {
   std::optional<std::size_t> x_{};
   std::optional<std::size_t> y_{};
   std::optional<std::size_t> radius_{};
+  /// The corners of a plot in the order of their rows.
+  struct Ring {
+    std::optional<std::string> plot{};
+    std::size_t line = 0;  ///< of the first corner
+    std::vector<Point> corners{};
+  };
+  std::vector<Ring> rings_{};
+  std::map<std::optional<std::string>, std::size_t> ring_of_{};
   WindowCollector collector_{};
 };
 
@@ -84,11 +95,25 @@ void CsvWindowReader::add_row(const std::vector<std::string_view>& fields) {
   if (plot_ && !data::is_missing_field(fields[*plot_])) {
     plot = std::string(data::trimmed(fields[*plot_]));
   }
-  if (wkt_) {
-    collector_.add(plot, polygons_of_wkt(fields[*wkt_]));
-  } else {
-    collector_.add_circle(
-        plot, {number(fields, *x_), number(fields, *y_)}, number(fields, *radius_));
+  if (wkt_) return collector_.add(plot, polygons_of_wkt(fields[*wkt_]));
+  const Point point{number(fields, *x_), number(fields, *y_)};
+  if (radius_) return collector_.add_circle(plot, point, number(fields, *radius_));
+  const auto [ring, is_new] = ring_of_.try_emplace(plot, rings_.size());
+  if (is_new) rings_.push_back({.plot = plot, .line = csv_.line()});
+  rings_[ring->second].corners.push_back(point);
+}
+
+void CsvWindowReader::add_polygons_of_corners() {
+  for (const Ring& ring : rings_) {
+    try {
+      collector_.add(ring.plot, {Polygon{.outer = ring.corners}});
+    } catch (const GeometryError& error) {
+      throw InputError(
+          fmt::format("{}; the rows of a plot must be its corners, three or more, in the order in "
+                      "which they follow each other around it",
+                      error.message()),
+          {.file = file_, .line = ring.line, .plot = ring.plot.value_or("")});
+    }
   }
 }
 
@@ -101,6 +126,7 @@ std::vector<NamedWindow> CsvWindowReader::read() {
       throw InputError(error.message(), {.file = file_, .line = csv_.line()});
     }
   }
+  add_polygons_of_corners();
   std::vector<std::size_t> numbers;
   for (const auto& field : {x_, y_, radius_}) {
     if (field) numbers.push_back(*field);

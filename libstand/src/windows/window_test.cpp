@@ -307,11 +307,30 @@ TEST_CASE("windows are read from CSV, polygons and circles") {
   REQUIRE(circles.size() == 2);
   CHECK(circles[0].window.distance_to_boundary_m({13, 24}) == Approx(0.0).margin(1e-12));
   CHECK(circles[1].plot == kEveryPlot);
-  CHECK_THROWS_WITH(read_csv("plot,x,y,r\n1,0,0,5\n"), Contains("wkt, or x, y and radius"));
+  CHECK_THROWS_WITH(read_csv("plot,x,r\n1,0,5\n"), Contains("wkt, or x, y and radius"));
   CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,-5\n"), Contains(":2: the circle around"));
   CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,zero,5\n"), Contains("'zero' is not a number"));
   CHECK_THROWS_WITH(read_csv("plot,x,y,radius\n1,0,0,5\n1,9,9,5\n"),
                     Contains("already has a window"));
+}
+
+TEST_CASE("corners in a CSV file make a polygon of each plot") {
+  const auto read_csv = [](const std::string& text) {
+    return read_windows(ScratchFile(text, ".csv").path());
+  };
+  // A right triangle and an L of three squares, whose rows need not follow each other.
+  const auto windows = read_csv(
+      "Plot ID,x,y\nB,0,0\nB,20,0\nA,100,0\nA,130,0\nA,100,40\nB,20,10\nB,10,10\nB,10,20\n"
+      "B,0,20\n");
+  REQUIRE(windows.size() == 2);
+  CHECK(windows[0].plot == "B");
+  CHECK(windows[0].window.area_m2() == 300.0);
+  CHECK_FALSE(windows[0].window.contains({15, 15}));
+  CHECK(windows[1].window.area_m2() == 600.0);
+  CHECK(windows[1].window.perimeter_m() == 120.0);
+  CHECK_THROWS_WITH(read_csv("plot,x,y\n7,0,0\n7,10,10\n7,10,0\n7,0,10\n"),
+                    Contains(":2") && Contains("plot 7") && Contains("in the order"));
+  CHECK_THROWS_WITH(read_csv("plot,x,y,r\n7,0,0,5\n"), Contains("three or more"));
 }
 
 TEST_CASE("a GeoJSON point with a radius is a circular plot") {

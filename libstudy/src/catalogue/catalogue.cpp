@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numeric>
 #include <set>
@@ -263,6 +264,22 @@ Names columns_of_start_rules(const BaseModel& model) {
   return {columns.begin(), columns.end()};
 }
 
+/// The letters and digits of a name in lower case: `Hossfeld IV` is hossfeldiv. The only accent in
+/// names of models is that of Näslund.
+std::string letters_of(std::string_view name) {
+  std::string letters;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(name[i]);
+    const std::string_view pair = name.substr(i, 2);
+    if (pair == "ä" || pair == "Ä") {
+      letters += 'a';
+    } else if (std::isalnum(byte) != 0) {
+      letters += static_cast<char>(std::tolower(byte));
+    }
+  }
+  return letters;
+}
+
 }  // namespace
 
 std::vector<std::string> BaseModel::parameter_names() const {
@@ -307,12 +324,21 @@ Catalogue Catalogue::load(const std::filesystem::path& models_directory) {
 }
 
 const BaseModel& Catalogue::find(std::string_view id) const {
+  const BaseModel* named = nullptr;
+  bool is_ambiguous = false;
+  std::vector<std::string> names;
   for (const BaseModel& model : models_) {
     if (model.id == id) return model;
+    names.push_back(fmt::format("{} ({})", model.id, model.name));
+    if (letters_of(model.name) != letters_of(id)) continue;
+    is_ambiguous = is_ambiguous || named != nullptr;
+    named = &model;
   }
-  std::vector<std::string> ids;
-  for (const BaseModel& model : models_) ids.push_back(model.id);
-  throw UsageError(fmt::format("unknown model {}; available: {}", id, fmt::join(ids, ", ")));
+  if (named != nullptr && !is_ambiguous) return *named;
+  throw UsageError(fmt::format("{} {}; available: {}",
+                               is_ambiguous ? "several models are called" : "unknown model",
+                               id,
+                               fmt::join(names, ", ")));
 }
 
 std::vector<const BaseModel*> Catalogue::candidates(std::string_view response) const {

@@ -296,7 +296,17 @@ TEST_CASE("start values explain data better than twice their mean", "[reference]
 
 TEST_CASE("an unknown model is an error that lists the available ones") {
   CHECK_THROWS_AS(catalogue().find("M99"), UsageError);
-  CHECK_THROWS_WITH(catalogue().find("M99"), Catch::Contains("M1, M2") && Catch::Contains("M99"));
+  CHECK_THROWS_WITH(catalogue().find("M99"),
+                    Catch::Contains("M1 (Naslund), M2 (Curtis)") && Catch::Contains("M99"));
+}
+
+TEST_CASE("models are found by their names") {
+  CHECK(catalogue().find("naslund").id == "M1");
+  CHECK(catalogue().find("Näslund").id == "M1");
+  CHECK(catalogue().find("chapman_richards").id == "M8");
+  CHECK(catalogue().find("hossfeld iv").id == "M16");
+  // Of heights and of crown widths.
+  CHECK_THROWS_WITH(catalogue().find("power"), Catch::Contains("several models are called power"));
 }
 
 TEST_CASE("a wrong entry is an error with its file and key") {

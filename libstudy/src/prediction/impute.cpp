@@ -36,6 +36,11 @@ void check(const data::Table& table, const ImputeOptions& options) {
   if (!options.formula.empty() && !options.models.empty()) {
     throw UsageError("give either `formula` or `models`, not both");
   }
+  if (options.add_residual && options.interval > 0.0) {
+    throw UsageError(
+        "intervals are those of values without random residuals; omit `add_residual` or `coverage`",
+        {.column = "`add_residual`"});
+  }
   require_numbers(table, {options.response});
   require_possible(options.response, table);
 }
@@ -194,6 +199,13 @@ class Filling {
     if (groups && options_.add_residual) groups->draw(random);
     const fit::Prediction prediction =
         fit::predict(groups ? groups->known() : fit, rows, fit::Level::kConditional);
+    fit::Prediction limits;
+    if (options_.interval > 0.0) {
+      limits = fit::predict(fit,
+                            rows,
+                            groups ? fit::Level::kCalibrated : fit::Level::kPopulation,
+                            {.interval = options_.interval, .threads = options_.threads});
+    }
     for (std::size_t i = 0; i < part.rows.size(); ++i) {
       const std::size_t row = part.rows[i];
       // Drawn for all trees, so that one more measurement does not change the others.
@@ -208,6 +220,10 @@ class Filling {
         continue;
       }
       result_.value[row] = value;
+      if (options_.interval > 0.0) {
+        result_.lower[row] = limits.lower[at];
+        result_.upper[row] = limits.upper[at];
+      }
       result_.source[row] = ImputeSource::kImputed;
       result_.level[row] = groups ? groups->level(i) : ImputeLevel::kPopulation;
     }
@@ -334,6 +350,10 @@ Imputation impute_with(const ImputeModels& models,
                     .level = std::vector<ImputeLevel>(table.rows(), ImputeLevel::kNone),
                     .flag = std::vector<std::string>(table.rows()),
                     .notes = models.notes};
+  if (options.interval > 0.0) {
+    result.lower.assign(table.rows(), kNaN);
+    result.upper = result.lower;
+  }
   std::vector<Part> parts(models.models.size());
   std::map<std::string, std::size_t, std::less<>> part_of;
   for (std::size_t i = 0; i < parts.size(); ++i) part_of.emplace(models.models[i].label, i);

@@ -405,6 +405,9 @@ Names columns_read(const ModelLibrary& library) {
     for (const fit::VarianceFactor& factor : model.fit.specification.variance.factors) {
       add(factor.column);
     }
+    if (const auto& correlation = model.fit.specification.correlation) {
+      std::ranges::for_each(correlation->columns, add);
+    }
   }
   return columns;
 }

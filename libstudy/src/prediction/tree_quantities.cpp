@@ -180,9 +180,7 @@ std::vector<double> QuantityMaker::taper_volumes(const std::vector<std::size_t>&
     if (!is_known || std::isinf(dbh_cm[row]) || std::isinf(h_m[row])) continue;
     const auto [taper, is_new] = taper_of.try_emplace(species_of(row), nullptr);
     if (is_new) {
-      const tree::Builder* builder = catalogue.for_species(kKind, taper->first);
-      if (builder == nullptr) builder = &catalogue.fallback(kKind);
-      taper->second = &builder->preset().taper;
+      taper->second = &catalogue.choose(kKind, taper->first).builder->preset().taper;
     }
     volumes[row] = tree::stem_volume_m3(*taper->second, h_m[row], dbh_cm[row]);
   }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -12,12 +13,15 @@
 #include <utility>
 #include <vector>
 
+#include "report/district.hpp"
 #include "report/left_out_json.hpp"
 #include "report/report_fit.hpp"
 #include "report/report_map.hpp"
 #include "report/report_repeat.hpp"
+#include "report/table_json.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/json_values.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/fit/fit_json.hpp"
 #include "study/outliers.hpp"
 #include "study/study_curves.hpp"
@@ -320,33 +324,6 @@ ordered_json inventory_object(const StudyRecord& record) {
           {"species", species_rows(record)}};
 }
 
-const char* kind_text(ColumnKind kind) {
-  switch (kind) {
-    case ColumnKind::kText:
-      return "text";
-    case ColumnKind::kCount:
-      return "count";
-    case ColumnKind::kEstimate:
-      return "estimate";
-    case ColumnKind::kCriterion:
-      return "criterion";
-    case ColumnKind::kShare:
-      return "share";
-    case ColumnKind::kPercent:
-      return "percent";
-    case ColumnKind::kP:
-      return "p";
-  }
-  return "text";
-}
-
-ordered_json cell_value(const TableCell& cell, ColumnKind kind) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return *text;
-  if (std::holds_alternative<MarkedNumber>(cell)) return shown_text(cell, kind);
-  const auto* value = std::get_if<double>(&cell);
-  return value != nullptr ? number_or_null(*value) : ordered_json(nullptr);
-}
-
 /// The tables on the whole study, as in its folder.
 ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogue) {
   static const std::set<std::string> summaries{"species",
@@ -359,25 +336,34 @@ ordered_json summary_tables(const StudyRecord& record, const Catalogue& catalogu
   ordered_json tables = ordered_json::array();
   for (const FormattedTable& table : study_tables(record, catalogue)) {
     if (!summaries.contains(table.name) || table.rows.empty()) continue;
-    ordered_json columns = ordered_json::array();
-    for (const TableColumn& column : table.columns) {
-      columns.push_back(
-          {{"name", column.name}, {"title", column.title}, {"kind", kind_text(column.kind)}});
-    }
-    ordered_json rows = ordered_json::array();
-    for (const TableRow& row : table.rows) {
-      ordered_json cells = ordered_json::array();
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        cells.push_back(cell_value(row[i], table.columns[i].kind));
-      }
-      rows.push_back(std::move(cells));
-    }
-    tables.push_back({{"name", table.name},
-                      {"caption", table.caption},
-                      {"columns", std::move(columns)},
-                      {"rows", std::move(rows)}});
+    tables.push_back(json_of(table));
   }
   return tables;
+}
+
+/// "Heights, crown bases and crown widths of 7 species on 24 plots".
+std::string title_of(const StudyRecord& record) {
+  std::set<std::string> species;
+  std::vector<std::string> responses;
+  for (const ResponseStudy& result : record.study.results) {
+    species.insert(result.species);
+    static const std::map<std::string, std::string> names{
+        {"h", "heights"}, {"hcb", "crown bases"}, {"cw", "crown widths"}};
+    const auto known = names.find(result.response);
+    const std::string name = known == names.end() ? result.response : known->second;
+    if (std::ranges::find(responses, name) == responses.end()) responses.push_back(name);
+  }
+  const stand::Inventory& inventory = record.inventory.inventory;
+  const bool has_periods = !record.study.options.period.empty();
+  const std::size_t plots =
+      (has_periods ? inventory.measured_plot : inventory.plot).levels().size();
+  std::string text = responses.empty() ? "stand tables" : responses.front();
+  for (std::size_t i = 1; i < responses.size(); ++i) {
+    text += (i + 1 < responses.size() ? ", " : " and ") + responses[i];
+  }
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  if (!species.empty()) text += " of " + counted(species.size(), "species", "species");
+  return text + (responses.empty() ? " of " : " on ") + counted(plots, "plot", "plots");
 }
 
 }  // namespace
@@ -395,22 +381,20 @@ std::string report_data(const StudyRecord& record, const Catalogue& catalogue) {
   if (record.units) {
     notes.insert(notes.end(), record.units->notes.begin(), record.units->notes.end());
   }
-  ordered_json report{
-      {"schema", "silvafit-report/1"},
-      {"silvafit", record.version},
-      {"title",
-       fmt::format("Morphology models of {}",
-                   std::filesystem::path(record.inventory.inventory.file).filename().string())},
-      {"command", record.command},
-      {"repeat", report_repeat(record)},
-      {"options", std::move(options)},
-      {"inventory", inventory_object(record)},
-      {"notes", notes},
-      {"results", ordered_json::array()}};
+  ordered_json report{{"schema", "silvafit-report/1"},
+                      {"silvafit", record.version},
+                      {"title", title_of(record)},
+                      {"command", record.command},
+                      {"repeat", report_repeat(record)},
+                      {"options", std::move(options)},
+                      {"inventory", inventory_object(record)},
+                      {"notes", notes},
+                      {"results", ordered_json::array()}};
   for (const ResponseStudy& result : record.study.results) {
     report["results"].push_back(result_object(result, record, catalogue));
   }
   report["tables"] = summary_tables(record, catalogue);
+  if (auto district = district_object(record)) report["stand"] = std::move(*district);
   if (auto map = report_map(record)) report["map"] = std::move(*map);
   return json_text(report);
 }

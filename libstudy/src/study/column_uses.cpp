@@ -61,6 +61,11 @@ ColumnUses column_uses(const ColumnTexts& texts) {
       if (!factor.stratum.empty()) uses.as_names.insert(factor.stratum);
     }
   }
+  if (!texts.correlation.empty() && texts.correlation != "none") {
+    const fit::Correlation correlation = fit::parse_correlation(texts.correlation);
+    uses.as_numbers.insert(correlation.columns.begin(), correlation.columns.end());
+    if (!correlation.group.empty()) uses.as_names.insert(correlation.group);
+  }
   return uses;
 }
 

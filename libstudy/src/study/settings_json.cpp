@@ -35,21 +35,64 @@ bool is_of_indices(std::string_view key) {
   return std::ranges::find(kOthers, key) == kOthers.end();
 }
 
+/// Whether entries are written as name=value, which an object has, too.
+bool has_names(const data::SettingHead& setting) {
+  return setting.form == SettingForm::kMapping ||
+         setting.type_name.find('=') != std::string_view::npos;
+}
+
 }  // namespace
 
-void SettingsReader::read(const JsonReader& json, const Setting<bool>& setting) {
-  setting.value = setting.choices.empty() ? json.boolean() : json.one_of(setting.choices) == 1;
+std::optional<JsonReader> SettingsReader::find(std::string_view key) {
+  keys_.emplace_back(key);
+  auto json = json_.find(key);
+  if (json && is_call_ && json->is_null()) return std::nullopt;
+  return json;
 }
 
-void SettingsReader::read(const JsonReader& json, const Setting<double>& setting) {
-  setting.value = setting.may_be_zero ? json.not_negative() : json.positive();
-  if (setting.highest > 0.0) json.number_between(0.0, setting.highest);
+std::string SettingsReader::word(const JsonReader& json, const data::SettingHead& setting) const {
+  if (is_call_ && json.any_text().empty()) return {};
+  return std::string(setting.choices[json.one_of(setting.choices)]);
 }
 
-void SettingsReader::read(const JsonReader& json, const Setting<std::size_t>& setting) {
-  setting.value =
-      setting.may_be_zero ? static_cast<std::size_t>(json.count_or_zero()) : json.count();
-  if (setting.highest > 0.0) json.number_between(0.0, setting.highest);
+double SettingsReader::number(const JsonReader& json,
+                              const data::SettingHead& setting,
+                              bool is_whole,
+                              double largest) {
+  const double value = json.number();
+  std::string wrong = data::wrong_number(setting, value, is_whole);
+  const bool is_count = value == std::floor(value) && value <= std::min(largest, 0x1p53);
+  if (wrong.empty() && is_whole && !is_count) wrong = fmt::format("{} is no whole number", value);
+  if (!wrong.empty()) json.fail(wrong);
+  return value;
+}
+
+std::vector<JsonReader> SettingsReader::items(const JsonReader& json) const {
+  return is_call_ && !json.is_list() ? std::vector{json} : json.items();
+}
+
+std::string SettingsReader::text(const JsonReader& json, bool may_be_number) const {
+  if (!is_call_) return json.text();
+  return may_be_number ? json.label() : json.any_text();
+}
+
+std::vector<std::string> SettingsReader::texts(const JsonReader& json, bool may_be_numbers) const {
+  std::vector<std::string> result;
+  for (const JsonReader& item : items(json)) result.push_back(text(item, may_be_numbers));
+  return result;
+}
+
+void SettingsReader::read(const JsonReader& json, const Setting<bool>& setting) const {
+  if (setting.choices.empty()) {
+    setting.value = json.boolean();
+  } else {
+    data::set_word(setting, word(json, setting));
+  }
+}
+
+void SettingsReader::read(const JsonReader& json,
+                          const Setting<std::optional<double>>& setting) const {
+  setting.value = json.number();
 }
 
 void SettingsReader::read(const JsonReader& json, const Setting<std::string>& setting) const {
@@ -57,32 +100,69 @@ void SettingsReader::read(const JsonReader& json, const Setting<std::string>& se
       setting.form == SettingForm::kText || setting.form == SettingForm::kFile;
   if (may_be_missing && json.is_null()) {
     setting.value.clear();
-    return;
+  } else if (!setting.choices.empty()) {
+    data::set_word(setting, word(json, setting));
+  } else {
+    const std::string value = is_call_ ? json.any_text() : json.text();
+    const bool is_file = setting.form == SettingForm::kFile && !value.empty();
+    setting.value = is_file ? (folder_ / value).string() : value;
   }
-  if (!setting.choices.empty()) json.one_of(setting.choices);
-  setting.value =
-      setting.form == SettingForm::kFile ? (folder_ / json.text()).string() : json.text();
 }
 
 void SettingsReader::read(const JsonReader& json,
-                          const Setting<std::vector<std::string>>& setting) {
-  if (setting.form != SettingForm::kMapping) {
-    setting.value = json.texts();
+                          const Setting<std::vector<std::string>>& setting) const {
+  const bool is_strict = setting.form == SettingForm::kMapping && !is_call_;
+  if (!has_names(setting) || !(json.is_object() || is_strict)) {
+    const bool has_labels = setting.form == SettingForm::kNames || setting.type_name == "CODE,...";
+    setting.value = texts(json, has_labels || has_names(setting));
     return;
   }
   setting.value.clear();
-  for (const auto& [name, source] : json.members_by_name()) {
-    setting.value.push_back(name + "=" + source.text());
+  for (const auto& [name, source] : is_call_ ? json.members() : json.members_by_name()) {
+    setting.value.push_back(name.empty() ? text(source, true) : name + "=" + text(source, true));
+  }
+}
+
+void SettingsReader::read(const JsonReader& json, const Setting<std::vector<int>>& setting) const {
+  setting.value.clear();
+  constexpr double kLargest = std::numeric_limits<int>::max();
+  const data::SettingHead whole{.key = setting.key, .help = setting.help, .may_be_zero = true};
+  for (const JsonReader& item : items(json)) {
+    setting.value.push_back(static_cast<int>(number(item, whole, true, kLargest)));
   }
 }
 
 void SettingsReader::read(const JsonReader& json,
-                          const Setting<std::map<std::string, std::vector<std::string>>>& setting) {
-  for (const auto& [name, list] : json.members_by_name()) setting.value[name] = list.texts();
+                          const Setting<std::vector<double>>& setting) const {
+  setting.value.clear();
+  for (const JsonReader& item : items(json)) setting.value.push_back(item.number());
+}
+
+void SettingsReader::read(
+    const JsonReader& json,
+    const Setting<std::map<std::string, std::vector<std::string>>>& setting) const {
+  for (const auto& [name, list] : json.members_by_name()) setting.value[name] = texts(list, false);
+}
+
+void SettingsReader::read(const JsonReader& json,
+                          const Setting<std::map<std::string, double>>& setting) const {
+  setting.value = json.numbers_by_name();
+}
+
+/// Pairs of numbers; null is an open end.
+void SettingsReader::read(const JsonReader& json,
+                          const Setting<std::map<std::string, fit::Bounds>>& setting) const {
+  for (const auto& [name, range] : json.members_by_name()) {
+    const std::vector<JsonReader> ends = range.items();
+    if (ends.size() != 2) range.fail("must have two ends, such as [0, null]");
+    fit::Bounds& bounds = setting.value[name];
+    if (!ends[0].is_null()) bounds.low = ends[0].number();
+    if (!ends[1].is_null()) bounds.high = ends[1].number();
+  }
 }
 
 /// One criterion for all levels, or one for each level.
-void SettingsReader::read(const JsonReader& json, const Setting<LevelCriteria>& setting) {
+void SettingsReader::read(const JsonReader& json, const Setting<LevelCriteria>& setting) const {
   LevelCriteria& criteria = setting.value;
   if (!json.is_object()) {
     const Criterion all = criterion_of(json);

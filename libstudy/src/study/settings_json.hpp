@@ -2,8 +2,11 @@
 // Settings as JSON, with the keys of study.json: visitors that read and write them.
 #pragma once
 
+#include <cmath>
+#include <concepts>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -12,6 +15,7 @@
 
 #include "silvafit/data/json_reader.hpp"
 #include "silvafit/data/setting.hpp"
+#include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/study.hpp"
 #include "silvafit/study/study_configuration.hpp"
 
@@ -27,31 +31,67 @@ class SettingsReader {
                  std::filesystem::path folder,
                  std::function<bool(std::string_view)> is_given = {})
       : json_(std::move(json)), folder_(std::move(folder)), is_given_(std::move(is_given)) {}
+  /// Of the arguments of a call in R or Python: one value may stand for a list and a number for a
+  /// label or code, null is an argument that is not given, and a text may be empty.
+  static SettingsReader of_call(data::JsonReader json) {
+    SettingsReader reader(std::move(json), {});
+    reader.is_call_ = true;
+    return reader;
+  }
 
   template <typename T>
   void operator()(const data::Setting<T>& setting) {
-    keys_.push_back(setting.key);
-    if (is_given_ && is_given_(setting.key)) return;
-    if (const auto json = json_.find(setting.key)) read(*json, setting);
+    if (is_given_ && is_given_(setting.key)) {
+      keys_.emplace_back(setting.key);
+      return;
+    }
+    const auto json = find(setting.key);
+    if (!json) return;
+    if constexpr (data::HasWords<T>::value) {
+      data::set_word(setting, word(*json, setting));
+    } else if constexpr (std::is_arithmetic_v<T> && !std::same_as<T, bool>) {
+      setting.value = static_cast<T>(number(
+          *json, setting, std::integral<T>, static_cast<double>(std::numeric_limits<T>::max())));
+    } else {
+      read(*json, setting);
+    }
   }
+  /// The value of a key that is no setting; none if it is absent, or null in a call.
+  std::optional<data::JsonReader> find(std::string_view key);
   /// Refuses keys that no setting has.
-  void finish() const { json_.allow_only(keys_); }
+  void finish() const { json_.allow_only({keys_.begin(), keys_.end()}); }
+  /// The keys that were looked for.
+  const std::vector<std::string>& keys() const { return keys_; }
 
  private:
-  static void read(const data::JsonReader& json, const data::Setting<bool>& setting);
-  static void read(const data::JsonReader& json, const data::Setting<double>& setting);
-  static void read(const data::JsonReader& json, const data::Setting<std::size_t>& setting);
-  void read(const data::JsonReader& json, const data::Setting<std::string>& setting) const;
-  static void read(const data::JsonReader& json,
-                   const data::Setting<std::vector<std::string>>& setting);
-  static void read(const data::JsonReader& json,
-                   const data::Setting<std::map<std::string, std::vector<std::string>>>& setting);
-  static void read(const data::JsonReader& json, const data::Setting<LevelCriteria>& setting);
+  using Json = data::JsonReader;
 
-  data::JsonReader json_;
+  std::string word(const Json& json, const data::SettingHead& setting) const;
+  static double number(const Json& json,
+                       const data::SettingHead& setting,
+                       bool is_whole,
+                       double largest);
+  std::vector<Json> items(const Json& json) const;
+  std::string text(const Json& json, bool may_be_number) const;
+  std::vector<std::string> texts(const Json& json, bool may_be_numbers) const;
+  void read(const Json& json, const data::Setting<bool>& setting) const;
+  void read(const Json& json, const data::Setting<std::optional<double>>& setting) const;
+  void read(const Json& json, const data::Setting<std::string>& setting) const;
+  void read(const Json& json, const data::Setting<std::vector<std::string>>& setting) const;
+  void read(const Json& json, const data::Setting<std::vector<int>>& setting) const;
+  void read(const Json& json, const data::Setting<std::vector<double>>& setting) const;
+  void read(const Json& json,
+            const data::Setting<std::map<std::string, std::vector<std::string>>>& setting) const;
+  void read(const Json& json, const data::Setting<std::map<std::string, double>>& setting) const;
+  void read(const Json& json,
+            const data::Setting<std::map<std::string, fit::Bounds>>& setting) const;
+  void read(const Json& json, const data::Setting<LevelCriteria>& setting) const;
+
+  Json json_;
   std::filesystem::path folder_;
   std::function<bool(std::string_view)> is_given_;
-  std::vector<std::string_view> keys_{};
+  bool is_call_ = false;
+  std::vector<std::string> keys_{};
 };
 
 /// Collects settings as an object, in their order.

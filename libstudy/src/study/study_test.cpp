@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "study/study_test_support.hpp"
 
@@ -300,4 +301,23 @@ TEST_CASE("a model whose residual variance is that of a few trees is doubtful an
 
   const ResponseStudy right = study_of(test::stand({})).results.front();
   CHECK_FALSE(any_contains(right.notes, "Outlying tree"));
+}
+
+TEST_CASE("a note names residuals that neighbors share") {
+  data::Table table = test::stand({});
+  const std::vector<double> measured(table.numbers("h").begin(), table.numbers("h").end());
+  std::vector<double> x, y, heights;
+  for (std::size_t row = 0; row < measured.size(); ++row) {
+    // Pairs of trees a meter apart, which share an error of about a meter.
+    const std::size_t pair = row / 2;
+    x.push_back(10.0 * static_cast<double>(pair % 15) + static_cast<double>(row % 2));
+    y.push_back(0.0);
+    heights.push_back(measured[row] + 1.5 * std::sin(100.0 * static_cast<double>(pair * pair)));
+  }
+  table.set("x", x);
+  table.set("y", y);
+  const std::string note = "nearest neighbors are correlated";
+  CHECK_FALSE(any_contains(study_of(table).results.front().notes, note));
+  table.set("h", heights);
+  CHECK(any_contains(study_of(table).results.front().notes, note));
 }

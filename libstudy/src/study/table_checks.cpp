@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "silvafit/base/text.hpp"
 #include "silvafit/data/checked_columns.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
@@ -73,6 +74,27 @@ std::string origin_of(const std::string& name,
       fmt::join(mappings, ","));
 }
 
+/// The rows where a size of a tree cannot have been measured; none for other responses.
+std::vector<std::size_t> impossible_rows(const std::string& response, const data::Table& table) {
+  std::vector<std::size_t> rows;
+  const bool is_checked = response == "h" || response == "hcb" || response == "cw";
+  if (!is_checked || !table.has(response)) return rows;
+  require_numbers(table, {response});
+  const std::span<const double> values = table.numbers(response);
+  const stand::TreeColumn* const column = stand::tree_column(response);
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (!std::isnan(values[row]) && !column->is_possible(values[row])) rows.push_back(row);
+  }
+  return rows;
+}
+
+std::string impossible_value(const std::string& response,
+                             const data::Table& table,
+                             std::size_t row) {
+  return fmt::format(
+      "{} m is not {}", table.numbers(response)[row], stand::tree_column(response)->range.text);
+}
+
 }  // namespace
 
 std::string origin_of_missing(const std::vector<std::string>& columns, const data::Table& table) {
@@ -134,19 +156,28 @@ void require_domain(const BaseModel& model, const data::Table& table) {
 }
 
 void require_possible(const std::string& response, const data::Table& table) {
-  const stand::TreeColumn* const column = stand::tree_column(response);
-  const bool is_checked = response == "h" || response == "hcb" || response == "cw";
-  if (!is_checked || !table.has(response)) return;
-  require_numbers(table, {response});
-  const std::span<const double> values = table.numbers(response);
-  for (std::size_t row = 0; row < values.size(); ++row) {
-    if (std::isnan(values[row]) || column->is_possible(values[row])) continue;
-    throw DomainError(fmt::format("{} m is not {}; leave the field empty if {} was not measured",
-                                  values[row],
-                                  column->range.text,
-                                  response),
-                      data::place_of(table, row, response));
-  }
+  const std::vector<std::size_t> rows = impossible_rows(response, table);
+  if (rows.empty()) return;
+  throw DomainError(
+      fmt::format("{}; leave the field empty if {} was not measured, or read it as missing with "
+                  "`missing={}`",
+                  impossible_value(response, table, rows.front()),
+                  response,
+                  table.numbers(response)[rows.front()]),
+      data::place_of(table, rows.front(), response));
+}
+
+std::string leave_out_impossible(const std::string& response, data::Table& table) {
+  const std::vector<std::size_t> rows = impossible_rows(response, table);
+  if (rows.empty()) return {};
+  const std::string first = describe(data::place_of(table, rows.front(), response),
+                                     impossible_value(response, table, rows.front()));
+  const auto read = table.numbers(response);
+  std::vector<double> values(read.begin(), read.end());
+  for (const std::size_t row : rows) values[row] = data::kMissing;
+  table.set(response, std::move(values));
+  return fmt::format(
+      "{} skipped, the first: {}", counted(rows.size(), "row is", "rows are"), first);
 }
 
 void use_base_model(const BaseModel& model,

@@ -67,6 +67,11 @@ TEST_CASE("an impossible measured value is an error with its place") {
                     Contains("trees.csv:3: cw: 0 m is not above 0 m"));
   CHECK_NOTHROW(require_possible("age", table));
   CHECK_NOTHROW(require_possible("d", table));
+  CHECK(leave_out_impossible("h", table) ==
+        "1 row is skipped, the first: trees.csv:4: h: 1.3 m is not above breast height, 1.3 m");
+  CHECK(std::isnan(table.numbers("h")[2]));
+  CHECK(table.numbers("h")[0] == 1.4);
+  CHECK(leave_out_impossible("h", table).empty());
   table.set("hcb", std::vector<double>{0.0, -0.1, 3.0});
   CHECK_THROWS_AS(require_possible("hcb", table), DomainError);
 }

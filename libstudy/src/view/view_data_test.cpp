@@ -23,8 +23,8 @@ using study::ViewOptions;
 
 namespace {
 
-const tree::PresetCatalogue& catalogue() {
-  static const auto loaded = tree::PresetCatalogue::load(test::source_file("models"));
+const tree::BuilderCatalogue& catalogue() {
+  static const auto loaded = tree::BuilderCatalogue::load(test::source_file("models"));
   return loaded;
 }
 
@@ -80,7 +80,7 @@ std::string decoded(const std::string& text) {
 
 /// A scene of two grown trees as a file.
 std::string two_trees_glb() {
-  const tree::Preset& preset = *catalogue().for_species("SM");
+  const tree::Builder& preset = *catalogue().choose(tree::BuilderKind::kSegment, "SM").builder;
   tree::Scene scene;
   for (int i = 0; i < 2; ++i) {
     const tree::Morphology morphology{.plot = "1",

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <map>
-#include <memory>
 #include <vector>
 
 #include "silvafit/base/atomic_file.hpp"
@@ -17,27 +15,6 @@
 
 namespace silvafit::study {
 namespace {
-
-/// A builder for each preset, and the index of each tree's builder.
-class Builders {
- public:
-  explicit Builders(std::span<const tree::Preset* const> presets) {
-    std::map<const tree::Preset*, const tree::Builder*> known;
-    for (const tree::Preset* preset : presets) {
-      const tree::Builder*& builder = known[preset];
-      if (builder == nullptr) {
-        builders_.push_back(std::make_unique<tree::SegmentBuilder>(*preset));
-        builder = builders_.back().get();
-      }
-      of_trees_.push_back(builder);
-    }
-  }
-  std::span<const tree::Builder* const> of_trees() const { return of_trees_; }
-
- private:
-  std::vector<std::unique_ptr<const tree::Builder>> builders_{};
-  std::vector<const tree::Builder*> of_trees_{};
-};
 
 ViewModel view_model(const tree::SharedModel& shared) {
   const tree::Morphology& shape = shared.morphology;
@@ -58,7 +35,9 @@ std::vector<tree::SceneTree> grown_models(const tree::SharedModels& shared,
     const tree::SharedModel& model = shared.models[i / levels];
     const tree::GrowOptions grow{
         .seed = options.seed,
-        .mesh = tree::level_of_detail(options.levels[i % levels], {.textured = options.textures})};
+        .mesh = tree::level_of_detail(
+            options.levels[i % levels],
+            {.textured = options.textures, .season = tree::season_from_text(options.season)})};
     grown[i] = tree::grow_tree(model.morphology, *model.builder, grow);
   });
   return grown;
@@ -92,13 +71,11 @@ std::string packed(const tree::SharedModels& shared,
 }  // namespace
 
 ViewModels grow_view_models(std::span<const tree::Morphology> trees,
-                            std::span<const tree::Preset* const> presets,
+                            std::span<const tree::Builder* const> presets,
                             std::span<const tree::Position> stems,
                             const tree::Position& origin,
                             const ViewOptions& options) {
-  const Builders builders(presets);
-  const tree::SharedModels shared =
-      tree::share_models(trees, builders.of_trees(), options.models_per_preset);
+  const tree::SharedModels shared = tree::share_models(trees, presets, options.models_per_preset);
   ViewModels result;
   for (const tree::SharedModel& model : shared.models) result.models.push_back(view_model(model));
   for (const tree::SharedTree& tree : shared.trees) result.of_tree.push_back(tree.model);

@@ -36,7 +36,7 @@ struct ViewModels {
 /// \param stems    positions of the stems, through which the ground passes
 /// \param origin   of the frame of the ground
 ViewModels grow_view_models(std::span<const tree::Morphology> trees,
-                            std::span<const tree::Preset* const> presets,
+                            std::span<const tree::Builder* const> presets,
                             std::span<const tree::Position> stems,
                             const tree::Position& origin,
                             const ViewOptions& options);

@@ -231,25 +231,27 @@ std::optional<tree::TreeShape> shape_of(const ViewTree& tree, const json& extras
         number(*radii, "e"), number(*radii, "w"), number(*radii, "s"), number(*radii, "n")};
   }
   try {
-    return tree::complete(morphology, tree.preset->relative_hc, tree.preset->name);
+    return tree.preset->shape_of(morphology);
   } catch (const DomainError&) {
     return std::nullopt;  // another program may have written the numbers
   }
 }
 
-const tree::Preset& preset_named(const std::string& name,
-                                 const std::string& species,
-                                 const tree::PresetCatalogue& catalogue) {
-  for (const tree::Preset& preset : catalogue.presets()) {
-    if (preset.name == name) return preset;
+const tree::Builder& preset_named(const std::string& name,
+                                  const std::string& species,
+                                  const tree::BuilderCatalogue& catalogue) {
+  for (const tree::BuilderKind kind : tree::builder_kinds()) {
+    for (const tree::Builder* builder : catalogue.of(kind)) {
+      if (builder->name() == name) return *builder;
+    }
   }
-  return preset_or_fallback(species, catalogue);
+  return builder_of(species, catalogue);
 }
 
 /// Trees with their measurements.
 ViewStand stand_of_extras(const json& description,
                           const tree::ReadScene& read,
-                          const tree::PresetCatalogue& catalogue) {
+                          const tree::BuilderCatalogue& catalogue) {
   ViewStand stand;
   ViewVariant variant{.name = "scene", .title = "As in the file"};
   std::size_t without = 0;
@@ -338,7 +340,7 @@ void check_drawable(const tree::ReadScene& scene) {
 
 SceneTrees trees_of_scene(std::string_view glb,
                           const data::Table* table,
-                          const tree::PresetCatalogue& catalogue,
+                          const tree::BuilderCatalogue& catalogue,
                           const ViewOptions& options) {
   const json description = tree::glb_description(glb);
   try {

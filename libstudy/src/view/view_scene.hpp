@@ -7,7 +7,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/view_data.hpp"
-#include "silvafit/tree/preset.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "view/view_stand.hpp"
 
 namespace silvafit::study {
@@ -21,7 +21,7 @@ struct SceneTrees {
 /// \throws as view_of_scene()
 SceneTrees trees_of_scene(std::string_view glb,
                           const data::Table* table,
-                          const tree::PresetCatalogue& catalogue,
+                          const tree::BuilderCatalogue& catalogue,
                           const ViewOptions& options);
 
 }  // namespace silvafit::study

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/morphology_table.hpp"
-#include "silvafit/tree/preset.hpp"
 
 namespace silvafit::study {
 
@@ -43,7 +43,7 @@ struct ViewTree {
   std::string plot{};
   std::string tree{};
   std::string species{};
-  const tree::Preset* preset = nullptr;
+  const tree::Builder* preset = nullptr;
   tree::Position position{};
   double dbh_cm = data::kMissing;
   ViewSizes observed{};

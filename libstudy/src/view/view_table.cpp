@@ -135,7 +135,7 @@ ViewSizes sizes_of(const tree::Morphology& tree, const ViewSizes& table) {
 class StandReader {
  public:
   StandReader(const data::Table& table,
-              const tree::PresetCatalogue& catalogue,
+              const tree::BuilderCatalogue& catalogue,
               const ViewOptions& options)
       : table_(table), catalogue_(catalogue), options_(options), columns_(table, options) {}
 
@@ -202,14 +202,14 @@ class StandReader {
     const std::vector<double> core = columns_.numbers("core");
     const std::array indices{
         columns_.numbers("W"), columns_.numbers("M"), columns_.numbers("U"), columns_.numbers("C")};
-    std::set<std::string> unknown;
+    tree::SpeciesNotes species;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       const std::size_t row = rows_[i];
       const tree::Morphology& version = any_version(keys_[i]);
       ViewTree tree{.plot = version.plot,
                     .tree = version.tree,
                     .species = version.species,
-                    .preset = &preset_or_fallback(version.species, catalogue_),
+                    .preset = &builder_of(version.species, catalogue_),
                     .position = version.position,
                     .dbh_cm = version.dbh_cm,
                     .observed = {h[row], hcb[row], cw[row]},
@@ -220,20 +220,10 @@ class StandReader {
           observed != variants_.front().trees.end()) {
         tree.observed = sizes_of(observed->second, tree.observed);
       }
-      if (catalogue_.for_species(version.species) == nullptr) unknown.insert(version.species);
+      species.add(version.species, catalogue_.choose(tree::BuilderKind::kSegment, version.species));
       stand_.trees.push_back(std::move(tree));
     }
-    if (unknown.empty()) return;
-    const std::string& fallback = catalogue_.fallback().name;
-    if (unknown.erase("") > 0) {
-      stand_.notes.push_back(
-          fmt::format("Trees without a species are drawn with preset {}.", fallback));
-    }
-    if (unknown.empty()) return;
-    std::string names;
-    for (const std::string& name : unknown) names += (names.empty() ? "" : ", ") + name;
-    stand_.notes.push_back(
-        fmt::format("No preset lists the species {}; preset {} is used.", names, fallback));
+    for (std::string& note : species.texts()) stand_.notes.push_back(std::move(note));
   }
 
   void add_variant(const ReadVariant& read) {
@@ -247,8 +237,7 @@ class StandReader {
       const auto found = read.trees.find(keys_[i]);
       // The other row of a repeated tree is not the row shown.
       if (found != read.trees.end() && read.rows.at(keys_[i]) == rows_[i]) {
-        const tree::Preset& preset = *stand_.trees[i].preset;
-        version.shape = tree::complete(found->second, preset.relative_hc, preset.name);
+        version.shape = stand_.trees[i].preset->shape_of(found->second);
         version.sizes = sizes_of(found->second, version.sizes);
       }
       variant.trees.push_back(std::move(version));
@@ -297,7 +286,7 @@ class StandReader {
   }
 
   const data::Table& table_;
-  const tree::PresetCatalogue& catalogue_;
+  const tree::BuilderCatalogue& catalogue_;
   const ViewOptions& options_;
   Columns columns_;
   std::vector<ReadVariant> variants_{};
@@ -308,14 +297,13 @@ class StandReader {
 
 }  // namespace
 
-const tree::Preset& preset_or_fallback(const std::string& species,
-                                       const tree::PresetCatalogue& catalogue) {
-  const tree::Preset* preset = catalogue.for_species(species);
-  return preset == nullptr ? catalogue.fallback() : *preset;
+const tree::Builder& builder_of(const std::string& species,
+                                const tree::BuilderCatalogue& catalogue) {
+  return *catalogue.choose(tree::BuilderKind::kSegment, species).builder;
 }
 
 ViewStand read_view_stand(const data::Table& table,
-                          const tree::PresetCatalogue& catalogue,
+                          const tree::BuilderCatalogue& catalogue,
                           const ViewOptions& options) {
   return StandReader(table, catalogue, options).read();
 }

@@ -6,18 +6,18 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/view_data.hpp"
-#include "silvafit/tree/preset.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "view/view_stand.hpp"
 
 namespace silvafit::study {
 
 /// \throws as view_of_trees()
 ViewStand read_view_stand(const data::Table& table,
-                          const tree::PresetCatalogue& catalogue,
+                          const tree::BuilderCatalogue& catalogue,
                           const ViewOptions& options);
 
 /// The preset of a species, or that for species that no preset lists.
-const tree::Preset& preset_or_fallback(const std::string& species,
-                                       const tree::PresetCatalogue& catalogue);
+const tree::Builder& builder_of(const std::string& species,
+                                const tree::BuilderCatalogue& catalogue);
 
 }  // namespace silvafit::study

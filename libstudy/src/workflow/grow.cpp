@@ -22,6 +22,7 @@
 #include "silvafit/study/tree_table.hpp"
 #include "silvafit/tree/coinciding_plots.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
+#include "workflow/assumed_sizes.hpp"
 #include "workflow/flow.hpp"
 #include "workflow/grow_job.hpp"
 
@@ -160,23 +161,9 @@ void append(GrowResult&& part, const std::string& moment, std::size_t before, Gr
   all.presets.insert(all.presets.end(), part.presets.begin(), part.presets.end());
   all.files.insert(all.files.end(), part.files.begin(), part.files.end());
   all.shared = std::move(part.shared);
+  for (const auto& [name, count] : part.counts.guesses) all.counts.guesses[name] += count;
   for (const std::size_t tree : part.with_guesses) all.with_guesses.push_back(before + tree);
   for (const std::size_t tree : part.crossing) all.crossing.push_back(before + tree);
-}
-
-std::string quoted(const std::set<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
-  return list;
-}
-
-void note_unknown_species(const GrowJob& job, const tree::BuilderCatalogue& catalogue) {
-  const std::set<std::string>& unknown = job.state->unknown_species;
-  if (unknown.empty() || !job.callbacks.note) return;
-  job.callbacks.note(
-      fmt::format("No preset lists the species {}; preset {} is used (see `preset`).",
-                  quoted(unknown),
-                  catalogue.fallback(job.builder).name()));
 }
 
 /// The number of trees, each counted once for all its measurements.
@@ -208,6 +195,7 @@ class Growth {
   std::string plot_column(const std::vector<std::string>& header) const;
   bool choose_plots(const data::Table& table, tree::MorphologyTableOptions& options);
   void refuse_unknown_plots() const;
+  void note_once(const std::string& assumed);
   Trees read(const data::TableSource& rows);
   void grow(const Trees& trees);
   void add(GrowResult&& part);
@@ -221,6 +209,7 @@ class Growth {
   std::unordered_set<std::string> plots_found_{};
   std::vector<tree::LeftOut> left_out_{};  ///< in parts, the first of them
   std::size_t left_out_count_ = 0;
+  bool has_assumed_ = false;
   GrowResult result_{};
 };
 
@@ -253,6 +242,7 @@ void Growth::refuse_unknown_plots() const {
 void Growth::add(GrowResult&& part) {
   result_.counts.trees += part.counts.trees;
   result_.counts.with_guesses += part.counts.with_guesses;
+  for (const auto& [name, count] : part.counts.guesses) result_.counts.guesses[name] += count;
   result_.counts.crossing += part.counts.crossing;
   result_.counts.overlaps += part.counts.overlaps;
   const bool is_same_folder = job_.per == "tree" && !result_.files.empty();
@@ -267,15 +257,24 @@ void Growth::add(GrowResult&& part) {
   }
 }
 
+void Growth::note_once(const std::string& assumed) {
+  if (assumed.empty() || std::exchange(has_assumed_, true) || !job_.callbacks.note) return;
+  job_.callbacks.note(job_.stream ? "in the first part with such trees " + assumed : assumed);
+}
+
 Growth::Trees Growth::read(const data::TableSource& rows) {
   tree::MorphologyTableOptions options = morphology_options(job_);
-  const ReadTable table = read_tree_table(rows,
-                                          job_.reading,
-                                          job_.by,
-                                          options.columns,
-                                          job_.stream ? NoteCallback() : job_.callbacks.note,
-                                          job_.stream ? &state_ : nullptr);
+  ReadTable table = read_tree_table(rows,
+                                    job_.reading,
+                                    job_.by,
+                                    options.columns,
+                                    job_.stream ? NoteCallback() : job_.callbacks.note,
+                                    job_.stream ? &state_ : nullptr);
   recognized_ = table.recognized;
+  if (!job_.stream) assume_labels(table.table, options.columns);
+  if (options.use == tree::Use::kObserved && !options.only_height) {
+    note_once(assume_sizes(table.table, options.columns));
+  }
   if (!job_.by.empty()) return {.moments = tree::read_moments(table.table, job_.by, options)};
   if (!choose_plots(table.table, options)) return {};
   tree::MorphologyTable read = tree::read_morphologies(table.table, options);
@@ -374,6 +373,7 @@ GrowResult grow_moments(const GrowJob& job,
   std::iota(numbers.begin(), numbers.end(), std::size_t{0});
   all.counts = {.trees = tree_count(stand, numbers),
                 .with_guesses = tree_count(stand, all.with_guesses),
+                .guesses = std::move(all.counts.guesses),
                 .crossing = tree_count(stand, all.crossing),
                 .overlaps = all.pairs.size()};
   all.morphologies = std::move(stand);
@@ -393,7 +393,7 @@ GrowResult grow(const data::TableSource& trees,
   const std::unique_ptr<const tree::Builder> with_grammar = builder_with_grammar(catalogue, job);
   GrowManifest* const rows = manifest ? &*manifest : nullptr;
   GrowResult result = Growth(catalogue, job, with_grammar.get(), rows).run(trees);
-  note_unknown_species(job, catalogue);
+  give_notes(state.species.texts(), job.callbacks.note);
   if (manifest) manifest->finish();
   // A builder with a grammar is gone.
   for (tree::SharedModel& model : result.shared.models) model.builder = nullptr;

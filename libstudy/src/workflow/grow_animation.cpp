@@ -25,12 +25,11 @@ class Animator {
       : job_(job),
         moments_(moments),
         stand_(stand),
-        catalogue_(catalogue),
         growing_(tree::growing_trees(moments)),
         origin_(tree::scene_origin(stand)) {
     std::vector<tree::Morphology> first;
     for (const tree::GrowingTree& tree : growing_) first.push_back(tree.stages.front().tree);
-    builders_ = listed_builders(first, catalogue, job, for_all);
+    builders_ = choose_builders(first, catalogue, job, for_all);
     if (job.builder == tree::BuilderKind::kBamboo) {
       // Song et al. 2016, Scientific Reports 6: 25908: moso culms reach their final height and
       // diameter 38 days after they emerge.
@@ -41,8 +40,12 @@ class Animator {
   }
 
   GrowResult run() {
-    const auto writer =
-        tree::open_scene(job_.scene, job_.scene_format, scene_options(job_, origin_));
+    tree::SceneOptions options = scene_options(job_, origin_);
+    for (const tree::Moment& moment : moments_) {
+      const double units = moment.time - moments_.front().time;
+      options.times.push_back({.time_s = pace_.seconds_per_unit * units, .name = moment.name});
+    }
+    const auto writer = tree::open_scene(job_.scene, job_.scene_format, options);
     // A few at a time, so that memory does not grow with their number.
     constexpr std::size_t kBlock = 32;
     for (std::size_t from = 0; from < growing_.size(); from += kBlock) {
@@ -59,9 +62,7 @@ class Animator {
   }
 
  private:
-  const tree::Builder& builder_of(std::size_t i) const {
-    return builders_[i] != nullptr ? *builders_[i] : catalogue_.fallback(job_.builder);
-  }
+  const tree::Builder& builder_of(std::size_t i) const { return *builders_[i].builder; }
 
   GrownStages grow(std::size_t i) const {
     const tree::GrowOptions options = grow_options(job_, job_.levels.front());
@@ -100,10 +101,9 @@ class Animator {
   const GrowJob& job_;
   const std::vector<tree::Moment>& moments_;
   const std::vector<tree::Morphology>& stand_;
-  const tree::BuilderCatalogue& catalogue_;
   std::vector<tree::GrowingTree> growing_;
   tree::Position origin_;
-  std::vector<const tree::Builder*> builders_{};
+  std::vector<tree::PresetChoice> builders_{};
   tree::Pace pace_{};
   std::size_t triangles_ = 0;
   GrowResult result_{};

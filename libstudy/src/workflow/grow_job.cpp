@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/ground.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -181,69 +180,11 @@ GrowJob grow_job(const GrowSettings& settings,
 tree::GrowOptions grow_options(const GrowJob& job, int level) {
   const bool is_far = level == tree::kImpostorLevel;
   return {.seed = job.seed,
-          .mesh = tree::level_of_detail(std::min(level, tree::kLevelsOfDetail - 1),
-                                        {.textured = job.textures}),
+          .mesh = tree::level_of_detail(
+              std::min(level, tree::kLevelsOfDetail - 1),
+              {.textured = job.textures, .season = tree::season_from_text(job.season)}),
           .is_unfitted = job.is_unfitted,
           .impostors = is_far ? &job.state->impostors : nullptr};
-}
-
-std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
-                                                  const tree::BuilderCatalogue& catalogue,
-                                                  const GrowJob& job,
-                                                  const tree::Builder* for_all) {
-  if (for_all != nullptr) return std::vector(morphologies.size(), for_all);
-  std::vector<const tree::Builder*> builders;
-  for (const tree::Morphology& morphology : morphologies) {
-    const tree::Builder* builder = job.preset.empty()
-                                       ? catalogue.for_species(job.builder, morphology.species)
-                                       : &catalogue.named(job.builder, job.preset);
-    if (builder == nullptr) job.state->unknown_species.insert(morphology.species);
-    builders.push_back(builder);
-  }
-  return builders;
-}
-
-void finish_scene(tree::SceneWriter& writer, WrittenScene& written) {
-  written.bytes = writer.finish();
-  for (const auto& path : writer.other_files()) written.beside.push_back(path.string());
-}
-
-tree::SceneOptions scene_options(const GrowJob& job, const tree::Position& origin) {
-  return {.origin = origin,
-          .instancing = job.instancing,
-          .quantize = job.quantize,
-          .compress = job.compress,
-          .ascii = job.ascii,
-          .threads = job.threads};
-}
-
-void add_ground(const GrowJob& job,
-                const std::vector<tree::Morphology>& trees,
-                const tree::Position& origin,
-                tree::SceneWriter& writer) {
-  if (job.ground == "none") return;
-  std::vector<tree::Position> stems;
-  stems.reserve(trees.size());
-  double lowest = trees.front().position.z_m;
-  for (const tree::Morphology& tree : trees) {
-    stems.push_back(tree.position);
-    lowest = std::min(lowest, tree.position.z_m);
-  }
-  if (job.ground == "flat") {
-    // Four corners define it.
-    for (tree::Position& stem : stems) stem.z_m = lowest;
-    const auto by = [&](double tree::Position::*axis) {
-      return std::minmax_element(stems.begin(), stems.end(), [axis](const auto& a, const auto& b) {
-        return a.*axis < b.*axis;
-      });
-    };
-    const auto [west, east] = by(&tree::Position::x_m);
-    const auto [south, north] = by(&tree::Position::y_m);
-    stems = {{west->x_m, south->y_m, lowest}, {east->x_m, north->y_m, lowest}};
-  }
-  const tree::MeshPart mesh = tree::ground_mesh(stems, origin);
-  const auto model = writer.add_model("ground", {{"ground", "ground", &mesh}});
-  writer.place(model, "ground", {.position = origin}, tree::SceneWriter::kNoTree);
 }
 
 }  // namespace silvafit::study

@@ -33,7 +33,7 @@ class TakenNames {
 struct GrowState {
   TakenNames names{};               ///< of files of trees and plots, in small letters
   tree::SharedPictures pictures{};  ///< of OBJ files of trees
-  std::set<std::string> unknown_species{};
+  tree::SpeciesNotes species{};
   tree::Impostors impostors{};  ///< of the coarsest level
   /// Called for each written tree, by its number in the result.
   std::function<void(std::size_t tree, const GrownTree&)> each_tree{};
@@ -77,13 +77,13 @@ GrowJob of_moment(const GrowJob& job, const tree::Moment& moment);
 /// The job of one plot: the scene OUT/PLOT.glb.
 GrowJob of_plot(const GrowJob& job, const std::string& plot);
 
-/// Each tree's builder with the requested preset, or that of the species; null if no preset lists
-/// it, and GrowState has the species for a note.
+/// Each tree's builder with the requested preset, or that of the species. GrowState has what was
+/// assumed about species.
 /// \param for_all  the builder of all trees; null: none
-std::vector<const tree::Builder*> listed_builders(const std::vector<tree::Morphology>& morphologies,
-                                                  const tree::BuilderCatalogue& catalogue,
-                                                  const GrowJob& job,
-                                                  const tree::Builder* for_all);
+std::vector<tree::PresetChoice> choose_builders(const std::vector<tree::Morphology>& morphologies,
+                                                const tree::BuilderCatalogue& catalogue,
+                                                const GrowJob& job,
+                                                const tree::Builder* for_all);
 
 /// How the trees of a level of detail are grown.
 tree::GrowOptions grow_options(const GrowJob& job, int level);
@@ -102,7 +102,7 @@ void finish_scene(tree::SceneWriter& writer, WrittenScene& written);
 
 /// Grows the trees of one time and writes them.
 /// \param stand    all trees that share the ground and the origin
-/// \param for_all  as listed_builders()
+/// \param for_all  as choose_builders()
 /// \throws GeometryError with the table's name for a tree, with the scene's for the whole
 GrowResult grow_trees(const GrowJob& job,
                       const std::vector<tree::Morphology>& morphologies,

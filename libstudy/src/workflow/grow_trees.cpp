@@ -4,6 +4,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 class Grower {
  public:
   /// \param stand    all trees that share the ground and the origin
-  /// \param for_all  as listed_builders()
+  /// \param for_all  as choose_builders()
   Grower(const GrowJob& job,
          const std::vector<tree::Morphology>& morphologies,
          const std::vector<tree::Morphology>& stand,
@@ -29,11 +30,8 @@ class Grower {
       : job_(job),
         morphologies_(morphologies),
         stand_(stand),
-        listed_(listed_builders(morphologies, catalogue, job, for_all)),
-        builders_(listed_) {
-    for (const tree::Builder*& builder : builders_) {
-      if (builder == nullptr) builder = &catalogue.fallback(job.builder);
-    }
+        choices_(choose_builders(morphologies, catalogue, job, for_all)) {
+    for (const tree::PresetChoice& choice : choices_) builders_.push_back(choice.builder);
   }
 
   GrowResult run() {
@@ -80,7 +78,7 @@ class Grower {
                     .level = level};
     constexpr double kPerMeter = 100.0;
     grown.surface_error_cm = kPerMeter * grown.tree.mesh.surface_error_m;
-    if (listed_[i] == nullptr) {
+    if (!choices_[i].is_listed) {
       grown.tree.notes.push_back(
           {"preset", "no preset lists the species: " + builders_[i]->name()});
     }
@@ -91,12 +89,13 @@ class Grower {
   void take(std::size_t i, GrownTree grown, WrittenScene& written) {
     written.triangles += grown.tree.measured.triangles;
     if (job_.scene.empty()) written.bytes += grown.bytes;
-    const bool first_level = grown.level == job_.levels.front();
-    const bool guessed =
-        std::any_of(grown.tree.notes.begin(), grown.tree.notes.end(), [](const tree::Note& note) {
-          return note.about != "overlap";
-        });
-    if (first_level && guessed) result_.with_guesses.push_back(i);
+    if (grown.level == job_.levels.front()) {
+      std::set<std::string> guesses;
+      for (const tree::Note& note : grown.tree.notes) guesses.insert(note.about);
+      guesses.erase("overlap");
+      for (const std::string& name : guesses) ++result_.counts.guesses[name];
+      if (!guesses.empty()) result_.with_guesses.push_back(i);
+    }
     grown.tree.mesh = {};
     if (job_.state->each_tree) job_.state->each_tree(job_.first_tree + i, grown);
     if (job_.keeps_trees) result_.trees.push_back(std::move(grown));
@@ -207,8 +206,8 @@ class Grower {
   const GrowJob& job_;
   const std::vector<tree::Morphology>& morphologies_;
   const std::vector<tree::Morphology>& stand_;
-  std::vector<const tree::Builder*> listed_;  ///< null if no preset lists the species
-  std::vector<const tree::Builder*> builders_;
+  std::vector<tree::PresetChoice> choices_;
+  std::vector<const tree::Builder*> builders_{};
   tree::StandOverlap overlap_{};
   GrowResult result_{};
   std::vector<std::string> names_{};

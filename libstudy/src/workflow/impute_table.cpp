@@ -35,12 +35,20 @@ std::vector<std::string> label_columns(const ImputeOptions& options) {
   return labels;
 }
 
-void check_columns(const ImputeOptions& options, const data::Table& table) {
+/// The name of the response in the file.
+std::string column_in(const ReadTable& read, const std::string& response) {
+  const auto found = read.columns.find(response);
+  return found == read.columns.end() ? response : found->second;
+}
+
+void check_columns(const ImputeOptions& options, const ReadTable& read) {
+  const data::Table& table = read.table;
   for (const std::string& name : {options.response, options.by, options.group}) {
     if (name.empty() || table.has(name)) continue;
     throw InputError(data::no_such_column(name, table.names()), {.file = table.file()});
   }
-  for (const std::string& name : imputation_columns(options.response)) {
+  const std::string column = column_in(read, options.response);
+  for (const std::string& name : imputation_columns(column, options.interval > 0.0)) {
     if (!table.has(name)) continue;
     throw InputError("the file already has this column; choose another name",
                      {.file = table.file(), .column = name});
@@ -146,6 +154,10 @@ class Observed {
                       .level = std::vector<ImputeLevel>(rows, ImputeLevel::kNone),
                       .flag = std::vector<std::string>(rows, "dead or cut"),
                       .notes = std::move(of_living.notes)};
+    if (!of_living.lower.empty()) {
+      result.lower.assign(rows, data::kMissing);
+      result.upper = result.lower;
+    }
     const auto measured = table_.numbers(response);
     for (std::size_t row = 0; row < rows; ++row) {
       result.value[row] = measured[row];
@@ -153,6 +165,10 @@ class Observed {
     }
     for (std::size_t i = 0; i < living_.size(); ++i) {
       result.value[living_[i]] = of_living.value[i];
+      if (!of_living.lower.empty()) {
+        result.lower[living_[i]] = of_living.lower[i];
+        result.upper[living_[i]] = of_living.upper[i];
+      }
       result.source[living_[i]] = of_living.source[i];
       result.level[living_[i]] = of_living.level[i];
       result.flag[living_[i]] = std::move(of_living.flag[i]);
@@ -179,7 +195,7 @@ ImputeModels models_of_parts(const data::TableSource& trees,
   std::vector<std::string> labels;
   while (const auto rows = flow.next()) {
     const ObservedTable read = read_model_table(*rows, reading, model_columns(options, &state));
-    check_columns(options, read.table);
+    check_columns(options, read);
     add_labels(read.table, options, labels);
     measured.push_back(measured_rows(Observed(read).living(), options.response));
   }
@@ -214,6 +230,9 @@ void give_to_copies(const std::vector<std::size_t>& place, Imputation& imputatio
   imputation.source = of_all_rows(imputation.source, place);
   imputation.level = of_all_rows(imputation.level, place);
   imputation.flag = of_all_rows(imputation.flag, place);
+  if (imputation.lower.empty()) return;
+  imputation.lower = of_all_rows(imputation.lower, place);
+  imputation.upper = of_all_rows(imputation.upper, place);
 }
 
 }  // namespace
@@ -245,8 +264,10 @@ ImputationSummary impute_trees(const data::TableSource& trees,
                                           reading,
                                           model_columns(options, is_in_parts ? &state : nullptr),
                                           is_in_parts ? NoteCallback() : callbacks.note);
-    check_columns(options, read.table);
-    TableImputation part{.options = options, .is_in_file_order = !flow.is_sorted()};
+    check_columns(options, read);
+    TableImputation part{.options = options,
+                         .column = column_in(read, options.response),
+                         .is_in_file_order = !flow.is_sorted()};
     const Observed observed(read);
     const data::Table living = observed.living();
     part.imputation = observed.completed(
@@ -280,8 +301,10 @@ TableImputation impute_table(const data::TableSource& trees,
   return result;
 }
 
-std::vector<std::string> imputation_columns(const std::string& response) {
-  return {response + "_source", response + "_level", response + "_flag"};
+std::vector<std::string> imputation_columns(const std::string& column, bool has_intervals) {
+  std::vector<std::string> names{column + "_source", column + "_level", column + "_flag"};
+  if (has_intervals) names.insert(names.end(), {column + "_lower", column + "_upper"});
+  return names;
 }
 
 data::Table imputed_columns(const TableImputation& imputed) {
@@ -294,12 +317,16 @@ data::Table imputed_columns(const TableImputation& imputed) {
     level.append(level_text(result.level[row]));
     flag.append(result.flag[row]);
   }
-  const std::vector<std::string> names = imputation_columns(imputed.options.response);
+  const bool has_intervals = !result.lower.empty();
+  const std::vector<std::string> names = imputation_columns(imputed.column, has_intervals);
   data::Table table(result.value.size());
-  table.set(imputed.options.response, result.value);
+  table.set(imputed.column, result.value);
   table.set(names[0], std::move(source));
   table.set(names[1], std::move(level));
   table.set(names[2], std::move(flag));
+  if (!has_intervals) return table;
+  table.set(names[3], result.lower);
+  table.set(names[4], result.upper);
   return table;
 }
 

@@ -2,95 +2,32 @@
 #include "silvafit/study/stand_summary.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/json_values.hpp"
+#include "silvafit/base/text.hpp"
 #include "silvafit/stand/stand_json.hpp"
-#include "silvafit/study/stand_growth.hpp"
+#include "silvafit/study/report_data.hpp"
+#include "silvafit/study/report_page.hpp"
+#include "silvafit/study/site_index.hpp"
+#include "silvafit/study/study_files.hpp"
 #include "workflow/flow.hpp"
+#include "workflow/report_stand.hpp"
+#include "workflow/stand_options.hpp"
+#include "workflow/study_decisions.hpp"
 
 namespace silvafit::study {
 namespace {
-
-/// \param result  what comes before the report
-template <class Summary>
-nlohmann::ordered_json json_of(const Summary& summary, nlohmann::ordered_json result) {
-  result.update(stand::json_of(summary.report));
-  result["recognized"] = summary.inventory.recognized;
-  result["notes"] = summary.notes;
-  result["seconds"] = summary.seconds;
-  return result;
-}
-
-void check_stratum_areas(const stand::StandReportOptions& options) {
-  const bool has_strata =
-      !options.stratum.empty() || (options.design.plots && options.design.plots->has_stratum);
-  if (!options.stratum_areas_ha.empty() && !has_strata) {
-    throw UsageError(
-        "`stratum_areas` needs the strata: `stratum=COLUMN`, or the column stratum in "
-        "the table of `plots`",
-        {.column = "`stratum_areas`"});
-  }
-}
-
-/// With windows and the table of plots read.
-/// \throws UsageError if settings cannot be used
-stand::StandReportOptions report_options(const StandOptions& options) {
-  stand::StandReportOptions report = options.report;
-  report.units = unit_options(options.units, options.threads);
-  report.design = sampling_design(options.sampling);
-  report.trust_units = options.reading.trust_units;
-  check_stratum_areas(report);
-  return report;
-}
-
-/// Columns of the inventory that are needed besides ours.
-std::vector<std::string> columns_of(const StandOptions& options) {
-  std::vector<std::string> columns = columns_of(options.sampling);
-  const std::vector<std::string> needed = columns_of(options.equations);
-  columns.insert(columns.end(), needed.begin(), needed.end());
-  if (!options.report.stratum.empty()) columns.push_back(options.report.stratum);
-  return columns;
-}
-
-/// Adds the notes on equations and on the table of plots to those of a report, and passes all to
-/// the caller.
-/// \return those of the inventory and of the report
-std::vector<std::string> complete_notes(const stand::StandReportOptions& options,
-                                        const std::vector<std::string>& on_equations,
-                                        const std::vector<std::string>& on_inventory,
-                                        std::vector<std::string>& notes,
-                                        const Callbacks& callbacks) {
-  notes.insert(notes.end(), on_equations.begin(), on_equations.end());
-  if (options.design.plots && !options.design.plots->recognized.empty()) {
-    notes.insert(notes.begin(), "table of plots: " + options.design.plots->recognized);
-  }
-  give_notes(notes, callbacks.note);
-  std::vector<std::string> all = on_inventory;
-  all.insert(all.end(), notes.begin(), notes.end());
-  return all;
-}
-
-/// Quantities of the equations for the trees of an inventory or of its parts.
-class EquationsOfTrees {
- public:
-  explicit EquationsOfTrees(const EquationSettings& settings) {
-    if (!settings.equations.empty()) quantities_.emplace(settings);
-  }
-
-  void add_to(stand::Inventory& trees) {
-    if (quantities_) trees.quantities = quantities_->add(stand::to_table(trees));
-  }
-  std::vector<std::string> notes() const {
-    return quantities_ ? quantities_->notes() : std::vector<std::string>();
-  }
-
- private:
-  std::optional<QuantitiesOfParts> quantities_{};
-};
 
 /// One batch is read while another one is added, with its structural units.
 constexpr std::size_t kRowsOfBatch = 50000;
@@ -99,7 +36,7 @@ void refuse_expansion(const stand::Inventory& trees, const stand::StandReportOpt
   const bool has_areas = report.plot_area_m2 || !report.units.windows.empty();
   if (trees.expansion.empty() || has_areas) return;
   throw UsageError(
-      "the trees of this table of FIA have factors (TPA_UNADJ), a sampling design, with which "
+      "the trees of this inventory have factors of trees per ha, a sampling design, with which "
       "`stream` cannot be combined; omit `stream`, or give `plot_area` or `window`",
       {.file = trees.file, .column = "`stream`"});
 }
@@ -107,7 +44,7 @@ void refuse_expansion(const stand::Inventory& trees, const stand::StandReportOpt
 /// The report of batches of whole plots, which are added up.
 void add_parts(InventoryFlow& flow,
                const stand::StandReportOptions& report,
-               EquationsOfTrees& equations,
+               const std::function<void(stand::Inventory&)>& add_quantities,
                const Callbacks& callbacks,
                const StandUnitSink& sink,
                StandSummary& summary) {
@@ -127,7 +64,7 @@ void add_parts(InventoryFlow& flow,
     refuse_expansion(trees, report);
     summary.inventory.inventory.file = trees.file;
     summary.inventory.excluded_tree_count += batch.excluded_tree_count;
-    equations.add_to(trees);
+    add_quantities(trees);
     const stand::StructuralUnits* const units = parts.add(trees);
     if (sink && units != nullptr && trees.size() > 0) sink(batch, *units);
     count += trees.size();
@@ -141,13 +78,73 @@ void add_parts(InventoryFlow& flow,
   summary.report = parts.finish(summary.inventory.inventory.file);
 }
 
+void add_thinning(const StandOptions& options,
+                  const stand::StandReportOptions& report,
+                  StandSummary& summary) {
+  if (options.thinning.empty()) return;
+  const stand::Inventory& trees = summary.inventory.inventory;
+  const bool has_areas = report.plot_area_m2 || !report.units.windows.empty();
+  if (report.design.chooses_trees() || (!trees.expansion.empty() && !has_areas)) {
+    throw UsageError(
+        "a thinning needs plots of which all trees were counted; in samples of trees the removed "
+        "ones stand for others",
+        {.column = "`thinning`"});
+  }
+  summary.thinning = stand::thin(trees, summary.report, stand::parse_thinning(options.thinning));
+}
+
+void add_site_indices(const StandOptions& options, StandSummary& summary) {
+  if (options.site_index.empty()) return;
+  const std::vector<SiteCurve> curves = load_site_curves(options.equations.models);
+  const SiteCurve& curve = site_curve(curves, options.site_index);
+  const stand::Inventory& trees = summary.inventory.inventory;
+  if (!trees.other.is_numeric("age")) {
+    throw InputError(
+        "a site index needs the ages of trees in years; name their column with "
+        "`columns=age=COLUMN`",
+        {.file = trees.file, .column = "age"});
+  }
+  const auto ages = trees.other.numbers("age");
+  std::size_t outside = 0;
+  for (const stand::AreaReport& area : summary.report.areas) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const std::size_t tree : area.area.trees) {
+      if (std::isnan(ages[tree])) continue;
+      sum += ages[tree];
+      count += 1.0;
+    }
+    SiteIndex site{.plot = area.area.name,
+                   .age = count > 0.0 ? sum / count : data::kMissing,
+                   .dominant_m = area.figures.dominant_height_m};
+    site.at_base_age = curve.site_index(site.dominant_m, site.age);
+    if (site.age < curve.lowest_age || site.age > curve.highest_age) ++outside;
+    summary.sites.push_back(std::move(site));
+  }
+  summary.report.notes.push_back(
+      fmt::format("site index: dominant height at {} years by the curve of {} ({}), with the mean "
+                  "age of the trees of a plot",
+                  curve.base_age,
+                  curve.title,
+                  curve.id));
+  if (outside == 0) return;
+  summary.report.notes.push_back(fmt::format("{} outside the ages of the curve, {} to {} years",
+                                             counted(outside, "plot is", "plots are"),
+                                             curve.lowest_age,
+                                             curve.highest_age));
+}
+
 }  // namespace
 
 StandSummary stand_summary(const data::TableSource& inventory,
                            const StandOptions& options,
                            const Callbacks& callbacks,
                            const StandUnitSink& sink) {
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
+  if (options.stream && (!options.thinning.empty() || !options.site_index.empty())) {
+    throw UsageError("a thinning and site indices need all trees in memory; omit `stream`",
+                     {.column = "`stream`"});
+  }
   const stand::StandReportOptions report = report_options(options);
   StandSummary summary{.settings = options.units};
   InventoryFlow flow(
@@ -156,58 +153,153 @@ StandSummary stand_summary(const data::TableSource& inventory,
       {.keep = columns_of(options), .refuses_unread = true, .keeps_expansion = !options.stream},
       {.is_in_parts = options.stream, .rows = kRowsOfBatch, .threads = options.threads},
       callbacks.note);
-  EquationsOfTrees equations(options.equations);
+  QuantitiesOfParts quantities(options.equations);
+  const auto add_quantities = [&](stand::Inventory& trees) {
+    if (!options.equations.equations.empty()) {
+      trees.quantities = quantities.add(stand::to_table(trees));
+    }
+    add_totals(options.totals, trees);
+  };
   if (options.stream) {
-    add_parts(flow, report, equations, callbacks, sink, summary);
+    add_parts(flow, report, add_quantities, callbacks, sink, summary);
   } else {
     summary.inventory = std::move(*flow.next());
-    equations.add_to(summary.inventory.inventory);
+    add_quantities(summary.inventory.inventory);
     summary.report = stand::stand_report(summary.inventory.inventory, report);
     if (sink && summary.report.units) sink(summary.inventory, *summary.report.units);
+    add_thinning(options, report, summary);
+    add_site_indices(options, summary);
+  }
+  for (std::string& note : notes_on_totals(options, summary.report)) {
+    summary.report.notes.push_back(std::move(note));
   }
   summary.notes = complete_notes(
-      report, equations.notes(), summary.inventory.notes, summary.report.notes, callbacks);
-  summary.seconds = seconds_since(start);
+      report, quantities.notes(), summary.inventory.notes, summary.report.notes, callbacks);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  summary.seconds = elapsed.count();
   return summary;
 }
 
-GrowthSummary stand_growth(const data::TableSource& inventory,
-                           const StandOptions& options,
-                           const Callbacks& callbacks) {
-  const auto start = Clock::now();
-  const stand::StandReportOptions report = report_options(options);
-  const stand::InventoryOptions reading{.keep = columns_of(options),
-                                        .refuses_unread = true,
-                                        .keeps_expansion = true,
-                                        .keeps_measurements = true};
-  GrowthSummary summary;
-  summary.inventory =
-      std::move(*InventoryFlow(inventory, options.reading, reading, {}, callbacks.note).next());
-  EquationsOfTrees equations(options.equations);
-  equations.add_to(summary.inventory.inventory);
-  summary.report = stand::growth_report(summary.inventory.inventory, report);
-  summary.notes = complete_notes(
-      report, equations.notes(), summary.inventory.notes, summary.report.notes, callbacks);
-  summary.seconds = seconds_since(start);
-  return summary;
+std::vector<std::pair<std::string, data::Table>> tables_of(const StandSummary& summary) {
+  auto tables = stand::tables_of(summary.report);
+  if (summary.thinning) {
+    std::vector<stand::ThinningFigures> plots = summary.thinning->plots;
+    plots.push_back(summary.thinning->all);
+    plots.back().name = "all";
+    data::Table table(plots.size());
+    data::TextColumn names;
+    for (const stand::ThinningFigures& plot : plots) names.append(plot.name);
+    table.set("plot", std::move(names));
+    using Figures = stand::StandFigures;
+    using Stage = std::pair<const char*, Figures stand::ThinningFigures::*>;
+    using Column = std::pair<const char*, double Figures::*>;
+    for (const auto& [value, member] :
+         {Column{"stems_per_ha", &Figures::stems_per_ha},
+          Column{"basal_area_m2_per_ha", &Figures::basal_area_m2_per_ha},
+          Column{"quadratic_mean_dbh_cm", &Figures::quadratic_mean_dbh_cm},
+          Column{"mean_height_m", &Figures::mean_height_m},
+          Column{"dominant_height_m", &Figures::dominant_height_m}}) {
+      for (const auto& [stage, figures] : {Stage{"before", &stand::ThinningFigures::before},
+                                           Stage{"removed", &stand::ThinningFigures::removed},
+                                           Stage{"after", &stand::ThinningFigures::after}}) {
+        std::vector<double> values;
+        for (const stand::ThinningFigures& plot : plots) values.push_back(plot.*figures.*member);
+        table.set(fmt::format("{}_{}", value, stage), std::move(values));
+      }
+    }
+    tables.emplace_back("thinning", std::move(table));
+    data::Table trees = stand::to_table(summary.inventory.inventory);
+    const std::vector<char>& removed = summary.thinning->is_removed;
+    trees.set("removed", std::vector<double>(removed.begin(), removed.end()));
+    tables.emplace_back("trees", std::move(trees));
+  }
+  if (!summary.sites.empty()) {
+    data::Table table(summary.sites.size());
+    data::TextColumn names;
+    std::array<std::vector<double>, 3> values;
+    for (const SiteIndex& site : summary.sites) {
+      names.append(site.plot);
+      values[0].push_back(site.age);
+      values[1].push_back(site.dominant_m);
+      values[2].push_back(site.at_base_age);
+    }
+    table.set("plot", std::move(names));
+    table.set("age", std::move(values[0]));
+    table.set("dominant_height_m", std::move(values[1]));
+    table.set("site_index_m", std::move(values[2]));
+    tables.emplace_back("sites", std::move(table));
+  }
+  return tables;
+}
+
+void write_stand_page(StandSummary summary,
+                      const StandOptions& options,
+                      const Catalogue& catalogue,
+                      const std::string& command,
+                      const std::filesystem::path& page_template,
+                      const std::filesystem::path& file) {
+  if (options.stream) {
+    throw UsageError("a report needs all trees in memory; omit `stream`", {.column = "`stream`"});
+  }
+  StudyRecord record{.version = SILVAFIT_VERSION,
+                     .command = command,
+                     .settings = {.reading = options.reading,
+                                  .units = options.units,
+                                  .sampling = options.sampling},
+                     .inventory = std::move(summary.inventory)};
+  record.units = summary.report.units;
+  record.table = inventory_table(record.inventory.inventory, record.units);
+  record.height_curves = height_curves_of(record.inventory.inventory, catalogue);
+  if (!options.equations.equations.empty()) {
+    record.volume = fmt::format("equations {}", fmt::join(options.equations.equations, ", "));
+  }
+  record.decisions = decisions_of(record);
+  record.inventory.notes = std::move(summary.notes);
+  record.stand = std::move(summary.report);
+  const std::string title =
+      "silvafit: " + std::filesystem::path(record.inventory.inventory.file).filename().string();
+  write_report_page(page_template, report_data(record, catalogue), title, file);
 }
 
 nlohmann::ordered_json json_of(const StandSummary& summary) {
-  return json_of(summary,
-                 {{"schema", "silvafit-stand/1"},
-                  {"silvafit", SILVAFIT_VERSION},
-                  {"inventory", summary.inventory.inventory.file},
-                  {"excluded", summary.inventory.excluded_tree_count},
-                  {"edge", summary.settings.edge},
-                  {"per", summary.settings.per}});
-}
-
-nlohmann::ordered_json json_of(const GrowthSummary& summary) {
-  return json_of(summary,
-                 {{"schema", "silvafit-growth/1"},
-                  {"silvafit", SILVAFIT_VERSION},
-                  {"inventory", summary.inventory.inventory.file},
-                  {"excluded", summary.inventory.excluded_tree_count}});
+  nlohmann::ordered_json result{{"schema", "silvafit-stand/1"},
+                                {"silvafit", SILVAFIT_VERSION},
+                                {"inventory", summary.inventory.inventory.file},
+                                {"excluded", summary.inventory.excluded_tree_count},
+                                {"edge", summary.settings.edge},
+                                {"per", summary.settings.per}};
+  result.update(stand::json_of(summary.report));
+  if (summary.thinning) {
+    const auto thinning_json = [&](const stand::ThinningFigures& plot) {
+      const auto figures = [](const stand::StandFigures& one) {
+        return nlohmann::ordered_json{
+            {"trees", one.trees},
+            {"stems_per_ha", number_or_null(one.stems_per_ha)},
+            {"basal_area_m2_per_ha", number_or_null(one.basal_area_m2_per_ha)},
+            {"quadratic_mean_dbh_cm", number_or_null(one.quadratic_mean_dbh_cm)},
+            {"dominant_height_m", number_or_null(one.dominant_height_m)}};
+      };
+      return nlohmann::ordered_json{{"plot", text_or_null(plot.name)},
+                                    {"before", figures(plot.before)},
+                                    {"removed", figures(plot.removed)},
+                                    {"after", figures(plot.after)}};
+    };
+    result["thinning"] = {{"plots", nlohmann::ordered_json::array()},
+                          {"all", thinning_json(summary.thinning->all)}};
+    for (const stand::ThinningFigures& plot : summary.thinning->plots) {
+      result["thinning"]["plots"].push_back(thinning_json(plot));
+    }
+  }
+  for (const SiteIndex& site : summary.sites) {
+    result["sites"].push_back({{"plot", text_or_null(site.plot)},
+                               {"age", number_or_null(site.age)},
+                               {"dominant_height_m", number_or_null(site.dominant_m)},
+                               {"site_index_m", number_or_null(site.at_base_age)}});
+  }
+  result["recognized"] = summary.inventory.recognized;
+  result["notes"] = summary.notes;
+  result["seconds"] = summary.seconds;
+  return result;
 }
 
 }  // namespace silvafit::study

@@ -121,7 +121,8 @@ void TableReader::find_columns() {
     return wishes_.is_wanted(name) && stand::mapping_to(name, result_.mapped) == nullptr &&
            stand::mapping_to(name, joined_) == nullptr;
   };
-  usual_ = stand::usual_columns(header, is_looked_for, reader_.file(), units);
+  usual_ =
+      stand::usual_columns(header, is_looked_for, reader_.file(), units, false, result_.mapped);
   usual_.insert(usual_.end(), joined_.begin(), joined_.end());
 }
 
@@ -203,7 +204,7 @@ void TableReader::read_status() {
   const stand::StatusCodes codes = status_codes(wishes_.settings);
   const auto column = stand::status_column(reader_.header(), result_.mapped, codes, reader_.file());
   if (!column || !result_.table.has(*column)) return;
-  if (!state_.status) state_.status.emplace(*column, codes);
+  if (!state_.status) state_.status.emplace(*column, codes, reader_.header());
   stand::StatusColumn& status = *state_.status;
   const data::TextColumn values = result_.table.labels(*column);
   std::vector<std::size_t> alive;
@@ -291,6 +292,11 @@ TableReader::Result TableReader::read() {
     note("codes read as missing values: " + state_.codes.text());
   }
   for (const stand::ColumnMapping& column : usual_) add_column(column);
+  for (const Mappings* const mappings : {&usual_, &result_.mapped}) {
+    for (const auto& [name, source] : *mappings) {
+      if (contains(reader_.header(), source)) result_.columns.emplace(name, source);
+    }
+  }
   if (wishes_.unifies_spellings) unify_spellings();
   read_status();
   const data::Table& table = result_.table;

@@ -32,7 +32,7 @@ bool is_called_table(const fs::path& file) {
 /// Determines the kind of a source, and reads it.
 class ViewSource {
  public:
-  ViewSource(const tree::PresetCatalogue& catalogue,
+  ViewSource(const tree::BuilderCatalogue& catalogue,
              const ViewPageSettings& settings,
              const Callbacks& callbacks)
       : catalogue_(catalogue), settings_(settings), options_(settings.view), callbacks_(callbacks) {
@@ -102,7 +102,7 @@ class ViewSource {
     }
   }
 
-  const tree::PresetCatalogue& catalogue_;
+  const tree::BuilderCatalogue& catalogue_;
   const ViewPageSettings& settings_;
   ViewOptions options_;
   const Callbacks& callbacks_;
@@ -125,7 +125,7 @@ fs::path view_page_path(const fs::path& source) {
 }
 
 ViewPage write_view_page(const data::TableSource& source,
-                         const tree::PresetCatalogue& catalogue,
+                         const tree::BuilderCatalogue& catalogue,
                          const fs::path& page_template,
                          const fs::path& page,
                          const ViewPageSettings& settings,

@@ -2,16 +2,12 @@
 #include "silvafit/study/whole_study.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_values.hpp"
@@ -20,134 +16,11 @@
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_files.hpp"
-#include "silvafit/study/study_record.hpp"
+#include "workflow/report_stand.hpp"
+#include "workflow/study_decisions.hpp"
 
 namespace silvafit::study {
 namespace {
-
-using Decisions = std::vector<std::pair<std::string, std::string>>;
-
-/// The name of a criterion in a sentence.
-std::string named(Criterion criterion) {
-  switch (criterion) {
-    case Criterion::kAic:
-      return "AIC";
-    case Criterion::kAicc:
-      return "AICc";
-    case Criterion::kBic:
-      return "BIC";
-    case Criterion::kCrossValidation:
-      break;
-  }
-  return "prediction error for plots left out (10 folds)";
-}
-
-/// "2 AIC", or one standard error of an error.
-std::string distance(Criterion criterion, double equally_good) {
-  return criterion == Criterion::kCrossValidation
-             ? "one standard error"
-             : fmt::format("{:g} {}", equally_good, named(criterion));
-}
-
-void add_level_decisions(const StudyRecord& record, Decisions& decisions) {
-  const StudyOptions& options = record.study.options;
-  const LevelCriteria& criteria = options.criteria;
-  const std::string test = options.needs_tests ? fmt::format(", likelihood-ratio test at {:g} %",
-                                                             100.0 * options.significance)
-                                               : std::string();
-  const auto best = [&](Criterion criterion) {
-    return options.parsimonious ? fmt::format("fewest parameters within {} of the best",
-                                              distance(criterion, options.equally_good))
-                                : fmt::format("lowest {}", named(criterion));
-  };
-  const auto got_to = [&](std::vector<Candidate> ResponseStudy::*level) {
-    return std::ranges::any_of(record.study.results, [level](const ResponseStudy& result) {
-      return !(result.*level).empty();
-    });
-  };
-  decisions.emplace_back("Level 1",
-                         got_to(&ResponseStudy::base)
-                             ? fmt::format("fewest parameters within {} of the best base model",
-                                           distance(criteria.base, options.equally_good))
-                             : "skipped: no models were fitted");
-  decisions.emplace_back(
-      "Level 2",
-      got_to(&ResponseStudy::covariates)
-          ? fmt::format(
-                "lowest {} of covariate subsets on {}{}",
-                named(criteria.covariates),
-                options.covariate_parameters > 1 ? "one or two parameters" : "one parameter",
-                test)
-          : "skipped: no model reached this level, or there are no covariates (structural units "
-            "need positions)");
-  if (!got_to(&ResponseStudy::random)) {
-    decisions.emplace_back("Level 3", "skipped: no model reached this level");
-    return;
-  }
-  decisions.emplace_back(
-      "Level 3",
-      fmt::format("Lindstrom-Bates, maximum likelihood; random effects of {}{} on up to {} "
-                  "coefficients by {}, then variance function by {}{}",
-                  options.group,
-                  options.period.empty()
-                      ? ""
-                      : fmt::format(", and of {} within {},", options.period, options.group),
-                  options.maximum_random_effects,
-                  best(criteria.random),
-                  best(criteria.variance),
-                  test));
-}
-
-std::string window_text(const UnitSettings& units) {
-  if (!units.window.empty()) return std::filesystem::path(units.window).filename().string();
-  if (!units.windows.empty()) return "given windows";
-  return fmt::format("convex hull of {}", units.per == "stand" ? "the stand" : "each plot");
-}
-
-/// "circles 7=4, 30=12; table of plots plots.csv".
-std::string design_text(const SamplingSettings& sampling) {
-  std::vector<std::string> parts;
-  if (!sampling.circles.empty()) {
-    parts.push_back(fmt::format("circles {}", fmt::join(sampling.circles, ", ")));
-  }
-  if (sampling.angle_count > 0.0) {
-    parts.push_back(fmt::format("angle count {:g} m2/ha", sampling.angle_count));
-  }
-  if (!sampling.expansion.empty()) parts.push_back("expansion factors " + sampling.expansion);
-  if (sampling.subplots > 1) parts.push_back(fmt::format("{} subplots", sampling.subplots));
-  if (!sampling.plots_file.empty()) {
-    parts.push_back("table of plots " +
-                    std::filesystem::path(sampling.plots_file).filename().string());
-  } else if (sampling.plots) {
-    parts.emplace_back("a table of plots");
-  }
-  return fmt::format("{}", fmt::join(parts, "; "));
-}
-
-std::string window_text(const StudyRecord& record) {
-  if (record.sample) return "circle of the smallest counted dbh of each plot";
-  return window_text(record.settings.units);
-}
-
-/// The decisions before fitting, and the rule by which each level chose.
-Decisions decisions_of(const StudyRecord& record) {
-  Decisions decisions;
-  if (record.sample) {
-    decisions.emplace_back("Sampling design", design_text(record.settings.sampling));
-  }
-  if (record.units) {
-    const UnitSettings& units = record.settings.units;
-    decisions.emplace_back("Window", window_text(record));
-    decisions.emplace_back(
-        "Edge correction",
-        units.edge == "buffer" ? fmt::format("buffer of {} m", units.buffer_m) : units.edge);
-    decisions.emplace_back(
-        "Structural units",
-        fmt::format("{} nearest neighbors, searched in the {}", units.neighbors, units.per));
-  }
-  add_level_decisions(record, decisions);
-  return decisions;
-}
 
 using nlohmann::ordered_json;
 
@@ -186,18 +59,17 @@ bool has_own_candidates(const StudyOptions& options) {
   });
 }
 
-/// The plots as they were sampled; nothing without a design.
-std::optional<stand::DesignedSample> sample_of(const StudyConfiguration& settings,
-                                               const stand::Inventory& inventory) {
+/// How plots and trees were sampled; not given without a design.
+stand::SamplingDesign design_of(const StudyConfiguration& settings,
+                                const stand::Inventory& inventory) {
   stand::SamplingDesign design = sampling_design(settings.sampling);
   const bool has_windows = !settings.units.window.empty() || !settings.units.circle.empty() ||
                            !settings.units.windows.empty();
   if (!has_windows) design = stand::design_for(inventory, std::move(design));
-  if (!design.is_given()) return std::nullopt;
-  if (!settings.study.period.empty()) {
+  if (design.is_given() && !settings.study.period.empty()) {
     design = stand::design_at_times(std::move(design), stand::plots_at_times(inventory));
   }
-  return stand::sample_of(inventory, design);
+  return design;
 }
 
 stand::StructuralUnitOptions unit_options_of(const StudyConfiguration& settings,
@@ -234,7 +106,8 @@ void add_structure(const StudyConfiguration& settings,
   const stand::StructuralUnitOptions options = unit_options_of(settings, inventory);
   const auto& covariates = settings.study.covariates;
   const bool has_positions = inventory.has_coordinates();
-  record.sample = sample_of(settings, inventory);
+  const stand::SamplingDesign design = design_of(settings, inventory);
+  if (design.is_given()) record.sample = stand::sample_of(inventory, design);
   if (record.sample) {
     if (has_positions) add_units_of_sample(options, record);
     give_notes(record.sample->notes, callbacks.note);
@@ -334,6 +207,8 @@ StudyRecord whole_study(const data::TableSource& inventory,
   separate_periods(settings.study.period, record);
   record.study = run_study(record.table, catalogue, settings.study, callbacks.progress);
   give_notes(record.study.notes, callbacks.note);
+  const stand::Inventory& trees = record.inventory.inventory;
+  add_stand(unit_options_of(settings, trees), design_of(settings, trees), catalogue, record);
   record.decisions = decisions_of(record);
   return record;
 }

@@ -20,7 +20,7 @@ SmoothStyle style_with_pictures(const BambooPreset& preset) {
   const CulmLeaves& leaves = preset.leaves;
   const PictureRow row = side_by_side(
       leaves.pictures, static_cast<std::size_t>(leaves.picture_size), preset.head.name + "-leaves");
-  SmoothStyle style{.bark = preset.culm_color, .bark_kind = BarkKind::kCulm};
+  SmoothStyle style{.bark = preset.bark};
   for (std::size_t i = 0; i < leaves.pictures.size(); ++i) {
     const auto left = static_cast<double>(i);
     style.leaves.push_back({.form = leaves.form,
@@ -34,7 +34,7 @@ SmoothStyle style_with_pictures(const BambooPreset& preset) {
 }
 
 SmoothStyle style_of_single_leaves(const BambooPreset& preset) {
-  SmoothStyle style{.bark = preset.culm_color};
+  SmoothStyle style{.bark = preset.bark};
   for (const auto& picture : preset.leaves.pictures) {
     style.leaves.push_back({.form = LeafForm::kFivePolygons,
                             .aspect = preset.leaves.leaf_aspect,

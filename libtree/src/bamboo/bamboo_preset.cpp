@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "bamboo/bamboo_leaves.hpp"
+#include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
@@ -179,15 +180,19 @@ BambooPreset BambooPreset::load(const std::filesystem::path& models,
                     "branches",
                     "twigs",
                     "leaves",
-                    "culm_color",
+                    "bark_color",
+                    "bark",
+                    "bark_by_diameter",
                     "basis"});
   entry.at("crown").allow_only({"index_up", "index_down", "relative_hc"});
-  return {.head = preset_head_of(models, entry),
+  PresetHead head = preset_head_of(models, entry);
+  head.leaf = color_of(entry.at("leaves").at("bright_color"));
+  return {.head = std::move(head),
           .culm = culm_of(entry.at("culm")),
           .branches = branches_of(entry.at("branches")),
           .twigs = twigs_of(entry.at("twigs")),
           .leaves = leaves_of(entry.at("leaves")),
-          .culm_color = color_of(entry.at("culm_color"))};
+          .bark = bark_of(models, entry)};
 }
 
 }  // namespace silvafit::tree

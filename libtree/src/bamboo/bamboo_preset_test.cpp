@@ -65,7 +65,7 @@ TEST_CASE("an invalid bamboo preset is refused with its file and field") {
   CHECK(refused("\"outer\": 0.4", "\"outer\": 0.5") == "leaves.light.outer");
   CHECK(refused("\"grades\": 4", "\"grades\": 2.5") == "leaves.grades");
   CHECK(refused("\"picture_size\": 256", "\"picture_size\": 257") == "leaves.picture_size");
-  CHECK(refused("\"culm_color\": [0.19", "\"culm_color\": [1.9") == "culm_color");
+  CHECK(refused("\"bark_color\": [0.19", "\"bark_color\": [1.9") == "bark_color");
 }
 
 TEST_CASE("pictures are copied side by side") {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "catalogue/species_names.hpp"
@@ -41,6 +43,10 @@ BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   std::sort(catalogue.builders_.begin(),
             catalogue.builders_.end(),
             [](const auto& a, const auto& b) { return a->name() < b->name(); });
+  catalogue.species_ = SpeciesMap::load(models);
+  for (const SpeciesMap::Species& species : catalogue.species_.all()) {
+    catalogue.named(BuilderKind::kSegment, species.preset);
+  }
   return catalogue;
 }
 
@@ -54,7 +60,8 @@ std::vector<const Builder*> BuilderCatalogue::of(BuilderKind kind) const {
 
 const Builder& BuilderCatalogue::named(BuilderKind kind, std::string_view name) const {
   std::string names;
-  for (const Builder* builder : of(kind)) {
+  for (const auto& builder : builders_) {
+    if (kind != BuilderKind::kSegment && builder->kind() != kind) continue;
     if (builder->name() == name) return *builder;
     names += (names.empty() ? "" : ", ") + builder->name();
   }
@@ -62,11 +69,62 @@ const Builder& BuilderCatalogue::named(BuilderKind kind, std::string_view name) 
                    "; available: " + names);
 }
 
-const Builder* BuilderCatalogue::for_species(BuilderKind kind, std::string_view species) const {
+PresetChoice BuilderCatalogue::choose(BuilderKind kind, std::string_view species) const {
+  const SpeciesMap::Species* const known = species_.find(species);
+  PresetChoice choice;
+  if (known != nullptr && known->fia == species) choice.code_of = known->latin;
   const std::vector<const Builder*> builders = of(kind);
+  const std::string_view latin = known != nullptr ? std::string_view(known->latin) : species;
   const auto found = find_species(
-      species, builders, [](const Builder* builder) { return builder->preset().species; });
-  return found == builders.end() ? nullptr : *found;
+      latin, builders, [](const Builder* builder) { return builder->preset().species; });
+  if (found != builders.end()) {
+    choice.builder = *found;
+  } else if (known != nullptr && kind == BuilderKind::kSegment) {
+    choice.builder = &named(kind, known->preset);
+  } else {
+    choice.builder = &fallback(kind);
+    choice.is_listed = false;
+  }
+  return choice;
+}
+
+std::vector<std::string> BuilderCatalogue::species_of(const Builder& builder) const {
+  std::vector<std::string> names = builder.preset().species;
+  for (const SpeciesMap::Species& species : species_.all()) {
+    const SpeciesMap::Species* const genus = species_.find(genus_of(species.latin));
+    const bool is_told = genus != &species && genus != nullptr && genus->preset == species.preset;
+    if (species.preset != builder.name() || is_told) continue;
+    if (std::ranges::find(names, species.latin) == names.end()) names.push_back(species.latin);
+  }
+  return names;
+}
+
+void SpeciesNotes::add(const std::string& species, const PresetChoice& choice) {
+  if (!choice.is_listed) unlisted_[choice.builder->name()].insert(species);
+  if (!choice.code_of.empty()) codes_[species] = choice.code_of;
+}
+
+std::vector<std::string> SpeciesNotes::texts() const {
+  std::vector<std::string> notes;
+  for (const auto& [preset, species] : unlisted_) {
+    std::string names;
+    for (const std::string& name : species) {
+      if (!name.empty()) names += (names.empty() ? "\"" : ", \"") + name + '"';
+    }
+    if (species.contains("")) {
+      notes.push_back(fmt::format("Trees without a species are drawn with preset {}.", preset));
+    }
+    if (names.empty()) continue;
+    notes.push_back(fmt::format(
+        "No preset lists the species {}; preset {} is used (see `preset`).", names, preset));
+  }
+  if (codes_.empty()) return notes;
+  std::string codes;
+  for (const auto& [code, latin] : codes_) {
+    codes += fmt::format("{}{} {}", codes.empty() ? "" : ", ", code, latin);
+  }
+  notes.push_back(fmt::format("Codes of species are read as those of the FIA: {}.", codes));
+  return notes;
 }
 
 const Builder& BuilderCatalogue::fallback(BuilderKind kind) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/branch_count.hpp"
 
-#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "catalogue/preset_head.hpp"
@@ -32,8 +32,7 @@ BranchCount BranchCount::load(const std::filesystem::path& file) {
   constexpr int kChecks = 100;
   for (int i = 0; i <= kChecks; ++i) {
     const double share = static_cast<double>(i) / kChecks;
-    const Count at =
-        count.at(count.youngest_years_ + share * (count.oldest_years_ - count.youngest_years_));
+    const Count at = *count.at(std::lerp(count.youngest_years_, count.oldest_years_, share));
     if (!(at.total > at.dead && at.dead > 0.0)) {
       entry.at("age_range_years").fail("total > dead > 0 must hold in the whole range of years");
     }
@@ -41,12 +40,10 @@ BranchCount BranchCount::load(const std::filesystem::path& file) {
   return count;
 }
 
-BranchCount::Count BranchCount::at(double age_years) const {
-  const double used = std::clamp(age_years, youngest_years_, oldest_years_);
-  return {.total = total_.value({"age"}, {used}),
-          .dead = dead_.value({"age"}, {used}),
-          .age_years = used,
-          .clamped = used != age_years};
+std::optional<BranchCount::Count> BranchCount::at(double age_years) const {
+  if (!(age_years >= youngest_years_ && age_years <= oldest_years_)) return std::nullopt;
+  return Count{.total = total_.value({"age"}, {age_years}),
+               .dead = dead_.value({"age"}, {age_years})};
 }
 
 }  // namespace silvafit::tree

@@ -18,19 +18,16 @@ BranchCount chinese_fir() {
 
 // -106 + 276.3 - 38.33 and 105.53 - 92.039 + 35.012, by hand.
 TEST_CASE("a Chinese fir of ten years has the published number of branches") {
-  const BranchCount::Count count = chinese_fir().at(10.0);
+  const BranchCount::Count count = chinese_fir().at(10.0).value();
   CHECK(count.total == Approx(131.97).epsilon(1e-12));
   CHECK(count.dead == Approx(48.503).epsilon(1e-12));
-  CHECK_FALSE(count.clamped);
 }
 
-TEST_CASE("outside its years the equation uses the nearer limit, with a note") {
+TEST_CASE("the equation gives no number outside its years") {
   const BranchCount equations = chinese_fir();
-  const BranchCount::Count old = equations.at(40.0);
-  CHECK(old.clamped);
-  CHECK(old.age_years == equations.oldest_years());
-  CHECK(old.live() > 0.0);
-  CHECK(equations.at(1.0).age_years == equations.youngest_years());
+  CHECK(equations.at(equations.oldest_years()).value().live() > 0.0);
+  CHECK_FALSE(equations.at(40.0));
+  CHECK_FALSE(equations.at(1.0));
 }
 
 TEST_CASE("a range of years without living branches is refused") {
@@ -42,9 +39,9 @@ TEST_CASE("a range of years without living branches is refused") {
   std::filesystem::remove(file);
 }
 
-TEST_CASE("age changes the number of branches, with a note for a tree too old for the equation") {
+TEST_CASE("age changes the number of branches up to the end of the equation") {
   const Preset& preset = test::shipped_presets().named("cunninghamia-lanceolata");
-  const auto branches_at = [&](double age, std::size_t& notes) {
+  const auto branches_at = [&](std::optional<double> age, std::size_t& notes) {
     Morphology tree = test::paper_tree_1();
     tree.age_years = age;
     const test::Stages stages = test::stages_of(tree, preset);
@@ -57,6 +54,11 @@ TEST_CASE("age changes the number of branches, with a note for a tree too old fo
   // 83.467 living branches; the four that reach the measured radii are among them.
   CHECK(branches_at(10.0, notes) == 83);
   CHECK(notes == 0);
-  CHECK(branches_at(30.0, notes) == static_cast<std::size_t>(preset.branching.least));
-  CHECK(notes == 2);
+  // A crown of 14.4 m has 26 whorls of four by its spacing, and at most 84 branches beside the
+  // four.
+  CHECK(branches_at(std::nullopt, notes) == 88);
+  for (const double age : {15.0, 25.0, 60.0}) {
+    CHECK(branches_at(age, notes) == 88);
+    CHECK(notes == 1);
+  }
 }

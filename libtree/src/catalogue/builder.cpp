@@ -55,6 +55,14 @@ TreeShape Builder::shape_of(const Morphology& morphology) const {
   return complete(morphology, preset_.relative_hc, "preset " + preset_.name);
 }
 
+namespace {
+
+Color middle_of(const Color& a, const Color& b) {
+  return {0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])};
+}
+
+}  // namespace
+
 SegmentBuilder::SegmentBuilder(const Preset& preset)
     : Builder(BuilderKind::kSegment,
               {.name = preset.name,
@@ -62,7 +70,9 @@ SegmentBuilder::SegmentBuilder(const Preset& preset)
                .species = preset.species,
                .crown_index = preset.crown_index,
                .relative_hc = preset.relative_hc,
-               .taper = preset.taper}),
+               .taper = preset.taper,
+               .bark = preset.bark.color,
+               .leaf = middle_of(preset.foliage.inner, preset.foliage.outer)}),
       segments_(preset) {}
 
 Skeleton SegmentBuilder::grow_skeleton(const TreeShape& shape,

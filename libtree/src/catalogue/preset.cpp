@@ -5,7 +5,6 @@
 
 #include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
-#include "catalogue/species_names.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
 
@@ -32,7 +31,6 @@ YearlyWhorls yearly_whorls_of(const data::JsonReader& entry) {
   YearlyWhorls yearly;
   yearly.low = whole_number(entry.at("low"), 1, 20);
   yearly.high = whole_number(entry.at("high"), yearly.low, 20);
-  yearly.spacing_m = entry.at("spacing_m").number_between(0.001, 1.0);
   return yearly;
 }
 
@@ -91,7 +89,7 @@ Twigs twigs_of(const data::JsonReader& entry) {
   twigs.relative_length = entry.at("relative_length").number_between(0.01, 1.5);
   twigs.tip_length = entry.at("tip_length").number_between(0.01, 1.0);
   twigs.spread_deg = entry.at("spread_deg").number_between(0.0, 90.0);
-  twigs.lift = entry.at("lift").number_between(-1.0, 2.0);
+  twigs.lift = entry.at("lift").number_between(-2.0, 2.0);
   twigs.has_wood = entry.at("has_wood").boolean();
   twigs.segments = whole_number(entry.at("segments"), 1, 12);
   return twigs;
@@ -137,9 +135,8 @@ Preset preset_of(const fs::path& models, const fs::path& file) {
   preset.twigs = twigs_of(entry.at("twigs"));
   if (entry.has("shoots")) preset.shoots = twigs_of(entry.at("shoots"));
   preset.foliage = foliage_of(entry.at("foliage"));
-  preset.leafy_shoots = leafy_shoots_of(entry.at("leafy_shoots"));
-  preset.bark = color_of(entry.at("bark_color"));
-  preset.bark_kind = bark_kind_of(entry);
+  preset.leafy_shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
+  preset.bark = bark_of(models, entry);
   if (entry.has("branch_count")) {
     preset.branch_count =
         BranchCount::load(models / "branch_count" / (entry.at("branch_count").text() + ".json"));
@@ -161,7 +158,6 @@ PresetCatalogue PresetCatalogue::load(const fs::path& models) {
   std::sort(catalogue.presets_.begin(),
             catalogue.presets_.end(),
             [](const Preset& a, const Preset& b) { return a.name < b.name; });
-  catalogue.fallback();
   return catalogue;
 }
 
@@ -172,12 +168,6 @@ const Preset& PresetCatalogue::named(std::string_view name) const {
     names += (names.empty() ? "" : ", ") + preset.name;
   }
   throw UsageError("unknown preset '" + std::string(name) + "'; available: " + names);
-}
-
-const Preset* PresetCatalogue::for_species(std::string_view species) const {
-  const auto found = find_species(
-      species, presets_, [](const Preset& preset) -> const auto& { return preset.species; });
-  return found == presets_.end() ? nullptr : &*found;
 }
 
 }  // namespace silvafit::tree

@@ -15,10 +15,11 @@ PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonR
   head.name = entry.at("name").text();
   head.title = entry.at("title").text();
   head.species = entry.at("species").texts();
-  head.crown_index = {crown.at("index_up").number_between(1.0, 2.0),
-                      crown.at("index_down").number_between(1.0, 2.0)};
+  head.crown_index = {crown.at("index_up").number_between(1.0, 3.0),
+                      crown.at("index_down").number_between(1.0, 3.0)};
   head.relative_hc = crown.at("relative_hc").number_between(0.0, 1.0);
   head.taper = Taper::load(models / "taper" / (entry.at("taper").text() + ".json"));
+  head.bark = color_of(entry.at("bark_color"));
   // `basis` is required: it separates published from guessed numbers.
   for (const auto& [field, basis] : entry.at("basis").members()) basis.any_text();
   return head;
@@ -44,19 +45,27 @@ int whole_number(const data::JsonReader& entry, int low, int high) {
   return number;
 }
 
-void read_numbers(const data::JsonReader& entry,
-                  const std::vector<PresetNumber>& numbers,
-                  const std::vector<std::string_view>& others) {
+void read_given_numbers(const data::JsonReader& entry,
+                        const std::vector<PresetNumber>& numbers,
+                        const std::vector<std::string_view>& others) {
   std::vector<std::string_view> keys = others;
   for (const PresetNumber& number : numbers) keys.push_back(number.key);
   entry.allow_only(keys);
   for (const auto& [key, into, low, high] : numbers) {
+    if (!entry.has(key)) continue;
     if (const auto* whole = std::get_if<int*>(&into)) {
       **whole = whole_number(entry.at(key), static_cast<int>(low), static_cast<int>(high));
     } else {
       *std::get<double*>(into) = entry.at(key).number_between(low, high);
     }
   }
+}
+
+void read_numbers(const data::JsonReader& entry,
+                  const std::vector<PresetNumber>& numbers,
+                  const std::vector<std::string_view>& others) {
+  read_given_numbers(entry, numbers, others);
+  for (const PresetNumber& number : numbers) entry.at(number.key);
 }
 
 }  // namespace silvafit::tree

@@ -42,6 +42,11 @@ void read_numbers(const data::JsonReader& entry,
                   const std::vector<PresetNumber>& numbers,
                   const std::vector<std::string_view>& others = {});
 
+/// The same for numbers that may be absent.
+void read_given_numbers(const data::JsonReader& entry,
+                        const std::vector<PresetNumber>& numbers,
+                        const std::vector<std::string_view>& others);
+
 template <std::size_t N>
 std::array<double, N> numbers_of(const data::JsonReader& entry) {
   const std::vector<double> values = entry.numbers();

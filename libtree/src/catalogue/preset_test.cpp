@@ -11,22 +11,10 @@ using namespace silvafit;
 using namespace silvafit::tree;
 namespace fs = std::filesystem;
 
-TEST_CASE("the catalogue has its presets, and finds the preset of a species") {
+TEST_CASE("the catalogue has its presets") {
   const PresetCatalogue& catalogue = test::shipped_presets();
   CHECK(catalogue.named("generic-conifer").foliage.kind == FoliageKind::kNeedles);
   CHECK(catalogue.named("generic-broadleaf").foliage.kind == FoliageKind::kLeaves);
-  const auto name_for = [&](const char* species) {
-    const Preset* preset = catalogue.for_species(species);
-    return preset == nullptr ? std::string() : preset->name;
-  };
-  CHECK(name_for("Cunninghamia lanceolata") == "cunninghamia-lanceolata");
-  CHECK(name_for("SM") == "cunninghamia-lanceolata");
-  CHECK(name_for("schima SUPERBA") == "schima-superba");
-  CHECK(name_for("Machilus thunbergii") == "machilus-pauhoi");
-  CHECK(name_for("Picea abies") == "generic-conifer");
-  CHECK(name_for("Quercus robur") == "generic-broadleaf");
-  CHECK(catalogue.for_species("OF") == nullptr);
-  CHECK(catalogue.for_species("") == nullptr);
   CHECK_THROWS_AS(catalogue.named("oak"), UsageError);
 }
 
@@ -43,7 +31,9 @@ TEST_CASE("a preset with an invalid field is refused with file and field") {
   const fs::path models = fs::temp_directory_path() / "silvafit-preset-test";
   fs::remove_all(models);
   fs::create_directories(models / "presets");
-  fs::copy(test::source_file("models/taper"), models / "taper");
+  for (const char* folder : {"taper", "shoots", "bark"}) {
+    fs::copy(test::source_file("models") / folder, models / folder);
+  }
   const std::string good = read_file(test::source_file("models/presets/generic-broadleaf.json"));
   const auto column_of_error = [&](const std::string& find, const std::string& replacement) {
     std::string text = good;
@@ -60,7 +50,7 @@ TEST_CASE("a preset with an invalid field is refused with file and field") {
   const auto with_value = [&](const std::string& field, const std::string& value) {
     return column_of_error("\"" + field + "\": ", "\"" + field + "\": " + value + ", \"was\": ");
   };
-  CHECK(with_value("index_up", "3") == "crown.index_up");
+  CHECK(with_value("index_up", "3.5") == "crown.index_up");
   CHECK(with_value("index_up", "\"round\"") == "crown.index_up");
   CHECK(with_value("arrangement", "\"random\"") == "branching.arrangement");
   CHECK(with_value("angle_layers", "[[0, 80, 50]]") == "branching.angle_layers");
@@ -70,6 +60,11 @@ TEST_CASE("a preset with an invalid field is refused with file and field") {
   CHECK(with_value("segments", "0") == "branching.segments");
   CHECK(with_value("outer_color", "[0, 0, 2]") == "foliage.outer_color");
   CHECK(with_value("outer_color", "[0, 1, 1]") == "foliage.outer_color");
+  CHECK(with_value("picture", "\"roses\"") == "leafy_shoots.picture");
+  CHECK(with_value("bark", "\"cork\"") == "bark");
+  CHECK(with_value("bark_color",
+                   "[0.1, 0.1, 0.1], \"bark_by_diameter\": [[1, 0, 0, 0], [0.5, 0, 0, 0]]") ==
+        "bark_by_diameter");
   CHECK(with_value("taper", "\"none\"").empty());
   CHECK(column_of_error("\"basis\"", "\"basics\"") == "basis");
   CHECK(with_value("index_up", "1.5") == "accepted");

@@ -6,9 +6,11 @@
 #include <set>
 #include <sstream>
 
+#include "catalogue/leafy_shoots_entry.hpp"
 #include "scratch_file.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/paths.hpp"
 #include "silvafit/tree/scene_reader.hpp"
 #include "silvafit/tree/scene_writer.hpp"
 #include "silvafit/tree/texture_library.hpp"
@@ -19,7 +21,25 @@ using namespace silvafit::tree;
 
 namespace {
 
-constexpr std::array kBarks{BarkKind::kFurrowed, BarkKind::kSmooth, BarkKind::kCulm};
+/// All pictures of a folder of models/.
+template <typename Picture>
+std::vector<std::shared_ptr<const Picture>> shipped(
+    const char* folder, std::shared_ptr<const Picture> (*load)(const std::filesystem::path&)) {
+  std::vector<std::shared_ptr<const Picture>> pictures;
+  for (const auto& file : files_in_folder(test::source_file("models") / folder, ".json")) {
+    pictures.push_back(load(file));
+  }
+  REQUIRE(pictures.size() >= 10);
+  return pictures;
+}
+const auto& barks() {
+  static const auto all = shipped("bark", bark_picture);
+  return all;
+}
+const auto& shoots() {
+  static const auto all = shipped("shoots", shoot_picture);
+  return all;
+}
 
 double linear(std::uint8_t srgb) {
   const double c = srgb / 255.0;
@@ -29,7 +49,8 @@ double linear(std::uint8_t srgb) {
 /// Mean difference between the pixels of two columns, or two rows.
 double step_between(const Texture& texture, std::size_t a, std::size_t b, bool columns) {
   double sum = 0.0;
-  for (std::size_t i = 0; i < texture.width; ++i) {
+  const std::size_t length = columns ? texture.height : texture.width;
+  for (std::size_t i = 0; i < length; ++i) {
     const auto value = [&](std::size_t line) {
       const std::size_t x = columns ? line : i;
       const std::size_t y = columns ? i : line;
@@ -37,7 +58,7 @@ double step_between(const Texture& texture, std::size_t a, std::size_t b, bool c
     };
     sum += std::abs(value(a) - value(b));
   }
-  return sum / static_cast<double>(texture.width);
+  return sum / static_cast<double>(length);
 }
 
 SceneTree textured_tree(const char* preset) {
@@ -65,38 +86,39 @@ TEST_CASE("a texture read back from its PNG is unchanged") {
 }
 
 TEST_CASE("pictures of bark are seamless at all edges") {
-  for (const BarkKind kind : kBarks) {
-    const Texture& bark = *bark_texture(kind);
+  for (const auto& picture : barks()) {
+    const Texture& bark = *picture->color();
     INFO(bark.name);
     REQUIRE(bark.width == 256);
-    REQUIRE(bark.height == 256);
+    REQUIRE(bark.height == 512);
     CHECK_FALSE(has_transparency(bark));
     for (const bool columns : {true, false}) {
       double inside = 0.0;
       double largest = 0.0;
-      for (std::size_t i = 0; i + 1 < bark.width; ++i) {
+      const std::size_t lines = columns ? bark.width : bark.height;
+      for (std::size_t i = 0; i + 1 < lines; ++i) {
         const double step = step_between(bark, i, i + 1, columns);
-        inside += step / static_cast<double>(bark.width - 1);
+        inside += step / static_cast<double>(lines - 1);
         largest = std::max(largest, step);
       }
       // The difference across the edge is not larger than the largest one inside.
-      CHECK(step_between(bark, bark.width - 1, 0, columns) <= largest);
+      CHECK(step_between(bark, lines - 1, 0, columns) <= largest);
       CHECK(inside > 0.0);
     }
   }
 }
 
 TEST_CASE("pictures keep the brightness of the colors that they are multiplied with") {
-  for (const BarkKind kind : kBarks) {
-    const Texture& bark = *bark_texture(kind);
+  for (const auto& picture : barks()) {
+    const Texture& bark = *picture->color();
     double sum = 0.0;
     for (std::size_t i = 0; i < bark.rgba.size(); i += 4) sum += linear(bark.rgba[i]);
     INFO(bark.name);
     // Bytes round evenly; brightness above white is cut off.
     CHECK(4.0 * sum / static_cast<double>(bark.rgba.size()) == Approx(0.6).margin(0.02));
   }
-  for (const auto& [name, kind] : shoot_kinds()) {
-    const Texture& leaf = *shoot_atlas(kind).color;
+  for (const auto& picture : shoots()) {
+    const Texture& leaf = *picture->leafy().color;
     double sum = 0.0;
     double cover = 0.0;
     for (std::size_t i = 0; i < leaf.rgba.size(); i += 4) {
@@ -108,18 +130,18 @@ TEST_CASE("pictures keep the brightness of the colors that they are multiplied w
     CHECK(sum / cover == Approx(0.8).margin(0.02));
     const double share = cover / (255.0 * static_cast<double>(leaf.width * leaf.height));
     // Leaves overlap, but by at most half of their area. Opacity is stored in bytes.
-    CHECK(shoot_atlas(kind).covered > share - 0.002);
-    CHECK(shoot_atlas(kind).covered < 2.0 * share);
+    CHECK(picture->leafy().covered > share - 0.002);
+    CHECK(picture->leafy().covered < 2.0 * share);
     CHECK(share > 0.15);
     CHECK(share < 0.8);
   }
-  CHECK(bark_texture(BarkKind::kCulm) == bark_texture(BarkKind::kCulm));
+  CHECK(barks().front()->color() == barks().front()->color());
 }
 
 TEST_CASE("a shoot begins in the middle of the lower edge, and is inside its quarter") {
-  for (const auto& [name, kind] : shoot_kinds()) {
-    INFO(name);
-    const Texture& atlas = *shoot_atlas(kind).color;
+  for (const auto& picture : shoots()) {
+    INFO(picture->name());
+    const Texture& atlas = *picture->leafy().color;
     REQUIRE(atlas.width == 1024);
     REQUIRE(atlas.height == 1024);
     const auto opacity_at = [&](std::size_t x, std::size_t y) {
@@ -145,7 +167,7 @@ TEST_CASE("a shoot begins in the middle of the lower edge, and is inside its qua
       CHECK(on_edge < 60);
     }
     // On the average the normals point out of the picture.
-    const Texture& normals = *shoot_atlas(kind).normals;
+    const Texture& normals = *picture->leafy().normals;
     REQUIRE(normals.rgba.size() == atlas.rgba.size());
     double mean = 0.0;
     for (std::size_t i = 2; i < normals.rgba.size(); i += 4) mean += normals.rgba[i];
@@ -160,13 +182,15 @@ TEST_CASE("a GLB stores each picture once, and it is read back unchanged") {
   REQUIRE(read.models.size() == 2);
   std::set<const Texture*> pictures;
   for (std::size_t i = 0; i < 2; ++i) {
-    const ShootAtlas& shoots = shoot_atlas(i == 0 ? ShootKind::kFlatNeedles : ShootKind::kNeedles);
+    const Preset& preset =
+        test::shipped_presets().named(i == 0 ? "cunninghamia-lanceolata" : "generic-conifer");
+    const ShootAtlas& atlas = preset.leafy_shoots.picture->leafy();
     for (const ReadPart& part : read.models[i].parts) {
       REQUIRE(part.mesh.texture != nullptr);
       REQUIRE(part.mesh.normal_texture != nullptr);
       const bool is_leaf = part.mesh.kind == PartKind::kFoliage;
-      const Texture& color = is_leaf ? *shoots.color : *bark_texture(BarkKind::kFurrowed);
-      const Texture& normals = is_leaf ? *shoots.normals : *bark_normals(BarkKind::kFurrowed);
+      const Texture& color = is_leaf ? *atlas.color : *preset.bark.picture->color();
+      const Texture& normals = is_leaf ? *atlas.normals : *preset.bark.picture->normals();
       CHECK(part.mesh.texture->rgba == color.rgba);
       CHECK(part.mesh.texture->name == color.name);
       CHECK(part.mesh.normal_texture->rgba == normals.rgba);
@@ -177,7 +201,7 @@ TEST_CASE("a GLB stores each picture once, and it is read back unchanged") {
       pictures.insert(part.mesh.normal_texture.get());
     }
   }
-  CHECK(pictures.size() == 6);
+  CHECK(pictures.size() == 8);
   const std::string bytes = glb_bytes(scene);
   CHECK(bytes.find("\"alphaMode\":\"MASK\"") != std::string::npos);
   CHECK(bytes.find("\"name\":\"generic-conifer-leaf\"") != std::string::npos);
@@ -185,7 +209,8 @@ TEST_CASE("a GLB stores each picture once, and it is read back unchanged") {
 
 TEST_CASE("files of trees without textures have no images") {
   Scene scene;
-  scene.trees = {grow_tree(test::paper_tree_1(), test::shipped_presets().fallback())};
+  scene.trees = {
+      grow_tree(test::paper_tree_1(), test::shipped_presets().named("generic-broadleaf"))};
   const std::string bytes = glb_bytes(scene);
   for (const char* word :
        {"textures", "images", "samplers", "alphaMode", "baseColorTexture", "TEXCOORD", "TANGENT"}) {
@@ -206,7 +231,7 @@ TEST_CASE("OBJ refers to its pictures in the same folder") {
   CHECK(text.find("map_Kd " + stem + "-bark-smooth.png\n") != std::string::npos);
   CHECK(text.find("map_Kd " + leaf + "\nmap_d " + leaf + "\n") != std::string::npos);
   CHECK(texture_from_png(read_file(file.path().parent_path() / leaf), "leaf").rgba ==
-        shoot_atlas(ShootKind::kAlternate).color->rgba);
+        test::shipped_presets().named("schima-superba").leafy_shoots.picture->leafy().color->rgba);
   for (const std::string& name : {leaf, stem + "-bark-smooth.png", stem + ".mtl"}) {
     std::filesystem::remove(file.path().parent_path() / name);
   }
@@ -239,4 +264,26 @@ TEST_CASE("an OBJ whose name has blanks refers to existing materials and picture
   const std::vector<std::filesystem::path> others = writer->other_files();
   CHECK(std::set(others.begin(), others.end()) == named);
   std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("the twigs of a shoot without leaves are where they are below the leaves") {
+  for (const auto& picture : shoots()) {
+    INFO(picture->name());
+    const Texture& leafy = *picture->leafy().color;
+    const Texture& bare = *picture->bare().color;
+    REQUIRE(bare.rgba.size() == leafy.rgba.size());
+    std::size_t twigs = 0;
+    std::size_t outside = 0;
+    std::size_t leaves = 0;
+    for (std::size_t i = 3; i < bare.rgba.size(); i += 4) {
+      const bool is_twig = bare.rgba[i] > 127;
+      twigs += is_twig ? 1U : 0U;
+      leaves += leafy.rgba[i] > 127 ? 1U : 0U;
+      outside += is_twig && leafy.rgba[i] <= 127 ? 1U : 0U;
+    }
+    CHECK(twigs > 0);
+    CHECK(outside == 0);
+    CHECK(2 * twigs < leaves);
+    CHECK(picture->bare().covered == 0.0);
+  }
 }

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 namespace silvafit::tree {
 
 void GltfAnimation::add_scales(std::size_t node,
@@ -35,10 +37,12 @@ std::size_t GltfAnimation::accessor(const std::vector<float>& values, std::size_
   return found->second;
 }
 
-std::string GltfAnimation::json() const {
+std::string GltfAnimation::json(const std::vector<NamedTime>& names) const {
   if (channels_.empty()) return {};
-  return ",\"animations\":[{\"name\":\"growth\",\"samplers\":[" + sampler_text_ +
-         "],\"channels\":[" + channels_ + "]}]";
+  nlohmann::json times = nlohmann::json::array();
+  for (const NamedTime& one : names) times.push_back({{"time", one.time_s}, {"name", one.name}});
+  return ",\"animations\":[{\"name\":\"growth\",\"extras\":{\"times\":" + times.dump() +
+         "},\"samplers\":[" + sampler_text_ + "],\"channels\":[" + channels_ + "]}]";
 }
 
 }  // namespace silvafit::tree

@@ -31,7 +31,7 @@ class GltfAnimation {
                   double step_m);
 
   /// The field "animations" after a comma, or nothing if there is none.
-  std::string json() const;
+  std::string json(const std::vector<NamedTime>& names) const;
 
  private:
   std::size_t accessor(const std::vector<float>& values, std::size_t each);

@@ -305,7 +305,7 @@ class GltfWriter final : public SceneWriter {
     pieces.add(roots_.spool());
     pieces.add("]}],\"nodes\":[");
     pieces.add(nodes_.spool());
-    pieces.add("]" + animation_.json() + ",\"meshes\":[");
+    pieces.add("]" + animation_.json(options_.times) + ",\"meshes\":[");
     pieces.add(meshes_.spool());
     pieces.add("],\"materials\":[" + materials_.materials() + "]," + materials_.textures() +
                "\"accessors\":[");

@@ -42,8 +42,8 @@ TEST_CASE("meshes of fitted skeletons have their measurements") {
 }
 
 TEST_CASE("meshes of iterated function systems have their measurements") {
-  Random random(72);
   for (const Builder* builder : test::shipped_builders().of(BuilderKind::kIfs)) {
+    Random random(72);  // the same trees for each
     for (int i = 0; i < 25; ++i) {
       const Morphology tree = i == 0 ? test::paper_tree_1() : test::random_morphology(random, i);
       const TreeShape shape = builder->shape_of(tree);

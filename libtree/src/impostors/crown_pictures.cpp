@@ -182,11 +182,11 @@ double roof_rise_m(const TreeShape& shape) {
   return std::min(kSlope * 0.5 * shape.radii.width_m(), shape.h_m - shape.hc_m);
 }
 
-CrownPictures draw_crown(const Builder& builder, CrownClass crown) {
+CrownPictures draw_crown(const Builder& builder, CrownClass crown, Season season) {
   const Morphology tree = typical_tree(crown, builder.preset());
   const TreeShape shape = builder.shape_of(tree);
   const Crown curve(shape, builder.preset().crown_index);
-  const MeshOptions options{.textured = true};
+  const MeshOptions options{.textured = true, .season = season};
   Random random = random_of_tree(1, tree.plot, tree.tree);
   const Skeleton skeleton = builder.grow_skeleton_for(options, shape, curve, random);
   Mesh mesh = builder.build_mesh(skeleton, curve, random, options);

@@ -56,6 +56,6 @@ struct CrownPictures {
 ///
 /// The picture is opaque where enough of a pixel is covered. The limit is chosen so that crossed
 /// cards, in the mean of all directions, cover the same area as the mesh.
-CrownPictures draw_crown(const Builder& builder, CrownClass crown);
+CrownPictures draw_crown(const Builder& builder, CrownClass crown, Season season);
 
 }  // namespace silvafit::tree

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <numbers>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -217,13 +218,13 @@ std::vector<SkeletonPoint> visible_stem(const TreeShape& shape, const Taper& tap
 /// The pictures that were drawn, each once.
 class Impostors::Pictures {
  public:
-  const CrownPictures& of(const Builder& builder, CrownClass crown) {
+  const CrownPictures& of(const Builder& builder, CrownClass crown, Season season) {
     Drawn* drawn = nullptr;
     {
       const std::scoped_lock lock(mutex_);
-      drawn = &drawn_[{&builder, crown}];
+      drawn = &drawn_[{&builder, crown, season}];
     }
-    std::call_once(drawn->once, [&] { drawn->pictures = draw_crown(builder, crown); });
+    std::call_once(drawn->once, [&] { drawn->pictures = draw_crown(builder, crown, season); });
     return drawn->pictures;
   }
 
@@ -233,7 +234,7 @@ class Impostors::Pictures {
     CrownPictures pictures{};
   };
   std::mutex mutex_{};
-  std::map<std::pair<const Builder*, CrownClass>, Drawn> drawn_{};
+  std::map<std::tuple<const Builder*, CrownClass, Season>, Drawn> drawn_{};
 };
 
 Impostors::Impostors() : pictures_(std::make_unique<Pictures>()) {}
@@ -242,8 +243,8 @@ Impostors::~Impostors() = default;
 Mesh Impostors::build(const Builder& builder,
                       const TreeShape& shape,
                       Random& random,
-                      double stem_tolerance_m) {
-  const CrownPictures& pictures = pictures_->of(builder, class_of(shape));
+                      const MeshOptions& options) {
+  const CrownPictures& pictures = pictures_->of(builder, class_of(shape), options.season);
   const Crown crown(shape, builder.preset().crown_index);
   MeshPart stem{.kind = PartKind::kStem, .color = pictures.bark};
   MeshPart foliage{.kind = PartKind::kFoliage,
@@ -253,7 +254,7 @@ Mesh Impostors::build(const Builder& builder,
   PartBuilder stem_builder(stem);
   constexpr int kSides = 4;
   add_stem(visible_stem(shape, builder.preset().taper),
-           {.stem_sides = kSides, .stem_tolerance_m = stem_tolerance_m},
+           {.stem_sides = kSides, .stem_tolerance_m = options.stem_tolerance_m},
            stem_builder);
   stem_builder.finish();
   PartBuilder foliage_builder(foliage);

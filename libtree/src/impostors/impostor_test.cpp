@@ -104,7 +104,8 @@ TEST_CASE("the picture of a crown has the extent of the crown") {
   constexpr std::size_t kBorder = 4;
   constexpr std::size_t kCrown = kCell - 2 * kBorder;
   for (const Builder* builder : all_presets()) {
-    const Opacities atlas(*draw_crown(*builder, {.width = 5, .slenderness = 1}).texture);
+    const Opacities atlas(
+        *draw_crown(*builder, {.width = 5, .slenderness = 1}, Season::kSummer).texture);
     REQUIRE(atlas.side == 2 * kCell);
     for (const std::size_t cell : {0, 1, 2}) {
       const std::size_t left = cell % 2 * kCell + kBorder;
@@ -125,7 +126,7 @@ TEST_CASE("crowns in mipmaps have about as many gaps as the picture") {
   int number = 0;
   for (const Builder* builder : all_presets()) {
     if (builder->name().starts_with("honda")) continue;  // nearly without leaves
-    Opacities atlas(*draw_crown(*builder, {.width = 5, .slenderness = 1}).texture);
+    Opacities atlas(*draw_crown(*builder, {.width = 5, .slenderness = 1}, Season::kSummer).texture);
     const double whole = atlas.opaque_share();
     for (int level = 1; level <= 3; ++level) {
       atlas = atlas.halved();

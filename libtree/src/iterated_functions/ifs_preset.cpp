@@ -195,6 +195,7 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                     "leafy_shoots",
                     "bark_color",
                     "bark",
+                    "bark_by_diameter",
                     "basis"});
   PresetHead head = preset_head_of(models, entry);
   const std::vector<IfsCopy> copies = copies_of(entry);
@@ -206,12 +207,12 @@ std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models
                    .leaves = leaves_of(entry.at("leaves"))};
   if (entry.has("head")) preset.fit.head = entry.at("head").number_between(0.0, 0.95);
   preset.fit.largest_gap = largest_gap_of(entry);
-  preset.style.bark = color_of(entry.at("bark_color"));
-  preset.style.bark_kind = bark_kind_of(entry);
+  preset.style.bark = bark_of(models, entry);
   if (entry.has("leafy_shoots")) {
-    preset.style.shoots = leafy_shoots_of(entry.at("leafy_shoots"));
+    preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
   }
   preset.style.leaves.push_back(leaf_look_of(entry.at("leaves").at("look")));
+  head.leaf = preset.style.leaves.front().color;
   check_number(entry, preset);
   return std::make_unique<IfsBuilder>(std::move(head), std::move(preset));
 }

@@ -340,16 +340,18 @@ TEST_CASE("the same random numbers give the same copies, others different ones")
 TEST_CASE("a listed species gets its system, and others get the fallback") {
   const BuilderCatalogue& catalogue = test::shipped_builders();
   CHECK(catalogue.fallback(BuilderKind::kIfs).name() == "broadleaf");
-  CHECK(catalogue.for_species(BuilderKind::kIfs, "SM")->name() == "conifer");
-  CHECK(catalogue.for_species(BuilderKind::kIfs, "Abies alba")->name() == "conifer");
-  CHECK(catalogue.for_species(BuilderKind::kIfs, "Quercus") == nullptr);
+  CHECK(catalogue.choose(BuilderKind::kIfs, "SM").builder->name() == "conifer");
+  CHECK(catalogue.choose(BuilderKind::kIfs, "Abies alba").builder->name() == "conifer");
+  CHECK_FALSE(catalogue.choose(BuilderKind::kIfs, "Quercus").is_listed);
 }
 
 TEST_CASE("a system with an invalid field is refused with file and field") {
   const fs::path models = fs::temp_directory_path() / "silvafit-ifs-test";
   fs::remove_all(models);
   fs::create_directories(models);
-  fs::copy(test::source_file("models/taper"), models / "taper");
+  for (const char* folder : {"taper", "shoots", "bark"}) {
+    fs::copy(test::source_file("models") / folder, models / folder);
+  }
   const auto column_of_error = [&](const char* name,
                                    const std::string& find,
                                    const std::string& replacement) {

@@ -95,6 +95,7 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "largest_gap",
                     "bark_color",
                     "bark",
+                    "bark_by_diameter",
                     "leaves",
                     "leafy_shoots",
                     "aerial_roots",
@@ -102,10 +103,9 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                     "basis"});
   LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
   preset.fit.largest_gap = largest_gap_of(entry);
-  preset.style.bark = color_of(entry.at("bark_color"));
-  preset.style.bark_kind = bark_kind_of(entry);
+  preset.style.bark = bark_of(models, entry);
   if (entry.has("leafy_shoots")) {
-    preset.style.shoots = leafy_shoots_of(entry.at("leafy_shoots"));
+    preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
   }
   if (entry.has("aerial_roots")) {
     preset.style.aerial_roots = aerial_roots_of(entry.at("aerial_roots"));
@@ -117,7 +117,9 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
     const int last = static_cast<int>(preset.style.leaves.size()) - 1;
     preset.bud_grade = static_cast<std::uint32_t>(whole_number(entry.at("bud"), 0, last));
   }
-  return std::make_unique<LsystemBuilder>(preset_head_of(models, entry), std::move(preset));
+  PresetHead head = preset_head_of(models, entry);
+  if (!preset.style.leaves.empty()) head.leaf = preset.style.leaves.front().color;
+  return std::make_unique<LsystemBuilder>(std::move(head), std::move(preset));
 }
 
 LsystemBuilder::LsystemBuilder(PresetHead head, LsystemPreset preset)

@@ -43,7 +43,9 @@ class Models {
     fs::remove_all(path_);
     fs::create_directories(path_ / "lsystems");
     fs::create_directories(path_ / "grammars");
-    fs::copy(test::source_file("models/taper"), path_ / "taper");
+    for (const char* folder : {"taper", "shoots", "bark"}) {
+      fs::copy(test::source_file("models") / folder, path_ / folder);
+    }
     fs::copy_file(test::source_file("models/grammars/maple.lsys"), path_ / "grammars/maple.lsys");
   }
   Models(const Models&) = delete;
@@ -107,8 +109,7 @@ TEST_CASE("the trees of the paper's figure 7 have its table's parameters") {
 TEST_CASE("a listed species gets its grammar") {
   const BuilderCatalogue& catalogue = test::shipped_builders();
   const auto name_for = [&](const char* species) {
-    const Builder* builder = catalogue.for_species(BuilderKind::kLsystem, species);
-    return builder == nullptr ? catalogue.fallback(BuilderKind::kLsystem).name() : builder->name();
+    return catalogue.choose(BuilderKind::kLsystem, species).builder->name();
   };
   CHECK(name_for("Acer platanoides") == "maple");
   CHECK(name_for("Ficus microcarpa") == "banyan");

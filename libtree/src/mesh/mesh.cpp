@@ -36,7 +36,6 @@ namespace {
 Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
   constexpr double kInner = 0.25;
   Color color = foliage.outer;
-  if (options.textured) return brightest_shoot(color, foliage.color_variation);
   if (options.vertex_colors) return color;
   for (std::size_t i = 0; i < color.size(); ++i) {
     color[i] += kInner * (foliage.inner[i] - color[i]);
@@ -107,20 +106,23 @@ Mesh build_mesh(const Skeleton& skeleton,
                 Random& random,
                 const MeshOptions& options) {
   check_options(options);
-  MeshPart stem{.kind = PartKind::kStem, .color = preset.bark};
-  MeshPart branches{.kind = PartKind::kBranches, .color = preset.bark};
-  MeshPart foliage{.kind = PartKind::kFoliage,
-                   .color = foliage_color(preset.foliage, options),
-                   .double_sided = true};
+  MeshPart stem{.kind = PartKind::kStem};
+  MeshPart branches{.kind = PartKind::kBranches};
+  MeshPart foliage{.kind = PartKind::kFoliage, .double_sided = true};
+  const LeafyShoots& shoots = preset.leafy_shoots;
+  const BarkPaint paint(preset.bark, skeleton.points_of(skeleton.axes.front()));
+  for (MeshPart* part : {&stem, &branches}) paint.dress(*part, options.textured);
+  Foliage leaves = preset.foliage;
+  leaves.outer = shoots.color(options.season, leaves.outer);
   if (options.textured) {
-    stem.texture = branches.texture = bark_texture(preset.bark_kind);
-    stem.normal_texture = branches.normal_texture = bark_normals(preset.bark_kind);
-    foliage.texture = shoot_atlas(preset.leafy_shoots.picture).color;
-    foliage.normal_texture = shoot_atlas(preset.leafy_shoots.picture).normals;
+    dress_shoots(shoots, preset.bark, leaves.outer, leaves.color_variation, options, foliage);
+  } else {
+    foliage.color = foliage_color(leaves, options);
   }
   {
-    PartBuilder stem_builder(stem);
-    PartBuilder branch_builder(branches);
+    const BarkPaint* const bark = options.textured ? &paint : nullptr;
+    PartBuilder stem_builder(stem, bark);
+    PartBuilder branch_builder(branches, bark);
     BranchTubes tubes(crown, options, branch_builder);
     tubes.reserve(skeleton);
     for (const Axis& axis : skeleton.axes) {
@@ -133,11 +135,10 @@ Mesh build_mesh(const Skeleton& skeleton,
     }
     PartBuilder foliage_builder(foliage);
     if (options.textured) {
-      const double variation = preset.foliage.color_variation;
-      add_shoots(
-          skeleton, crown, preset.leafy_shoots, variation, random, options, {}, foliage_builder);
-    } else {
-      add_foliage(skeleton, crown, preset.foliage, random, options, foliage_builder);
+      const double variation = leaves.color_variation;
+      add_shoots(skeleton, crown, shoots, variation, random, options, {}, foliage_builder);
+    } else if (shoots.has_leaves(options.season)) {
+      add_foliage(skeleton, crown, leaves, random, options, foliage_builder);
     }
     for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder}) {
       builder->finish();

@@ -145,7 +145,8 @@ TEST_CASE("stem and branches are closed on request") {
       }
     }
   }
-  const SceneTree open = grow_tree(test::paper_tree_1(), test::shipped_presets().fallback());
+  const SceneTree open =
+      grow_tree(test::paper_tree_1(), test::shipped_presets().named("generic-broadleaf"));
   CHECK(test::open_edges(open.mesh.parts[1]) > 0);
 }
 

@@ -7,13 +7,19 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
-#include "silvafit/tree/mesh.hpp"
+#include "mesh/bark_surface.hpp"
 
 namespace silvafit::tree {
 
 using Bytes4 = std::array<std::uint8_t, 4>;
+
+/// Linear 0 .. 1 as a byte.
+inline std::uint8_t to_byte(double value) {
+  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
+}
 
 /// Optional data of a vertex besides position and normal.
 struct Texturing {
@@ -28,7 +34,22 @@ struct Texturing {
 /// than a call of push_back.
 class PartBuilder {
  public:
-  explicit PartBuilder(MeshPart& part) : part_(part) {}
+  /// \param paint  of bark with a texture
+  explicit PartBuilder(MeshPart& part, const BarkPaint* paint = nullptr)
+      : part_(part), paint_(paint) {}
+
+  /// The width of the picture of bark for wood of this thickness.
+  BarkScale bark_scale(double radius_m) const {
+    constexpr double kUnused = 1.0;
+    return {radius_m, paint_ != nullptr ? paint_->picture_m() : kUnused};
+  }
+
+  /// The vertices that are textured from here on have the color of bark of this thickness.
+  void paint(double radius_m) {
+    if (paint_ == nullptr || !paint_->is_varied()) return;
+    const Color color = paint_->relative(radius_m);
+    bark_color_ = Bytes4{to_byte(color[0]), to_byte(color[1]), to_byte(color[2]), 255};
+  }
 
   /// Reserves space; no more than this may be added before the next call.
   void reserve(std::size_t vertices, std::size_t triangles) {
@@ -68,6 +89,7 @@ class PartBuilder {
     float* const tangent = part_.tangents.data() + 4 * textured_++;
     write(tangent, texturing.tangent);
     tangent[3] = texturing.sign;
+    if (bark_color_) color(*bark_color_);
   }
 
   void color(Bytes4 color) {
@@ -125,16 +147,13 @@ class PartBuilder {
   }
 
   MeshPart& part_;
+  const BarkPaint* paint_;
+  std::optional<Bytes4> bark_color_{};
   std::size_t vertices_ = 0;
   std::size_t indices_ = 0;
   std::size_t textured_ = 0;  ///< vertices with texture coordinates
   std::size_t colored_ = 0;   ///< vertices with colors
   std::size_t reserved_ = 0;  ///< vertices
 };
-
-/// Linear 0 .. 1 as a byte.
-inline std::uint8_t to_byte(double value) {
-  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
-}
 
 }  // namespace silvafit::tree

@@ -237,14 +237,18 @@ class CardWriter {
     const double left = 0.5 * static_cast<double>(picture % 2);
     const std::size_t row = picture / 2;
     const double upper = 0.5 * static_cast<double>(row);
-    std::array<LeafCorner, 4> corners{};
+    std::array<LeafCorner, 6> corners{};
     for (std::size_t i = 0; i < corners.size(); ++i) {
-      const double across = i == 0 || i == 3 ? -1.0 : 1.0;
-      const double along = i < 2 ? 0.0 : 1.0;
-      const Point corner = card.base + along * card.along + across * card.across;
-      const Point at = card.is_inside ? corner : crown_.confine(corner);
-      // Between the crown's surface and the card, and bulging to its edges.
-      constexpr double kOfCard = 0.8;
+      const double across = i % 2 == 0 ? -1.0 : 1.0;
+      const double along = 0.5 * static_cast<double>(i / 2);
+      // A shoot arches: its middle is above the line from its base to its tip.
+      constexpr double kArch = 0.09;
+      const Point arch = i / 2 == 1 ? (kArch * length(card.along)) * seen : Point{};
+      const Point corner = card.base + along * card.along + across * card.across + arch;
+      const bool is_inside = card.is_inside && i / 2 != 1;
+      const Point at = is_inside ? corner : crown_.confine(corner);
+      // Mostly that of the crown's surface, less that of the card, and bulging to its edges.
+      constexpr double kOfCard = 0.5;
       constexpr double kBulge = 0.35;
       const Point bulge = (kBulge * across / width) * card.across;
       const Point normal =
@@ -259,13 +263,15 @@ class CardWriter {
                       .sign = sign});
       build_.color(color);
     }
-    add_leaf_triangle(corners[0], corners[1], corners[2], build_);
-    add_leaf_triangle(corners[0], corners[2], corners[3], build_);
+    for (const std::size_t low : {0U, 2U}) {
+      add_leaf_triangle(corners[low], corners[low + 1], corners[low + 3], build_);
+      add_leaf_triangle(corners[low], corners[low + 3], corners[low + 2], build_);
+    }
   }
 
   /// Ambient occlusion: leaves deep in the crown get less light from the sky.
   Bytes4 shaded(Point at, double shade) const {
-    constexpr double kInside = 0.55;
+    constexpr double kInside = 0.7;
     const double open = kInside + (1.0 - kInside) * light_.share(at);
     // In steps that compress well and are not visible.
     constexpr double kSteps = 10.0;
@@ -285,10 +291,20 @@ class CardWriter {
 
 }  // namespace
 
-Color brightest_shoot(const Color& mean, double variation) {
-  Color color = mean;
-  for (double& channel : color) channel = std::min(1.0, channel * (1.0 + variation));
-  return color;
+void dress_shoots(const LeafyShoots& shoots,
+                  const Bark& bark,
+                  const Color& leaf,
+                  double variation,
+                  const MeshOptions& options,
+                  MeshPart& part) {
+  const bool has_leaves = shoots.has_leaves(options.season);
+  const ShootAtlas& atlas = has_leaves ? shoots.picture->leafy() : shoots.picture->bare();
+  part.texture = atlas.color;
+  part.normal_texture = atlas.normals;
+  part.color = leaf;
+  // The thinnest wood.
+  if (!has_leaves) part.color = bark.shades.empty() ? bark.color : bark.shades.front().color;
+  for (double& channel : part.color) channel = std::min(1.0, channel * (1.0 + variation));
 }
 
 void add_shoots(const Skeleton& skeleton,
@@ -302,7 +318,7 @@ void add_shoots(const Skeleton& skeleton,
   const auto [size_m, sites] = shoot_sites(skeleton, crown, shoots, random, options);
   const double larger = std::sqrt(static_cast<double>(options.foliage_per));
   const std::size_t drawn = sites.size() / static_cast<std::size_t>(options.foliage_per) + 2;
-  build.reserve(8 * drawn, 4 * drawn);
+  build.reserve(12 * drawn, 8 * drawn);
   CardWriter writer(crown, shoots, variation, build);
   for (std::uint32_t i = 0; i < sites.size(); ++i) {
     Jitter jitter(random);

@@ -30,7 +30,13 @@ void add_shoots(const Skeleton& skeleton,
                 const WoodShift& shift,
                 PartBuilder& build);
 
-/// The material's color, relative to which vertices darken the shoots.
-Color brightest_shoot(const Color& mean, double variation);
+/// Gives the part its pictures, and the color relative to which vertices darken the shoots.
+/// \param leaf  mean color of the leaves in the season
+void dress_shoots(const LeafyShoots& shoots,
+                  const Bark& bark,
+                  const Color& leaf,
+                  double variation,
+                  const MeshOptions& options,
+                  MeshPart& part);
 
 }  // namespace silvafit::tree

@@ -49,7 +49,7 @@ std::vector<Point> shoot_bases(const Skeleton& skeleton,
   add_shoots(skeleton, crown, shoots, 0.1, random, {.textured = true}, {}, build);
   build.finish();
   std::vector<Point> bases;
-  for (std::size_t i = 0; i < foliage.vertex_count(); i += 8) {
+  for (std::size_t i = 0; i < foliage.vertex_count(); i += 12) {
     bases.push_back(0.5 * (test::vertex_of(foliage, i) + test::vertex_of(foliage, i + 1)));
   }
   return bases;
@@ -64,13 +64,15 @@ TEST_CASE("the shoots of a tree have its leaf area") {
       const SceneTree grown = grow_tree(tall_tree(cw_m), preset, {.mesh = {.textured = true}});
       const MeshPart& foliage = grown.mesh.parts.back();
       REQUIRE(foliage.kind == PartKind::kFoliage);
-      const double covered = shoot_atlas(preset.leafy_shoots.picture).covered;
+      const double covered = preset.leafy_shoots.picture->leafy().covered;
       const double leaf_area_index =
           covered * area_m2(foliage) / (0.25 * std::numbers::pi * cw_m * cw_m);
-      INFO(name << ' ' << cw_m << ": " << foliage.triangle_count() / 4 << " shoots");
-      // More in crowns wider than 5 m. Shoots at the crown's surface are smaller, so that they stay
-      // inside; the others are larger, but by no more than three tenths.
-      const double wanted = std::max(1.0, cw_m / 5.0) * preset.leafy_shoots.leaf_area_index;
+      INFO(name << ' ' << cw_m << ": " << foliage.triangle_count() / 8 << " shoots");
+      // More in crowns wider than 5 m, or more than 1.8 times as long as wide. Shoots at the
+      // crown's surface are smaller, so that they stay inside; the others are larger, but by no
+      // more than three tenths.
+      const double depth = std::clamp(std::max(cw_m / 5.0, 13.0 / cw_m / 1.8), 1.0, 1.8);
+      const double wanted = depth * preset.leafy_shoots.leaf_area_index;
       CHECK(leaf_area_index <= 1.1 * wanted);
       CHECK(leaf_area_index >= 0.7 * wanted);
     }
@@ -107,7 +109,7 @@ TEST_CASE("a limb bears shoots from its last twig to its tip") {
     tree.axis(0, {{{0, 0, z}, 0.02}, {{0, 2, z}, 0.0}});
   }
   const Crown crown(complete(tall_tree(12.0), 0.4, "test"), {});
-  const LeafyShoots shoots{.length_m = 0.5, .leaf_area_index = 1.0};
+  const LeafyShoots shoots = test::shoots_of(0.5, 1.0);
   std::vector<double> along;
   for (const Point base : shoot_bases(tree.take(), crown, shoots)) {
     if (std::abs(base.y) < 0.3 && std::abs(base.z - 9.0 - 0.2 * base.x) < 0.3) {
@@ -138,7 +140,7 @@ TEST_CASE("the shoots of a layer follow the crown's surface, not the number of i
     tree.axis(
         0, {{{0, 0, z}, 0.01}, {{length * std::cos(azimuth), length * std::sin(azimuth), z}, 0.0}});
   }
-  const LeafyShoots shoots{.length_m = 0.4, .leaf_area_index = 5.0};
+  const LeafyShoots shoots = test::shoots_of(0.4, 5.0);
   const std::vector<Point> bases = shoot_bases(tree.take(), crown, shoots);
   REQUIRE(bases.size() > 800);
   const auto upper =
@@ -156,34 +158,36 @@ TEST_CASE("a shoot that is a whole twig starts at its branch and has the twig's 
   tree.axis(branch, {{{2, 0, 9}, 0.005}, {{2, -0.5, 9}, 0.0}});
   const TreeShape shape = complete(tall_tree(12.0), 0.35, "test");
   const Crown crown(shape, {});
-  const LeafyShoots fronds{
-      .picture = ShootKind::kFrond, .lift = 0.0, .cross_deg = 20.0, .is_whole_twig = true};
+  LeafyShoots fronds = test::shoots_of(0.6, 5.0);
+  fronds.lift = 0.0;
+  fronds.cross_deg = 20.0;
+  fronds.is_whole_twig = true;
   MeshPart foliage{.kind = PartKind::kFoliage};
   PartBuilder build(foliage);
   Random random(1);
   add_shoots(tree.take(), crown, fronds, 0.1, random, {.textured = true}, {}, build);
   build.finish();
   // Two cards for each twig, and for the top of the stem.
-  REQUIRE(foliage.triangle_count() == 12);
+  REQUIRE(foliage.triangle_count() == 24);
   for (std::size_t card = 0; card < 4; ++card) {
     // The first two corners are those at the base.
     const Point base =
-        0.5 * (test::vertex_of(foliage, 4 * card) + test::vertex_of(foliage, 4 * card + 1));
+        0.5 * (test::vertex_of(foliage, 6 * card) + test::vertex_of(foliage, 6 * card + 1));
     const Point end =
-        0.5 * (test::vertex_of(foliage, 4 * card + 2) + test::vertex_of(foliage, 4 * card + 3));
+        0.5 * (test::vertex_of(foliage, 6 * card + 4) + test::vertex_of(foliage, 6 * card + 5));
     const bool is_first = card < 2;
     CHECK(length(base - Point{is_first ? 1.0 : 2.0, 0.0, 9.0}) < 1e-5);
     CHECK(length(end - base) == Approx(is_first ? 0.8 : 0.5).epsilon(1e-5));
   }
 }
 
-TEST_CASE("trees of every preset with pictures have at most some ten thousand triangles") {
+TEST_CASE("trees of every preset with pictures have at most some twenty thousand triangles") {
   for (const BuilderKind kind : kBuilders) {
     for (const Builder* builder : all_builders().of(kind)) {
       for (const double cw_m : {3.0, 7.0, 14.0}) {
         const SceneTree grown = grow_tree(tall_tree(cw_m), *builder, {.mesh = {.textured = true}});
         INFO(builder->name() << ' ' << cw_m << ": " << grown.mesh.triangle_count());
-        CHECK(grown.mesh.triangle_count() <= 13000);
+        CHECK(grown.mesh.triangle_count() <= 20000);
       }
     }
   }
@@ -216,8 +220,9 @@ TEST_CASE("textured meshes of any tree of any builder have its measurements and 
 }
 
 TEST_CASE("leaves deep in the crown are darker") {
-  const SceneTree grown =
-      grow_tree(tall_tree(7.0), test::shipped_presets().fallback(), {.mesh = {.textured = true}});
+  const SceneTree grown = grow_tree(tall_tree(7.0),
+                                    test::shipped_presets().named("generic-broadleaf"),
+                                    {.mesh = {.textured = true}});
   const MeshPart& foliage = grown.mesh.parts.back();
   double inside = 0.0;
   double outside = 0.0;
@@ -283,10 +288,10 @@ struct Drawn {
 
 std::vector<Drawn> drawn_shoots(const MeshPart& foliage) {
   std::vector<Drawn> shoots;
-  for (std::size_t i = 0; i + 7 < foliage.vertex_count(); i += 8) {
+  for (std::size_t i = 0; i + 11 < foliage.vertex_count(); i += 12) {
     const auto corner = [&](std::size_t k) { return test::vertex_of(foliage, i + k); };
     const Point base = 0.5 * (corner(0) + corner(1));
-    const Point tip = 0.5 * (corner(2) + corner(3));
+    const Point tip = 0.5 * (corner(4) + corner(5));
     shoots.push_back({base, tip, length(tip - base)});
   }
   return shoots;

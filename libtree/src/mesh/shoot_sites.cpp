@@ -15,7 +15,7 @@
 namespace silvafit::tree {
 namespace {
 
-// Two cards are four triangles; a tree should have no more than some ten thousand.
+// Two cards are eight triangles; a tree should have no more than some twenty thousand.
 constexpr std::size_t kMostShoots = 1700;
 constexpr double kFlat = 1e-6;
 
@@ -304,7 +304,7 @@ OnAxis on_axis(std::span<const SkeletonPoint> points, double along_m) {
 ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, double leafy_m) {
   const CrownRadii& r = crown.radii();
   const double area_m2 = 0.25 * std::numbers::pi * (r.east_m + r.west_m) * (r.south_m + r.north_m);
-  const double covered = 2.0 * shoot_atlas(shoots.picture).covered;
+  const double covered = 2.0 * shoots.picture->leafy().covered;
   // Shoots are short in a small crown, and on a shrub.
   const double narrowest =
       std::min({r.east_m + r.west_m, r.south_m + r.north_m, crown.h_m() - crown.hcb_m()});
@@ -314,10 +314,14 @@ ShootNumber number_of_shoots(const LeafyShoots& shoots, const Crown& crown, doub
   const double smallest = std::min(1.0, longest_m / shoots.length_m);
   constexpr double kMost = kMostShoots;
   constexpr double kLargest = 1.3;
-  // Wide crowns are deep, and are assumed to have a larger leaf area index than the stand's mean.
+  // Wide crowns are deep, and slender ones leave gaps between them: both are assumed to have a
+  // larger leaf area index than the stand's mean.
   constexpr double kUsualWidth = 5.0;
+  constexpr double kUsualSlenderness = 1.8;
   constexpr double kDeepest = 1.8;
-  const double depth = std::clamp(r.width_m() / kUsualWidth, 1.0, kDeepest);
+  const double slenderness = (crown.h_m() - crown.hcb_m()) / r.width_m();
+  const double depth = std::clamp(
+      std::max(r.width_m() / kUsualWidth, slenderness / kUsualSlenderness), 1.0, kDeepest);
   const double needed = depth * shoots.leaf_area_index * area_m2 /
                         (covered * shoots.length_m * shoots.length_m);  // at scale 1
   double scale = smallest;

@@ -199,7 +199,7 @@ void add_wood(const Limbs& limbs,
       const bool is_thick = rings.sides_of(limb) == options.branch_sides;
       add_tube(
           rings.of(i), is_thick ? of_branch : of_twig, {.textured = options.textured}, branches);
-    } else if (options.textured && style.bark_kind != BarkKind::kCulm) {
+    } else if (options.textured && style.bark.picture->has_roots()) {
       const RootFlare roots(rings.of(i).front().radius_m);
       const TubeLook look{.textured = true, .has_foot = true, .roots = roots};
       add_tube(with_root_sections(rings.of(i), roots), of_stem, look, stem);
@@ -254,43 +254,50 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
     rings.omit_thinner(drawn.thinnest_wood_m);
     rings.straighten_thinner(thinnest.bent_m);
   }
-  MeshPart stem{.kind = PartKind::kStem, .color = style.bark};
-  MeshPart branches{.kind = PartKind::kBranches, .color = style.bark};
+  MeshPart stem{.kind = PartKind::kStem};
+  MeshPart branches{.kind = PartKind::kBranches};
   MeshPart foliage{.kind = PartKind::kFoliage,
                    .color = leaf_material(skeleton, style, options.vertex_colors),
                    .double_sided = true};
-  MeshPart roots{.kind = PartKind::kAerialRoots, .color = style.bark};
+  MeshPart roots{.kind = PartKind::kAerialRoots};
+  const BarkPaint paint(style.bark, skeleton.points_of(skeleton.axes.front()));
+  for (MeshPart* part : {&stem, &branches, &roots}) paint.dress(*part, options.textured);
   const bool has_shoots = shows_shoots(style, options);
-  if (options.textured) {
-    stem.texture = branches.texture = roots.texture = bark_texture(style.bark_kind);
-    stem.normal_texture = branches.normal_texture = roots.normal_texture =
-        bark_normals(style.bark_kind);
-    if (!style.leaves.empty()) foliage.texture = style.leaves.front().texture;
+  if (options.textured && !style.leaves.empty()) {
+    foliage.texture = style.leaves.front().texture;
   }
+  const LeafLook look = style.leaves.empty() ? LeafLook{} : style.leaves.front();
+  const Color leaf = style.shoots ? style.shoots->color(options.season, look.color) : look.color;
   if (has_shoots) {
-    const ShootAtlas& atlas = shoot_atlas(style.shoots->picture);
-    foliage.texture = atlas.color;
-    foliage.normal_texture = atlas.normals;
-    foliage.color =
-        brightest_shoot(style.leaves.front().color, style.leaves.front().color_variation);
+    dress_shoots(*style.shoots, style.bark, leaf, look.color_variation, options, foliage);
+  } else if (style.shoots && options.season != Season::kSummer) {
+    foliage.color = leaf;
   }
+  const bool has_leaves = !style.shoots || style.shoots->has_leaves(options.season);
   {
-    PartBuilder stem_builder(stem);
-    PartBuilder branch_builder(branches);
+    const BarkPaint* const bark = options.textured ? &paint : nullptr;
+    PartBuilder stem_builder(stem, bark);
+    PartBuilder branch_builder(branches, bark);
     add_wood(limbs, rings, style, options, stem_builder, branch_builder);
     PartBuilder foliage_builder(foliage);
     if (has_shoots) {
       const auto shift = [&limbs](std::uint32_t axis, Point place) {
         return limbs.moved(axis, place);
       };
-      const double variation = style.leaves.front().color_variation;
-      add_shoots(skeleton, crown, *style.shoots, variation, random, drawn, shift, foliage_builder);
-    } else {
+      add_shoots(skeleton,
+                 crown,
+                 *style.shoots,
+                 look.color_variation,
+                 random,
+                 drawn,
+                 shift,
+                 foliage_builder);
+    } else if (has_leaves) {
       LeafWriter writer(crown, style, options, foliage.color, foliage_builder);
       writer.reserve(skeleton);
       add_leaves(skeleton, limbs, random, options, style, writer);
     }
-    PartBuilder root_builder(roots);
+    PartBuilder root_builder(roots, bark);
     if (style.aerial_roots) {
       add_aerial_roots(skeleton, limbs, *style.aerial_roots, random, options, root_builder);
     }

@@ -35,7 +35,7 @@ void add_leaves(Skeleton& skeleton) {
 }
 
 SmoothStyle style_with(LeafForm first, LeafForm second) {
-  return {.bark = {0.2, 0.1, 0.05},
+  return {.bark = test::shipped_presets().named("schima-superba").bark,
           .leaves = {{.form = first, .color = {0.05, 0.2, 0.02}},
                      {.form = second, .aspect = 0.2, .color = {0.1, 0.3, 0.05}}}};
 }
@@ -369,7 +369,8 @@ TEST_CASE("cards have their part of a picture, and are drawn as leaves without i
       {.at = {1.0, 0, 3.0}, .along = {0, 0, 1}, .facing = {1, 0, 0}, .length_m = 0.2, .axis = 1});
   const auto texture = std::make_shared<const Texture>(
       Texture{.name = "leaf", .width = 1, .height = 1, .rgba = {9, 9, 9, 255}});
-  SmoothStyle style{.leaves = {{.form = LeafForm::kCrossedCards,
+  SmoothStyle style{.bark = test::shipped_presets().named("schima-superba").bark,
+                    .leaves = {{.form = LeafForm::kCrossedCards,
                                 .aspect = 0.5,
                                 .color = {1, 1, 1},
                                 .texture = texture,
@@ -377,7 +378,7 @@ TEST_CASE("cards have their part of a picture, and are drawn as leaves without i
   const Mesh mesh = tree.mesh({.textured = true}, style);
   const MeshPart& leaf = mesh.parts[2];
   CHECK(leaf.texture == texture);
-  CHECK(mesh.parts[0].texture == bark_texture(BarkKind::kSmooth));
+  CHECK(mesh.parts[0].texture == style.bark.picture->color());
   CHECK(leaf.triangle_count() == 4);
   REQUIRE(leaf.uvs.size() == 16);
   for (std::size_t i = 0; i < 8; ++i) {

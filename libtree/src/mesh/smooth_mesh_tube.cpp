@@ -333,6 +333,7 @@ void add_foot(const Ring& ring,
               PartBuilder& build) {
   const auto sides = static_cast<std::uint32_t>(corners.size());
   const std::uint32_t base = build.vertex_count();
+  build.paint(ring.radius_m);
   for (std::uint32_t i = 0; i < sides; ++i) {
     const Point& corner = corners[i];
     build.vertex(ring.at + radius_m(ring, i, sides, look) * ring.across(corner),
@@ -355,12 +356,13 @@ void add_tube(std::span<const Ring> rings,
   const bool seam = look.textured && has_seam(sides);
   const std::uint32_t around = seam ? sides + 1 : sides;
   build.reserve((rings.size() + 1) * around + 1, (2 * rings.size() + 1) * sides);
-  const BarkScale scale(std::max(rings[0].radius_m, rings[1].radius_m));
+  const BarkScale scale = build.bark_scale(std::max(rings[0].radius_m, rings[1].radius_m));
   const double per_corner = 1.0 / length(corners[0]);
   std::uint32_t lower = 0;
   for (std::size_t k = 0; k + 1 < rings.size(); ++k) {
     const Ring& ring = rings[k];
     const double lean = lean_of(rings, k);
+    build.paint(ring.radius_m);
     const std::uint32_t first = build.vertex_count();
     for (std::uint32_t i = 0; i < around; ++i) {
       const Point& corner = corners[i < sides ? i : 0];
@@ -375,7 +377,7 @@ void add_tube(std::span<const Ring> rings,
                    (upright * per_corner) * outward + (upright * slope) * ring.tangent);
       if (look.textured) {
         const Point flat = per_corner * corner;
-        build.texture({.u = scale.around * i / sides,
+        build.texture({.u = scale.u(static_cast<double>(i) / sides, ring.along_m),
                        .v = -scale.per_m * ring.along_m,
                        .tangent = flat.x * ring.upward - flat.y * ring.sideways});
       }
@@ -391,7 +393,9 @@ void add_tube(std::span<const Ring> rings,
   const Ring& tip = rings.back();
   const std::uint32_t end = build.vertex(tip.at, direction(tip.at - last.at, last.tangent));
   if (look.textured) {
-    build.texture({.u = 0.5, .v = -scale.per_m * tip.along_m, .tangent = last.sideways});
+    build.texture({.u = scale.u(0.5, tip.along_m),
+                   .v = -scale.per_m * tip.along_m,
+                   .tangent = last.sideways});
   }
   build.join_to_tip(lower, end, sides, seam);
   if (look.has_foot) add_foot(rings.front(), corners, look, build);

@@ -38,7 +38,7 @@ class StemTube {
         seam_(options.textured),
         polygon_(corners(options.stem_sides)),
         enlarged_(equal_area_corner(options.stem_sides)),
-        scale_(sections.front().radius_m),
+        scale_(build.bark_scale(sections.front().radius_m)),
         flare_(sections.front().radius_m),
         build_(build) {}
 
@@ -57,6 +57,7 @@ class StemTube {
       ring = first;
     }
     const SkeletonPoint& end = sections_.back();
+    build_.paint(end.radius_m);
     const std::uint32_t tip = build_.vertex(end.at, {0.0, 0.0, 1.0});
     texture(0, end.at.z);
     build_.join_to_tip(ring, tip, sides_, seam_);
@@ -64,6 +65,7 @@ class StemTube {
 
   /// \returns the ring's first vertex
   std::uint32_t add_ring(const SkeletonPoint& here, const SkeletonPoint& next) {
+    build_.paint(here.radius_m);
     const std::uint32_t first = build_.vertex_count();
     const std::uint32_t around = seam_ ? sides_ + 1 : sides_;
     for (std::uint32_t i = 0; i < around; ++i) {
@@ -87,7 +89,7 @@ class StemTube {
   void texture(std::uint32_t i, double height_m) {
     if (!seam_) return;
     const Point& corner = polygon_[i % sides_];
-    build_.texture({.u = scale_.around * i / sides_,
+    build_.texture({.u = scale_.u(static_cast<double>(i) / sides_, height_m),
                     .v = -height_m * scale_.per_m,
                     .tangent = {-corner.y, corner.x, 0.0}});
   }
@@ -95,6 +97,7 @@ class StemTube {
   /// Closes the tube at the ground.
   void add_foot() {
     const SkeletonPoint& foot = sections_.front();
+    build_.paint(foot.radius_m);
     const std::uint32_t base = build_.vertex_count();
     for (std::uint32_t i = 0; i < sides_; ++i) {
       const Point& corner = polygon_[i];
@@ -278,20 +281,21 @@ void BranchTubes::reserve(const Skeleton& skeleton) {
 void BranchTubes::add_ring(const SkeletonPoint& ring,
                            const TubeFrame& frame,
                            const std::vector<Point>& polygon,
-                           double around_picture,
-                           double v,
+                           const BarkScale& scale,
+                           double along_m,
                            double lean) {
   const std::size_t sides = polygon.size();
   const bool seam = options_.textured && has_seam(static_cast<std::uint32_t>(sides));
   const std::size_t around = sides + (seam ? 1 : 0);
-  const double scale = 1.0 / std::sqrt(1.0 + lean * lean);
+  const double upright = 1.0 / std::sqrt(1.0 + lean * lean);
+  build_.paint(ring.radius_m);
   for (std::size_t i = 0; i < around; ++i) {
     const Point& corner = polygon[i % sides];
     const Point outward = frame.across(corner);
-    build_.vertex(ring.at + ring.radius_m * outward, scale * (outward + lean * frame.tangent));
+    build_.vertex(ring.at + ring.radius_m * outward, upright * (outward + lean * frame.tangent));
     if (options_.textured) {
-      build_.texture({.u = around_picture * static_cast<double>(i) / static_cast<double>(sides),
-                      .v = v,
+      build_.texture({.u = scale.u(static_cast<double>(i) / static_cast<double>(sides), along_m),
+                      .v = -along_m * scale.per_m,
                       .tangent = corner.x * frame.upward - corner.y * frame.sideways});
     }
   }
@@ -315,12 +319,12 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch, double bearer_radiu
   build_.reserve(points_.size() * (sides + 1) + 1, (2 * points_.size() + 1) * sides);
 
   const double lean = points_.front().radius_m / reach;
-  const BarkScale scale(branch.front().radius_m);
+  const BarkScale scale = build_.bark_scale(branch.front().radius_m);
   std::uint32_t ring = 0;
   for (std::size_t k = 0; k + 1 < points_.size(); ++k) {
     const std::uint32_t first = build_.vertex_count();
-    const double v = -dot(points_[k].at - points_.front().at, frame.tangent) * scale.per_m;
-    add_ring(points_[k], frame, polygon, scale.around, v, lean);
+    const double along_m = dot(points_[k].at - points_.front().at, frame.tangent);
+    add_ring(points_[k], frame, polygon, scale, along_m, lean);
     if (k > 0) {
       build_.join(ring, first, sides, seam);
     } else if (options_.closed_branches) {
@@ -328,9 +332,11 @@ void BranchTubes::add(std::span<const SkeletonPoint> branch, double bearer_radiu
     }
     ring = first;
   }
+  build_.paint(points_.back().radius_m);
   const std::uint32_t tip = build_.vertex(points_.back().at, frame.tangent);
   if (options_.textured) {
-    build_.texture({.u = 0.5, .v = -reach * scale.per_m, .tangent = frame.sideways});
+    build_.texture(
+        {.u = scale.u(0.5, reach), .v = -reach * scale.per_m, .tangent = frame.sideways});
   }
   build_.join_to_tip(ring, tip, sides, seam);
 }

@@ -70,8 +70,8 @@ class BranchTubes {
   void add_ring(const SkeletonPoint& ring,
                 const TubeFrame& frame,
                 const std::vector<Point>& polygon,
-                double around_picture,
-                double v,
+                const BarkScale& scale,
+                double along_m,
                 double lean);
 
   const Crown& crown_;

@@ -70,7 +70,7 @@ struct ValueAndSlope {
 Crown::Crown(const TreeShape& shape, CrownIndex index)
     : h_m_(shape.h_m), hcb_m_(shape.hcb_m), hc_m_(shape.hc_m), radii_(shape.radii), index_(index) {
   for (const double a : {index.up, index.down}) {
-    if (!(a >= 1.0 && a <= 2.0)) throw DomainError("a crown index must be in [1, 2]");
+    if (!(a >= 1.0 && a <= 3.0)) throw DomainError("a crown index must be in [1, 3]");
   }
   // A part of the crown without height is never evaluated inside.
   per_up_m_ = h_m_ > hc_m_ ? 1.0 / (h_m_ - hc_m_) : 0.0;

@@ -57,7 +57,7 @@ TEST_CASE("the crown radius interpolates the four measured ones smoothly") {
 }
 
 TEST_CASE("a ray leaves the crown where it meets the curve") {
-  for (const CrownIndex index : {CrownIndex{2, 2}, {1, 1}, {1.3, 1.7}}) {
+  for (const CrownIndex index : {CrownIndex{2, 2}, {1, 1}, {1.3, 1.7}, {2.6, 3}}) {
     const Crown crown = crown_of_tree_1(index);
     const double radius = 2.1;
     for (double base = 5.8; base < 20.2; base += 0.31) {
@@ -96,8 +96,8 @@ TEST_CASE("confined points are inside, and points inside do not move") {
   }
 }
 
-TEST_CASE("a crown index outside 1 to 2 is refused") {
+TEST_CASE("a crown index outside 1 to 3 is refused") {
   CHECK_THROWS_AS(crown_of_tree_1({0.9, 2}), DomainError);
-  CHECK_THROWS_AS(crown_of_tree_1({2, 2.1}), DomainError);
+  CHECK_THROWS_AS(crown_of_tree_1({2, 3.1}), DomainError);
   CHECK_THROWS_AS(crown_of_tree_1({NAN, 2}), DomainError);
 }

@@ -147,7 +147,7 @@ TEST_CASE("keyframes show one stage at a time, which grows to the next one's siz
 
 TEST_CASE("an animated scene at rest shows the last moment") {
   const Moments all = read_moments(growth_table(kGrowth), "year", {});
-  const Preset& preset = test::shipped_presets().fallback();
+  const Preset& preset = test::shipped_presets().named("generic-broadleaf");
   const test::ScratchFile file("", ".glb");
   {
     const auto writer = open_scene(file.path(), SceneFormat::kGlb, {});

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "silvafit/tree/texture.hpp"
+#include "silvafit/tree/texture_library.hpp"
 
 namespace silvafit::tree {
 
@@ -22,22 +22,6 @@ inline Spot operator-(Spot a, Spot b) { return {a.x - b.x, a.y - b.y}; }
 inline Spot operator*(double s, Spot a) { return {s * a.x, s * a.y}; }
 /// The direction at an angle from upward, to the right.
 Spot towards(double angle_rad);
-
-/// Color relative to that of the material, linear.
-using Tint = std::array<double, 3>;
-
-/// The form of a blade between its base (0) and its tip (1).
-struct Blade {
-  /// Half width at a share of the length: (share / peak)^rise ((1 - share) / (1 - peak))^fall,
-  /// which is 1 at the peak.
-  double rise = 0.7;
-  double fall = 0.9;
-  /// Or an outline on one side, (half width, share), from the base to the tip; then the above is
-  /// not used.
-  std::span<const std::array<double, 2>> outline{};
-  double veins = 7.0;      ///< side veins on each side; 0 for none
-  double vein_rise = 0.5;  ///< how far they run towards the tip, relative to the half width
-};
 
 struct DrawnLeaf {
   Spot base{};

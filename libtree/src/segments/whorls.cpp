@@ -14,23 +14,32 @@ int branches_by_spacing(const TreeShape& shape, const Branching& branching) {
   return static_cast<int>(rounds) * branching.per_whorl;
 }
 
-int branches_by_age(double age_years, const BranchCount& equations, std::vector<Note>& notes) {
-  const BranchCount::Count count = equations.at(age_years);
-  if (count.clamped) {
-    notes.push_back({"branch_count",
-                     fmt::format("age {} is outside the range of {} to {} years of {}; {} is used",
-                                 age_years,
-                                 equations.youngest_years(),
-                                 equations.oldest_years(),
-                                 equations.name(),
-                                 count.age_years)});
-  }
-  return static_cast<int>(std::lround(count.live()));
-}
-
-int number_by_age(const TreeShape& shape, const Preset& preset, std::vector<Note>& notes) {
+/// By the equations, or by the spacing of trees of unknown age beyond their range.
+/// \param bound  branches that are planned elsewhere and count, too
+int number_of_branches(const TreeShape& shape,
+                       const Preset& preset,
+                       int bound,
+                       std::vector<Note>& notes) {
   const Branching& branching = preset.branching;
-  const int wanted = branches_by_age(*shape.age_years, *preset.branch_count, notes);
+  const int by_spacing =
+      bound +
+      std::clamp(branches_by_spacing(shape, branching) - bound, branching.least, branching.most);
+  if (!preset.branch_count || !shape.age_years) return by_spacing;
+  const BranchCount& equations = *preset.branch_count;
+  const auto count = equations.at(*shape.age_years);
+  if (!count) {
+    notes.push_back(
+        {"branch_count",
+         fmt::format("age {} is outside the range of {} to {} years of {}; the tree has "
+                     "{} branches, as one of unknown age",
+                     *shape.age_years,
+                     equations.youngest_years(),
+                     equations.oldest_years(),
+                     equations.name(),
+                     by_spacing)});
+    return by_spacing;
+  }
+  const int wanted = static_cast<int>(std::lround(count->live()));
   const int number = std::clamp(wanted, branching.least, branching.most);
   if (number != wanted) {
     notes.push_back({"branch_count",
@@ -62,7 +71,7 @@ std::vector<Whorl> even_whorls(const TreeShape& shape,
   return whorls;
 }
 
-/// Heights of the whorls on the shoots of each year.
+/// Heights of the whorls, which are spread along the shoot of each year.
 std::vector<double> yearly_heights_m(const TreeShape& shape,
                                      const YearlyWhorls& yearly,
                                      Random& random) {
@@ -72,10 +81,8 @@ std::vector<double> yearly_heights_m(const TreeShape& shape,
   const double first_year = std::floor(shape.hcb_m / shoot_m);
   for (double year = first_year; year < *shape.age_years; year += 1.0) {
     const int number = yearly.low + static_cast<int>(random.below(range));
-    // A shoot that is too short for its whorls has them closer together.
-    const double spacing = std::min(yearly.spacing_m, shoot_m / number);
     for (int i = 0; i < number; ++i) {
-      const double base = year * shoot_m + i * spacing;
+      const double base = (year + static_cast<double>(i) / number) * shoot_m;
       if (base >= shape.hcb_m && base < shape.h_m) heights.push_back(base);
     }
   }
@@ -104,13 +111,10 @@ std::vector<Whorl> plan_whorls(const TreeShape& shape,
                                Random& random,
                                std::vector<Note>& notes) {
   const Branching& branching = preset.branching;
-  if (!preset.branch_count || !shape.age_years) {
-    const int number =
-        std::clamp(branches_by_spacing(shape, branching) - bound, branching.least, branching.most);
+  const int number = std::max(number_of_branches(shape, preset, bound, notes) - bound, 1);
+  if (!preset.branch_count || !shape.age_years || !branching.yearly) {
     return even_whorls(shape, branching, number, random);
   }
-  const int number = std::max(number_by_age(shape, preset, notes) - bound, 1);
-  if (!branching.yearly) return even_whorls(shape, branching, number, random);
   std::vector<double> heights = yearly_heights_m(shape, *branching.yearly, random);
   if (heights.empty()) heights.push_back(shape.hcb_m);
   std::vector<Whorl> whorls = spread_over(heights, number);

@@ -75,7 +75,7 @@ SceneTree grow_impostor(const Morphology& morphology,
   SceneTree tree = tree_of(morphology, builder);
   TreeShape shape = builder.shape_of(morphology);
   Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
-  tree.mesh = options.impostors->build(builder, shape, random, options.mesh.stem_tolerance_m);
+  tree.mesh = options.impostors->build(builder, shape, random, options.mesh);
   tree.measured = measure(tree.mesh);
   tree.notes = std::move(shape.notes);
   return tree;

@@ -144,7 +144,7 @@ struct Fitted {
 };
 
 inline Fitted fitted(const Skeleton& grown, const Morphology& tree, CrownIndex index = {}) {
-  const Taper& taper = shipped_presets().fallback().taper;
+  const Taper& taper = shipped_presets().named("generic-broadleaf").taper;
   TreeShape shape = complete(tree, 0.35, "test");
   Crown crown(shape, index);
   Skeleton skeleton = fit_to_measurements(grown, shape, crown, taper);

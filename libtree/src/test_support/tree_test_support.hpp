@@ -23,6 +23,13 @@ inline const tree::BuilderCatalogue& shipped_builders() {
   return catalogue;
 }
 
+/// Shoots with a picture of those that ship.
+inline tree::LeafyShoots shoots_of(double length_m, double leaf_area_index) {
+  return {.picture = shipped_presets().named("schima-superba").leafy_shoots.picture,
+          .length_m = length_m,
+          .leaf_area_index = leaf_area_index};
+}
+
 /// The path of an error in a file of the catalogue; for a missing or unknown key, that of the key.
 inline std::string path_of(const InputError& error) {
   constexpr std::string_view kMark = "key \"";

@@ -36,6 +36,7 @@ export function controls(data, shownPlot, act) {
     element("h2", { id: "view-title" }, "View"),
     element("p", { class: "buttons", role: "group", "aria-label": "Navigation mode" }, ...modeButtons, whole),
     element("p", { class: "buttons" }, save, link, ...profile, keys),
+    choice("picture-size", "Saved picture", unlabeled([2, 3, 4, 1].map((times) => ({ value: String(times), text: times === 1 ? "as large as the view" : `${times} times the view` }))), () => {}),
     linkNote,
     ...sizeChoices(data, act),
     ...plotChoice(data, shownPlot, act),

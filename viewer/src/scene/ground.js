@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The ground with plot boundaries, a scale bar on it, and a north arrow.
-import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, PlaneGeometry, RepeatWrapping, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
+import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, Plane, PlaneGeometry, RepeatWrapping, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
 import { roundUp } from "./colors.js";
 import { outlinedPlots } from "./data.js";
 import { Heights } from "./heights.js";
 
 const LIFT_M = 0.05;
+/** Ground that is shown around a single plot. */
+const AROUND_M = 4;
 /** Boundaries follow the ground in pieces of this length. */
 const PIECE_M = 2;
 
@@ -165,8 +167,11 @@ export class Ground {
     return new LineSegments(geometry, new LineBasicMaterial({ toneMapped: false }));
   }
 
-  /** Shows the boundary of one plot, or of all. @param {number | null} plot */
+  /** Shows the boundary of one plot, or of all, and the ground around it. @param {number | null} plot */
   outlinePlot(plot) {
+    const { min, max } = this.box;
+    const near = [[1, 0, -min.x], [-1, 0, max.x], [0, 1, -min.z], [0, -1, max.z]].map(([x, z, away]) => new Plane(new Vector3(x, 0, z), away + AROUND_M));
+    this.material.clippingPlanes = plot === null ? null : near;
     this.outlined = outlinedPlots(this.data, plot);
     const starts = this.outlineStarts;
     const [first, last] = plot === null ? [0, starts.at(-1)] : [starts[plot], starts[plot + 1]];

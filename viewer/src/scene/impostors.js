@@ -83,9 +83,11 @@ const PICTURE = /* glsl */ `
   vec2 dx = dFdx(texel);
   vec2 dy = dFdy(texel);
   float level = max(0.0, 0.5 * log2(max(dot(dx, dx), dot(dy, dy))));
-  // Copies of lower resolution average the opacity, so that branches and crowns would vanish.
   vec3 root = seen.rgb / max(seen.a, 0.001);
-  diffuseColor = vec4(root * root, seen.a * (1.0 + 0.3 * level));
+  // Each texel of a copy is drawn with the probability of its opacity, as those of shoots are: one threshold would close or remove crowns.
+  vec2 cell = floor(texel / exp2(floor(level)));
+  float chance = fract(sin(dot(cell, vec2(12.9898, 78.233))) * 43758.5453);
+  diffuseColor = vec4(root * root, seen.a < mix(0.15, 0.75, chance) ? 0.0 : 1.0);
 }
 `;
 

@@ -19,6 +19,7 @@ import { button, choice, keysDialog } from "./panel.js";
 import { pick } from "./pick.js";
 import { Player } from "./player.js";
 import { ProfileDialog } from "./profile-dialog.js";
+import { savedPicture } from "./saved-picture.js";
 import "./scene.css";
 import { loadStand } from "./sides.js";
 import { timeControls } from "./time-controls.js";
@@ -391,7 +392,12 @@ class Page {
   }
 
   async save() {
-    const blob = await this.view.picture();
+    const shown = {
+      names: this.variants.map((variant) => variant?.title ?? ""),
+      coloring: this.coloring,
+      colors: { paper: cssColor("--paper"), text: cssColor("--text"), mark: cssColor("--mark") },
+    };
+    const blob = await savedPicture(this.view, shown, Number(this.main.querySelector("#picture-size").value));
     const link = element("a", { href: URL.createObjectURL(blob), download: "silvafit-view.png" });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);

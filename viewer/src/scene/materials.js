@@ -16,7 +16,7 @@ uniform float treeTint;
 export const COLOR = /* glsl */ `
 {
   float light = dot(diffuseColor.rgb, vec3(0.2126, 0.7152, 0.0722));
-  vec3 tinted = vTreeColor * clamp(0.75 + 2.0 * light, 0.75, 1.15);
+  vec3 tinted = vTreeColor * clamp(0.3 + 6.0 * light, 0.3, 1.3);
   diffuseColor.rgb = mix(diffuseColor.rgb * (0.85 + 0.3 * vTreeShade), tinted, treeTint);
 }
 `;

@@ -12,10 +12,17 @@ export class Player {
    */
   constructor(scene, animations) {
     this.duration = durationOf(animations);
+    /** Times with names such as years, if the file has them. @type {{time: number, name: string}[]} */
+    this.times = animations.flatMap(({ userData }) => userData.times ?? []);
     this.mixer = new AnimationMixer(scene);
     for (const clip of animations) this.mixer.clipAction(clip).play();
     // The file's nodes are at rest at the last moment.
     this.time = this.duration;
+  }
+
+  /** The name of the last time that has passed, or null. */
+  get name() {
+    return this.times.findLast(({ time }) => time <= this.time + 1e-6)?.name ?? null;
   }
 
   /** @param {number} time  [s] */

@@ -13,10 +13,15 @@ export function timeControls(player, changed) {
   const clock = element("span", { class: "quiet", id: "clock" });
   let isPlaying = false;
 
+  const tell = () => {
+    const text = player.name ?? `${player.time.toFixed(1)} of ${duration.toFixed(1)} s`;
+    clock.textContent = text;
+    slider.setAttribute("aria-valuetext", text);
+  };
   const show = (time) => {
     player.show(time);
     slider.value = String(player.time);
-    clock.textContent = `${player.time.toFixed(1)} of ${duration.toFixed(1)} s`;
+    tell();
     changed();
   };
   const pause = () => {
@@ -43,7 +48,7 @@ export function timeControls(player, changed) {
     pause();
     show(wanted);
   });
-  clock.textContent = `${duration.toFixed(1)} of ${duration.toFixed(1)} s`;
+  tell();
   return element(
     "section",
     { id: "times", "aria-labelledby": "times-title" },

@@ -37,6 +37,7 @@ export class View {
     this.renderer.info.autoReset = false;
     this.renderer.toneMapping = ACESFilmicToneMapping;
     this.renderer.shadowMap.type = PCFShadowMap;
+    this.renderer.localClippingEnabled = true;
     this.castFromOwnLayer();
     this.scene = new Scene();
     this.sky = new HemisphereLight(0xdfeaf5, 0x6b6450, 1.5);
@@ -289,9 +290,13 @@ export class View {
     return { x: rectangle.x + ((projected.x + 1) / 2) * rectangle.width, y: rectangle.y + ((1 - projected.y) / 2) * rectangle.height };
   }
 
-  /** The view as a PNG file. @returns {Promise<Blob>} */
-  picture() {
+  /** Draws with several pixels per pixel of the screen, as many as the graphics card can. @returns {HTMLCanvasElement}  valid until the next event; resize() ends it */
+  drawLarge(times) {
+    const { width, height } = this.size;
+    const { maxTextureSize } = this.renderer.capabilities;
+    this.renderer.setPixelRatio(Math.min(times, maxTextureSize / Math.max(width, height)));
+    this.renderer.setSize(width, height, false);
     this.draw();
-    return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
+    return this.canvas;
   }
 }

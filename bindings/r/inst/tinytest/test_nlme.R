@@ -60,6 +60,22 @@ theirs <- nlme::intervals(soybean)
 expect_true(relative(ours$fixed, theirs$fixed) < 1e-3)
 expect_true(relative(unlist(ours$sigma), unlist(theirs$sigma)) < 1e-2)
 
+# Correlated residuals by nlme's classes
+texts <- c("ar1" = "corAR1()", "ar1(Time)" = "corAR1(form = ~ Time | Mare)", "ar1(1 | Mare)" = "corAR1(form = ~ 1 | Mare)", "car1(Time)" = "corCAR1(form = ~ Time)",
+           "arma(1, 2, Time)" = "corARMA(form = ~ Time, p = 1, q = 2)", "arma(0, 1, 1 | Mare)" = "corARMA(form = ~ 1 | Mare, q = 1)",
+           "compound-symmetry" = "corCompSymm(form = ~ 1)", "symmetric" = "corSymm()", "exponential(x, y; nugget)" = "corExp(form = ~ x + y, nugget = TRUE)",
+           "rational-quadratic(x, y)" = "corRatio(form = ~ x + y)")
+for (text in names(texts)) {
+  object <- eval(str2lang(texts[[text]]), list(), asNamespace("nlme"))
+  groups <- if (text %in% c("ar1(Time)")) "Mare" else character()
+  expect_equal(silvafit:::correlation_text(object, groups), text)
+}
+ovary <- nlme::lme(follicles ~ sin(2 * pi * Time) + cos(2 * pi * Time), data = nlme::Ovary, random = ~ 1, correlation = nlme::corAR1())
+own <- silvafit(follicles ~ a + b * sin(2 * pi * Time) + c * cos(2 * pi * Time), data = nlme::Ovary, random = a ~ 1, correlation = nlme::corAR1(), reml = TRUE)
+expect_equal(as.numeric(logLik(own)), as.numeric(logLik(ovary)), tolerance = 1e-7)
+expect_equal(own$fit$correlation$parameters$phi, as.numeric(coef(ovary$modelStruct$corStruct, unconstrained = FALSE)), tolerance = 1e-4)
+expect_equal(as.numeric(residuals(own, type = "normalized")), as.numeric(residuals(ovary, type = "normalized")), tolerance = 1e-3)
+
 # REML, without random effects: gnls
 least <- nlme::gnls(weight ~ Asym / (1 + exp((xmid - Time) / scal)), data = Soybean, start = c(Asym = 19, xmid = 55, scal = 8),
                     weights = nlme::varPower(), control = nlme::gnlsControl(tolerance = 1e-8, nlsTol = 1e-5, msTol = 1e-10))

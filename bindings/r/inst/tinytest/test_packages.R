@@ -84,3 +84,33 @@ if (there("marginaleffects")) {
   options(marginaleffects_model_classes = "silvafit")
   expect_equal(mean(marginaleffects::slopes(fit, variables = "age")$estimate), unname(fixef(fit)["b"]), tolerance = 1e-4)
 }
+
+# lme4 and car, beside the same model of lmer(). Estimates agree to the tolerance of lmer's search.
+if (requireNamespace("lme4", quietly = TRUE) && requireNamespace("car", quietly = TRUE)) {
+  sleep <- lme4::sleepstudy
+  ours <- silvafit(Reaction ~ a + b * Days, data = sleep, random = a + b ~ 1 | Subject)
+  theirs <- suppressMessages(lme4::lmer(Reaction ~ Days + (Days | Subject), sleep, REML = FALSE))
+  expect_equal(lme4::getME(ours, "theta"), unname(lme4::getME(theirs, "theta")), tolerance = 1e-4)
+  expect_equal(lme4::getME(ours, c("lower", "n", "p", "q", "l_i")), lapply(lme4::getME(theirs, c("lower", "n", "p", "q", "l_i")), unname))
+  expect_equal(lme4::getME(ours, "beta"), unname(lme4::getME(theirs, "beta")), tolerance = 1e-6)
+  expect_false(lme4::isSingular(ours))
+  flat <- data.frame(y = c(1, 2, 3, 3.1, 2.1, 0.9), x = c(1, 2, 3, 3, 2, 1), g = rep(c("a", "b", "c"), each = 2))
+  expect_true(lme4::isSingular(suppressMessages(silvafit(y ~ a + b * x, data = flat, random = a ~ 1 | g))))
+  expect_error(lme4::getME(ours, "theeta"), "did you mean 'theta'")
+  expect_true(lme4::isNLMM(ours))
+  doubled <- lme4::refit(ours, 2 * sleep$Reaction)
+  expect_equal(fixef(doubled), 2 * fixef(ours), tolerance = 1e-6)
+  expect_false(lme4::isREML(lme4::refitML(update(ours, reml = TRUE))))
+  # chi-squared of b = 10: the square of Wald's z.
+  z <- (fixef(ours)[["b"]] - 10) / sqrt(vcov(ours)["b", "b"])
+  expect_equal(car::linearHypothesis(ours, "b = 10")$Chisq[2], z^2)
+  # The delta method by hand: se(a/b)^2 = g' V g.
+  g <- c(1 / fixef(ours)[["b"]], -fixef(ours)[["a"]] / fixef(ours)[["b"]]^2)
+  expect_equal(car::deltaMethod(ours, "a/b")$SE, sqrt(drop(g %*% vcov(ours) %*% g)), tolerance = 1e-6)
+  expect_equal(row.names(car::Anova(ours)), c("a", "b"))
+  values <- generics::tidy(ours, effects = "ran_vals")
+  expect_equal(values$estimate[values$level == "308"], unlist(ranef(ours)["308", ], use.names = FALSE))
+  expect_equal(values$std.error[values$level == "308"], unlist(attr(ranef(ours, se = TRUE), "se")["308", ], use.names = FALSE))
+  coefficients <- generics::tidy(ours, effects = "ran_coefs")
+  expect_equal(coefficients$estimate[coefficients$term == "b"], unname(coef(ours)[, "b"]))
+}

@@ -96,7 +96,7 @@ if (requireNamespace("jsonlite", quietly = TRUE)) {
   expect_equal(setdiff(names(run), silvafit:::setting_list("reading", "rows", "units", "sampling", "study")$name), character(0))
 }
 expect_error(fit_study(stems, tempfile("study"), choice = "worst"), pattern = "best, parsimonious")
-expect_error(fit_study(stems, tempfile("study"), criteria = c(random = "aic", last = "bic")), pattern = "named ones")
+expect_error(fit_study(stems, tempfile("study"), criteria = c(random = "aic", last = "bic")), pattern = "available: base, covariates, random, variance")
 expect_error(fit_study(stems, tempfile("study"), equaly_good = 1), pattern = "equally_good")
 
 # Of repeated measurements the first are used, or those of all periods

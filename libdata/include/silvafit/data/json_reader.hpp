@@ -46,6 +46,8 @@ class JsonReader {
   std::string text() const;
   std::string any_text() const;
   std::vector<std::string> texts() const;
+  /// A text or a number, as text.
+  std::string label() const;
   /// The index of the text in `names`.
   std::size_t one_of(const std::vector<std::string_view>& names) const;
   bool boolean() const;
@@ -75,6 +77,7 @@ class JsonReader {
   std::map<std::string, Expression> expressions_by_name() const;
 
   bool is_object() const;
+  bool is_list() const;
   bool is_null() const;
   const std::string& file() const { return file_; }
   /// The path from the root to this value.

@@ -2,6 +2,7 @@
 // Fits as JSON, schema silvafit-fit/2, in the output of the program and in model libraries.
 #pragma once
 
+#include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -10,6 +11,15 @@
 #include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::fit {
+
+/// The names of kinds of parameters in files, R and Python, in the order of the enumeration.
+inline constexpr std::array<std::string_view, 7> kParameterKinds{"fixed",
+                                                                 "standard deviation",
+                                                                 "correlation",
+                                                                 "variance function",
+                                                                 "sigma",
+                                                                 "residual correlation",
+                                                                 "derived"};
 
 /// A fit as a JSON object; docs/json.md lists its keys, which are always in the same order.
 ///

@@ -38,7 +38,7 @@ std::string method_text(Method method);
 /// \throws UsageError with the available names if there is no such method
 Method parse_method(std::string_view text);
 /// The default method of a specification: lb with random effects, else gnls with a variance
-/// function, else ols.
+/// function or correlated residuals, else ols.
 Method default_method(const ModelSpecification& specification);
 
 /// Smallest and largest value of a data column among the rows of a fit.

@@ -2,12 +2,15 @@
 // A model without data: a formula, linear sub-models of its parameters, random effects, variance.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/correlation.hpp"
+#include "silvafit/fit/derived_quantity.hpp"
 #include "silvafit/fit/random_effects.hpp"
 #include "silvafit/fit/variance_function.hpp"
 
@@ -41,6 +44,9 @@ struct ModelSpecification {
   /// contain those of the second; or crossed ones. Empty without random effects.
   std::vector<RandomEffects> random{};
   VarianceFunction variance{};
+  /// Functions of the coefficients that are reported with them.
+  std::vector<DerivedQuantity> derived{};
+  std::optional<Correlation> correlation{};  ///< of the residuals; none: independent
   /// Columns that sub-models use as factors: values that the fit does not have give no prediction.
   std::vector<std::string> factors{};
   /// Names of all columns of the data, for doubts about names that were taken as parameters; empty

@@ -20,7 +20,9 @@ struct ModelTexts {
   /// general, diagonal or identity: one for all groupings, or one for each with the coarser first;
   /// empty: general, or the blocks of `random`.
   std::vector<std::string> covariance{};
-  std::string variance{};  ///< "power"; empty: constant
+  std::string variance{};     ///< "power"; empty: constant
+  std::string correlation{};  ///< of the residuals, "car1(age)"; empty or "none": independent
+  std::vector<std::string> derived{};  ///< "h30 = 1.3 + a*(1 - exp(-b*30))"
   /// Names of all columns of the data, if the table has some of them only; for messages.
   std::vector<std::string> columns{};
 };

@@ -20,7 +20,8 @@ struct Nesting {
   int correlated_effects = 0;
   /// Random effects that only the larger model has, independent of all others.
   int independent_effects = 0;
-  /// The smaller model has a parameter of the variance function at a bound.
+  /// The smaller model has a parameter of the variance function or the residuals' correlation at a
+  /// bound.
   bool has_other_edge = false;
   /// A coefficient that the larger model estimates is at a bound in the smaller.
   bool has_bounded = false;

@@ -18,6 +18,7 @@
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/model_specification.hpp"
+#include "silvafit/fit/parameter_design.hpp"
 
 namespace silvafit::fit {
 
@@ -114,7 +115,7 @@ class NonlinearModel {
   /// \throws UsageError if the model does not use it
   Eigen::VectorXd column(std::string_view name) const;
 
-  /// The strata of a column that the variance function names.
+  /// The strata of a column that the variance function names, or the groups of the correlation.
   struct Strata {
     std::string column{};
     std::vector<std::string> labels{};    ///< (S)
@@ -127,12 +128,8 @@ class NonlinearModel {
   const std::vector<std::string>& variables() const { return variables_; }
   const Eigen::MatrixXd& variable_values() const { return columns_; }  ///< (N x variables)
 
-  /// The parameter of a coefficient, by its number in the specification.
-  Eigen::Index parameter_of(Eigen::Index coefficient) const;
-  /// (N) the factor of a coefficient in its parameter: the covariate, 1 for an intercept.
-  Eigen::VectorXd multiplier(Eigen::Index coefficient) const;
-  /// The same as a pointer to N values, null for an intercept.
-  const double* multiplier_values(Eigen::Index coefficient) const;
+  /// How the parameters follow from the coefficients.
+  const ParameterDesign& design() const { return design_; }
 
   /// The mean and, unless null, its Jacobian in the coefficients.
   /// \param coefficients  (p) the same for all groups, or (p x G) by group
@@ -177,21 +174,19 @@ class NonlinearModel {
   /// \param terms  of the same groupings, or none: all rows are then one group
   NonlinearModel with_random_effects(std::vector<RandomEffects> terms) const;
 
+  /// The same model without correlation of the residuals.
+  NonlinearModel with_independent_residuals() const;
+
   /// The source of an observation: file and line, if the table has them.
   Place place(Eigen::Index observation) const;
 
  private:
   bool is_last(std::size_t term) const { return term + 1 == term_count(); }
-  struct Slot {  ///< parameter and covariate of a coefficient
-    Eigen::Index parameter = 0;
-    Eigen::Index covariate = -1;  ///< column of covariates_, -1 for an intercept
-  };
   void choose_rows(const data::Table& table);
   void sort_by_group(const data::Table& table, const std::vector<bool>& complete);
   void sort_by_cell(const data::Table& table, const std::vector<bool>& complete);
   void load_columns(const data::Table& table);
   void load_levels(const data::Table& table);
-  void load_covariates(const data::Table& table);
   void load_strata(const data::Table& table);
   void compile();
   void fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
@@ -209,7 +204,6 @@ class NonlinearModel {
   unsigned threads_ = 1;
   std::stop_token stop_;
   std::vector<std::string> names_;
-  std::vector<Slot> slots_;
   std::string file_;
   std::vector<std::size_t> rows_;
   std::vector<std::uint32_t> lines_;  ///< (N) of the file, 0 if unknown
@@ -224,9 +218,9 @@ class NonlinearModel {
   Eigen::VectorXd response_;
   std::vector<std::string> variables_;  ///< data columns of the formula
   Eigen::MatrixXd columns_;             ///< (N x variables)
-  Eigen::MatrixXd covariates_;          ///< (N x covariates)
-  data::Program mean_program_;          ///< f
-  data::Program gradient_program_;      ///< f, df/dphi_1 .. df/dphi_K
+  ParameterDesign design_;
+  data::Program mean_program_;      ///< f
+  data::Program gradient_program_;  ///< f, df/dphi_1 .. df/dphi_K
   std::vector<std::vector<bool>> parameter_bilinear_;
   std::vector<bool> parameter_has_kink_;
 };

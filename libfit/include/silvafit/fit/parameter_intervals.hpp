@@ -17,7 +17,15 @@ IntervalMethod parse_interval_method(std::string_view text);
 std::string interval_method_text(IntervalMethod method);
 
 /// The kind of a parameter.
-enum class ParameterKind { kFixed, kDeviation, kCorrelation, kVariance, kSigma };
+enum class ParameterKind {
+  kFixed,
+  kDeviation,
+  kCorrelation,  ///< of random effects
+  kVariance,
+  kSigma,
+  kResidualCorrelation,
+  kDerived,
+};
 
 /// The interval of one parameter. An unknown limit is NaN, one that does not exist is infinite; the
 /// note has the reason.

@@ -90,10 +90,14 @@ struct Prediction {
 /// changes most. They are asymmetric if the mean function is nonlinear. Coefficients without a
 /// standard error (fixed ones) are treated as known.
 ///
+/// With correlated residuals a calibrated prediction of a row without a response is that of its own
+/// value: the mean, and the residual that is expected from those of the measured rows of its group.
+///
 /// A column that only the variance function reads may be missing: residual_sd and prediction
 /// intervals are then NaN. Only calibration needs it, for the weights of the measured trees.
 /// \throws UsageError if a column that the mean, the group or calibration needs is missing, if the
-///   interval is not in (0, 1), or if an older file lacks data for intervals at the conditional
+///   interval is not in (0, 1), if standard errors are requested for calibrated predictions with
+///   correlated residuals, or if an older file lacks data for intervals at the conditional
 ///   level; InputError for new groups with NewGroups::kError
 Prediction predict(const FittedModel& fit,
                    const data::Table& table,

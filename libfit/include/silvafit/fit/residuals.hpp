@@ -26,12 +26,12 @@ struct Residuals {
   LevelResiduals population{};       ///< of f(beta)
   LevelResiduals conditional{};      ///< of f(beta + b), the same without random effects
   /// (N) standardized residuals of the conditional level made independent by the Cholesky factor of
-  /// the residuals' correlation (nlme's "normalized"). Residuals are independent given b here, so
-  /// that these are the standardized ones.
+  /// the residuals' correlation (nlme's "normalized"); the standardized ones if they are
+  /// independent given b.
   Eigen::VectorXd normalized{};
   /// (N) residuals of the model linear around the estimates, including the random effects,
-  /// L^-1 (y - f(beta + b) + Z b) with L L' = Z Psi Z' + sigma^2 G^2 of a group, rows in the order
-  /// of its observations: independent and standard normal if the model holds.
+  /// L^-1 (y - f(beta + b) + Z b) with L L' = Z Psi Z' + sigma^2 G R G of a group, rows in the
+  /// order of its observations: independent and standard normal if the model holds.
   Eigen::VectorXd marginal{};  ///< NaN with crossed groups or more than two levels
 };
 

@@ -41,6 +41,20 @@ void each_setting(S& settings, Visit&& visit) {
                 "stratum as in power(fitted | species); stratum(species); products with *; fixed "
                 "parameters as in power(delta = 0.5)")
             .type("FUNCTION"));
+  visit(
+      Setting("derive",
+              settings.derived,
+              "Functions of the coefficients, with standard errors and intervals, such as \"h30 = "
+              "1.3 + a*(1 - exp(-b*30))\"")
+          .as(SettingForm::kRepeatable, "NAME=EXPRESSION"));
+  visit(Setting("correlation",
+                settings.correlation,
+                "Correlation of the residuals within the groups of the random effects, or of a "
+                "column as in \"ar1(year | plot)\": none (default), ar1, ar1(TIME), car1(TIME), "
+                "arma(P, Q), compound-symmetry, symmetric; by distance exponential(x, y), "
+                "gaussian, spherical, rational-quadratic or linear, with a nugget as in "
+                "\"exponential(x, y; nugget)\"")
+            .type("STRUCTURE"));
 }
 
 template <data::Same<FitModelOptions> S, typename Visit>

@@ -2,6 +2,8 @@
 // Wald tests of the terms of sub-models.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -9,7 +11,13 @@
 
 namespace silvafit::fit {
 
-/// The test that all coefficients of a term are 0, given all other terms.
+/// What a term is tested given.
+enum class TermOrder {
+  kMarginal,    ///< all other terms
+  kSequential,  ///< the terms before it, in the order of the coefficients
+};
+
+/// The test that all coefficients of a term are 0.
 struct TermTest {
   std::string term{};  ///< "b", "b:C"; of a factor without its levels, "b:species"
   int numerator_df = 0;
@@ -18,8 +26,19 @@ struct TermTest {
   double p = 0.0;
 };
 
-/// Tests of all terms in the order of the coefficients. Coefficients without a standard error, such
-/// as those that are held at a value, are not tested. NaN if the degrees of freedom are not known.
-std::vector<TermTest> term_tests(const FittedModel& fit);
+/// Wald's tests of all terms in the order of the coefficients. Coefficients without a standard
+/// error, such as those that are held at a value, are not tested. NaN if the degrees of freedom are
+/// not known.
+/// Source: Pinheiro and Bates 2000, section 2.4.2; R nlme's anova.lme().
+std::vector<TermTest> term_tests(const FittedModel& fit, TermOrder order = TermOrder::kMarginal);
+
+/// The test that several terms are 0, given by their places in term_tests(); named "combined".
+/// \throws UsageError if there is no such term
+TermTest joint_test(const FittedModel& fit, const std::vector<std::size_t>& terms);
+
+/// The test that linear combinations of coefficients are 0.
+/// \param combinations  (combinations x coefficients)
+/// \throws UsageError if one contains a coefficient without a standard error
+TermTest joint_test(const FittedModel& fit, const Eigen::MatrixXd& combinations);
 
 }  // namespace silvafit::fit

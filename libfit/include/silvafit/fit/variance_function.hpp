@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/correlation.hpp"
 
 namespace silvafit::fit {
 
@@ -56,9 +57,11 @@ struct VarianceFactorEstimate {
   Eigen::VectorXd ratio{};  ///< of stratum(): to the first stratum, which has 1
 };
 
-/// The estimated parameters of a variance function, by R nlme's definitions.
+/// The estimated parameters of the residuals' variance function and correlation, by R nlme's
+/// definitions.
 struct VarianceEstimate {
   std::vector<VarianceFactorEstimate> factors{};
+  std::optional<CorrelationEstimate> correlation{};
 
   VarianceFunction function() const;
   /// The exponent or rate of a function of one factor without strata, else NaN.

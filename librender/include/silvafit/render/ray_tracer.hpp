@@ -43,6 +43,7 @@ struct Surface {
   std::shared_ptr<const tree::Texture> texture{};
   /// Normals relative to the surface, as in glTF, or null.
   std::shared_ptr<const tree::Texture> normal_texture{};
+  bool is_ground = false;
 };
 
 struct Model {
@@ -60,6 +61,13 @@ struct Scene {
   std::vector<Instance> instances{};
 };
 
+/// A place from which one looks.
+struct Standpoint {
+  Vector eye{0.0, 1.7, 0.0};   ///< [x east, y up, z south]
+  double azimuth_deg = 0.0;    ///< of the view, clockwise from north
+  double elevation_deg = 0.0;  ///< of the view, in [-89, 89]
+};
+
 /// By default the scene fills the image: it touches two opposite edges of it, with a margin.
 struct Camera {
   double azimuth_deg = 200.0;   ///< azimuth of the camera, clockwise from north
@@ -69,6 +77,9 @@ struct Camera {
   /// Point in the middle of the image [x east, y up, z south]; default: that of the scene's
   /// outline.
   std::optional<Vector> target{};
+  /// Instead of all but the field of view. The ground then reaches to the horizon and has patches,
+  /// and the sky has clouds and the sun.
+  std::optional<Standpoint> standpoint{};
 };
 
 struct RenderOptions {

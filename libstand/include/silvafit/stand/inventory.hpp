@@ -22,9 +22,12 @@ namespace silvafit::stand {
 /// The values of an equation for each tree, such as its volume.
 struct TreeQuantity {
   std::string name{};            ///< volume, biomass, carbon
-  std::string unit{};            ///< m3, kg
+  std::string unit{};            ///< m3, kg; empty: that of a column of the file
   std::vector<double> values{};  ///< (N) NaN where the equation does not apply
 };
+
+/// Its name with its unit, if it has one: volume_m3.
+std::string label_of(const TreeQuantity& quantity);
 
 /// Measured trees, N of them, in the order of the file. A measure has N values, NaN where it was
 /// not taken; it has none if the file has no such column.

@@ -17,6 +17,7 @@ struct PlotRecord {
   std::size_t line = 0;
   std::string plot{};
   std::string stratum{};
+  std::string estimation_unit{};           ///< StratumSettings::unit_of_stratum
   std::string time{};                      ///< year or date of the measurement, as written
   double area_m2 = data::kMissing;         ///< > 0
   double radius_m = data::kMissing;        ///< > 0
@@ -40,12 +41,12 @@ struct PlotTable {
 };
 
 /// Reads a table of plots: plot, and any of area, radius, expansion, slope (degrees) or
-/// slope_percent, share, x, y, stratum, stratum_area, stratum_weight, year or date; docs/plots.md
-/// has their usual names and units.
-/// The table may be an inventory, with a row for each tree (a column of dbh): rows of a plot then
-/// have the same numbers, and x, y and expansion are those of trees and not read.
-/// \param columns  `name=source`: where columns come from, as for inventories
-/// \throws InputError if the column plot is missing, a plot is listed twice (for one year or date),
+/// slope_percent, share, x, y, stratum, stratum_area, stratum_weight, estimation_unit, year or
+/// date; docs/plots.md has their usual names and units. The table may be an inventory, with a row
+/// for each tree (a column of dbh): rows of a plot then have the same numbers, and x, y and
+/// expansion are those of trees and not read. \param columns  `name=source`: where columns come
+/// from, as for inventories \throws InputError if the column plot is missing, a plot is listed
+/// twice (for one year or date),
 ///         or values cannot be right (with the first problems); UsageError if a name of `columns`
 ///         is none of these
 PlotTable read_plot_table(const data::TableSource& source,

@@ -107,12 +107,13 @@ struct DesignStrata {
   std::vector<std::string> stratum_of_area{};  ///< for stratum_figures
   std::map<std::string, double> sizes{};       ///< areas [ha] or weights by stratum; may be empty
   bool are_weights = false;
+  std::map<std::string, std::string> unit_of_stratum{};  ///< as in StratumSettings
   std::vector<std::string> notes{};
 };
 
 /// The stratum of each area by the name of its plot.
 /// \param sizes_ha  areas of strata that replace those of the table, if there are any
-/// \throws InputError if rows of one stratum have different areas or weights, or some have none
+/// \throws InputError if rows of one stratum have different areas, weights or estimation units
 DesignStrata strata_of_plots(const PlotTable& plots,
                              const std::vector<SampledArea>& areas,
                              const std::map<std::string, double>& sizes_ha);

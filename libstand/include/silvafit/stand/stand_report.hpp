@@ -31,7 +31,11 @@ struct StandReportOptions {
   /// Column of Inventory::other with each tree's stratum; empty: none.
   std::string stratum{};
   std::map<std::string, double> stratum_areas_ha{};
-  bool trust_units = false;  ///< do not check whether areas make possible basal areas
+  StratumSettings strata{};
+  /// Columns whose values make StandReport::domains: species, dbh for classes of diameters, others.
+  std::vector<std::string> by{};
+  bool without_units = false;  ///< without structural units
+  bool trust_units = false;    ///< do not check whether areas make possible basal areas
 };
 
 /// A plot, or the stand if plots have no window of their own.
@@ -54,6 +58,8 @@ struct StandReport {
   StandFigures all{};                     ///< all areas together
   std::vector<std::string> quantities{};  ///< names and units, such as volume_m3
   std::vector<StratumFigures> strata{};   ///< the last entry: all strata together
+  std::vector<std::string> by{};          ///< StandReportOptions::by
+  std::vector<DomainFigures> domains{};   ///< by these
   std::vector<SpeciesRow> species{};
   Layers layers{};
   double quadrat_m = 0.0;  ///< 0: plots were the quadrats

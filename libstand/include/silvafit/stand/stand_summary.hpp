@@ -27,6 +27,8 @@ struct StandFigures {
   double sd_height_m = 0.0;
   double lorey_height_m = 0.0;  ///< mean height weighted by basal area
   double dominant_height_m = 0.0;
+  double dominant_lorey_height_m = 0.0;  ///< of the dominant trees, weighted by basal area
+  double dominant_dbh_cm = 0.0;          ///< quadratic mean of the dominant trees
   /// Sum of crown areas (circles of cw) over the area; of the trees with a crown width.
   double crown_cover_percent = 0.0;
   /// Sums of Inventory::quantities over the area, of the trees that have them.
@@ -93,9 +95,23 @@ struct StratumFigures {
   double area_ha = 0.0;  ///< of the stratum; NaN if not given
   Estimate stems{};
   Estimate basal_area_m2{};
-  std::vector<Estimate> quantities{};  ///< of Inventory::quantities
+  std::vector<Estimate> quantities{};      ///< of Inventory::quantities
+  std::vector<Mean> quantities_of_tree{};  ///< their means over the trees that have them
   Mean mean_height_m{};
   Mean quadratic_mean_dbh_cm{};
+};
+
+/// How variances of strata are estimated.
+struct StratumSettings {
+  /// Strata were made after plots were chosen from all strata together (post-stratification), so
+  /// that their numbers of plots are random.
+  bool are_posterior = false;
+  /// Estimation units, within each of which posterior strata were made and plots were chosen; empty
+  /// names and no entries: one for all strata.
+  std::map<std::string, std::string> unit_of_stratum{};
+  /// Plots are a considerable part of their strata, whose areas are known: the variance of a
+  /// stratum is multiplied by the share of its area that is not in a plot.
+  bool is_finite = false;
 };
 
 /// Estimates by stratum and, last, for all together.
@@ -113,11 +129,19 @@ struct StratumFigures {
 ///                          and the result is one entry
 /// \param stratum_areas_ha  areas by name; may be empty
 /// \param are_weights       they are relative areas, which give no totals
-/// \throws UsageError if an area is given for an unknown stratum, or not for all strata
+/// \throws UsageError if an area is given for an unknown stratum, or not for all strata, or
+///   `settings` need areas of strata that are not given, or are smaller than those of the plots
 std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
                                             const std::vector<SampledArea>& areas,
                                             const std::vector<std::string>& stratum_of_area,
                                             const std::map<std::string, double>& stratum_areas_ha,
-                                            bool are_weights = false);
+                                            bool are_weights = false,
+                                            const StratumSettings& settings = {});
+
+/// Trees of one kind, such as a species and diameter class.
+struct DomainFigures {
+  std::vector<std::string> labels{};  ///< in the order of StandReportOptions::by; may be empty
+  StratumFigures figures{};           ///< of all strata together
+};
 
 }  // namespace silvafit::stand

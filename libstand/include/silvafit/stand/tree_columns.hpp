@@ -28,7 +28,7 @@ struct MeasureRange {
 struct TreeColumn {
   std::string_view name{};     ///< plot, dbh, status ...
   std::string_view meaning{};  ///< "diameter at breast height"
-  std::string_view unit{};     ///< cm or m; empty for labels
+  std::string_view unit{};     ///< cm, m or degrees; empty for labels
   MeasureRange range{};
   /// Names in the form of folded_letters(), with blanks between them.
   std::string_view usual{};
@@ -41,6 +41,8 @@ struct TreeColumn {
 
   bool is_measure() const { return values != nullptr; }
   bool is_position() const { return name == "x" || name == "y" || name == "z"; }
+  /// Whether x and y can be made of it: azimuth, distance, x0, y0.
+  bool makes_position() const { return !unit.empty() && !is_measure(); }
   bool is_possible(double value) const {
     return range.text.empty() || value > range.lowest ||
            (range.allows_lowest && value == range.lowest);
@@ -49,7 +51,8 @@ struct TreeColumn {
   std::string meaning_with_unit() const;
 };
 
-/// All standard columns: plot, tree and species, the measures, the status.
+/// All standard columns: plot, tree and species, the measures, the status, and those of which
+/// positions are made.
 std::span<const TreeColumn> tree_columns();
 /// The standard column of this name; null if there is none.
 const TreeColumn* tree_column(std::string_view name);
@@ -92,18 +95,23 @@ data::TextColumn joined_labels(const data::Table& table, const std::vector<std::
 
 /// Standard columns that a file has under another usual name, such as dbh as BHD, or in another
 /// unit, such as `DBH (mm)`, which is the source `DBH (mm)`/10. docs/inventory.md lists the names.
-/// In FIA's table TREE, columns have FIA's meaning and units. Labels may be joined_columns().
+/// In FIA's table TREE, columns have FIA's meaning and units. Labels may be joined_columns(). If x
+/// and y are not found, or azimuth or distance are mapped, they are x0 + distance*sin(azimuth) and
+/// y0 + distance*cos(azimuth), with x0 = y0 = 0 unless there are such columns.
 /// \param header     of the file
 /// \param is_wanted  whether a standard name is searched for
 /// \param file       for messages
 /// \param units      of each column, from a row below the header; none if there is no such row
 /// \param by_location  whether FIA's rows of several visits belong to one plot
-/// \throws UsageError if two columns of the file could be the same standard column
+/// \param mapped     by the user, of which positions may be made
+/// \throws UsageError if two columns of the file could be the same standard column, or an azimuth
+///   is mapped and no distance is there
 std::vector<ColumnMapping> usual_columns(const std::vector<std::string>& header,
                                          const std::function<bool(const std::string&)>& is_wanted,
                                          const std::string& file,
                                          const std::vector<std::string>& units = {},
-                                         bool by_location = false);
+                                         bool by_location = false,
+                                         const std::vector<ColumnMapping>& mapped = {});
 
 /// The column that says whether trees are alive: as mapped, or under a usual name; none if the file
 /// has none.

@@ -16,7 +16,7 @@ enum class TreeStatus {
   kAlive,
   kDead,         ///< and standing
   kGone,         ///< cut, fallen or a stump
-  kNotInSample,  ///< by FIA's STATUSCD 0: the row is no measurement
+  kNotInSample,  ///< such as FIA's STATUSCD 0: the row is no measurement
 };
 
 /// Values of a status column and their meaning by the user. Numbers are compared as numbers, other
@@ -29,14 +29,19 @@ struct StatusCodes {
   bool empty() const { return alive.empty() && dead.empty() && cut.empty(); }
 };
 
+struct KnownTable;
+
 /// Reads the values of one column and counts them.
 class StatusColumn {
  public:
   StatusColumn() = default;
   /// \param header  of the column: the meaning of 1 and 0 differs between `alive` and `dead`
   /// \param codes   they are preferred to usual words
+  /// \param table   header of the table, whose codes may be documented (models/sources)
   /// \throws UsageError if a value has two meanings
-  explicit StatusColumn(std::string header, StatusCodes codes = {});
+  explicit StatusColumn(std::string header,
+                        StatusCodes codes = {},
+                        const std::vector<std::string>& table = {});
 
   /// An empty value and one that is not known mean alive; the latter are counted.
   TreeStatus read(std::string_view value);
@@ -57,7 +62,8 @@ class StatusColumn {
   std::optional<TreeStatus> meaning_of(std::string_view value) const;
 
   std::string header_{};
-  enum class Kind { kStatus, kAlive, kDead, kForestInventoryAnalysis } kind_ = Kind::kStatus;
+  enum class Kind { kStatus, kAlive, kDead } kind_ = Kind::kStatus;
+  const KnownTable* table_ = nullptr;
   std::map<std::string, std::optional<TreeStatus>, std::less<>> known_{};
   std::map<std::string, std::size_t> unknown_{};
   std::size_t dead_ = 0;

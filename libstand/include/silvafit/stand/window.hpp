@@ -90,9 +90,10 @@ struct NamedWindow {
 /// GeoJSON: a Feature or FeatureCollection of Polygon or MultiPolygon, or of Point with the
 /// property `radius` [m], or a bare polygon geometry. A feature's property `plot` names the plot of
 /// the window. WKT: POLYGON and MULTIPOLYGON, each on a new line, all for the stand. CSV: the
-/// columns plot and wkt, or plot, x, y and radius of circular plots; without plot, for the stand.
-/// Polygons of one plot, and those of none, are combined; a plot has at most one circle.
-/// \throws InputError if the file is none of these, or a polygon is not valid
+/// columns plot and wkt, or plot, x, y and radius of circular plots, or plot, x and y of the
+/// corners of plots in order; without plot, for the stand. Polygons of one plot, and those of none,
+/// are combined; a plot has at most one circle. \throws InputError if the file is none of these, or
+/// a polygon is not valid
 std::vector<NamedWindow> read_windows(const std::filesystem::path& path);
 
 /// Windows of a table with the columns of such a CSV file; plots may have another usual name.

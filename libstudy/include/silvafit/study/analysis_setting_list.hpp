@@ -37,6 +37,33 @@ void each_setting(S& settings, Visit&& visit) {
                 "Areas of the strata in ha, for totals, such as A=120,B=33.5")
             .type("STRATUM=HA,...")
             .option("stratum-area"));
+  visit(Setting("post_stratified",
+                report.strata.are_posterior,
+                "Plots were assigned to strata after they were chosen: variances of "
+                "post-stratification, as FIA's"));
+  visit(Setting("finite_population",
+                report.strata.is_finite,
+                "Reduce variances by the share of each stratum's area that plots cover"));
+  visit(Setting("totals",
+                settings.totals,
+                "Numeric columns of the trees whose means and totals are estimated as those of "
+                "the basal area, such as VOLCFNET,DRYBIO_AG")
+            .type("COLUMN,..."));
+  visit(Setting("thinning",
+                settings.thinning,
+                "Show the stand before and after a thinning: below=20 or above=20 (m2/ha that "
+                "remain; the thinnest or thickest trees are removed), or marked=COLUMN")
+            .type("RULE"));
+  visit(Setting("site_index",
+                settings.site_index,
+                "Site index by a published curve, from the dominant height and the column age of "
+                "the trees, such as elfving-kiviste-1997")
+            .type("ID"));
+  visit(Setting("by",
+                report.by,
+                "Estimates with standard errors of the trees of each kind: species, dbh (diameter "
+                "classes) or other columns, such as species,dbh")
+            .type("COLUMN,..."));
 }
 
 template <data::Same<EquationSettings> S, typename Visit>
@@ -126,6 +153,13 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.add_residual,
                 "Add a random residual to imputed values, and random effects to plots without "
                 "measured trees"));
+  visit(Setting("coverage",
+                settings.interval,
+                "Add limits of prediction intervals of imputed values with this coverage, such as "
+                "0.95")
+            .type("LEVEL")
+            .share()
+            .option("interval"));
 }
 
 template <data::Same<ViewOptions> S, typename Visit>
@@ -143,6 +177,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.textures,
                 "Pictures of bark and shoots; plain: leaves as polygons in plain colors")
             .option("plain"));
+  visit(Setting("season", settings.season, "Colors of leaves; deciduous trees are bare in winter")
+            .one_of({"summer", "autumn", "winter", "spring"}));
 }
 
 template <data::Same<TileSettings> S, typename Visit>

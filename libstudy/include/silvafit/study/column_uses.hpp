@@ -15,6 +15,7 @@ struct ColumnTexts {
   std::string where{};
   std::string random{};
   std::string variance{};
+  std::string correlation{};
 };
 
 /// Names in texts. Those of a formula may be parameters instead of columns.

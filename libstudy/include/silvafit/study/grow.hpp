@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -46,7 +47,8 @@ struct GrowSettings {
   bool quantize = false;
   bool compress = false;
   bool ascii = false;
-  bool textures = true;  ///< PLY has none
+  bool textures = true;           ///< PLY has none
+  std::string season = "summer";  ///< summer, autumn, winter or spring
   // Repeated measurements.
   std::string by{};               ///< column of the time; one scene a time: FILE-2021.glb, ...
   bool animate = false;           ///< one animated scene of all times instead
@@ -86,8 +88,10 @@ struct WrittenScene {
 struct GrowCounts {
   std::size_t trees = 0;
   std::size_t with_guesses = 0;  ///< with missing measurements
-  std::size_t crossing = 0;      ///< whose radius branches cross those of neighbors
-  std::size_t overlaps = 0;      ///< pairs of crowns
+  /// Trees by what they lack, or what was not used as measured: hc, radii, preset, branch_count.
+  std::map<std::string, std::size_t> guesses{};
+  std::size_t crossing = 0;  ///< whose radius branches cross those of neighbors
+  std::size_t overlaps = 0;  ///< pairs of crowns
 };
 
 struct GrowResult {

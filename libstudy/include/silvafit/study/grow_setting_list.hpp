@@ -56,6 +56,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.textures,
                 "Pictures of bark and shoots; plain: leaves as polygons in plain colors")
             .option("plain"));
+  visit(Setting("season", settings.season, "Colors of leaves; deciduous trees are bare in winter")
+            .one_of({"summer", "autumn", "winter", "spring"}));
   visit(Setting("builder",
                 settings.builder,
                 "Builder of the trees (for its presets: silvafit models --builders)")

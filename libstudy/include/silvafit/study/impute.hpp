@@ -34,6 +34,8 @@ struct ImputeOptions {
   /// stand, of nested groupings) without measured trees, so that imputed values vary as measured
   /// ones do.
   bool add_residual = false;
+  /// Coverage of prediction intervals of imputed values, in (0, 1); 0: none.
+  double interval = 0.0;
   std::uint64_t seed = 1;
   unsigned threads = 0;
 };
@@ -74,6 +76,8 @@ struct Imputation {
   /// (N) why a tree was not imputed, or what is doubtful: "dbh is missing", "dbh is outside the
   /// fitted range"; empty otherwise.
   std::vector<std::string> flag{};
+  std::vector<double> lower{};  ///< (N) limits of intervals of imputed values, else NaN; empty
+  std::vector<double> upper{};  ///< without intervals
   std::vector<std::string> notes{};
 
   std::size_t count(ImputeSource which) const;

@@ -19,6 +19,7 @@ namespace silvafit::study {
 
 struct TableImputation {
   ImputeOptions options{};
+  std::string column{};                   ///< name of the response in the file
   data::Table table{};                    ///< as it was read
   std::vector<std::string> recognized{};  ///< how it was read
   Imputation imputation{};                ///< with the notes
@@ -63,8 +64,9 @@ ImputationSummary impute_trees(const data::TableSource& trees,
                                const ImputationSink& sink,
                                const Callbacks& callbacks = {});
 
-/// Names of the columns that are added for a response: h_source, h_level, h_flag.
-std::vector<std::string> imputation_columns(const std::string& response);
+/// Names of the columns that are added for a column: h_source, h_level, h_flag, and with intervals
+/// h_lower and h_upper.
+std::vector<std::string> imputation_columns(const std::string& column, bool has_intervals);
 
 /// The response, measured or imputed, and the columns of imputation_columns().
 data::Table imputed_columns(const TableImputation& imputed);

@@ -73,7 +73,8 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("window",
                 settings.window,
                 "Area of the inventory in m: GeoJSON, WKT, or CSV with plot and wkt, or plot, x, y "
-                "and radius; or a layer of polygons (default: the convex hull of the trees)")
+                "and radius, or plot, x and y of corners in order; or a layer of polygons "
+                "(default: the convex hull of the trees)")
             .as(SettingForm::kFile, "FILE"));
   visit(Setting("circle",
                 settings.circle,

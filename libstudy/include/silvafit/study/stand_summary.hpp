@@ -2,15 +2,20 @@
 // Stand tables of an inventory, from a file or table to results.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/stand_report.hpp"
+#include "silvafit/stand/thinning.hpp"
 #include "silvafit/study/callbacks.hpp"
+#include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
@@ -20,7 +25,11 @@ struct StandOptions {
   ReadingSettings reading{};
   UnitSettings units{};
   SamplingSettings sampling{};
-  EquationSettings equations{};        ///< of volume, biomass and carbon
+  EquationSettings equations{};       ///< of volume, biomass and carbon
+  std::vector<std::string> totals{};  ///< columns that are quantities, too
+  std::string thinning{};             ///< as stand::parse_thinning(); empty: none
+  /// Curve of models/site_index (of `equations.models`); reads the column age of the trees.
+  std::string site_index{};
   stand::StandReportOptions report{};  ///< its `units` and `design` come from the settings
   /// Reads plot by plot, so that memory grows with the number of plots, not of trees; if the rows
   /// of a plot are not contiguous, they are sorted on disk.
@@ -28,11 +37,21 @@ struct StandOptions {
   unsigned threads = 0;  ///< 0: as many as there are cores
 };
 
+/// The dominant height of a plot at the base age of a curve.
+struct SiteIndex {
+  std::string plot{};
+  double age = 0.0;          ///< mean of its trees [years]; NaN if no tree has one
+  double dominant_m = 0.0;   ///< dominant height now
+  double at_base_age = 0.0;  ///< [m]
+};
+
 struct StandSummary {
   UnitSettings settings{};
   stand::CheckedInventory inventory{};  ///< with `stream` without trees and skipped rows
   stand::StandReport report{};          ///< with `stream` as of stand::StandReportParts
-  std::vector<std::string> notes{};     ///< on the inventory and the report
+  std::optional<stand::Thinning> thinning{};
+  std::vector<SiteIndex> sites{};
+  std::vector<std::string> notes{};  ///< on the inventory and the report
   double seconds = 0.0;
 };
 
@@ -48,6 +67,22 @@ StandSummary stand_summary(const data::TableSource& inventory,
                            const StandOptions& options = {},
                            const Callbacks& callbacks = {},
                            const StandUnitSink& sink = {});
+
+/// Writes the report page of stand tables: those, diameters, height curves by Naslund's formula and
+/// the map.
+/// \param summary        not read with `stream`
+/// \param command        as it was given
+/// \param page_template  as of write_study()
+void write_stand_page(StandSummary summary,
+                      const StandOptions& options,
+                      const Catalogue& catalogue,
+                      const std::string& command,
+                      const std::filesystem::path& page_template,
+                      const std::filesystem::path& file);
+
+/// The tables of the report, and those of thinning and site indices: `thinning` with the stand
+/// before, the removed trees and the stand after, `trees` with the column `removed`, `sites`.
+std::vector<std::pair<std::string, data::Table>> tables_of(const StandSummary& summary);
 
 /// As JSON, schema silvafit-stand/1 (docs/stand.md).
 nlohmann::ordered_json json_of(const StandSummary& summary);

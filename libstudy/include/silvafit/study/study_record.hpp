@@ -8,13 +8,21 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/sampling_design.hpp"
+#include "silvafit/stand/stand_report.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/study/study.hpp"
 #include "silvafit/study/study_configuration.hpp"
 
 namespace silvafit::study {
+
+/// The mean height of a species by dbh.
+struct HeightCurve {
+  std::string species{};
+  fit::FittedModel fit;
+};
 
 /// A study with all of its inputs, which its files document.
 struct StudyRecord {
@@ -31,6 +39,10 @@ struct StudyRecord {
   std::optional<stand::StructuralUnits> units{};
   data::Table table{};  ///< inventory_table() of the two
   Study study{};
+  // For the first part of the report:
+  std::optional<stand::StandReport> stand{};  ///< none without areas
+  std::vector<HeightCurve> height_curves{};
+  std::string volume{};  ///< how the volume of `stand` was computed; empty: it has none
 };
 
 }  // namespace silvafit::study

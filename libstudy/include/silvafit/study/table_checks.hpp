@@ -40,6 +40,10 @@ std::string origin_of_missing(const std::vector<std::string>& columns, const dat
 ///   measured, such as 0 or -9999 for a missing one
 void require_possible(const std::string& response, const data::Table& table);
 
+/// Makes values missing that require_possible() would refuse.
+/// \return a note with their number and the first; empty if there are none
+std::string leave_out_impossible(const std::string& response, data::Table& table);
+
 /// Checks that a model of the catalogue is defined for all rows, except missing values.
 /// \throws InputError if a column is not there or holds text; DomainError at the first value
 ///   outside the model's domain

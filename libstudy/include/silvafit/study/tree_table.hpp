@@ -28,6 +28,8 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
 struct ReadTable {
   data::Table table{};
   std::vector<std::string> recognized{};
+  /// Standard columns that are other columns of the file, unchanged: h is Height.
+  std::map<std::string, std::string> columns{};
 };
 
 /// Such a table as observations: a row with the plot, tree and all other values of an earlier one

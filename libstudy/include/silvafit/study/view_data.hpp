@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "silvafit/data/table.hpp"
+#include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/morphology_table.hpp"
-#include "silvafit/tree/preset.hpp"
 
 namespace silvafit::study {
 
@@ -25,6 +25,7 @@ struct ViewOptions {
   std::size_t models_per_preset = 6;  ///< number of models of a species preset
   std::vector<int> levels{0, 1, 2, 3};
   bool textures = true;  ///< pictures of bark and shoots, else leaves as polygons in plain colors
+  std::string season = "summer";  ///< summer, autumn, winter or spring
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one for each core
 };
@@ -53,7 +54,7 @@ struct View {
 /// \throws InputError if a required column is missing or no tree can be shown; UsageError
 ///         for invalid options; GeometryError as tree::grow_tree()
 View view_of_trees(const data::Table& table,
-                   const tree::PresetCatalogue& catalogue,
+                   const tree::BuilderCatalogue& catalogue,
                    const ViewOptions& options);
 
 /// A scene of a GLB file, unchanged.
@@ -67,7 +68,7 @@ View view_of_trees(const data::Table& table,
 /// \throws InputError if it is not a GLB file, or no tree of the table is in it
 View view_of_scene(std::string_view glb,
                    const data::Table* table,
-                   const tree::PresetCatalogue& catalogue,
+                   const tree::BuilderCatalogue& catalogue,
                    const ViewOptions& options);
 
 }  // namespace silvafit::study

@@ -43,7 +43,7 @@ std::filesystem::path view_page_path(const std::filesystem::path& source);
 /// \throws InputError if the source is none of these; else as read_tree_table, view_of_trees,
 ///   view_of_scene and write_report_page
 ViewPage write_view_page(const data::TableSource& source,
-                         const tree::PresetCatalogue& catalogue,
+                         const tree::BuilderCatalogue& catalogue,
                          const std::filesystem::path& page_template,
                          const std::filesystem::path& page,
                          const ViewPageSettings& settings = {},

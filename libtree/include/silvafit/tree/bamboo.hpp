@@ -99,7 +99,7 @@ struct BambooPreset {
   CulmBranching branches{};
   CulmTwigs twigs{};
   CulmLeaves leaves{};
-  Color culm_color{};
+  Bark bark{};
 
   /// \param models  the folder with taper/
   /// \throws InputError naming the file and the field if it cannot be used

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "silvafit/data/expression.hpp"
@@ -20,12 +21,11 @@ class BranchCount {
   struct Count {
     double total = 0.0;
     double dead = 0.0;
-    double age_years = 0.0;  ///< the age used
-    bool clamped = false;    ///< the age was outside the range; the nearer limit was used
 
     double live() const { return total - dead; }
   };
-  Count at(double age_years) const;
+  /// None outside the range of ages.
+  std::optional<Count> at(double age_years) const;
 
   const std::string& name() const { return name_; }
   double youngest_years() const { return youngest_years_; }

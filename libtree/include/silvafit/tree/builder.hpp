@@ -3,7 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/preset.hpp"
 #include "silvafit/tree/skeleton.hpp"
+#include "silvafit/tree/species_map.hpp"
 #include "silvafit/tree/taper.hpp"
 
 namespace silvafit::tree {
@@ -34,6 +37,8 @@ struct PresetHead {
   CrownIndex crown_index{};
   double relative_hc = 0.3;
   Taper taper{};
+  Color bark{};  ///< mean colors, for drawings without meshes
+  Color leaf{};
 };
 
 /// A builder with one of its presets: grows any tree to its measurements.
@@ -103,6 +108,25 @@ class SegmentBuilder : public Builder {
   const Preset& segments_;
 };
 
+/// The preset for a species.
+struct PresetChoice {
+  const Builder* builder = nullptr;
+  bool is_listed = true;  ///< false: no preset lists the species, and this is the usual one
+  std::string code_of{};  ///< the species, if the name was read as a code of the FIA
+};
+
+/// Collects what was assumed about species.
+class SpeciesNotes {
+ public:
+  void add(const std::string& species, const PresetChoice& choice);
+  /// Sentences, one for each kind of assumption.
+  std::vector<std::string> texts() const;
+
+ private:
+  std::map<std::string, std::set<std::string>> unlisted_{};  ///< by preset
+  std::map<std::string, std::string> codes_{};
+};
+
 /// The presets of all builders.
 class BuilderCatalogue {
  public:
@@ -113,17 +137,24 @@ class BuilderCatalogue {
   /// Presets of a builder, in alphabetical order; at least one.
   std::vector<const Builder*> of(BuilderKind kind) const;
 
+  /// Of the builder segment also the presets of others, because it draws all species.
   /// \throws UsageError with the available names
   const Builder& named(BuilderKind kind, std::string_view name) const;
 
-  /// The preset for a species: by full name or code, else by genus, regardless of case; null if no
-  /// preset lists it.
-  const Builder* for_species(BuilderKind kind, std::string_view species) const;
+  /// By the species that presets of the builder list, and by the species map. With the builder
+  /// segment a palm, a banyan or a bamboo has the preset of its own builder.
+  PresetChoice choose(BuilderKind kind, std::string_view species) const;
 
   /// The preset for species that no other preset lists: the one that lists "*".
   const Builder& fallback(BuilderKind kind) const;
 
+  const SpeciesMap& species() const { return species_; }
+  /// Names that choose a preset: its own, and those of the map; of species only those whose genus
+  /// has another preset.
+  std::vector<std::string> species_of(const Builder& builder) const;
+
  private:
+  SpeciesMap species_{};
   std::unique_ptr<const PresetCatalogue> segment_presets_;
   std::vector<std::unique_ptr<const Builder>> builders_;
 };

@@ -32,12 +32,12 @@ class Impostors {
   /// may call this.
   /// \param builder  must live as long as this object
   /// \param random   chooses which sides of the typical tree are shown
-  /// \param stem_tolerance_m  as in MeshOptions
+  /// \param options  of which the stem's tolerance and the season are used
   /// \throws as Builder::build_mesh()
   Mesh build(const Builder& builder,
              const TreeShape& shape,
              Random& random,
-             double stem_tolerance_m);
+             const MeshOptions& options);
 
  private:
   class Pictures;

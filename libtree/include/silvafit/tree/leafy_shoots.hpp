@@ -2,13 +2,26 @@
 // Foliage as pictures of leafy shoots on crossed cards.
 #pragma once
 
+#include <array>
+#include <memory>
+#include <optional>
+#include <string_view>
+
 #include "silvafit/tree/texture_library.hpp"
 
 namespace silvafit::tree {
 
+/// Linear RGB color, each 0 .. 1.
+using Color = std::array<double, 3>;
+
+enum class Season { kSummer, kAutumn, kWinter, kSpring };
+
+/// \throws UsageError unless it is summer, autumn, winter or spring
+Season season_from_text(std::string_view text);
+
 /// Shoots along the branches of a tree: two crossed cards each.
 struct LeafyShoots {
-  ShootKind picture = ShootKind::kAlternate;
+  std::shared_ptr<const ShootPicture> picture{};
   /// Length of the pictured shoot, at which its leaves have their true size [m].
   double length_m = 0.6;
   /// Area of the leaves (one side) by the area of the crown's projection. It gives the number of
@@ -20,6 +33,15 @@ struct LeafyShoots {
   /// A shoot is a whole twig, from its base to its tip, as a pinna of a fern. The twigs then give
   /// the number and the lengths of the shoots.
   bool is_whole_twig = false;
+  bool is_deciduous = false;      ///< without leaves in winter
+  std::optional<Color> autumn{};  ///< color of the leaves; else as in summer
+  std::optional<Color> spring{};
+
+  bool has_leaves(Season season) const { return !(is_deciduous && season == Season::kWinter); }
+  const Color& color(Season season, const Color& summer) const {
+    if (season == Season::kAutumn && autumn) return *autumn;
+    return season == Season::kSpring && spring ? *spring : summer;
+  }
 };
 
 }  // namespace silvafit::tree

@@ -96,6 +96,7 @@ struct MeshOptions {
   double thinnest_wood_m = 0.014;
   /// With textures: triangles of stem and limbs of smooth meshes, as far as measurements allow.
   int most_wood = 5000;
+  Season season = Season::kSummer;  ///< deciduous trees are bare in winter
   /// Colors of foliage that vary with its depth in the crown, in addition to the material's.
   bool vertex_colors = false;
 };

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -18,9 +19,6 @@
 
 namespace silvafit::tree {
 
-/// Linear RGB color, each 0 .. 1.
-using Color = std::array<double, 3>;
-
 /// Angles from the vertical in one layer of the crown: normal, truncated to [low, high]; the mean
 /// is the middle and the standard deviation a quarter of the interval.
 struct AngleLayer {
@@ -31,12 +29,10 @@ struct AngleLayer {
 
 enum class Arrangement { kWhorls, kSpiral };
 
-/// Whorls for known ages: each year's shoot has `low` to `high` of them, `spacing_m` apart,
-/// starting at its base.
+/// Whorls for known ages: each year's shoot has `low` to `high` of them, spread along it.
 struct YearlyWhorls {
   int low = 3;
   int high = 5;
-  double spacing_m = 0.05;
 };
 
 /// Limbs among the first-order branches that are nearly as thick as the stem, which divides there.
@@ -108,6 +104,19 @@ struct Foliage {
   Tuft tuft{};  ///< leaves: computed from the numbers above
 };
 
+/// The bark of stem, branches and roots.
+struct Bark {
+  Color color{};                                 ///< without textures
+  std::shared_ptr<const BarkPicture> picture{};  ///< with textures
+  /// Colors where the bark has these diameters, relative to that at breast height, in increasing
+  /// order; in between they change gradually. Empty: `color` everywhere.
+  struct Shade {
+    double relative_diameter = 0.0;
+    Color color{};
+  };
+  std::vector<Shade> shades{};
+};
+
 /// All parameters of a species' appearance. `basis` gives the origin of every number: measured,
 /// with the source, or guessed.
 struct Preset {
@@ -121,8 +130,7 @@ struct Preset {
   std::optional<Twigs> shoots{};  ///< of the third order
   Foliage foliage{};              ///< without textures
   LeafyShoots leafy_shoots{};     ///< with textures
-  Color bark{};
-  BarkKind bark_kind = BarkKind::kSmooth;
+  Bark bark{};
   Taper taper{};
   std::optional<BranchCount> branch_count{};
 };
@@ -139,13 +147,6 @@ class PresetCatalogue {
 
   /// \throws UsageError with the available names
   const Preset& named(std::string_view name) const;
-
-  /// The preset for a species: by full name or code, else by genus, regardless of case; null if no
-  /// preset lists it.
-  const Preset* for_species(std::string_view species) const;
-
-  /// The preset for species that no preset lists.
-  const Preset& fallback() const { return named("generic-broadleaf"); }
 
  private:
   std::vector<Preset> presets_;

@@ -40,6 +40,12 @@ class SharedPictures {
   std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_{};
 };
 
+/// A time of an animation in the table's own units, such as a year.
+struct NamedTime {
+  double time_s = 0.0;
+  std::string name{};
+};
+
 struct SceneOptions {
   Position origin{};  ///< positions in the file are relative to it
   /// GLB and glTF: one node for all instances of a model (EXT_mesh_gpu_instancing), 24 to 28 bytes
@@ -54,6 +60,7 @@ struct SceneOptions {
   unsigned threads = 1;  ///< GLB and glTF: for compressing pictures; 0: one for each core
   /// OBJ: pictures that this file shares with others of its folder; null: it has its own.
   SharedPictures* pictures = nullptr;
+  std::vector<NamedTime> times{};  ///< of an animation, in its extras
   /// GLB: the longest file that is written, in bytes. The format has 32 bits for its length.
   std::size_t longest_glb = std::numeric_limits<std::uint32_t>::max();
 };

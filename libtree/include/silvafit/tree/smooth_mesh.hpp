@@ -48,8 +48,7 @@ struct AerialRoots {
 };
 
 struct SmoothStyle {
-  Color bark{};
-  BarkKind bark_kind = BarkKind::kSmooth;
+  Bark bark{};
   std::vector<LeafLook> leaves{};  ///< by grade
   /// With textures: shoots along the branches, in the color of the first look, instead of a leaf at
   /// each site.

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Functions of the coefficients of a fit, with standard errors.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "silvafit/data/expression.hpp"
+
+namespace silvafit::fit {
+
+struct FittedModel;
+
+/// A function of the coefficients: a height at some age, an age of largest growth, a difference
+/// between levels of a factor.
+struct DerivedQuantity {
+  std::string name{};
+  data::Expression value;
+
+  /// \param names, estimate  (p) all coefficients that it uses, and their values
+  double at(const std::vector<std::string>& names, const Eigen::VectorXd& estimate) const;
+  /// (p) derivatives by them.
+  Eigen::VectorXd gradient(const std::vector<std::string>& names,
+                           const Eigen::VectorXd& estimate) const;
+};
+
+/// Reads "h30 = 1.3 + a*(1 - exp(-b*30))", or an expression alone, which is then its own name.
+/// Names that are no words stand between backquotes, as in `a:(species == "SM")`.
+/// \throws FormulaError if the text cannot be read, or a name in it is not a coefficient
+DerivedQuantity parse_derived_quantity(std::string_view text,
+                                       const std::vector<std::string>& coefficients);
+
+/// The estimate of a derived quantity; NaN where it is not known.
+struct DerivedValue {
+  double estimate = 0.0;
+  double standard_error = 0.0;      ///< by the delta method
+  double degrees_of_freedom = 0.0;  ///< the fewest of the coefficients that it depends on
+};
+
+/// Those of a fit, in the order of its specification. Coefficients that are held have no error.
+/// Source: Casella and Berger 2002, Statistical inference, theorem 5.5.28 (the delta method).
+std::vector<DerivedValue> derived_values(const FittedModel& fit);
+
+}  // namespace silvafit::fit

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: MIT
+// Fits with correlated residuals on simulated data, against the formulas of a linear model with
+// dense matrices.
+#include <Eigen/Cholesky>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/random.hpp"
+#include "silvafit/fit/bootstrap.hpp"
+#include "silvafit/fit/calibration.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/likelihood_ratio.hpp"
+#include "silvafit/fit/model_texts.hpp"
+#include "silvafit/fit/prediction.hpp"
+#include "silvafit/fit/simulated_responses.hpp"
+
+using namespace silvafit;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+/// Trees at random positions of plots of 30 m x 30 m, measured in an order of their own: y = 20 +
+/// 0.5 z + u + e, u of the plot with sd 1, e with sd 1.5 and the correlation exp(-d / range) or
+/// phi^|t - s|.
+data::Table simulated_trees(Index plots, Index size, double range, double phi, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<double> x, y, z, t, response;
+  data::TextColumn plot;
+  for (Index p = 0; p < plots; ++p) {
+    const auto first = static_cast<Index>(x.size());
+    MatrixXd correlation(size, size);
+    VectorXd errors(size);
+    for (Index i = 0; i < size; ++i) {
+      x.push_back(30.0 * random.uniform());
+      y.push_back(30.0 * random.uniform());
+      z.push_back(10.0 * random.uniform());
+      t.push_back(static_cast<double>((7 * i) % size));
+      plot.append(std::to_string(p + 1));
+      errors[i] = random.normal();
+    }
+    for (Index i = 0; i < size; ++i) {
+      for (Index j = 0; j < size; ++j) {
+        const auto a = static_cast<std::size_t>(first + i);
+        const auto b = static_cast<std::size_t>(first + j);
+        correlation(i, j) = range > 0.0 ? std::exp(-std::hypot(x[a] - x[b], y[a] - y[b]) / range)
+                                        : std::pow(phi, std::abs(t[a] - t[b]));
+      }
+    }
+    errors = correlation.llt().matrixL() * errors;
+    const double effect = random.normal();
+    for (Index i = 0; i < size; ++i) {
+      response.push_back(20.0 + 0.5 * z[static_cast<std::size_t>(first + i)] + effect +
+                         1.5 * errors[i]);
+    }
+  }
+  data::Table table(x.size());
+  table.set("x", x);
+  table.set("y", y);
+  table.set("z", z);
+  table.set("t", t);
+  table.set("h", response);
+  table.set("plot", std::move(plot));
+  return table;
+}
+
+fit::FitResult correlated_fit(const data::Table& table,
+                              const std::string& correlation,
+                              const std::string& random = "a | plot",
+                              const std::string& variance = "") {
+  return fit::fit_model(fit::specify_model(fit::ModelTexts{.formula = "h ~ a + b*z",
+                                                           .random = random,
+                                                           .variance = variance,
+                                                           .correlation = correlation},
+                                           table),
+                        table);
+}
+
+std::string message_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("The range of a simulated correlation of positions in 100 plots is recovered") {
+  const data::Table table = simulated_trees(100, 20, 6.0, 0.0, 5);
+  const fit::FittedModel fit = correlated_fit(table, "exponential(x, y)").fit;
+  INFO(fit.convergence.verdict);
+  REQUIRE(fit.convergence.converged());
+  const fit::Intervals wald =
+      fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kWald, .level = 0.999});
+  const auto covers = [&](const std::string& name, double truth) {
+    const auto found = std::ranges::find(wald.parameters, name, &fit::ParameterInterval::name);
+    REQUIRE(found != wald.parameters.end());
+    INFO(name << " " << found->lower << " " << found->upper);
+    CHECK(found->lower < truth);
+    CHECK(found->upper > truth);
+    return found->upper / found->lower;
+  };
+  CHECK(covers("range", 6.0) < 2.0);
+  covers("sigma", 1.5);
+  covers("b", 0.5);
+  const fit::FittedModel independent = correlated_fit(table, "").fit;
+  CHECK(fit.log_likelihood > independent.log_likelihood + 100.0);
+  const fit::NestedTest test = fit::likelihood_ratio_test(fit, independent);
+  CHECK(test.p < 1e-10);
+}
+
+TEST_CASE("Effects of correlated groups, their covariance and predictions of neighbors") {
+  data::Table table = simulated_trees(8, 12, 0.0, 0.7, 3);
+  const fit::FittedModel fit = correlated_fit(table, "ar1(t)").fit;
+  REQUIRE(fit.convergence.converged());
+  const double phi = fit.variance.correlation->values[0];
+  const double psi = fit.random[0].covariance(0, 0);
+  const auto z = table.numbers("z");
+  const auto t = table.numbers("t");
+  const auto h = table.numbers("h");
+  const auto correlation = [&](std::size_t i, std::size_t j) {
+    return std::pow(phi, std::abs(t[i] - t[j]));
+  };
+  for (std::size_t g = 0; g < 8; ++g) {
+    MatrixXd v(12, 12);
+    VectorXd error(12);
+    for (std::size_t i = 0; i < 12; ++i) {
+      for (std::size_t j = 0; j < 12; ++j) {
+        v(static_cast<Index>(i), static_cast<Index>(j)) =
+            psi + fit.sigma * fit.sigma * correlation(12 * g + i, 12 * g + j);
+      }
+      error[static_cast<Index>(i)] =
+          h[12 * g + i] - fit.estimate[0] - fit.estimate[1] * z[12 * g + i];
+    }
+    const VectorXd weights = v.llt().solve(VectorXd::Constant(12, psi));
+    const auto at = static_cast<Index>(g);
+    CHECK(fit.random[0].effects(0, at) == Approx(weights.dot(error)).margin(1e-7));
+    CHECK(fit.random[0].uncertainty.covariances(0, at) == Approx(psi - psi * weights.sum()));
+  }
+  // The same trees as new groups.
+  const fit::Calibration again = fit::calibrate(fit, table, {.seen_groups = fit::SeenGroups::kNew});
+  CHECK((again.random[0].effects - fit.random[0].effects).norm() < 1e-6);
+  CHECK(
+      (again.random[0].uncertainty.sensitivities - fit.random[0].uncertainty.sensitivities).norm() <
+      1e-8);
+
+  // The tree at time 5 of plot 1 from the others: of an AR(1) only its two neighbors count.
+  std::vector<double> hidden(h.begin(), h.end());
+  const auto at = static_cast<std::size_t>(std::ranges::find(t, 5.0) - t.begin());
+  hidden[at] = std::nan("");
+  table.set("h", hidden);
+  const fit::Prediction prediction = fit::predict(fit, table, fit::Level::kCalibrated);
+  const auto mean_of = [&](std::size_t row) {
+    return fit.estimate[0] + fit.random[0].effects(0, 0) + fit.estimate[1] * z[row];
+  };
+  double neighbors = 0.0;
+  for (std::size_t row = 0; row < 12; ++row) {
+    if (std::abs(t[row] - 5.0) == 1.0) neighbors += hidden[row] - mean_of(row);
+  }
+  const auto row = static_cast<Index>(at);
+  CHECK(prediction.value[row] == Approx(mean_of(at) + phi / (1 + phi * phi) * neighbors));
+  CHECK(prediction.residual_sd[row] ==
+        Approx(fit.sigma * std::sqrt((1 - phi * phi) / (1 + phi * phi))));
+  CHECK_THROWS_AS(fit::predict(fit, table, fit::Level::kCalibrated, {.standard_errors = true}),
+                  UsageError);
+}
+
+TEST_CASE("Simulated responses have the correlation of the fit") {
+  const data::Table table = simulated_trees(4, 10, 0.0, 0.7, 9);
+  const fit::FittedModel fit = correlated_fit(table, "ar1(t | plot)", "").fit;
+  REQUIRE(fit.convergence.converged());
+  const fit::SimulatedResponses drawn = fit::simulate_responses(fit, table, 4000, 1);
+  const MatrixXd centered = drawn.values.colwise() - drawn.values.rowwise().mean();
+  const auto t = table.numbers("t");
+  for (Index i = 0; i < 10; ++i) {
+    for (const Index j : {i, (i + 1) % 10, Index{12}}) {
+      const double same =
+          j < 10
+              ? std::pow(fit.variance.correlation->values[0],
+                         std::abs(t[static_cast<std::size_t>(i)] - t[static_cast<std::size_t>(j)]))
+              : 0.0;
+      const double expected = fit.sigma * fit.sigma * same;
+      const double found = centered.row(i).dot(centered.row(j)) / 4000.0;
+      // Five standard errors of a covariance of 4000 pairs.
+      CHECK(std::abs(found - expected) <
+            5.0 * fit.sigma * fit.sigma * std::sqrt((1.0 + same * same) / 4000.0));
+    }
+  }
+}
+
+TEST_CASE(
+    "A correlation with a variance function does not depend on the units of time and response") {
+  data::Table table = simulated_trees(20, 10, 0.0, 0.6, 4);
+  const fit::FittedModel fit = correlated_fit(table, "car1(t)", "a | plot", "power").fit;
+  REQUIRE(fit.convergence.converged());
+  data::Table scaled = table;
+  std::vector<double> t, h;
+  for (const double value : table.numbers("t")) t.push_back(1000.0 * value);
+  for (const double value : table.numbers("h")) h.push_back(0.001 * value);
+  scaled.set("t", t);
+  scaled.set("h", h);
+  const fit::FittedModel other = correlated_fit(scaled, "car1(t)", "a | plot", "power").fit;
+  const double change = static_cast<double>(fit.observations) * std::log(1000.0);
+  CHECK(other.log_likelihood == Approx(fit.log_likelihood + change).margin(1e-7));
+  CHECK(std::pow(other.variance.correlation->values[0], 1000.0) ==
+        Approx(fit.variance.correlation->values[0]).epsilon(1e-5));
+}
+
+TEST_CASE("Rows that have no correlation are errors with their group") {
+  data::Table table = simulated_trees(3, 5, 0.0, 0.5, 1);
+  std::vector<double> t(table.numbers("t").begin(), table.numbers("t").end());
+  const auto with = [&](std::size_t row, double value) {
+    std::vector<double> changed = t;
+    changed[row] = value;
+    data::Table result = table;
+    result.set("t", changed);
+    return result;
+  };
+  CHECK(message_of([&] {
+          correlated_fit(with(6, t[5]), "car1(t)");
+        }).find("is repeated in group 2") != std::string::npos);
+  CHECK(message_of([&] {
+          correlated_fit(with(6, std::nan("")), "car1(t)");
+        }).find("row of group 2") != std::string::npos);
+  CHECK(message_of([&] {
+          correlated_fit(with(6, 0.5), "ar1(t)");
+        }).find("0.5 in group 2 is not an integer") != std::string::npos);
+  CHECK(message_of([&] { correlated_fit(table, "car1(t)", ""); }).find("which are one group") !=
+        std::string::npos);
+  CHECK_THROWS_AS(correlated_fit(table, "ar1(t)", "a | plot + t"), UsageError);
+}
+
+TEST_CASE("Compound symmetry beside a random intercept is not identifiable") {
+  const data::Table table = simulated_trees(20, 6, 8.0, 0.0, 2);
+  const fit::FittedModel fit = correlated_fit(table, "compound-symmetry").fit;
+  CHECK(fit.convergence.status == fit::ConvergenceStatus::kNotIdentifiable);
+  CHECK(fit.convergence.verdict.find("rho") != std::string::npos);
+  // Without the intercept it is the model with it: the same likelihood.
+  const fit::FittedModel alone = correlated_fit(table, "compound-symmetry(1 | plot)", "").fit;
+  const fit::FittedModel effects = correlated_fit(table, "").fit;
+  REQUIRE(alone.convergence.converged());
+  CHECK(alone.log_likelihood == Approx(effects.log_likelihood).margin(1e-6));
+}

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/derived_quantity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/near_names.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/fit/fitted_model.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+std::vector<double> list_of(const VectorXd& values) { return {values.begin(), values.end()}; }
+
+/// The place of the `=` behind a name; npos if there is none.
+std::size_t equals_sign(std::string_view text) {
+  const std::size_t at = text.find_first_of("=<>!`\"");
+  const bool is_alone =
+      at != std::string_view::npos && text[at] == '=' && !text.substr(at + 1).starts_with('=');
+  return is_alone ? at : std::string_view::npos;
+}
+
+}  // namespace
+
+double DerivedQuantity::at(const std::vector<std::string>& names, const VectorXd& estimate) const {
+  return value.value(names, list_of(estimate));
+}
+
+VectorXd DerivedQuantity::gradient(const std::vector<std::string>& names,
+                                   const VectorXd& estimate) const {
+  VectorXd result = VectorXd::Zero(estimate.size());
+  const std::vector<std::string> used = value.variables();
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    if (std::ranges::find(used, names[j]) == used.end()) continue;
+    result[static_cast<Index>(j)] = value.derivative(names[j]).value(names, list_of(estimate));
+  }
+  return result;
+}
+
+DerivedQuantity parse_derived_quantity(std::string_view text,
+                                       const std::vector<std::string>& coefficients) {
+  const std::size_t equals = equals_sign(text);
+  const bool has_name = equals != std::string_view::npos;
+  DerivedQuantity result{
+      .name = std::string(data::trimmed(has_name ? text.substr(0, equals) : text)),
+      .value = data::Expression::parse(text, has_name ? equals + 1 : 0, text.size())};
+  if (result.name.empty()) throw FormulaError("the name before '=' is missing", text, 1);
+  if (std::ranges::find(coefficients, result.name) != coefficients.end()) {
+    throw FormulaError(
+        fmt::format("'{}' is a coefficient already; choose another name", result.name), text, 1);
+  }
+  const std::vector<std::string> used = result.value.variables();
+  for (const std::string& name : used) {
+    if (std::ranges::find(coefficients, name) != coefficients.end()) continue;
+    throw FormulaError(
+        fmt::format(
+            "'{}' is not a coefficient of the model{}", name, did_you_mean(name, coefficients)),
+        text,
+        text.find(name, has_name ? equals : 0) + 1);
+  }
+  if (used.empty()) throw FormulaError("does not depend on any coefficient", text, 1);
+  return result;
+}
+
+std::vector<DerivedValue> derived_values(const FittedModel& fit) {
+  std::vector<DerivedValue> result;
+  const std::vector<std::string>& names = fit.coefficient_names;
+  const VectorXd errors = fit.standard_errors();
+  for (const DerivedQuantity& quantity : fit.specification.derived) {
+    DerivedValue& one = result.emplace_back(quantity.at(names, fit.estimate), kNaN, kInfinity);
+    const VectorXd gradient = quantity.gradient(names, fit.estimate);
+    std::vector<Index> estimated;
+    for (Index j = 0; j < errors.size(); ++j) {
+      if (gradient[j] == 0.0 || std::isnan(errors[j])) continue;
+      estimated.push_back(j);
+      const bool is_known = j < fit.degrees_of_freedom.size();
+      one.degrees_of_freedom =
+          std::min(one.degrees_of_freedom, is_known ? fit.degrees_of_freedom[j] : kNaN);
+    }
+    if (estimated.empty()) {
+      one.degrees_of_freedom = kNaN;
+      continue;
+    }
+    const VectorXd slopes = gradient(estimated);
+    one.standard_error = std::sqrt(slopes.dot(fit.covariance(estimated, estimated) * slopes));
+  }
+  return result;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/fit/derived_quantity.hpp"
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/fit/bootstrap.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/fit/intervals.hpp"
+#include "silvafit/fit/model_texts.hpp"
+
+using namespace silvafit;
+using namespace silvafit::fit;
+
+namespace {
+
+/// NIST's data set Misra1a.
+data::Table misra() {
+  data::Table table;
+  table.set("y",
+            {10.07,
+             14.73,
+             17.94,
+             23.93,
+             29.61,
+             35.18,
+             40.02,
+             44.82,
+             50.76,
+             55.05,
+             61.01,
+             66.40,
+             75.47,
+             81.78});
+  table.set("x",
+            {77.6,
+             114.9,
+             141.1,
+             190.8,
+             239.9,
+             289.0,
+             332.8,
+             378.4,
+             434.8,
+             477.3,
+             536.8,
+             593.1,
+             689.1,
+             760.0});
+  return table;
+}
+
+FittedModel misra_fit(const std::vector<std::string>& derived,
+                      const FitModelOptions& options = {}) {
+  const data::Table table = misra();
+  const ModelSpecification model =
+      specify_model({.formula = "y ~ b1*(1 - exp(-b2*x))", .derived = derived}, table);
+  return fit_model(model, table, options).fit;
+}
+
+}  // namespace
+
+TEST_CASE("a derived quantity has the standard error and interval of a model that has it") {
+  const FittedModel fit = misra_fit({"slope = b1*b2", "y1000 = b1*(1 - exp(-1000*b2))"});
+  // R 4.2.2: summary and confint of nls(y ~ s/b2*(1 - exp(-b2*x))) and
+  // nls(y ~ q*(1 - exp(-b2*x))/(1 - exp(-1000*b2))), which are accurate to 1e-8.
+  const std::vector<DerivedValue> values = derived_values(fit);
+  REQUIRE(values.size() == 2);
+  CHECK(values[0].estimate == Approx(0.131455549).epsilon(1e-8));
+  CHECK(values[0].standard_error == Approx(2.595758e-4).epsilon(1e-6));
+  CHECK(values[0].degrees_of_freedom == 12.0);
+  CHECK(values[1].estimate == Approx(101.1060767).epsilon(1e-8));
+  CHECK(values[1].standard_error == Approx(0.15326086).epsilon(1e-6));
+  const Intervals profiles =
+      confidence_intervals(fit, misra(), {.method = IntervalMethod::kProfile});
+  const ParameterInterval& slope = profiles.parameters[3];
+  CHECK(slope.name == "slope");
+  CHECK(slope.kind == ParameterKind::kDerived);
+  CHECK(slope.lower == Approx(0.1308903158).epsilon(1e-7));
+  CHECK(slope.upper == Approx(0.1320229409).epsilon(1e-7));
+  CHECK(profiles.parameters[4].lower == Approx(100.7723842).epsilon(1e-7));
+  CHECK(profiles.parameters[4].upper == Approx(101.4410634).epsilon(1e-7));
+  const Intervals wald = confidence_intervals(fit, misra());
+  // The 97.5 % quantile of t with 12 degrees of freedom.
+  CHECK(wald.parameters.back().lower ==
+        Approx(101.1060767 - 2.1788128297 * 0.15326086).epsilon(1e-8));
+}
+
+TEST_CASE("a coefficient that is held has no error in a derived quantity") {
+  const FittedModel fit = misra_fit({"slope = b1*b2"}, {.fixed = {{"b2", 5.5e-4}}});
+  const DerivedValue value = derived_values(fit)[0];
+  CHECK(value.standard_error == Approx(5.5e-4 * fit.standard_errors()[0]).epsilon(1e-12));
+  const Intervals profiles =
+      confidence_intervals(fit, misra(), {.method = IntervalMethod::kProfile});
+  CHECK(profiles.parameters.back().upper ==
+        Approx(5.5e-4 * profiles.parameters.front().upper).epsilon(1e-8));
+}
+
+TEST_CASE("differences of levels are derived quantities, in files and in the bootstrap") {
+  data::Table table;  // PlantGrowth in R; Dobson 1983
+  table.set("weight", {4.17, 5.58, 5.18, 6.11, 4.50, 4.61, 5.17, 4.53, 5.33, 5.14,
+                       4.81, 4.17, 4.41, 3.59, 5.87, 3.83, 6.03, 4.89, 4.32, 4.69,
+                       6.31, 5.12, 5.54, 5.50, 5.37, 5.29, 4.92, 6.15, 5.80, 5.26});
+  data::TextColumn group;
+  for (int i = 0; i < 30; ++i) group.append(i < 10 ? "ctrl" : i < 20 ? "trt1" : "trt2");
+  table.set("group", group);
+  table.set("one", std::vector<double>(30, 1.0));
+  const ModelTexts texts{
+      .formula = "weight ~ a*one",
+      .sub_models = {"a ~ group"},
+      .derived = {"difference = `a:(group == \"trt2\")` - `a:(group == \"trt1\")`"}};
+  const FittedModel fit = fit_model(specify_model(texts, table), table).fit;
+  // R 4.2.2: lm(weight ~ group, PlantGrowth).
+  CHECK(derived_values(fit)[0].estimate == Approx(0.865).epsilon(1e-12));
+  CHECK(derived_values(fit)[0].standard_error == Approx(0.2787816084).epsilon(1e-9));
+  const FittedModel read = from_json(to_json(fit), "file");
+  CHECK(derived_values(read)[0].standard_error == derived_values(fit)[0].standard_error);
+  const Bootstrap drawn = bootstrap(fit, table, {.replicates = 400});
+  CHECK(drawn.parameters.back().name == "difference");
+  // The parametric bootstrap draws from sigma with n - p; its error is 1/sqrt(2 * 400) = 3.5 %.
+  CHECK(drawn.parameters.back().standard_error == Approx(0.2787816084).epsilon(0.1));
+}
+
+TEST_CASE("texts of derived quantities are checked") {
+  const std::vector<std::string> names{"a", "b"};
+  CHECK(parse_derived_quantity(" a/b ", names).name == "a/b");
+  CHECK_THROWS_AS(parse_derived_quantity("c = a*bb", names), FormulaError);
+  CHECK_THROWS_AS(parse_derived_quantity("b = 2*a", names), FormulaError);
+  CHECK_THROWS_AS(parse_derived_quantity("c = 3", names), FormulaError);
+  CHECK_THROWS_AS(parse_derived_quantity("= a", names), FormulaError);
+  CHECK_THROWS_AS(parse_derived_quantity("c =", names), FormulaError);
+}

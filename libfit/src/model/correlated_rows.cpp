@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+#include "model/correlated_rows.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/parallel.hpp"
+
+namespace silvafit::fit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Kind = Correlation::Kind;
+using Block = CorrelatedRows::Block;
+
+// A Cholesky factorization of more rows takes more than a gigabyte and a minute a step.
+constexpr Index kLargestDense = 5000;
+// A symmetric structure has T (T - 1) / 2 parameters.
+constexpr std::size_t kMostTimes = 16;
+
+class Builder {
+ public:
+  Builder(const NonlinearModel& model, const Correlation& correlation)
+      : model_(model),
+        correlation_(correlation),
+        places_(model.observations(), std::max<Index>(1, std::ssize(correlation.columns))) {
+    for (Index k = 0; k < std::ssize(correlation.columns); ++k) {
+      places_.col(k) = model.column(correlation.columns[static_cast<std::size_t>(k)]);
+    }
+  }
+
+  void build() {
+    for (Index group = 0; group < model_.group_count(); ++group) {
+      first_block_.push_back(blocks_.size());
+      add_blocks(group);
+    }
+    first_block_.push_back(blocks_.size());
+  }
+
+  /// The typical nearest and the farthest distance, and the size of the largest block.
+  CorrelationScale scale() const {
+    CorrelationScale result{.largest = 1};
+    double sum = 0.0;
+    double count = 0.0;
+    for (const Block& block : blocks_) {
+      const Index n = block.places.rows();
+      result.largest = std::max(result.largest, n);
+      const VectorXd extent = block.places.colwise().maxCoeff() - block.places.colwise().minCoeff();
+      result.farthest = std::max(result.farthest, extent.norm());
+      for (Index i = 1; i < n; ++i) {
+        const Index from = block.places.cols() == 1 ? i - 1 : 0;
+        const double nearest =
+            (block.places.middleRows(from, i - from).rowwise() - block.places.row(i))
+                .rowwise()
+                .norm()
+                .minCoeff();
+        if (nearest > 0.0) sum += std::log(nearest);
+        if (nearest > 0.0) ++count;
+      }
+    }
+    if (count > 0.0) result.unit = std::exp(sum / count);
+    return result;
+  }
+
+  /// The distinct times, ascending.
+  std::vector<double> times() const {
+    std::vector<double> result;
+    for (const Block& block : blocks_) {
+      for (const double time : block.places.col(0)) {
+        const auto at = std::ranges::lower_bound(result, time);
+        if (at == result.end() || *at != time) result.insert(at, time);
+      }
+    }
+    return result;
+  }
+
+  std::vector<Block> blocks_;
+  std::vector<std::size_t> first_block_;
+
+ private:
+  void add_blocks(Index group) {
+    // Without a grouping of its own all rows of the model's group are one block.
+    std::map<Index, Block> own;
+    const NonlinearModel::Strata* const strata =
+        correlation_.group.empty() ? nullptr : &model_.strata(correlation_.group);
+    for (Index i = model_.group_begin(group); i < model_.group_begin(group + 1); ++i) {
+      const Index code = strata == nullptr ? 0 : strata->of_rows[static_cast<std::size_t>(i)];
+      own[code].rows.push_back(i);
+    }
+    for (auto& [code, block] : own) {
+      const std::string label = strata == nullptr
+                                    ? model_.group_labels()[static_cast<std::size_t>(group)]
+                                    : strata->labels[static_cast<std::size_t>(code)];
+      finish(label, block);
+      blocks_.push_back(std::move(block));
+    }
+  }
+
+  void finish(const std::string& label, Block& block) {
+    if (correlation_.columns.empty()) {
+      block.places = VectorXd::LinSpaced(
+          std::ssize(block.rows), 0.0, static_cast<double>(std::ssize(block.rows)) - 1.0);
+      return;
+    }
+    for (const Index i : block.rows) require_place(label, i);
+    if (correlation_.columns.size() == 1) {
+      std::ranges::stable_sort(block.rows, {}, [this](Index i) { return places_(i, 0); });
+    }
+    block.places = places_(block.rows, Eigen::all);
+    require_distinct(label, block);
+  }
+
+  /// "group M01" or "the data".
+  static std::string named(const std::string& label) {
+    return label.empty() ? "the data, which are one group" : "group " + label;
+  }
+
+  void require_place(const std::string& label, Index i) const {
+    const Kind kind = correlation_.kind;
+    const bool is_order = kind == Kind::kAr1 || kind == Kind::kArma;
+    for (Index k = 0; k < places_.cols(); ++k) {
+      const double value = places_(i, k);
+      Place place = model_.place(i);
+      place.column = correlation_.columns[static_cast<std::size_t>(k)];
+      if (std::isnan(value)) {
+        throw InputError(
+            fmt::format("no value in a row of {}; `correlation` needs one in each row of the fit",
+                        named(label)),
+            place);
+      }
+      if (is_order && value != std::round(value)) {
+        throw InputError(fmt::format("{} in {} is not an integer, which ar1 and arma need; use "
+                                     "car1({})",
+                                     value,
+                                     named(label),
+                                     place.column),
+                         place);
+      }
+    }
+  }
+
+  /// With a nugget two rows may be at one place.
+  void require_distinct(const std::string& label, const Block& block) const {
+    if (correlation_.has_nugget) return;
+    std::vector<Index> order(block.rows.size());
+    std::iota(order.begin(), order.end(), Index{0});
+    const auto is_before = [&](Index a, Index b) {
+      return std::lexicographical_compare(block.places.row(a).begin(),
+                                          block.places.row(a).end(),
+                                          block.places.row(b).begin(),
+                                          block.places.row(b).end());
+    };
+    std::ranges::stable_sort(order, is_before);
+    for (std::size_t k = 1; k < order.size(); ++k) {
+      if (is_before(order[k - 1], order[k])) continue;
+      const Place first = model_.place(block.rows[static_cast<std::size_t>(order[k - 1])]);
+      Place second = model_.place(block.rows[static_cast<std::size_t>(order[k])]);
+      const auto where = [](const Place& of) {
+        return of.line ? fmt::format(" (line {} has it, too)", *of.line) : std::string();
+      };
+      second.column = fmt::format("{}", fmt::join(correlation_.columns, ", "));
+      throw InputError(
+          fmt::format(
+              "{} is repeated in {}{}; `correlation` needs another value in each row of a "
+              "group: give the column of the groups as in {}{}",
+              fmt::join(block.places.row(order[k]).begin(), block.places.row(order[k]).end(), ", "),
+              named(label),
+              where(first),
+              first_word(),
+              correlation_.kind >= Kind::kExponential ? ", or a nugget" : ""),
+          second);
+    }
+  }
+
+  std::string first_word() const {
+    Correlation example = correlation_;
+    example.group = "plot";
+    return example.text();
+  }
+
+  const NonlinearModel& model_;
+  const Correlation& correlation_;
+  MatrixXd places_;  ///< (N x d)
+};
+
+void require_possible(const Correlation& correlation, const CorrelationScale& scale) {
+  if (scale.largest < 2) {
+    throw InputError(
+        fmt::format("no group has two rows, so that {} cannot be estimated", correlation.text()));
+  }
+  if (correlation.kind == Kind::kSymmetric && scale.times.size() > kMostTimes) {
+    throw InputError(fmt::format(
+        "{} has {} different times; at most {} can have correlations of their own. Use ar1, car1 "
+        "or arma",
+        correlation.text(),
+        scale.times.size(),
+        kMostTimes));
+  }
+  const bool is_markov = CorrelationStructure(correlation, scale).is_markov();
+  if (is_markov || scale.largest <= kLargestDense) return;
+  throw InputError(
+      fmt::format("{} has a group of {} rows, for which the computation takes too long; at most {} "
+                  "are possible. Give smaller groups as in {}, or use ar1 or car1",
+                  correlation.text(),
+                  scale.largest,
+                  kLargestDense,
+                  "exponential(x, y | plot)"));
+}
+
+}  // namespace
+
+std::shared_ptr<const CorrelatedRows> CorrelatedRows::of(const NonlinearModel& model,
+                                                         const CorrelationEstimate* known) {
+  const auto& correlation = model.specification().correlation;
+  if (!correlation) return nullptr;
+  if (model.crossed() != nullptr) {
+    throw UsageError(
+        "`correlation` is not available with crossed groups or more than two levels; "
+        "use one grouping or two nested ones");
+  }
+  Builder builder(model, *correlation);
+  builder.build();
+  CorrelationScale scale = builder.scale();
+  if (correlation->kind == Kind::kSymmetric) scale.times = builder.times();
+  if (known != nullptr) {
+    scale.unit = known->unit;
+    scale.largest = std::max(scale.largest, known->largest);
+    scale.times = known->times;
+  } else {
+    require_possible(*correlation, scale);
+  }
+  CorrelationStructure structure(*correlation, scale);
+  for (Block& block : builder.blocks_) {
+    for (double& place : block.places.reshaped()) place = structure.place(place);
+  }
+  return std::shared_ptr<const CorrelatedRows>(new CorrelatedRows(
+      std::move(structure), std::move(builder.blocks_), std::move(builder.first_block_)));
+}
+
+void whiten(const NonlinearModel& model,
+            const VarianceEstimate& estimate,
+            Eigen::Ref<MatrixXd> rows) {
+  if (!estimate.correlation) return;
+  const auto correlated = CorrelatedRows::of(model, &*estimate.correlation);
+  const CorrelatedRows::Factors factors = correlated->factors(*estimate.correlation);
+  correlated->change(
+      factors, rows, [](const CorrelationFactor& factor, MatrixXd& part) { factor.whiten(part); });
+}
+
+CorrelatedRows::Factors CorrelatedRows::factors(const CorrelationEstimate& estimate) const {
+  Factors result = factors(structure_.unconstrained(estimate.values), 1);
+  if (!result.empty()) return result;
+  throw NumericalError(
+      fmt::format("the correlations of the rows by {} are not a positive definite matrix",
+                  estimate.correlation.text()));
+}
+
+CorrelatedRows::Factors CorrelatedRows::factors(const VectorXd& parameters,
+                                                unsigned threads) const {
+  Factors result(blocks_.size());
+  const std::unique_ptr<PairCorrelation> pairs = structure_.at(parameters);
+  parallel_for(blocks_.size(), threads, [&](std::size_t k) {
+    result[k] = structure_.factor(blocks_[k].places, *pairs);
+  });
+  const auto is_singular = [](const auto& factor) { return factor == nullptr; };
+  if (std::ranges::any_of(result, is_singular)) return {};
+  return result;
+}
+
+}  // namespace silvafit::fit

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Site index: the dominant height of a stand at a base age, by published curves, which are data.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "silvafit/data/expression.hpp"
+
+namespace silvafit::study {
+
+/// Dominant height at age2 of a stand that has h at an age; an entry of models/site_index.
+struct SiteCurve {
+  std::string id{};
+  std::string title{};  ///< species and region
+  std::vector<std::string> source{};
+  data::Expression height = data::Expression::constant(0.0);  ///< of h, age and age2 [m, years]
+  double base_age = 0.0;
+  double lowest_age = 0.0;  ///< for which it was made
+  double highest_age = 0.0;
+  /// Height, age and site index by another program or the publication, for a test.
+  std::vector<std::array<double, 3>> reference_points{};
+
+  /// [m]; NaN without an age or a height above 0
+  double height_at(double age2, double h_m, double age) const;
+  double site_index(double h_m, double age) const { return height_at(base_age, h_m, age); }
+};
+
+/// The curves of `models/site_index`, by id.
+/// \throws InputError that names the file and the key, if an entry cannot be used
+std::vector<SiteCurve> load_site_curves(const std::filesystem::path& models);
+
+/// \throws UsageError that lists the curves if there is no such one
+const SiteCurve& site_curve(const std::vector<SiteCurve>& curves, const std::string& id);
+
+}  // namespace silvafit::study

@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: MIT
+// Fits, and what is derived from them.
+#include <algorithm>
+#include <ctime>
+#include <functional>
+#include <numeric>
+
+#include "fronts/call.hpp"
+#include "silvafit/base/json_text.hpp"
+#include "silvafit/fit/calibration.hpp"
+#include "silvafit/fit/comparison.hpp"
+#include "silvafit/fit/fit_json.hpp"
+#include "silvafit/fit/inference_json.hpp"
+#include "silvafit/fit/prediction.hpp"
+#include "silvafit/fit/residuals.hpp"
+#include "silvafit/fit/setting_list.hpp"
+#include "silvafit/fit/simulated_responses.hpp"
+#include "silvafit/fit/term_tests.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/table_checks.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using data::Table;
+using data::TableSource;
+using nlohmann::ordered_json;
+
+const Table& table_of(const TableSource& source) {
+  return *std::get<std::shared_ptr<const Table>>(source);
+}
+
+/// A column with a number of each row.
+template <class Rows, class Value>
+std::vector<double> numbers(const Rows& rows, Value value) {
+  std::vector<double> column;
+  for (const auto& row : rows) column.push_back(static_cast<double>(std::invoke(value, row)));
+  return column;
+}
+
+std::vector<double> numbers(const Eigen::VectorXd& values) {
+  return {values.data(), values.data() + values.size()};
+}
+
+/// A column with a text of each row.
+template <class Rows, class Value>
+data::TextColumn texts(const Rows& rows, Value value) {
+  data::TextColumn column;
+  for (const auto& row : rows) column.append(std::invoke(value, row));
+  return column;
+}
+
+/// Adds the columns that have a value for each row.
+void add_if_known(const char* name, const Eigen::VectorXd& values, Table& table) {
+  if (values.size() == static_cast<Eigen::Index>(table.rows())) table.set(name, numbers(values));
+}
+
+/// Columns of a matrix with their numbers, from 0, as names.
+Table table_of_columns(const Eigen::MatrixXd& values) {
+  Table table(static_cast<std::size_t>(values.rows()));
+  for (Eigen::Index j = 0; j < values.cols(); ++j) {
+    table.set(std::to_string(j), numbers(Eigen::VectorXd(values.col(j))));
+  }
+  return table;
+}
+
+/// The fitted values of all rows in the order of the table.
+Table fitted_rows(const fit::FitResult& result) {
+  std::vector<Eigen::Index> order(result.rows.size());
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::ranges::sort(
+      order, {}, [&](Eigen::Index i) { return result.rows[static_cast<std::size_t>(i)]; });
+  Table table(order.size());
+  const auto add = [&](const char* name, const Eigen::VectorXd& values) {
+    // A fit that failed has none.
+    const bool is_known = values.size() == static_cast<Eigen::Index>(order.size());
+    add_if_known(name,
+                 is_known ? Eigen::VectorXd(values(order))
+                          : Eigen::VectorXd::Constant(static_cast<Eigen::Index>(order.size()),
+                                                      data::kMissing),
+                 table);
+  };
+  add("population", result.fitted_population);
+  add("conditional", result.fitted_conditional);
+  add("residual_sd", result.residual_sd);
+  return table;
+}
+
+/// A model as it was asked for.
+struct FitRequest {
+  fit::ModelTexts texts{};
+  std::string model{};                 ///< id in the catalogue, instead of a formula
+  std::vector<std::string> factors{};  ///< columns whose levels are compared in the texts
+  fit::FitModelOptions options{};
+  bool is_traced = false;
+};
+
+AnalysisResult result_of(FitRequest request,
+                         const Table& table,
+                         const Catalogue* catalogue,
+                         const AnalysisCallbacks& callbacks) {
+  fit::FitModelOptions& options = request.options;
+  options.stop = callbacks.stop;
+  if (request.is_traced) options.trace = callbacks.line;
+  if (catalogue != nullptr) {
+    use_base_model(catalogue->find(request.model), table, request.texts, options);
+  }
+  fit::ModelSpecification specification = fit::specify_model(request.texts, table);
+  for (const std::string& factor : request.factors) {
+    const bool is_known =
+        std::ranges::find(specification.factors, factor) != specification.factors.end();
+    if (!is_known) specification.factors.push_back(factor);
+  }
+  // CPU time of the fit itself, which benchmarks compare with that of the whole call.
+  const std::clock_t start = std::clock();
+  fit::FitResult found = fit::fit_model(specification, table, options);
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  found.fit.model = request.model;
+  AnalysisResult result{.tables = {{"rows", fitted_rows(found)}},
+                        .rows = found.rows,
+                        .json = json_text(ordered_json{{"cpu_seconds", seconds}})};
+  std::ranges::sort(result.rows);
+  result.fits.emplace_back("", std::move(found.fit));
+  return result;
+}
+
+std::function<void(std::size_t, std::size_t)> progress_of(const char* stage,
+                                                          const AnalysisCallbacks& callbacks) {
+  return [stage, progress = callbacks.progress](std::size_t done, std::size_t total) {
+    if (progress) progress(stage, done, total);
+  };
+}
+
+/// The settings of a resampling, with those of its refits in the argument `refit`.
+template <class Options>
+Options resampling_options(AnalysisCall& call) {
+  auto options = call.read_with_threads<Options>();
+  if (const auto refit = call.find("refit")) {
+    each_setting(options.refit, SettingsReader::of_call(*refit));
+  }
+  return options;
+}
+
+Table table_of_reasons(const std::vector<fit::CountedReason>& reasons, Front front) {
+  Table table(reasons.size());
+  table.set("reason", texts(reasons, [front](const fit::CountedReason& one) {
+              return with_setting_names(one.reason, front);
+            }));
+  table.set("replicates", numbers(reasons, &fit::CountedReason::replicates));
+  return table;
+}
+
+Table table_of_parameters(const std::vector<fit::BootstrapParameter>& parameters) {
+  using One = fit::BootstrapParameter;
+  Table table(parameters.size());
+  table.set("name", texts(parameters, &One::name));
+  table.set("estimate", numbers(parameters, &One::estimate));
+  table.set("replicates", numbers(parameters, &One::replicates));
+  table.set("bias", numbers(parameters, &One::bias));
+  table.set("se", numbers(parameters, &One::standard_error));
+  table.set("percentile_lower",
+            numbers(parameters, [](const One& one) { return one.percentile.low; }));
+  table.set("percentile_upper",
+            numbers(parameters, [](const One& one) { return one.percentile.high; }));
+  table.set("basic_lower", numbers(parameters, [](const One& one) { return one.basic.low; }));
+  table.set("basic_upper", numbers(parameters, [](const One& one) { return one.basic.high; }));
+  return table;
+}
+
+Table table_of_tests(const std::vector<fit::TermTest>& tests) {
+  Table table(tests.size());
+  table.set("term", texts(tests, &fit::TermTest::term));
+  table.set("df", numbers(tests, &fit::TermTest::numerator_df));
+  table.set("df_denominator", numbers(tests, &fit::TermTest::denominator_df));
+  table.set("statistic", numbers(tests, &fit::TermTest::f));
+  table.set("p", numbers(tests, &fit::TermTest::p));
+  return table;
+}
+
+/// Tests of neighbors, with the numbers of rows of the comparison from 0.
+Table table_of_pairs(const std::vector<fit::ComparedPair>& pairs, Front front) {
+  using Pair = fit::ComparedPair;
+  Table table(pairs.size());
+  const auto add = [&](const char* name, auto value) {
+    table.set(name, numbers(pairs, [value](const Pair& pair) {
+                return pair.test ? static_cast<double>(std::invoke(value, *pair.test))
+                                 : data::kMissing;
+              }));
+  };
+  table.set("larger", numbers(pairs, &Pair::larger));
+  table.set("smaller", numbers(pairs, &Pair::smaller));
+  add("statistic", &fit::NestedTest::statistic);
+  add("df", &fit::NestedTest::degrees_of_freedom);
+  add("p", &fit::NestedTest::p);
+  table.set("note", texts(pairs, [front](const Pair& pair) {
+              return with_setting_names(pair.test ? pair.test->note : pair.reason, front);
+            }));
+  return table;
+}
+
+AnalysisResult result_of(const std::vector<const fit::FittedModel*>& fits, Front front) {
+  const fit::Comparison found = fit::compare(fits);
+  const auto place_of = [&fits](const fit::FittedModel* fit) {
+    return std::ranges::find(fits, fit) - fits.begin();
+  };
+  Table rows(found.fits.size());
+  rows.set("fit",
+           numbers(found.fits, [&](const fit::ComparedFit& one) { return place_of(one.fit); }));
+  rows.set("aic_difference", numbers(found.fits, &fit::ComparedFit::aic_difference));
+  rows.set("akaike_weight", numbers(found.fits, &fit::ComparedFit::akaike_weight));
+  ordered_json failed = ordered_json::array();
+  for (const fit::FittedModel* const fit : found.failed) failed.push_back(place_of(fit));
+  return {.tables = {{"fits", std::move(rows)}, {"tests", table_of_pairs(found.pairs, front)}},
+          .json = in_words({{"failed", std::move(failed)}, {"reason", found.reason}}, front)};
+}
+
+AnalysisResult result_of(const fit::Residuals& found,
+                         const fit::FittedModel& fit,
+                         const Table& table) {
+  Table rows(found.rows.size());
+  rows.set("observed", numbers(found.observed));
+  rows.set("fitted_population", numbers(found.population.fitted));
+  rows.set("fitted_conditional", numbers(found.conditional.fitted));
+  rows.set("response_population", numbers(found.population.raw));
+  rows.set("response_conditional", numbers(found.conditional.raw));
+  rows.set("pearson_population", numbers(found.population.standardized));
+  rows.set("pearson_conditional", numbers(found.conditional.standardized));
+  rows.set("normalized", numbers(found.normalized));
+  rows.set("marginal", numbers(found.marginal));
+  rows.set("residual_sd",
+           numbers(fit.residual_sd(found.conditional.fitted, table.select(found.rows))));
+  return {.tables = {{"rows", std::move(rows)}}, .rows = found.rows};
+}
+
+Table table_of_prediction(const fit::Prediction& found, fit::IntervalKind kind) {
+  Table table(static_cast<std::size_t>(found.value.size()));
+  table.set("value", numbers(found.value));
+  add_if_known("lower", found.lower, table);
+  add_if_known("upper", found.upper, table);
+  const bool is_mean = kind == fit::IntervalKind::kConfidence;
+  add_if_known("standard_error", is_mean ? found.mean_error : found.prediction_error, table);
+  table.set("is_new_group", numbers(found.is_new_group, std::identity()));
+  if (!found.calibrated_from.empty()) {
+    table.set("calibrated_from", numbers(found.calibrated_from, std::identity()));
+  }
+  return table;
+}
+
+}  // namespace
+
+/// Arguments besides the settings: `model`, an id of the catalogue; `columns` of the data that the
+/// table does not have; `factors`; `trace`.
+AnalysisWork fit_work(AnalysisCall& call) {
+  FitRequest request{.texts = call.read<fit::ModelTexts>(),
+                     .model = call.text("model"),
+                     .options = call.read_with_threads<fit::FitModelOptions>(),
+                     .is_traced = call.truth("trace")};
+  call.read_names("columns", request.texts.columns);
+  call.read_names("factors", request.factors);
+  const auto catalogue = request.model.empty() ? nullptr : call.catalogue();
+  return [request, catalogue, table = call.table()](const AnalysisCallbacks& callbacks) {
+    return result_of(request, table_of(table), catalogue.get(), callbacks);
+  };
+}
+
+AnalysisWork predict_work(AnalysisCall& call) {
+  const auto words = call.read_with_threads<PredictionSettings>();
+  fit::PredictionOptions options = prediction_options(words);
+  options.threads = words.threads;
+  return [fit = &call.fit(), table = call.table(), options, level = level_of(words.level)](
+             const AnalysisCallbacks& /*callbacks*/) {
+    const fit::Prediction found = fit::predict(*fit, table_of(table), level, options);
+    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, options.interval_kind)}}};
+  };
+}
+
+AnalysisWork intervals_work(AnalysisCall& call) {
+  return [fit = &call.fit(),
+          table = call.table(),
+          options = call.read_with_threads<fit::IntervalOptions>(),
+          front = call.input().front](const AnalysisCallbacks& callbacks) mutable {
+    options.stop = callbacks.stop;
+    const fit::Intervals found = fit::confidence_intervals(*fit, table_of(table), options);
+    using One = fit::ParameterInterval;
+    Table parameters(found.parameters.size());
+    parameters.set("name", texts(found.parameters, &One::name));
+    parameters.set("kind", texts(found.parameters, [](const One& one) {
+                     return fit::kParameterKinds[static_cast<std::size_t>(one.kind)];
+                   }));
+    parameters.set("estimate", numbers(found.parameters, &One::estimate));
+    parameters.set("lower", numbers(found.parameters, &One::lower));
+    parameters.set("upper", numbers(found.parameters, &One::upper));
+    parameters.set("note", texts(found.parameters, [front](const One& one) {
+                     return with_setting_names(one.note, front);
+                   }));
+    return AnalysisResult{.tables = {{"parameters", std::move(parameters)}},
+                          .json = json_text(ordered_json{{"likelihood", found.likelihood}})};
+  };
+}
+
+AnalysisWork bootstrap_work(AnalysisCall& call) {
+  return [fit = &call.fit(),
+          table = call.table(),
+          options = resampling_options<fit::BootstrapOptions>(call),
+          front = call.input().front](const AnalysisCallbacks& callbacks) mutable {
+    options.refit.stop = callbacks.stop;
+    options.progress = progress_of("bootstrap", callbacks);
+    const fit::Bootstrap found = fit::bootstrap(*fit, table_of(table), options);
+    const ordered_json counts{{"replicates", found.replicates}, {"converged", found.converged}};
+    return AnalysisResult{.tables = {{"parameters", table_of_parameters(found.parameters)},
+                                     {"failures", table_of_reasons(found.failures, front)},
+                                     {"boundary", table_of_reasons(found.at_boundary, front)},
+                                     {"values", table_of_columns(found.values.transpose())}},
+                          .json = json_text(counts)};
+  };
+}
+
+AnalysisWork cross_validate_work(AnalysisCall& call) {
+  return [fit = &call.fit(),
+          table = call.table(),
+          options = resampling_options<fit::CrossValidationOptions>(call),
+          front = call.input().front](const AnalysisCallbacks& callbacks) mutable {
+    options.refit.stop = callbacks.stop;
+    options.progress = progress_of("cross-validation", callbacks);
+    const fit::CrossValidation found = fit::cross_validate(*fit, table_of(table), options);
+    Table rows(found.rows.size());
+    rows.set("fold", numbers(found.fold, std::identity()));
+    rows.set("observed", numbers(found.observed));
+    rows.set("predicted", numbers(found.predicted));
+    if (found.measured > 0) rows.set("calibrated", numbers(found.calibrated));
+    return AnalysisResult{.tables = {{"rows", std::move(rows)}},
+                          .rows = found.rows,
+                          .json = in_words(fit::json_of(found), front)};
+  };
+}
+
+AnalysisWork compare_work(AnalysisCall& call) {
+  return [fits = call.input().fits, front = call.input().front](
+             const AnalysisCallbacks& /*callbacks*/) { return result_of(fits, front); };
+}
+
+/// Arguments: `count` of replicates and `seed`.
+AnalysisWork simulate_work(AnalysisCall& call) {
+  return [fit = &call.fit(),
+          table = call.table(),
+          count = call.number("count", 1),
+          seed = call.number("seed", 1)](const AnalysisCallbacks& /*callbacks*/) {
+    const auto drawn = fit::simulate_responses(*fit, table_of(table), count, seed);
+    return AnalysisResult{.tables = {{"rows", table_of_columns(drawn.values)}}, .rows = drawn.rows};
+  };
+}
+
+AnalysisWork residuals_work(AnalysisCall& call) {
+  return [fit = &call.fit(), table = call.table()](const AnalysisCallbacks& /*callbacks*/) {
+    return result_of(fit::residuals(*fit, table_of(table)), *fit, table_of(table));
+  };
+}
+
+/// Arguments: `sequential`; or, tested together, `terms` by their numbers from 0, or `combinations`
+/// of the coefficients, a list of rows.
+AnalysisWork term_tests_work(AnalysisCall& call) {
+  std::vector<fit::TermTest> tests;
+  if (const auto rows = call.find("combinations")) {
+    const std::vector<data::JsonReader> list = rows->items();
+    Eigen::MatrixXd combinations(list.size(), call.fit().estimate.size());
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      combinations.row(static_cast<Eigen::Index>(i)) =
+          list[i].vector(combinations.cols()).transpose();
+    }
+    tests = {fit::joint_test(call.fit(), combinations)};
+  } else if (const auto terms = call.find("terms")) {
+    std::vector<std::size_t> places;
+    for (const double place : terms->numbers()) places.push_back(static_cast<std::size_t>(place));
+    tests = {fit::joint_test(call.fit(), places)};
+  } else {
+    tests = fit::term_tests(
+        call.fit(),
+        call.truth("sequential") ? fit::TermOrder::kSequential : fit::TermOrder::kMarginal);
+  }
+  return [tests](const AnalysisCallbacks& /*callbacks*/) {
+    return AnalysisResult{.tables = {{"terms", table_of_tests(tests)}}};
+  };
+}
+
+/// The random effects of the groups of the last term, with the labels of these.
+AnalysisWork calibrate_work(AnalysisCall& call) {
+  const auto words = call.read_with_threads<PredictionSettings>();
+  const fit::CalibrationOptions options{.seen_groups = seen_groups_of(words.seen_groups),
+                                        .threads = words.threads};
+  return
+      [fit = &call.fit(), table = call.table(), options](const AnalysisCallbacks& /*callbacks*/) {
+        const fit::Calibration found = fit::calibrate(*fit, table_of(table), options);
+        const fit::CalibratedEffects& last = found.random.back();
+        Table groups(last.labels.size());
+        groups.set("label", texts(last.labels, std::identity()));
+        groups.set("measured", numbers(found.measured, std::identity()));
+        for (std::size_t k = 0; k < fit->random.back().names.size(); ++k) {
+          const Eigen::VectorXd effects = last.effects.row(static_cast<Eigen::Index>(k));
+          groups.set(fit->random.back().names[k], numbers(effects));
+        }
+        return AnalysisResult{.tables = {{"groups", std::move(groups)}}};
+      };
+}
+
+}  // namespace silvafit::study

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+// Structural units, stands, imputation, studies, libraries, 3D.
+#include <algorithm>
+
+#include "fronts/call.hpp"
+#include "silvafit/base/json_text.hpp"
+#include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/grow_setting_list.hpp"
+#include "silvafit/study/impute_table.hpp"
+#include "silvafit/study/indices.hpp"
+#include "silvafit/study/stand_growth.hpp"
+#include "silvafit/study/study_files.hpp"
+#include "silvafit/study/view_page.hpp"
+#include "silvafit/study/whole_study.hpp"
+
+namespace silvafit::study {
+namespace {
+
+/// The rows that an inventory was read from.
+std::vector<std::size_t> rows_of(const stand::Inventory& inventory) {
+  std::vector<std::size_t> rows;
+  for (const std::uint32_t line : inventory.lines) rows.push_back(line - 1);
+  return rows;
+}
+
+/// Those that a table has of the rows that were read.
+std::vector<std::size_t> rows_of(const data::Table& table) {
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    rows.push_back(table.line(row) > 0 ? table.line(row) - 1 : row);
+  }
+  return rows;
+}
+
+StandOptions stand_options(AnalysisCall& call) {
+  auto options = call.read_with_threads<StandOptions>();
+  options.reading = call.read<ReadingSettings>();
+  options.units = call.units();
+  options.sampling = call.sampling();
+  options.equations = call.equations();
+  return options;
+}
+
+}  // namespace
+
+AnalysisWork structural_units_work(AnalysisCall& call) {
+  IndicesOptions options{
+      .reading = call.read<ReadingSettings>(), .units = call.units(), .sampling = call.sampling()};
+  call.add_threads(options);
+  return [options, trees = call.table()](const AnalysisCallbacks& callbacks) {
+    const TreeIndices found = tree_indices(trees, options, callbacks);
+    return AnalysisResult{.tables = {{"units", found.table()}},
+                          .rows = rows_of(found.inventory.inventory),
+                          .json = json_text(json_of(found.summary))};
+  };
+}
+
+AnalysisWork stand_summary_work(AnalysisCall& call) {
+  return [options = stand_options(call), trees = call.table()](const AnalysisCallbacks& callbacks) {
+    const StandSummary found = stand_summary(trees, options, callbacks);
+    return AnalysisResult{.tables = stand::tables_of(found.report),
+                          .json = json_text(json_of(found))};
+  };
+}
+
+AnalysisWork stand_growth_work(AnalysisCall& call) {
+  return [options = stand_options(call), trees = call.table()](const AnalysisCallbacks& callbacks) {
+    const GrowthSummary found = stand_growth(trees, options, callbacks);
+    return AnalysisResult{.tables = stand::tables_of(found.report),
+                          .json = json_text(json_of(found))};
+  };
+}
+
+AnalysisWork impute_work(AnalysisCall& call) {
+  const auto options = call.read_with_threads<ImputeOptions>();
+  const auto reading = call.read<ReadingSettings>();
+  return [options,
+          reading,
+          trees = call.table(),
+          catalogue = call.catalogue(),
+          front = call.input().front](const AnalysisCallbacks& callbacks) {
+    TableImputation found = impute_table(trees, *catalogue, options, reading, callbacks);
+    AnalysisResult result{.tables = {{"columns", imputed_columns(found)}},
+                          .rows = rows_of(found.table),
+                          .json = in_words({{"sentences", summary_of(found)}}, front)};
+    for (ImputeModel& model : found.imputation.models) {
+      result.fits.emplace_back(model.label, std::move(model.fit));
+    }
+    return result;
+  };
+}
+
+AnalysisWork predict_library_work(AnalysisCall& call) {
+  auto settings = call.read_with_threads<PredictionSettings>();
+  settings.reading = call.read<ReadingSettings>();
+  settings.equations = call.equations();
+  return [settings,
+          trees = call.table(),
+          catalogue = call.catalogue(),
+          library = call.input().library](const AnalysisCallbacks& callbacks) {
+    const TablePrediction found = predict_table(trees, *library, *catalogue, settings, callbacks);
+    return AnalysisResult{.tables = {{"columns", new_columns(found)}},
+                          .rows = rows_of(found.table)};
+  };
+}
+
+/// Arguments besides the settings: `config`, a study.json over which the other arguments have
+/// priority; `out`, the folder of the files, if there are to be any; `call`, as the report shows
+/// it.
+AnalysisWork study_work(AnalysisCall& call) {
+  auto settings = call.read<StudyConfiguration>();
+  call.complete(settings.units);
+  call.complete(settings.sampling);
+  const auto catalogue = call.catalogue();
+  if (const std::string file = call.text("config"); !file.empty()) {
+    const auto is_given = [&call](std::string_view key) {
+      const bool has_plots = key == "plots" && call.input().plots;
+      const bool has_window = key == "window" && call.find("windows");
+      return has_plots || has_window || call.find(key);
+    };
+    settings = read_study_configuration(
+        file, catalogue.get(), {.settings = std::move(settings), .is_given = is_given});
+  }
+  call.add_threads(settings.study);
+  return [settings,
+          catalogue,
+          trees = call.table(),
+          out = call.text("out"),
+          command = call.text("call"),
+          page = call.input().data_folder / "viewer" / "report.html",
+          front = call.input().front](const AnalysisCallbacks& callbacks) {
+    StudyRecord record = whole_study(trees, *catalogue, settings, callbacks);
+    record.command = command;
+    if (!out.empty()) write_study(record, *catalogue, page, out);
+    AnalysisResult result{.rows = rows_of(record.inventory.inventory),
+                          .json = in_words(json_of(record, out), front),
+                          .library = library_of(record)};
+    result.tables.emplace_back("predictions", predictions_of(record, *result.library));
+    return result;
+  };
+}
+
+AnalysisWork grow_work(AnalysisCall& call) {
+  auto settings = call.read_with_threads<GrowSettings>();
+  settings.reading = call.read<ReadingSettings>();
+  settings.keeps_trees = true;
+  return [settings, trees = call.table(), models = call.input().data_folder / "models"](
+             const AnalysisCallbacks& callbacks) {
+    const auto catalogue = tree::BuilderCatalogue::load(models);
+    const GrowResult found = grow(trees, catalogue, settings, callbacks);
+    give_notes(notes_on(found.left_out), callbacks.note);
+    return AnalysisResult{.json = json_text(json_of(found))};
+  };
+}
+
+/// With the argument `file`: the page to write.
+AnalysisWork view_work(AnalysisCall& call) {
+  ViewPageSettings settings{.reading = call.read<ReadingSettings>(),
+                            .view = call.read_with_threads<ViewOptions>()};
+  return
+      [settings, trees = call.table(), folder = call.input().data_folder, page = call.text("file")](
+          const AnalysisCallbacks& callbacks) {
+        const auto catalogue = tree::BuilderCatalogue::load(folder / "models");
+        const std::filesystem::path page_template = folder / "viewer" / "scene.html";
+        return AnalysisResult{.json = json_text(json_of(write_view_page(
+                                  trees, catalogue, page_template, page, settings, callbacks)))};
+      };
+}
+
+}  // namespace silvafit::study

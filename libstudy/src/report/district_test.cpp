@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#include "report/district.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "silvafit/fit/model_specification.hpp"
+
+using namespace silvafit;
+
+namespace {
+
+fit::FittedModel curve_with(const std::string& formula, const std::vector<double>& values) {
+  data::Table table;
+  table.set("dbh", std::vector<double>{10.0, 20.0, 30.0});
+  table.set("h", std::vector<double>{9.0, 15.0, 18.0});
+  table.set("age", std::vector<double>{20.0, 40.0, 60.0});
+  fit::FittedModel fit(fit::specify_model(formula, {}, table));
+  fit.coefficient_names = fit.specification.coefficient_names();
+  fit.estimate =
+      Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  return fit;
+}
+
+}  // namespace
+
+TEST_CASE("a curve is a formula of a spreadsheet with its coefficients") {
+  const auto formula = [](const std::string& text, const std::vector<double>& values) {
+    return study::spreadsheet_formula(curve_with(text, values), "A2");
+  };
+  CHECK(formula("h ~ a + b*log(dbh)", {2.0, 5.25}) == "=2+5.25*LN(A2)");
+  // A spreadsheet computes -x^2 as (-x)^2, and 0-x^2 as it is meant.
+  CHECK(formula("h ~ a*exp(-dbh^b)", {30.0, 1.5}).find("EXP(0-") != std::string::npos);
+  CHECK(formula("h ~ a + b*age", {1.0, 2.0}).empty());
+  CHECK(formula("h ~ a + b*dbh", {1.0, std::nan("")}).empty());
+}

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: MIT
+#include "study/final_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "silvafit/base/text.hpp"
+#include "study/outliers.hpp"
+
+namespace silvafit::study {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// The result of the last level that chose a model; none if no level did.
+const fit::FitResult* final_result(const ResponseStudy& result) {
+  if (result.nlme) return &*result.nlme;
+  if (result.with_covariates) return &*result.with_covariates;
+  return result.ols ? &*result.ols : nullptr;
+}
+
+/// AIC of a constant, from the least-squares fit to the same trees.
+double aic_of_mean(const fit::FittedModel& ols) {
+  constexpr double kParameters = 2.0;
+  const auto n = static_cast<double>(ols.observations);
+  return 2.0 * kParameters - 2.0 * ols.log_likelihood - n * std::log1p(-ols.population.r2);
+}
+
+/// A curve can be plausible and still not explain the response.
+void doubt_useless_curve(ResponseStudy& result) {
+  if (!result.ols || !result.ols->fit.convergence.converged()) return;
+  const fit::FittedModel& ols = result.ols->fit;
+  const fit::FittedModel& final = final_result(result)->fit;
+  if (std::isnan(ols.population.r2)) {
+    result.doubts.push_back("All values are equal, so that there is nothing to explain.");
+  } else if (aic_of_mean(ols) < final.aic()) {
+    result.doubts.push_back(
+        fmt::format("The mean of the trees describes them better than this model (AIC {:.1f} "
+                    "against {:.1f}). "
+                    "Use the mean.",
+                    aic_of_mean(ols),
+                    final.aic()));
+  }
+}
+
+/// "tree 12 of plot 3 (line 45: 182 instead of about 19 m)"
+std::string tree_text(const ResponseStudy& result,
+                      const data::Table& table,
+                      const fit::FitResult& final,
+                      Index observation) {
+  const std::size_t row = result.rows[final.rows[static_cast<std::size_t>(observation)]];
+  std::string name;
+  for (const char* const column : {"tree", "plot"}) {
+    if (!table.has(column)) continue;
+    name += fmt::format("{}{} {}", name.empty() ? "" : " of ", column, table.labels(column)[row]);
+  }
+  const std::string line = table.line(row) > 0 ? fmt::format("line {}", table.line(row)) : "";
+  if (name.empty()) name = line.empty() ? fmt::format("row {}", row + 1) : line;
+  return fmt::format("{} ({}{:.4g} instead of about {:.3g} {})",
+                     name,
+                     line.empty() || name == line ? "" : line + ": ",
+                     table.numbers(result.response)[row],
+                     final.fitted_conditional[observation],
+                     unit_of(result.response));
+}
+
+std::string outlying_trees_sentence(const ResponseStudy& result,
+                                    const data::Table& table,
+                                    const fit::FitResult& final,
+                                    const OutlyingTrees& outlying) {
+  constexpr std::size_t kNamed = 5;
+  const std::size_t count = outlying.observations.size();
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < std::min(kNamed, count); ++k) {
+    names.push_back(tree_text(result, table, final, outlying.observations[k]));
+  }
+  if (count > kNamed) names.push_back(fmt::format("and {} more", count - kNamed));
+  return fmt::format(
+      "Outlying {}: {}. The residuals are {} times as large as usual ones or larger. Check the "
+      "measurements.",
+      count > 1 ? "trees" : "tree",
+      fmt::join(names, ", "),
+      std::floor(outlying.distances.back()));
+}
+
+/// (N) conditional residuals in residual standard deviations.
+VectorXd standardized_residuals(const ResponseStudy& result,
+                                const data::Table& table,
+                                const fit::FitResult& final) {
+  const std::span<const double> values = table.numbers(result.response);
+  VectorXd standardized(final.fitted_conditional.size());
+  for (Index i = 0; i < standardized.size(); ++i) {
+    const double observed = values[result.rows[final.rows[static_cast<std::size_t>(i)]]];
+    standardized[i] = (observed - final.fitted_conditional[i]) / final.residual_sd[i];
+  }
+  return standardized;
+}
+
+/// The correlation of each tree's residual with that of the nearest tree of its plot.
+struct NeighborCorrelation {
+  double sum = 0.0;      ///< of products, each pair of mutual neighbors twice
+  double squares = 0.0;  ///< of the residuals of trees with a neighbor
+  double pairs = 0.0;    ///< the variance of the sum if residuals are independent with variance 1
+
+  /// \param rows  of one plot
+  void add(const std::vector<Index>& rows,
+           const VectorXd& residuals,
+           const Eigen::MatrixX2d& positions) {
+    std::vector<std::size_t> nearest(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      double least = std::numeric_limits<double>::infinity();
+      for (std::size_t j = 0; j < rows.size(); ++j) {
+        const double distance = (positions.row(rows[i]) - positions.row(rows[j])).squaredNorm();
+        if (j == i || !(distance < least)) continue;
+        least = distance;
+        nearest[i] = j;
+      }
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      sum += residuals[rows[i]] * residuals[rows[nearest[i]]];
+      squares += residuals[rows[i]] * residuals[rows[i]];
+      // A mutual pair has the weight 2 and is met twice.
+      pairs += nearest[nearest[i]] == i ? 2.0 : 1.0;
+    }
+  }
+};
+
+/// Neighbors that are alike make standard errors too small.
+void note_correlated_neighbors(ResponseStudy& result, const data::Table& table) {
+  const fit::FitResult* const final = final_result(result);
+  const auto is_number = [&](const char* name) {
+    return table.has(name) && table.is_numeric(name);
+  };
+  if (final == nullptr || !table.has("plot") || !is_number("x") || !is_number("y")) return;
+  // All pairs of larger plots take too long.
+  constexpr std::size_t kMostTrees = 3000;
+  const VectorXd residuals = standardized_residuals(result, table, *final);
+  Eigen::MatrixX2d positions(residuals.size(), 2);
+  std::map<std::string, std::vector<Index>, std::less<>> plots;
+  const data::TextColumn labels = table.labels("plot");
+  for (Index i = 0; i < residuals.size(); ++i) {
+    const std::size_t row = result.rows[final->rows[static_cast<std::size_t>(i)]];
+    positions.row(i) << table.numbers("x")[row], table.numbers("y")[row];
+    const bool is_known = positions.row(i).allFinite() && std::isfinite(residuals[i]);
+    if (is_known && !labels.is_missing(row)) plots[std::string(labels[row])].push_back(i);
+  }
+  NeighborCorrelation found;
+  for (const auto& [label, rows] : plots) {
+    if (rows.size() > 1 && rows.size() <= kMostTrees) found.add(rows, residuals, positions);
+  }
+  if (!(found.squares > 0.0)) return;
+  const double correlation = found.sum / found.squares;
+  constexpr double kNotable = 0.1;
+  constexpr double kQuantile = 3.3;  // one-sided p of 0.0005
+  if (correlation < kNotable || found.sum < kQuantile * std::sqrt(found.pairs)) return;
+  result.notes.push_back(fmt::format(
+      "Residuals of trees and their nearest neighbors are correlated ({:.2f}), so that standard "
+      "errors are too small. Fit the model with a `correlation` such as exponential(x, y).",
+      correlation));
+}
+
+/// A few wrong values can determine the curve and the residual variance.
+void check_outlying_trees(ResponseStudy& result, const data::Table& table) {
+  const fit::FitResult* const final = final_result(result);
+  if (final == nullptr) return;
+  const VectorXd standardized = standardized_residuals(result, table, *final);
+  const OutlyingTrees outlying = outlying_trees(standardized);
+  if (outlying.observations.empty()) return;
+  const std::string sentence = outlying_trees_sentence(result, table, *final, outlying);
+  constexpr double kMostVariance = 0.5;
+  if (outlying.share > kMostVariance) {
+    result.doubts.push_back(
+        fmt::format("{} of {} {} up {:.0f} % of the residual variance. {}",
+                    outlying.observations.size(),
+                    counted(static_cast<std::size_t>(standardized.size()), "tree", "trees"),
+                    outlying.observations.size() == 1 ? "makes" : "make",
+                    100.0 * outlying.share,
+                    sentence));
+  } else {
+    result.notes.push_back(sentence);
+  }
+}
+
+/// Outlying plots, which the user should check before using the variances.
+void note_outlying_plots(ResponseStudy& result) {
+  if (!result.nlme) return;
+  const std::string note = outlying_sentence(outlying_plots(result.nlme->fit), result.group);
+  if (!note.empty()) result.notes.push_back(note);
+}
+
+}  // namespace
+
+void check_final_model(ResponseStudy& result, const data::Table& table) {
+  doubt_useless_curve(result);
+  check_outlying_trees(result, table);
+  note_outlying_plots(result);
+  note_correlated_neighbors(result, table);
+}
+
+}  // namespace silvafit::study

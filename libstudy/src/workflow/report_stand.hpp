@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+// What the first part of a report shows.
+#pragma once
+
+#include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/study_record.hpp"
+
+namespace silvafit::study {
+
+/// Adds values per hectare, volumes by the taper equations and the height curves of the study.
+/// Nothing without areas, or with repeated measurements.
+void add_stand(const stand::StructuralUnitOptions& units,
+               const stand::SamplingDesign& design,
+               const Catalogue& catalogue,
+               StudyRecord& record);
+
+/// Height curves of the species of an inventory with enough measured trees, by least squares.
+std::vector<HeightCurve> height_curves_of(const stand::Inventory& inventory,
+                                          const Catalogue& catalogue);
+
+}  // namespace silvafit::study

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#include "silvafit/tree/species_map.hpp"
+
+#include <sstream>
+
+#include "catalogue/preset_head.hpp"
+#include "catalogue/species_names.hpp"
+
+namespace silvafit::tree {
+namespace {
+
+std::vector<std::string> split_names(const std::string& text) {
+  std::vector<std::string> names;
+  std::istringstream words(text);
+  for (std::string name; std::getline(words >> std::ws, name, ';');) names.push_back(name);
+  return names;
+}
+
+}  // namespace
+
+SpeciesMap SpeciesMap::load(const std::filesystem::path& models) {
+  const data::JsonReader entry = open_entry(models / "species.json", "silvafit-species/1");
+  SpeciesMap map;
+  for (const data::JsonReader& row : entry.at("species").items()) {
+    std::vector<std::string> cells;
+    for (const data::JsonReader& cell : row.items()) cells.push_back(cell.any_text());
+    constexpr std::size_t kColumns = 4;
+    if (cells.size() != kColumns) row.fail("must be [Latin name, common names, code, preset]");
+    const Species species{cells[0], split_names(cells[1]), cells[2], cells[3]};
+    std::vector<std::string> names = species.common;
+    names.push_back(species.latin);
+    if (!species.fia.empty()) names.push_back(species.fia);
+    for (const std::string& name : names) {
+      const bool is_new = map.by_name_.emplace(lower_case(name), map.species_.size()).second;
+      if (!is_new) row.fail("has a name that another row has: " + name);
+    }
+    map.species_.push_back(species);
+  }
+  return map;
+}
+
+const SpeciesMap::Species* SpeciesMap::listed(const std::string& lower) const {
+  const auto found = by_name_.find(lower);
+  return found == by_name_.end() ? nullptr : &species_[found->second];
+}
+
+const SpeciesMap::Species* SpeciesMap::find(std::string_view name) const {
+  const std::string lower = lower_case(name);
+  const Species* species = listed(lower);
+  // Varieties and authors follow the two words of a species.
+  const std::size_t genus = lower.find(' ');
+  if (species == nullptr && genus != std::string::npos) {
+    species = listed(lower.substr(0, lower.find(' ', genus + 1)));
+  }
+  return species != nullptr ? species : listed(genus_of(lower));
+}
+
+}  // namespace silvafit::tree
