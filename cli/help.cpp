@@ -25,6 +25,7 @@ const std::map<std::string, std::string, std::less<>> kFirst{
      "columns level interval interval-kind new-groups standard-errors role equations out json"},
     {"impute", "columns response by group model formula random minimum-trees add-residual out"},
     {"grow", "columns plot scene out format builder preset lod share use"},
+    {"render", "out size samples camera eye look path sun date place"},
     {"view", "columns plot out title trees models lod plain no-open json"}};
 
 bool is_first(const CLI::Option& option, const std::vector<std::string>& names) {

@@ -149,7 +149,7 @@ class Tiles(ProgramTest):
         rows = [f"1,{tree},{draw.choice(['fir', 'oak'])},{draw.uniform(0, 60):.1f},{draw.uniform(0, 60):.1f},{draw.uniform(8, 50):.1f},"
                 f"{draw.uniform(14, 30):.1f},{draw.uniform(2, 9):.1f},{draw.uniform(2, 6):.1f}" for tree in range(1, 41)]
         # No tree of one tile can be grown.
-        rows.append("1,41,fir,90.0,10.0,20.0,,3.0,4.0")
+        rows.append("1,41,fir,90.0,10.0,,20.0,3.0,4.0")
         self.write("trees.csv", "plot,tree,species,x,y,dbh,h,hcb,cw\n" + "\n".join(rows) + "\n")
         self.run_program("tiles", "plan", "trees.csv", "--size", "30", "--halo", "5", "--out", "tiles")
         self.run_all("grow", "--lod", "3", "--plain")

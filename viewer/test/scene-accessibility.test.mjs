@@ -33,13 +33,13 @@ for (const [name, options] of [["light", { colorScheme: "light" }], ["dark", { c
 test("Tab goes through picture and controls in their order, and shows where it is", { skip }, () =>
   withScene(sceneExample(), {}, async (page) => {
     const order = [];
-    for (let presses = 0; presses < 21; ++presses) {
+    for (let presses = 0; presses < 22; ++presses) {
       await page.keyboard.press("Tab");
       const [id, outline] = await page.evaluate(() => [document.activeElement.id, parseFloat(getComputedStyle(document.activeElement).outlineWidth)]);
       assert.ok(outline >= 2, `${id} shows no focus`);
       order.push(id);
     }
-    assert.deepEqual(order, ["canvas", "hide-panel", "orbit", "walk", "whole", "save", "link", "show-profile", "show-keys", "variant", "beside", "plot", "filters-summary", "detail", "crowns", "overlaps", "shadows", "show-figures", "theme", "color", "search"]);
+    assert.deepEqual(order, ["canvas", "hide-panel", "orbit", "walk", "whole", "save", "link", "show-profile", "show-keys", "picture-size", "variant", "beside", "plot", "filters-summary", "detail", "crowns", "overlaps", "shadows", "show-figures", "theme", "color", "search"]);
   }),
 );
 

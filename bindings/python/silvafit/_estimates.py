@@ -248,6 +248,12 @@ class Estimates:
         return pd.Series([value for _, value in pairs], [name for name, _ in pairs], name="estimate")
 
     @property
+    def derived(self) -> pd.DataFrame:
+        """The functions of the coefficients that ``fit(derive={"h30": "..."})`` named: expression, estimate, se, df."""
+        found = self._json.get("derived", {})
+        return pd.DataFrame(list(found.values()), list(found), ["expression", "estimate", "se", "df"])
+
+    @property
     def sigma(self) -> float:
         """Residual standard deviation, the factor of the variance function."""
         return self._core.sigma

@@ -86,6 +86,8 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
                  **{name: dict(value) if isinstance(value, (Mapping, pd.Series)) else value for name, value in settings.items()}}
     for name, is_optional in (("formula", False), ("random", True), ("variance", True), ("correlation", True)):
         check_text(name, arguments.get(name), is_optional)
+    if isinstance(arguments.get("derive"), dict):
+        arguments["derive"] = [f"{name} = {text}" for name, text in arguments["derive"].items()]
     arguments["covariance"] = word("covariance", arguments.get("covariance"), is_optional=True)
     if arguments.get("method") in ("ML", "REML"):  # nlme's words
         arguments.update(method=None, reml=arguments["method"] == "REML")

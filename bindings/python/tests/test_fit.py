@@ -327,3 +327,17 @@ def test_unknown_arguments_are_named(stands):
         sf.structural_units(stands, dominanse="dbh")
     with pytest.raises(sf.UsageError, match="did you mean trust_units"):
         sf.stand_summary(stands, trust_unit=True)
+
+
+def test_functions_of_coefficients_have_standard_errors():
+    # R 4.2.2: vcov(lm(weight ~ group, PlantGrowth)); Dobson 1983.
+    weight = [4.17, 5.58, 5.18, 6.11, 4.50, 4.61, 5.17, 4.53, 5.33, 5.14, 4.81, 4.17, 4.41, 3.59, 5.87,
+              3.83, 6.03, 4.89, 4.32, 4.69, 6.31, 5.12, 5.54, 5.50, 5.37, 5.29, 4.92, 6.15, 5.80, 5.26]
+    plants = pd.DataFrame({"weight": weight, "group": ["ctrl"] * 10 + ["trt1"] * 10 + ["trt2"] * 10, "one": 1.0})
+    text = '`a:(group == "trt2")` - `a:(group == "trt1")`'
+    found = sf.fit("weight ~ a*one", plants, parameters="a ~ group", derive={"difference": text})
+    assert found.derived.loc["difference", "estimate"] == pytest.approx(0.865, rel=1e-12)
+    assert found.derived.loc["difference", "se"] == pytest.approx(0.2787816084, rel=1e-9)
+    assert found.intervals().index[-1] == "difference"
+    with pytest.raises(sf.UsageError, match="did you mean"):
+        sf.fit("weight ~ a*one", plants, derive="r = aa/2")

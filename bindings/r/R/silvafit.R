@@ -57,6 +57,8 @@
 #' @param hold named vector of coefficients that are held at a value
 #' @param lower,upper named vectors of bounds of coefficients
 #' @param subset condition on the rows, evaluated in `data`
+#' @param derive functions of the coefficients, with standard errors and intervals: a named vector of texts, such as
+#'   `c(h30 = "1.3 + a * (1 - exp(-b * 30))")`, with the names of `coef()`; those that are no words stand between backquotes
 #' @param na.action `na.omit`, `na.exclude` (residuals and fitted values have NA for omitted rows) or `na.fail`
 #' @param contrasts list of contrasts by factor, as in [stats::model.matrix()]
 #' @param starts number of further random starts of a mixed fit
@@ -77,7 +79,7 @@
 #' predict(fit, data.frame(age = c(5, 15)), level = "population", interval = "confidence")
 silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = NULL, covariance = NULL,
                      variance = NULL, correlation = NULL, method = NULL, reml = FALSE, start = NULL, hold = NULL, lower = NULL,
-                     upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, starts = 0,
+                     upper = NULL, subset = NULL, na.action = stats::na.omit, contrasts = NULL, derive = NULL, starts = 0,
                      agq_points = 7, max_iterations = 200, threads = 1, trace = FALSE, ...) {
   call <- match.call()
   # Expressions of a caller's `...`, which match.call() names ..1.
@@ -114,7 +116,7 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   omit <- check_missing(frame, na.action)
   # The domain of a model of the catalogue may have a condition on these.
   columns <- c(frame, if (!is.null(id)) rows_of(data, rows)[setdiff(intersect(c("dbh", "h"), names(data)), names(frame))])
-  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id), options), folder = if (is.null(id)) "" else data_folder())
+  result <- analysis("fit", plain_columns(columns, names(columns)), c(model$texts, list(model = id, derive = derived_texts(derive, model)), options), folder = if (is.null(id)) "" else data_folder())
   object <- new_fit(result, model, call, options, na.action = omit)
   # What update() and getData() need: the values of the call, and the data with all columns.
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))
@@ -245,6 +247,19 @@ bounds_of <- function(lower, upper) {
   if (length(names) == 0) return(NULL)
   end <- function(values, name) if (name %in% names(values)) values[[name]]
   stats::setNames(lapply(names, function(name) list(end(lower, name), end(upper, name))), names)
+}
+
+# Functions of the coefficients as the C++ libraries read them.
+derived_texts <- function(derive, model) {
+  if (is.null(derive)) return(NULL)
+  if (!is.character(derive) || anyNA(derive)) stop_usage("`derive` has to be a named vector of texts, such as c(ratio = \"a/b\")")
+  unname(mapply(function(text, name) {
+    expression <- tryCatch(str2lang(text), error = function(e) stop_formula("`derive`: ", text, " is no expression"))
+    known <- all.vars(expression)
+    engine <- if (length(known) > 0) names(engine_names(stats::setNames(numeric(length(known)), known), model, "derive"))
+    renamed <- do.call(substitute, list(expression, stats::setNames(lapply(engine, as.name), known)))
+    paste0(if (nzchar(name)) paste(name, "= "), deparse1(renamed, backtick = TRUE))
+  }, derive, if (is.null(names(derive))) "" else names(derive)))
 }
 
 # Names of coefficients as the C++ libraries have them.

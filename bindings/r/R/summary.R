@@ -38,7 +38,15 @@ print_head <- function(x) {
   if (is.call(x$call) && !is.null(x$call$data)) cat("  Data: ", deparse1(x$call$data), "\n", sep = "")
 }
 
+print_derived <- function(x) {
+  if (length(x$fit$derived) == 0) return(invisible())
+  column <- function(key) vapply(x$fit$derived, function(one) if (is.null(one[[key]])) NA_real_ else as.numeric(one[[key]]), 0)
+  cat("\nDerived quantities:\n")
+  print(cbind(Value = column("estimate"), Std.Error = column("se"), DF = column("df")), digits = 6)
+}
+
 print_variance <- function(x) {
+  print_derived(x)
   correlation <- x$fit$correlation
   if (!is.null(correlation)) {
     values <- vapply(correlation$parameters, function(v) format(signif(as.numeric(v), 6)), "")

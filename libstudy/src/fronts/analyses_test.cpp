@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "reference.hpp"
 #include "silvafit/base/error.hpp"
 
 using namespace silvafit;
@@ -24,7 +25,9 @@ data::TableSource trees() {
 }
 
 AnalysisResult result_of(const char* analysis, const std::string& arguments) {
-  return prepare_analysis(analysis, {.arguments = arguments, .table = trees()})({});
+  return prepare_analysis(
+      analysis,
+      {.arguments = arguments, .table = trees(), .data_folder = test::source_file(".")})({});
 }
 
 void refuses(const std::string& arguments, const std::string& argument, const std::string& part) {

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "silvafit/base/text.hpp"
@@ -78,20 +77,30 @@ class Completion {
 
 }  // namespace
 
-std::string assume_sizes(data::Table& table, std::map<std::string, std::string>& columns) {
+void assume_sizes(data::Table& table,
+                  std::map<std::string, std::string>& columns,
+                  AssumedSizes& counts) {
   Completion completion(table, columns);
   auto dbh = completion.numbers("dbh");
-  if (!dbh) return {};
+  if (!dbh) return;
   for (double& value : *dbh) {
     if (!(value > 0.0)) value = data::kMissing;
   }
   data::Table known(table.rows());
   known.set("dbh", std::move(*dbh));
+  for (std::size_t k = 0; k < kAssumed.size(); ++k) {
+    const auto& [name, formula] = kAssumed[k];
+    counts[k] += completion.complete(name, formula, known);
+  }
+}
+
+std::string note_on(const AssumedSizes& counts) {
   std::vector<std::string> texts;
-  for (const auto& [name, formula] : kAssumed) {
-    const std::size_t count = completion.complete(name, formula, known);
-    if (count == 0) continue;
-    texts.push_back(fmt::format("{} of {}: {}", name, counted(count, "tree", "trees"), formula));
+  for (std::size_t k = 0; k < kAssumed.size(); ++k) {
+    if (counts[k] == 0) continue;
+    const auto& [name, formula] = kAssumed[k];
+    texts.push_back(
+        fmt::format("{} of {}: {}", name, counted(counts[k], "tree", "trees"), formula));
   }
   if (texts.empty()) return {};
   return fmt::format(

@@ -2,6 +2,8 @@
 // Trees of which only the diameter was measured, for pictures.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <map>
 #include <string>
 
@@ -9,10 +11,18 @@
 
 namespace silvafit::study {
 
+/// Numbers of trees whose height, crown base and crown width were assumed.
+using AssumedSizes = std::array<std::size_t, 3>;
+
 /// Sets heights, crown bases and crown widths where they are missing, by a fixed formula of dbh.
 /// \param columns  sources of standard columns; those that are completed are removed
-/// \return a note with the number of trees and the formula of each; empty if nothing was missing
-std::string assume_sizes(data::Table& table, std::map<std::string, std::string>& columns);
+/// \param counts   of earlier parts; those of this table are added
+void assume_sizes(data::Table& table,
+                  std::map<std::string, std::string>& columns,
+                  AssumedSizes& counts);
+
+/// A note with the number of trees and the formula of each; empty if nothing was missing.
+std::string note_on(const AssumedSizes& counts);
 
 /// The labels of inventories without these columns: plot 1, and trees numbered from 1.
 void assume_labels(data::Table& table, const std::map<std::string, std::string>& columns);

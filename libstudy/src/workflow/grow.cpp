@@ -195,7 +195,6 @@ class Growth {
   std::string plot_column(const std::vector<std::string>& header) const;
   bool choose_plots(const data::Table& table, tree::MorphologyTableOptions& options);
   void refuse_unknown_plots() const;
-  void note_once(const std::string& assumed);
   Trees read(const data::TableSource& rows);
   void grow(const Trees& trees);
   void add(GrowResult&& part);
@@ -209,7 +208,7 @@ class Growth {
   std::unordered_set<std::string> plots_found_{};
   std::vector<tree::LeftOut> left_out_{};  ///< in parts, the first of them
   std::size_t left_out_count_ = 0;
-  bool has_assumed_ = false;
+  AssumedSizes assumed_{};
   GrowResult result_{};
 };
 
@@ -257,11 +256,6 @@ void Growth::add(GrowResult&& part) {
   }
 }
 
-void Growth::note_once(const std::string& assumed) {
-  if (assumed.empty() || std::exchange(has_assumed_, true) || !job_.callbacks.note) return;
-  job_.callbacks.note(job_.stream ? "in the first part with such trees " + assumed : assumed);
-}
-
 Growth::Trees Growth::read(const data::TableSource& rows) {
   tree::MorphologyTableOptions options = morphology_options(job_);
   ReadTable table = read_tree_table(rows,
@@ -273,7 +267,7 @@ Growth::Trees Growth::read(const data::TableSource& rows) {
   recognized_ = table.recognized;
   if (!job_.stream) assume_labels(table.table, options.columns);
   if (options.use == tree::Use::kObserved && !options.only_height) {
-    note_once(assume_sizes(table.table, options.columns));
+    assume_sizes(table.table, options.columns, assumed_);
   }
   if (!job_.by.empty()) return {.moments = tree::read_moments(table.table, job_.by, options)};
   if (!choose_plots(table.table, options)) return {};
@@ -328,6 +322,8 @@ GrowResult Growth::run(const data::TableSource& trees) {
     if (!job_.out.empty() && !folder) folder.emplace(job_.out);
     grow(part);
   }
+  const std::string assumed = note_on(assumed_);
+  if (!assumed.empty() && job_.callbacks.note) job_.callbacks.note(assumed);
   if (job_.stream) refuse_unknown_plots();
   if (result_.files.empty() && !job_.is_part) {
     throw InputError("no row can be used to grow a tree", {.file = job_.file});

@@ -204,7 +204,9 @@ TEST_CASE("each level of detail is coarser and within its stated surface error")
         // Floats resolve these coordinates to a few micrometers; the rings that the crown curve
         // makes smaller may move by half a millimeter.
         CHECK(measured <= stated + 0.0005);
-        if (i == 0) CHECK(measured >= 0.3 * stated);
+        // Twigs that are not drawn count by their distance from their own branch; in the flat
+        // sprays of beech, other branches are up to four times nearer.
+        if (i == 0) CHECK(measured >= 0.25 * stated);
         CHECK(stated >= error);
         CHECK(coarse.measured.triangles < triangles);
         triangles = coarse.measured.triangles;

@@ -123,3 +123,11 @@ if (file == "") {
   own <- silvafit(h ~ 1.3 + a * (1 - exp(-b * dbh)), data = stands, parameters = a ~ species * crowding, random = a ~ 1 | plot)
   agree(own, covariate)
 }
+
+# Functions of the coefficients. R 4.2.2: vcov(lm(weight ~ group, PlantGrowth)).
+plants <- transform(PlantGrowth, one = 1)
+fit <- silvafit(weight ~ a * one, plants, parameters = a ~ group, derive = c(difference = "`a.grouptrt2` - `a.grouptrt1`"))
+expect_equal(fit$fit$derived$difference$estimate, 0.865, tolerance = 1e-10)
+expect_equal(fit$fit$derived$difference$se, 0.2787816084, tolerance = 1e-9)
+expect_true("difference" %in% rownames(confint(fit)))
+expect_error(silvafit(weight ~ a * one, plants, derive = c(r = "aa/2")), "did you mean")
