@@ -2,7 +2,6 @@
 // silvafit completion SHELL: completion scripts for commands, options and their values.
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <memory>
 #include <string>
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 // `silvafit grow`: trees and stands as GLB, glTF, OBJ or PLY.
 #include <memory>
+#include <string>
 
 #include "grow_command.hpp"
+#include "inventory_options.hpp"
 #include "output_files.hpp"
+#include "setting_options.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/study/grow_setting_list.hpp"
 #include "table_arguments.hpp"
 
 namespace silvafit::cli {
@@ -58,6 +62,19 @@ void add_grow_command(CLI::App& program) {
     refuse_idle(*command, "--ground", has_ground, "--scene or --per plot");
     run(*arguments);
   });
+}
+
+void add_grow_options(CLI::App& command, std::string& file, study::GrowSettings& options) {
+  command
+      .add_option(
+          "morphology", file, "Inventory or predictions: a CSV file, workbook, layer or database")
+      ->required()
+      ->type_name("FILE.csv");
+  each_setting(options, SettingOptions(command, "Trees and scenes"));
+  command.get_option("--per")->needs(command.get_option("--out"));
+  command.get_option("--models")->needs(command.get_option("--share"));
+  command.get_option("--seconds")->needs(command.get_option("--animate"));
+  add_drawn_table_options(command, options.reading);
 }
 
 }  // namespace silvafit::cli

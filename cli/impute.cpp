@@ -8,7 +8,6 @@
 #include "help.hpp"
 #include "inventory_options.hpp"
 #include "output_files.hpp"
-#include "prediction_options.hpp"
 #include "row_output.hpp"
 #include "setting_options.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"

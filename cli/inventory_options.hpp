@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Options of the commands that read inventories and compute structural units.
+// Options that several commands share: tables, structural units, sampling, predictions.
 #pragma once
 
 #include <string>
@@ -8,11 +8,26 @@
 
 #include "command.hpp"
 #include "silvafit/stand/structural_units.hpp"
+#include "silvafit/study/predict_table.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 #include "table_arguments.hpp"
 
 namespace silvafit::cli {
+
+/// Significant digits of predictions in CSV files: a height to a tenth of a millimeter, far below
+/// any prediction's error.
+inline constexpr int kPredictedDigits = 6;
+
+/// Adds --digits.
+void add_digits_option(CLI::App& command, int& digits);
+
+/// Adds the options of predictions.
+void add_prediction_options(CLI::App& command, study::PredictionSettings& settings);
+
+/// Refuses those options that have no effect.
+void refuse_idle_prediction_options(const CLI::App& command,
+                                    const study::PredictionSettings& settings);
 
 /// Adds the options of reading a table of trees.
 /// \param only  the keys of those that the command uses; empty: all

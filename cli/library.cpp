@@ -2,7 +2,6 @@
 // `silvafit library`: the content of a model library, and the scenes of its structural classes.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>

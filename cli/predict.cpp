@@ -10,7 +10,6 @@
 #include "inventory_options.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
-#include "prediction_options.hpp"
 #include "row_output.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/predict_table.hpp"

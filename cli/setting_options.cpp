@@ -3,13 +3,133 @@
 
 #include <fmt/format.h>
 
-#include "coefficient_values.hpp"
-#include "name_list.hpp"
+#include <cstddef>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "command.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::cli {
 namespace {
+
+/// End of the part that begins at a position: a comma outside parentheses and quotes, because names
+/// of coefficients may contain both: a:min(x, 20), a:(species == "oak, red").
+std::size_t end_of_part(std::string_view text, std::size_t begin) {
+  int depth = 0;
+  char quote = '\0';
+  for (std::size_t i = begin; i < text.size(); ++i) {
+    const char byte = text[i];
+    if (quote != '\0') {
+      if (byte == quote) quote = '\0';
+      continue;
+    }
+    if (byte == '"' || byte == '\'' || byte == '`') quote = byte;
+    if (byte == ',' && depth == 0) return i;
+    depth += static_cast<int>(byte == '(') - static_cast<int>(byte == ')');
+  }
+  return text.size();
+}
+
+/// The texts of `name=text,...` by name.
+std::map<std::string, std::string_view> parse_assignments(std::string_view text,
+                                                          const std::string& option,
+                                                          const std::string& form) {
+  std::map<std::string, std::string_view> result;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = end_of_part(text, begin);
+    const std::string_view part = text.substr(begin, end - begin);
+    // The name of a coefficient may contain a comparison: b:species == "SM".
+    const std::size_t sign = part.rfind('=');
+    if (sign == std::string_view::npos) {
+      throw UsageError(fmt::format("'{}' is not {}", part, form), {.column = option});
+    }
+    result[std::string(data::trimmed(part.substr(0, sign)))] = data::trimmed(part.substr(sign + 1));
+    begin = end + 1;
+  }
+  return result;
+}
+
+double parse_value(std::string_view text, const std::string& option) {
+  double value = 0.0;
+  if (data::parse_number(text, value)) return value;
+  throw UsageError(fmt::format("'{}' is not a number", text), {.column = option});
+}
+
+/// Reads `a=30,b=0.03`.
+/// \param option  its name, for messages
+/// \param form    of a part, such as NAME=VALUE
+/// \throws UsageError that names the option and the part that cannot be read
+std::map<std::string, double> parse_values(const std::string& text,
+                                           const std::string& option,
+                                           const std::string& form) {
+  std::map<std::string, double> values;
+  for (const auto& [name, value] : parse_assignments(text, option, form)) {
+    values[name] = parse_value(value, option);
+  }
+  return values;
+}
+
+/// Reads `a=0:40,b=0:`, the value of --bound; a side without a number has no bound.
+/// \throws UsageError as parse_values
+std::map<std::string, fit::Bounds> parse_bounds(const std::string& text) {
+  const std::string option = "--bound";
+  std::map<std::string, fit::Bounds> bounds;
+  for (const auto& [name, range] : parse_assignments(text, option, "NAME=LOW:HIGH")) {
+    const std::size_t colon = range.find(':');
+    if (colon == std::string_view::npos) {
+      throw UsageError(fmt::format("'{}' is not a range such as 0:1, 0: or :1", range),
+                       {.column = option});
+    }
+    const std::string_view low = data::trimmed(range.substr(0, colon));
+    const std::string_view high = data::trimmed(range.substr(colon + 1));
+    if (!low.empty()) bounds[name].low = parse_value(low, option);
+    if (!high.empty()) bounds[name].high = parse_value(high, option);
+  }
+  return bounds;
+}
+
+/// The names of `1,2,"B, north"`: commas within double quotes are part of a name, as in CSV, and
+/// two quotes there are one.
+std::vector<std::string> split_names(std::string_view text) {
+  std::vector<std::string> names(1);
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool is_quote = text[i] == '"';
+    if (is_quote && is_quoted && i + 1 < text.size() && text[i + 1] == '"') {
+      names.back() += '"';
+      ++i;
+    } else if (is_quote && (is_quoted || names.back().empty())) {
+      is_quoted = !is_quoted;
+    } else if (text[i] == ',' && !is_quoted) {
+      names.emplace_back();
+    } else {
+      names.back() += text[i];
+    }
+  }
+  return names;
+}
+
+/// Adds a repeatable option for names that are separated by commas.
+CLI::Option* add_names_option(CLI::App& command,
+                              const std::string& name,
+                              std::vector<std::string>& names,
+                              const std::string& description) {
+  const auto take = [&names](const std::vector<std::string>& texts) {
+    names.clear();
+    for (const std::string& text : texts) {
+      const std::vector<std::string> part = split_names(text);
+      names.insert(names.end(), part.begin(), part.end());
+    }
+  };
+  return command.add_option_function<std::vector<std::string>>(name, take, description)
+      ->type_name("NAME,...");
+}
 
 using data::Setting;
 using data::SettingHead;

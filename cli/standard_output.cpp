@@ -3,7 +3,6 @@
 
 #include <cstdio>
 #include <iostream>
-#include <string>
 
 #include "silvafit/base/io_error.hpp"
 #include "silvafit/base/json_text.hpp"

@@ -10,11 +10,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "command.hpp"
 #include "help.hpp"
+#include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
@@ -22,14 +24,58 @@
 #include "silvafit/base/paths.hpp"
 #include "silvafit/base/ranks.hpp"
 #include "silvafit/study/setting_list.hpp"
+#include "silvafit/study/study_configuration.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "silvafit/study/whole_study.hpp"
 #include "standard_output.hpp"
-#include "study_arguments.hpp"
 #include "table_output.hpp"
 
 namespace silvafit::cli {
 namespace {
+
+struct StudyArguments {
+  std::string command_line{};  ///< as the report shows it
+  std::string inventory{};
+  study::StudyConfiguration settings{};
+  std::string out{};
+  std::string workbook{};  ///< file for all tables, or for the trees as a layer
+  std::string criterion = "level";
+  std::string configuration{};
+  std::string initial{};  ///< output file for a configuration with the default settings
+  TableArguments table{};
+  source::TableChoice plots{};
+  CommonOptions common{};
+};
+
+/// One criterion for all levels; likelihood-ratio tests are then not used.
+void apply_criterion(const std::string& text, study::StudyOptions& options) {
+  if (text == "level") return;
+  const study::Criterion all = study::parse_criterion(text);
+  options.criteria = {.base = all, .covariates = all, .random = all, .variance = all};
+  options.needs_tests = false;
+}
+
+/// The settings of the file, except those given on the command line.
+void apply_configuration(const CLI::App& command, StudyArguments& arguments) {
+  const auto catalogue = study::Catalogue::load(data_directory() / "models");
+  const auto has_priority = [&command](std::string_view key) {
+    // A window of the command line replaces a circle of the file, and vice versa.
+    if (key == "window" || key == "circle") {
+      return is_given(command, "window") || is_given(command, "circle");
+    }
+    return is_given(command, key);
+  };
+  arguments.settings = study::read_study_configuration(
+      arguments.configuration,
+      &catalogue,
+      {.settings = std::move(arguments.settings), .is_given = has_priority});
+}
+
+/// Applies --config and --criterion; options of the command line have priority over the file.
+void apply_settings(const CLI::App& command, StudyArguments& arguments) {
+  if (!arguments.configuration.empty()) apply_configuration(command, arguments);
+  apply_criterion(arguments.criterion, arguments.settings.study);
+}
 
 std::string percent(double share) {
   return std::isfinite(share) ? fmt::format("{:.1f} %", 100.0 * share) : "-";

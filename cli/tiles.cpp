@@ -18,7 +18,6 @@
 #include "inventory_options.hpp"
 #include "library_named.hpp"
 #include "output_files.hpp"
-#include "prediction_options.hpp"
 #include "setting_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"

@@ -81,6 +81,46 @@ TEST_CASE("groups are whole, and sorted by their first rows if they are not cont
   CHECK_FALSE(TableParts(contiguous.path(), {.group = {0}}).is_sorted());
 }
 
+TEST_CASE("groups of several columns are those of equal values in all of them") {
+  // 1-11 and 11-1 are two groups.
+  const CsvFile file("stand,plot,tree\n1,11,a\n11,1,b\n1,11,c\n");
+  const auto all = parts_of(file.path(), {.group = {0, 1}, .rows = 1});
+  REQUIRE(all.size() == 2);
+  CHECK(all[0] == std::vector<Row>{{2, {"1", "11", "a"}}, {4, {"1", "11", "c"}}});
+  CHECK(all[1] == std::vector<Row>{{3, {"11", "1", "b"}}});
+}
+
+TEST_CASE(
+    "rows that must not be sorted are in the order of the file, and their groups are refused "
+    "if they come again after their part") {
+  const CsvFile file("stand,plot\nN,1\nN,2\nN,1\nS,1\n");
+  const TablePartsOptions options{
+      .group = {0, 1}, .rows = 1, .refuse_group = [](std::size_t line, const std::string& label) {
+        throw InputError(label, {.line = line});
+      }};
+  const auto check = [](TableParts parts, std::size_t before) {
+    CHECK_FALSE(parts.is_sorted());
+    for (std::size_t i = 0; i < before; ++i) CHECK(parts.next());
+    try {
+      parts.next();
+      FAIL("the group was not refused");
+    } catch (const InputError& error) {
+      CHECK(error.message() == "N-1");
+      CHECK(error.place().line == 4);
+    }
+  };
+  check(TableParts(file.path(), options), 2);
+  // A reader is read once, as a pipe is.
+  check(TableParts(CsvReader(file.path()), options), 2);
+  // Within a part the order is that of the file.
+  TablePartsOptions large = options;
+  large.rows = 3;
+  TableParts parts(CsvReader(file.path()), large);
+  CHECK(parts.next()->lines == std::vector<std::size_t>{2, 3, 4});
+  CHECK(parts.next()->lines == std::vector<std::size_t>{5});
+  CHECK(parts.next() == nullptr);
+}
+
 TEST_CASE("a column is text or numbers in each part as in the whole file") {
   const CsvFile file("id,h,code,none\n07,-,1,\n8,2.5,n/a,\nx,3,-,\n");
   const Table whole = read_csv_table(file.path());

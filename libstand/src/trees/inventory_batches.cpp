@@ -1,16 +1,73 @@
 // SPDX-License-Identifier: MIT
 // The parts of an inventory: the whole table, whole plots for files larger than memory, or rows.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/column_reference.hpp"
+#include "silvafit/data/program.hpp"
 #include "trees/inventory_reader.hpp"
 
 namespace silvafit::stand {
 
+/// Rows are sorted by plot, on disk, if those of a plot do not follow each other. A pipe is read
+/// once, and without a column of tree numbers, trees are numbered in the order of the rows.
+std::optional<data::TableParts> InventoryReader::parts(std::size_t rows) {
+  if (of_ == BatchOf::kTable) return std::nullopt;
+  const Source& plot = plan_.labels[kPlot];
+  std::error_code ignored;
+  const bool is_file = std::filesystem::is_regular_file(file_, ignored);
+  const bool has_condition = !options_.where.empty();
+  const bool is_of_rows = of_ == BatchOf::kRows;
+  data::TablePartsOptions wanted{
+      .missing = options_.missing,
+      .fill_down = plan_.filled_down,
+      .finds_kinds = is_of_rows || !plan_.others.empty() || has_condition,
+      .rows = rows};
+  if (wanted.finds_kinds && !is_file) {
+    throw UsageError(
+        is_of_rows
+            ? "a pipe cannot be read twice; give a file"
+            : "columns beyond the inventory's own, and `where`, need a file that can be read twice",
+        {.file = file_});
+  }
+  // Without a column of plots, all trees are of one.
+  if (!is_of_rows && !plot.exists()) {
+    if (has_condition) prepared_ = prepared_table(csv_.source(), preparation());
+    if (has_condition) csv_ = data::CsvReader(prepared_.table, options_.missing);
+    return std::nullopt;
+  }
+  if (has_condition) prepared_.note = "rows are chosen, by the condition " + options_.where;
+  if (!is_of_rows) {
+    wanted.group = plot.joined;
+    if (plot.field) wanted.group.push_back(*plot.field);
+    if (!is_file || !has_tree_numbers()) {
+      wanted.refuse_group = [file = file_, has_stands = plan_.stand_field.has_value()](
+                                std::size_t line, const std::string& label) {
+        throw InputError(
+            fmt::format("the plot comes again after others; to read plot by plot, sort the file by "
+                        "plot{}",
+                        has_stands ? " or, if it is another plot in another stand, give plots "
+                                     "labels that are unique in the file"
+                                   : ""),
+            {.file = file, .line = line, .plot = label});
+      };
+    }
+  }
+  if (is_file) return data::TableParts(file_, wanted);
+  return data::TableParts(std::move(csv_), wanted);
+}
+
+void InventoryReader::open(const std::shared_ptr<const data::TableText>& part) {
+  prepared_.table = prepared_table(part, preparation(), true).table;
+  csv_ = data::CsvReader(prepared_.table, options_.missing);
+}
+
 struct InventoryBatches::State {
   InventoryReader reader;
-  BatchOf of;
   std::optional<data::TableParts> parts;  ///< none if the table is read as one part
   std::shared_ptr<const data::TableText> rows{};
   bool is_read = false;
@@ -26,7 +83,7 @@ InventoryBatches::InventoryBatches(const data::TableSource& source,
   }
   InventoryReader reader(source, options, of);
   auto parts = reader.parts(rows);
-  state_ = std::make_unique<State>(State{std::move(reader), of, std::move(parts)});
+  state_ = std::make_unique<State>(State{std::move(reader), std::move(parts)});
 }
 
 InventoryBatches::~InventoryBatches() = default;
@@ -73,6 +130,44 @@ std::string InventoryBatches::excluded() const { return state_->reader.excluded(
 
 CheckedInventory read_inventory(const data::TableSource& source, const InventoryOptions& options) {
   return InventoryReader(source, options, BatchOf::kTable).read();
+}
+
+/// Columns of the file that other columns are or are computed from.
+std::vector<std::string> InventoryReader::sources_of_others() const {
+  std::vector<std::string> columns;
+  const auto want = [&](const std::string& name) {
+    if (std::ranges::find(columns, name) == columns.end()) columns.push_back(name);
+  };
+  for (const ColumnMapping& other : plan_.others) {
+    if (std::ranges::find(csv_.header(), other.source) != csv_.header().end()) {
+      want(other.source);
+      continue;
+    }
+    for (const std::string& variable : data::Expression::parse(other.source).variables()) {
+      data::TextMatch match;
+      want(data::is_text_match(variable, match) ? match.column : variable);
+    }
+  }
+  // An expression without columns still needs the rows.
+  if (columns.empty()) columns.push_back(csv_.header().front());
+  return columns;
+}
+
+/// In a separate pass over the table or part.
+void InventoryReader::read_other_columns() {
+  data::Table& table = result_.inventory.other;
+  table = data::Table(result_.inventory.size());
+  if (plan_.others.empty()) return;
+  const data::CsvTableOptions options{
+      .columns = sources_of_others(), .missing = options_.missing, .fill_down = plan_.filled_down};
+  const data::Table source = data::read_csv_table(prepared_.table, options).select(kept_rows_);
+  for (const ColumnMapping& other : plan_.others) {
+    if (std::ranges::find(csv_.header(), other.source) == csv_.header().end()) {
+      table.set(other.name, data::evaluate(data::Expression::parse(other.source), source));
+    } else {
+      data::copy_column(other.name, source, other.source, table);
+    }
+  }
 }
 
 }  // namespace silvafit::stand

@@ -205,6 +205,38 @@ TEST_CASE("plots whose rows are not contiguous are read whole, with the lines of
   CHECK(unsorted.next()->is_in_file_order);
 }
 
+TEST_CASE("plots that several columns name are sorted, too, and whole") {
+  const ScratchFile file("site,sub,tree,x,y,dbh\n1,2,1,1,1,10\n12,1,1,1,1,11\n1,2,2,1,2,12\n",
+                         ".csv");
+  const InventoryOptions options{.columns = {{"plot", "site+sub"}}, .trust_units = true};
+  InventoryBatches batches(file.path(), options, 1);
+  CHECK(batches.is_sorted());
+  CHECK(batches.next()->inventory.dbh_cm == std::vector<double>{10, 12});
+  CHECK(batches.next()->inventory.dbh_cm == std::vector<double>{11});
+  CHECK_FALSE(batches.next());
+}
+
+TEST_CASE("batches of rows are in the order of the file and not compared; a table is one batch") {
+  const ScratchFile file(
+      std::string(kHeader) + "1,1,A,1,1,10,1\n2,1,a,1,1,11,1\n1,1,A,1,1,10,1\n1,2,A,,1,9,1\n",
+      ".csv");
+  const InventoryOptions options{.needs_coordinates = true, .trust_units = true};
+  InventoryBatches rows(file.path(), options, 2, BatchOf::kRows);
+  CHECK(rows.has_numbers());
+  CHECK(rows.row_count() == 4);
+  CHECK(rows.next()->inventory.dbh_cm == std::vector<double>{10, 11});
+  CHECK(rows.rows()->lines == std::vector<std::size_t>{2, 3});
+  const auto second = rows.next();
+  CHECK(second->inventory.dbh_cm == std::vector<double>{10});
+  CHECK(second->excluded.front().line == 5);
+  CHECK_FALSE(rows.next());
+  InventoryBatches table(file.path(), options, 1, BatchOf::kTable);
+  const auto whole = table.next();
+  CHECK(whole->inventory.size() == 2);
+  CHECK(whole->notes == read_inventory(file.path(), options).notes);
+  CHECK_FALSE(table.next());
+}
+
 TEST_CASE("without tree numbers, rows of a plot after another plot are an error with their line") {
   const ScratchFile file("plot,species,x,y,dbh\n1,A,1,1,10\n2,A,1,1,10\n1,A,1,2,10\n", ".csv");
   const InventoryOptions options{.needs_coordinates = true, .trust_units = true};

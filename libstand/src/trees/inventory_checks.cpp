@@ -3,7 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
+#include <numbers>
+
+#include "silvafit/base/error.hpp"
+#include "silvafit/base/median.hpp"
+#include "silvafit/stand/size_units.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -73,6 +81,129 @@ void RowChecker::check_ranges(bool is_cw_from_radii) {
   if (hcb >= row_[kH]) add(kHcb, fmt::format("{} m is not below h {} m", hcb, row_[kH]));
 }
 
+// The limits of whole columns are far outside the range of real stands, so that giants and saplings
+// pass; a single unusual value gives a note, not an error.
+constexpr std::size_t kEnoughTrees = 10;
+
+/// The median of the positive values; 0 if there are none.
+double positive_median(const std::vector<double>& values) {
+  std::vector<double> positive;
+  std::ranges::copy_if(values, std::back_inserter(positive), [](double v) { return v > 0.0; });
+  return positive.empty() ? 0.0 : median(std::move(positive));
+}
+
+/// An expression in parentheses or a column in backquotes if necessary, ready for a conversion.
+std::string convertible(const Source& source) {
+  return source.expression ? "(" + source.text + ")"
+                           : data::Expression::variable(source.text).text();
+}
+
+/// The measures of sizes that are in the file; cw from radii is not, as these are checked.
+void check_sizes(const Inventory& inventory, const ColumnPlan& plan) {
+  std::vector<SizeColumn> columns;
+  for (std::size_t measure = 0; measure < kMeasureCount; ++measure) {
+    const Source& source = plan.measures[measure];
+    if (!source.exists() || known_measure(measure).is_position()) continue;
+    columns.push_back({.name = known_measure(measure).name,
+                       .source = convertible(source),
+                       .values = values_of(inventory, measure)});
+  }
+  check_units_of_trees({.plot = inventory.plot,
+                        .species = &inventory.species,
+                        .dbh_cm = inventory.dbh_cm,
+                        .h_m = inventory.h_m},
+                       columns,
+                       inventory.file);
+}
+
+void check_crown_base(const Inventory& inventory,
+                      const ColumnPlan& plan,
+                      std::size_t crown_base_above_top) {
+  const auto usable = static_cast<std::size_t>(
+      std::ranges::count_if(inventory.hcb_m, [](double hcb) { return !std::isnan(hcb); }));
+  if (crown_base_above_top < kEnoughTrees || crown_base_above_top <= usable) return;
+  throw InputError(
+      fmt::format("in {} of {} rows the height to crown base is not below the height; are the "
+                  "columns {} and {} swapped, or in different units? Convert with `columns`",
+                  crown_base_above_top,
+                  crown_base_above_top + usable,
+                  plan.measures[kH].text,
+                  plan.measures[kHcb].text),
+      {.file = inventory.file, .column = "hcb"});
+}
+
+struct PlotSummary {
+  double low_x = std::numeric_limits<double>::infinity();
+  double low_y = std::numeric_limits<double>::infinity();
+  double high_x = -std::numeric_limits<double>::infinity();
+  double high_y = -std::numeric_limits<double>::infinity();
+  std::size_t trees = 0;
+  double basal_area_m2 = 0.0;
+
+  double area_ha() const { return (high_x - low_x) * (high_y - low_y) / 1e4; }
+};
+
+std::vector<PlotSummary> summarize_plots(const Inventory& inventory) {
+  std::vector<PlotSummary> plots(inventory.plot.levels().size());
+  for (std::size_t i = 0; i < inventory.size(); ++i) {
+    const double x = inventory.x[i];
+    const double y = inventory.y[i];
+    if (std::isnan(x) || std::isnan(y)) continue;
+    PlotSummary& plot = plots[inventory.plot.code(i)];
+    plot.low_x = std::min(plot.low_x, x);
+    plot.low_y = std::min(plot.low_y, y);
+    plot.high_x = std::max(plot.high_x, x);
+    plot.high_y = std::max(plot.high_y, y);
+    ++plot.trees;
+    if (std::isnan(inventory.dbh_cm[i])) continue;
+    const double radius_m = inventory.dbh_cm[i] / 200.0;
+    plot.basal_area_m2 += std::numbers::pi * radius_m * radius_m;
+  }
+  return plots;
+}
+
+/// Positions in another unit are detected by the basal area in the bounding rectangles. The densest
+/// known forests have about 450 m2/ha; a stand below 1 m2/ha with fewer than 30 trees/ha has hardly
+/// any neighbors.
+void check_positions(const Inventory& inventory, const ColumnPlan& plan) {
+  if (!inventory.has_coordinates()) return;
+  std::vector<double> stems;
+  std::vector<double> basal_areas;
+  for (const PlotSummary& plot : summarize_plots(inventory)) {
+    if (plot.trees < kEnoughTrees) continue;
+    stems.push_back(static_cast<double>(plot.trees) / plot.area_ha());
+    basal_areas.push_back(plot.basal_area_m2 / plot.area_ha());
+  }
+  if (stems.empty()) return;
+  const Source& x = plan.measures[kX];
+  const Source& y = plan.measures[kY];
+  const double trees_per_ha = positive_median(stems);
+  const double basal_area = positive_median(basal_areas);
+  const auto complain = [&](std::string_view cause) {
+    throw InputError(
+        fmt::format("the positions make {:.3g} trees and {:.3g} m2 of basal area per "
+                    "hectare in the median plot; {}; if they are right, use `trust_units=true`",
+                    trees_per_ha,
+                    basal_area,
+                    cause),
+        {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
+  };
+  if (std::isinf(trees_per_ha)) {
+    throw InputError(
+        "all trees of a plot stand on one point or line; are these the positions of trees? Name "
+        "the right columns with `columns=x=COLUMN,y=COLUMN`",
+        {.file = inventory.file, .column = fmt::format("{}, {}", x.text, y.text)});
+  }
+  if (trees_per_ha < 30.0 && basal_area < 1.0) {
+    complain(fmt::format("if they are in decimeters, use `columns=x={}/10,y={}/10`",
+                         convertible(x),
+                         convertible(y)));
+  }
+  if (basal_area > 1000.0 || trees_per_ha > 1e6) {
+    complain("they should be meters (and not in degrees or kilometers)");
+  }
+}
+
 }  // namespace
 
 double crown_width_m(const Measures& row) {
@@ -88,6 +219,44 @@ std::vector<Problem> problems_of(const Measures& row,
   checker.check_required(needs_coordinates);
   checker.check_ranges(is_cw_from_radii);
   return checker.take();
+}
+
+void check_units(const Inventory& inventory,
+                 const ColumnPlan& plan,
+                 std::size_t crown_base_above_top) {
+  check_sizes(inventory, plan);
+  check_crown_base(inventory, plan, crown_base_above_top);
+  check_positions(inventory, plan);
+}
+
+void OddValues::add(const Inventory& inventory) {
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const TreeColumn& column = known_measure(i);
+    if (column.range.largest == 0.0) continue;
+    const std::vector<double>& values = values_of(inventory, i);
+    for (std::size_t row = 0; row < values.size(); ++row) {
+      if (!(values[row] > column.range.largest) || beyond_[i].count++ > 0) continue;
+      Place place = inventory.place(row);
+      place.column = column.name;
+      beyond_[i].first = describe(place, fmt::format("{} {} is odd", values[row], column.unit));
+    }
+  }
+}
+
+std::vector<std::string> OddValues::notes() const {
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < kMeasureCount; ++i) {
+    const std::size_t count = beyond_[i].count;
+    if (count == 0) continue;
+    std::string note = beyond_[i].first;
+    if (count > 1) {
+      const TreeColumn& column = known_measure(i);
+      note += fmt::format(
+          ", and {} more values above {} {}", count - 1, column.range.largest, column.unit);
+    }
+    notes.push_back(std::move(note));
+  }
+  return notes;
 }
 
 }  // namespace silvafit::stand

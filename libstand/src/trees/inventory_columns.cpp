@@ -11,6 +11,7 @@
 #include "silvafit/base/near_names.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/stand/described_columns.hpp"
+#include "silvafit/stand/prepared_table.hpp"
 #include "trees/column_sources.hpp"
 #include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
@@ -37,7 +38,6 @@ class Planner {
   void add_expansion(ColumnPlan& plan) const;
   std::optional<std::size_t> time_field() const;
   std::optional<std::size_t> stand_field(const ColumnPlan& plan) const;
-  std::vector<std::size_t> filled_down(const ColumnPlan& plan) const;
   void require(const ColumnPlan& plan, Measure measure) const;
   void require_needed(const ColumnPlan& plan) const;
   double full_circle(const std::string& column, const std::string& position) const;
@@ -129,20 +129,6 @@ void Planner::add_expansion(ColumnPlan& plan) const {
   if (factor == nullptr || is_taken) return;
   plan.expansion = kName;
   if (options_.keeps_expansion) plan.others.push_back({.name = kName, .source = factor->source});
-}
-
-/// The fields of --fill-down, by their standard names or the names in the file.
-std::vector<std::size_t> Planner::filled_down(const ColumnPlan& plan) const {
-  std::vector<std::size_t> fields;
-  for (const std::string& name : options_.fill_down) {
-    std::optional<std::size_t> field = field_named(name);
-    for (std::size_t i = 0; i < kLabelCount && !field; ++i) {
-      if (known_label(i).name == name) field = plan.labels[i].field;
-    }
-    if (!field) throw UsageError(data::no_such_column(name, header_), {.column = "`fill_down`"});
-    fields.push_back(*field);
-  }
-  return fields;
 }
 
 void Planner::require(const ColumnPlan& plan, Measure measure) const {
@@ -272,7 +258,7 @@ ColumnPlan Planner::plan() {
   plan.stand_field = stand_field(plan);
   const auto status = status_column(header_, options_.columns, options_.status_codes, file_);
   if (status) plan.status_field = field_named(*status);
-  plan.filled_down = filled_down(plan);
+  plan.filled_down = filled_fields(options_.fill_down, header_, options_.columns, file_);
   require_needed(plan);
   collect_expression_fields(plan);
   collect_others(plan);

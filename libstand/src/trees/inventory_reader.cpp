@@ -21,8 +21,6 @@ namespace {
 
 constexpr char kOnlyPlot[] = "1";
 constexpr char kOnlySpecies[] = "unknown";
-/// Separates plot and time in a key; it does not occur in files.
-constexpr char kSeparator = '\x1f';
 
 bool is_missing(std::string_view field) {
   return data::is_missing_field(field) || field == "NaN" || field == "nan";
@@ -54,59 +52,6 @@ InventoryReader::InventoryReader(const data::TableSource& source,
     status_ =
         StatusColumn(csv_.header()[*plan_.status_field], options_.status_codes, csv_.header());
   }
-}
-
-/// Rows are sorted by plot, on disk, if those of a plot do not follow each other. A pipe is read
-/// once, and without a column of tree numbers, trees are numbered in the order of the rows.
-std::optional<data::TableParts> InventoryReader::parts(std::size_t rows) {
-  if (of_ == BatchOf::kTable) return std::nullopt;
-  const Source& plot = plan_.labels[kPlot];
-  std::error_code ignored;
-  const bool is_file = std::filesystem::is_regular_file(file_, ignored);
-  const bool has_condition = !options_.where.empty();
-  const bool is_of_rows = of_ == BatchOf::kRows;
-  data::TablePartsOptions wanted{
-      .missing = options_.missing,
-      .fill_down = plan_.filled_down,
-      .finds_kinds = is_of_rows || !plan_.others.empty() || has_condition,
-      .rows = rows};
-  if (wanted.finds_kinds && !is_file) {
-    throw UsageError(
-        is_of_rows
-            ? "a pipe cannot be read twice; give a file"
-            : "columns beyond the inventory's own, and `where`, need a file that can be read twice",
-        {.file = file_});
-  }
-  // Without a column of plots, all trees are of one.
-  if (!is_of_rows && !plot.exists()) {
-    if (has_condition) prepared_ = prepared_table(csv_.source(), preparation());
-    if (has_condition) csv_ = data::CsvReader(prepared_.table, options_.missing);
-    return std::nullopt;
-  }
-  if (has_condition) prepared_.note = "rows are chosen, by the condition " + options_.where;
-  if (!is_of_rows) {
-    wanted.group = plot.joined;
-    if (plot.field) wanted.group.push_back(*plot.field);
-    if (!is_file || !has_tree_numbers()) {
-      wanted.refuse_group = [file = file_, has_stands = plan_.stand_field.has_value()](
-                                std::size_t line, const std::string& label) {
-        throw InputError(
-            fmt::format("the plot comes again after others; to read plot by plot, sort the file by "
-                        "plot{}",
-                        has_stands ? " or, if it is another plot in another stand, give plots "
-                                     "labels that are unique in the file"
-                                   : ""),
-            {.file = file, .line = line, .plot = label});
-      };
-    }
-  }
-  if (is_file) return data::TableParts(file_, wanted);
-  return data::TableParts(std::move(csv_), wanted);
-}
-
-void InventoryReader::open(const std::shared_ptr<const data::TableText>& part) {
-  prepared_.table = prepared_table(part, preparation(), true).table;
-  csv_ = data::CsvReader(prepared_.table, options_.missing);
 }
 
 /// In a file with decimal commas, a number with both marks shows that points separate thousands:
@@ -414,36 +359,6 @@ void InventoryReader::count_findings() {
     if (is_alive && std::isnan(inventory.dbh_cm[i])) ++without_dbh_;
   }
   odd_values_.add(inventory);
-}
-
-void InventoryReader::compare_trees() {
-  if (options_.keeps_measurements) result_.inventory.time = times_;
-  if (options_.keeps_measurements && times_.size() > 0) {
-    compare_measurements();
-  } else {
-    resolve_repeated_trees(
-        plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
-  }
-  if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
-}
-
-/// Trees with the same number are compared within each time of measurement.
-void InventoryReader::compare_measurements() {
-  Inventory& inventory = result_.inventory;
-  data::TextColumn labels;
-  for (std::size_t row = 0; row < inventory.size(); ++row) {
-    labels.append(fmt::format("{}{}{}", inventory.plot[row], kSeparator, times_[row]));
-  }
-  inventory.plot = std::move(labels);
-  resolve_repeated_trees(plan_.labels[kTree].text, {}, result_, kept_rows_, repeated_numbers_);
-  const auto plot_in = [](std::string_view label) {
-    return label.substr(0, label.find(kSeparator));
-  };
-  data::TextColumn plots;
-  for (std::size_t row = 0; row < inventory.size(); ++row)
-    plots.append(plot_in(inventory.plot[row]));
-  inventory.plot = std::move(plots);
-  for (ExcludedRow& row : result_.excluded) row.plot = plot_in(row.plot);
 }
 
 void InventoryReader::find_plots_left_out() {

@@ -9,7 +9,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
@@ -23,7 +22,6 @@
 #include "trees/inventory_checks.hpp"
 #include "trees/inventory_columns.hpp"
 #include "trees/inventory_repeats.hpp"
-#include "trees/inventory_shared_labels.hpp"
 
 namespace silvafit::stand {
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -15,6 +16,7 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
 #include "trees/inventory_columns.hpp"
+#include "trees/inventory_reader.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -22,6 +24,9 @@ namespace {
 /// Largest distance between two surveyed positions of one tree: errors of tape and compass are
 /// decimeters, and trees are rarely nearer to each other.
 constexpr double kResurveyMeters = 1.0;
+
+/// Separates plot and time in a key; it does not occur in files.
+constexpr char kSeparator = '\x1f';
 
 struct StemPosition {
   double x = 0.0;
@@ -324,6 +329,69 @@ std::vector<std::string> RepeatedNumbers::notes() const {
         counted(unplaced, "of these has", "of these have")));
   }
   return notes;
+}
+
+void InventoryReader::compare_trees() {
+  if (options_.keeps_measurements) result_.inventory.time = times_;
+  if (options_.keeps_measurements && times_.size() > 0) {
+    compare_measurements();
+  } else {
+    resolve_repeated_trees(
+        plan_.labels[kTree].text, times_, result_, kept_rows_, repeated_numbers_);
+  }
+  if (!options_.case_sensitive) spellings_.unify(result_.inventory.species);
+}
+
+/// Trees with the same number are compared within each time of measurement.
+void InventoryReader::compare_measurements() {
+  Inventory& inventory = result_.inventory;
+  data::TextColumn labels;
+  for (std::size_t row = 0; row < inventory.size(); ++row) {
+    labels.append(fmt::format("{}{}{}", inventory.plot[row], kSeparator, times_[row]));
+  }
+  inventory.plot = std::move(labels);
+  resolve_repeated_trees(plan_.labels[kTree].text, {}, result_, kept_rows_, repeated_numbers_);
+  const auto plot_in = [](std::string_view label) {
+    return label.substr(0, label.find(kSeparator));
+  };
+  data::TextColumn plots;
+  for (std::size_t row = 0; row < inventory.size(); ++row)
+    plots.append(plot_in(inventory.plot[row]));
+  inventory.plot = std::move(plots);
+  for (ExcludedRow& row : result_.excluded) row.plot = plot_in(row.plot);
+}
+
+void SharedPlotLabels::add(std::string_view plot, std::string_view stand) {
+  // Most rows are of the same plot as the one before.
+  if (!stand_of_plot_.empty() && plot == last_plot_ && stand == last_stand_) return;
+  last_plot_ = plot;
+  last_stand_ = stand;
+  const auto [known, is_new] = stand_of_plot_.try_emplace(last_plot_, stand);
+  if (is_new || known->second == stand) return;
+  shared_.try_emplace(last_plot_, Shared{.first = known->second, .other = std::string(stand)});
+}
+
+void SharedPlotLabels::finish_plots() {
+  stand_of_plot_.clear();
+  while (shared_.size() > 1) {
+    shared_.erase(std::prev(shared_.end()));
+    ++forgotten_;
+  }
+}
+
+std::string SharedPlotLabels::note(const std::string& column) const {
+  if (shared_.empty()) return {};
+  const auto& [plot, stands] = *shared_.begin();
+  return fmt::format(
+      "{} several values of the column {} ({} occurs with {} and {}), but all trees with one plot "
+      "label are treated as one plot; use plot labels that are unique in the file, such as {}-{}",
+      counted(forgotten_ + shared_.size(), "plot label occurs with", "plot labels occur with"),
+      column,
+      plot,
+      stands.first,
+      stands.other,
+      stands.first,
+      plot);
 }
 
 }  // namespace silvafit::stand

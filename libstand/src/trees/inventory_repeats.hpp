@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Several rows with the same plot and tree.
+// Several rows with the same plot and tree, and plots with the same label in several stands.
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "silvafit/stand/inventory.hpp"
@@ -34,5 +37,28 @@ void resolve_repeated_trees(const std::string& tree_column,
                             CheckedInventory& checked,
                             std::vector<std::size_t>& positions,
                             RepeatedNumbers& numbers);
+
+/// Finds labels of plots that occur in several stands.
+class SharedPlotLabels {
+ public:
+  void add(std::string_view plot, std::string_view stand);
+  /// The plots so far do not occur again; they are counted and removed from memory.
+  void finish_plots();
+  /// A note on these plots; empty if there are none.
+  /// \param column  that the stands are in
+  std::string note(const std::string& column) const;
+
+ private:
+  struct Shared {
+    std::string first{};  ///< first stand with the label
+    std::string other{};  ///< the next one
+  };
+
+  std::unordered_map<std::string, std::string> stand_of_plot_{};  ///< first stand of each label
+  std::map<std::string, Shared> shared_{};  ///< labels of several stands: after finish_plots() one
+  std::size_t forgotten_ = 0;               ///< number of labels that were removed
+  std::string last_plot_{};
+  std::string last_stand_{};
+};
 
 }  // namespace silvafit::stand

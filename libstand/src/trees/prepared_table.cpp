@@ -206,7 +206,6 @@ class Preparation {
 
  private:
   void take_rows();
-  void fill_down();
   void add_texts();
   void choose_rows();
   data::Table columns_of_condition() const;
@@ -222,26 +221,11 @@ class Preparation {
   Names notes_{};
 };
 
-/// The fields of `fill_down`, under standard names, too.
-void Preparation::fill_down() {
-  for (const std::string& name : wanted_.fill_down) {
-    auto field = field_named(name, reader_.header());
-    if (const ColumnMapping* const mapping = mapping_to(name, wanted_.columns); !field && mapping) {
-      field = field_named(mapping->source, reader_.header());
-    }
-    const auto usual = usual_columns(
-        reader_.header(), [&](const std::string& known) { return known == name; }, reader_.file());
-    if (!field && usual.size() == 1) field = field_named(usual.front().source, reader_.header());
-    if (!field) {
-      throw UsageError(data::no_such_column(name, reader_.header()), {.column = "`fill_down`"});
-    }
-    reader_.fill_down(*field);
-  }
-}
-
 /// The table as text with a head, of a row for each visit if these are in columns.
 void Preparation::take_rows() {
-  fill_down();
+  const std::vector<std::size_t> filled =
+      filled_fields(wanted_.fill_down, reader_.header(), wanted_.columns, reader_.file());
+  for (const std::size_t field : filled) reader_.fill_down(field);
   std::optional<Visits> visits;
   if (!wanted_.visits.empty()) visits.emplace(wanted_.visits, reader_);
   auto text = std::make_shared<data::TableText>();
@@ -429,6 +413,24 @@ PreparedTable prepared_table(const data::TableSource& source,
     if (!preparation.makes_columns(reader.header(), reader.file())) return {.table = source};
   }
   return Preparation(source, preparation, is_part).run();
+}
+
+std::vector<std::size_t> filled_fields(const std::vector<std::string>& names,
+                                       const std::vector<std::string>& header,
+                                       const std::vector<ColumnMapping>& columns,
+                                       const std::string& file) {
+  std::vector<std::size_t> fields;
+  for (const std::string& name : names) {
+    auto field = field_named(name, header);
+    const ColumnMapping* const mapping = mapping_to(name, columns);
+    if (!field && mapping != nullptr) field = field_named(mapping->source, header);
+    const auto is_it = [&name](const std::string& known) { return known == name; };
+    const auto usual = field ? std::vector<ColumnMapping>() : usual_columns(header, is_it, file);
+    if (usual.size() == 1) field = field_named(usual.front().source, header);
+    if (!field) throw UsageError(data::no_such_column(name, header), {.column = "`fill_down`"});
+    fields.push_back(*field);
+  }
+  return fields;
 }
 
 }  // namespace silvafit::stand

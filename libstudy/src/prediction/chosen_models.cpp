@@ -9,7 +9,6 @@
 #include <set>
 #include <string_view>
 #include <tuple>
-#include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/program.hpp"

@@ -23,7 +23,7 @@
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/fit_json.hpp"
-#include "study/outlying_plots.hpp"
+#include "study/outliers.hpp"
 #include "study/study_curves.hpp"
 #include "study/study_tables.hpp"
 

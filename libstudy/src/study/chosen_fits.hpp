@@ -10,6 +10,11 @@
 
 namespace silvafit::study {
 
+/// Letters of models in an order: two share one if and only if they do not differ.
+/// \param differs  (n x n) symmetric
+/// Source: Piepho 2004, J. Comput. Graph. Stat. 13, 456-466.
+std::vector<std::string> letter_groups(const std::vector<std::vector<bool>>& differs);
+
 /// A chosen model and the name of its level: ols, covariates or nlme.
 struct ChosenFit {
   std::string level{};

@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "silvafit/base/text.hpp"
-#include "study/outlying_plots.hpp"
-#include "study/outlying_trees.hpp"
+#include "study/outliers.hpp"
 
 namespace silvafit::study {
 namespace {

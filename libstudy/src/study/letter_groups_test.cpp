@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "study/letter_groups.hpp"
-
 #include <catch2/catch.hpp>
+
+#include "study/chosen_fits.hpp"
 
 using silvafit::study::letter_groups;
 using Letters = std::vector<std::string>;

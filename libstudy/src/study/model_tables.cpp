@@ -12,7 +12,7 @@
 #include "silvafit/fit/conditional_errors.hpp"
 #include "silvafit/fit/random_effects.hpp"
 #include "study/chosen_fits.hpp"
-#include "study/outlying_plots.hpp"
+#include "study/outliers.hpp"
 
 namespace silvafit::study {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Distances of plots against formulas for a left-out plot in another form.
-#include "study/outlying_plots.hpp"
-
 #include <Eigen/LU>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
+
+#include "study/outliers.hpp"
 
 using namespace silvafit;
 using namespace silvafit::study;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "study/outlying_trees.hpp"
-
 #include <boost/math/distributions/normal.hpp>
 #include <catch2/catch.hpp>
 #include <cmath>
+
+#include "study/outliers.hpp"
 
 using namespace silvafit::study;
 using Eigen::Index;

@@ -5,10 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/study/setting_list.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -24,6 +26,13 @@ Criterion criterion_of(const JsonReader& json) {
   } catch (const UsageError& error) {
     json.fail(error.what());
   }
+}
+
+/// Whether a setting changes what the indices of a tree mean; others choose trees or columns.
+bool is_of_indices(std::string_view key) {
+  constexpr std::array<std::string_view, 5> kOthers{
+      "window", "circle", "edge", "buffer", "further"};
+  return std::ranges::find(kOthers, key) == kOthers.end();
 }
 
 /// Whether entries are written as name=value, which an object has, too.
@@ -196,6 +205,27 @@ Json SettingsWriter::json_of(const Setting<const LevelCriteria>& setting) {
           {"covariates", criterion_text(criteria.covariates)},
           {"random", criterion_text(criteria.random)},
           {"variance", criterion_text(criteria.variance)}};
+}
+
+Json settings_json(const StudyConfiguration& settings) {
+  SettingsWriter writer;
+  each_setting(settings, writer);
+  return writer.json();
+}
+
+UnitSettings read_unit_settings(const JsonReader& json) {
+  UnitSettings settings;
+  each_setting(settings,
+               SettingsReader(json, {}, [](std::string_view key) { return !is_of_indices(key); }));
+  return settings;
+}
+
+Json unit_settings_json(const UnitSettings& settings) {
+  SettingsWriter writer;
+  each_setting(settings, [&writer](const auto& setting) {
+    if (is_of_indices(setting.key)) writer(setting);
+  });
+  return writer.json();
 }
 
 }  // namespace silvafit::study

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Visitors that read and write settings as JSON.
+// Settings as JSON, with the keys of study.json: visitors that read and write them.
 #pragma once
 
 #include <cmath>
@@ -17,6 +17,7 @@
 #include "silvafit/data/setting.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/study.hpp"
+#include "silvafit/study/study_configuration.hpp"
 
 namespace silvafit::study {
 
@@ -116,5 +117,15 @@ class SettingsWriter {
 
   Json json_ = Json::object();
 };
+
+/// Every key of study.json with its value.
+nlohmann::ordered_json settings_json(const StudyConfiguration& settings);
+
+/// Reads the keys of the search and of the indices, if present; other keys are ignored.
+/// \throws InputError that names file and key where a value cannot be used
+UnitSettings read_unit_settings(const data::JsonReader& json);
+
+/// These keys with their values.
+nlohmann::ordered_json unit_settings_json(const UnitSettings& settings);
 
 }  // namespace silvafit::study

@@ -4,7 +4,9 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,9 +14,23 @@
 #include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/morphology_table.hpp"
-#include "view/view_columns.hpp"
 
 namespace silvafit::study {
+
+/// A column for colors: numbers, or texts.
+struct ViewColumn {
+  std::string name{};
+  std::vector<std::string> texts{};  ///< distinct texts by falling number of trees; empty: numbers
+  std::vector<double> values{};      ///< of the trees; indices of texts; NaN if missing
+};
+
+/// The columns that have no colors of their own: at most 30, in the order of the table. Columns
+/// with a single value, and of texts those with more than 40 (names, remarks), are left out.
+/// \param used  other names of the columns of trees, as in ViewOptions
+/// \param rows  of the trees
+std::vector<ViewColumn> color_columns(const data::Table& table,
+                                      const std::map<std::string, std::string>& used,
+                                      std::span<const std::size_t> rows);
 
 /// Height, crown base, crown width [m]; NaN where unknown.
 struct ViewSizes {

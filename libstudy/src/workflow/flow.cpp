@@ -33,10 +33,7 @@ data::TableParts table_parts(
   data::TablePartsOptions options{.missing = settings.missing, .rows = rows};
   options.fill_down = filled_fields(reader.header(), settings, reader.file());
   const std::string name = group(reader.header());
-  if (!name.empty()) {
-    const auto field = field_of(name, reader.header(), settings, reader.file());
-    if (field) options.group.push_back(*field);
-  }
+  if (!name.empty()) options.group = fields_of(name, reader.header(), settings, reader.file());
   return {*path, options};
 }
 
@@ -56,23 +53,19 @@ InventoryFlow::InventoryFlow(const data::TableSource& source,
       ahead_([this] { return batches_.next(); }, flow.is_in_parts ? flow.threads : 1) {
   if (batches_.is_sorted()) notes_.emplace_back(kSortedNote);
   note_sorting(batches_.is_sorted(), note_);
-  following_ = ahead_.next();
 }
 
 std::optional<stand::CheckedInventory> InventoryFlow::next() {
-  std::optional<stand::CheckedInventory> part = std::exchange(following_, std::nullopt);
-  if (part) following_ = ahead_.next();
-  if (part && !following_) finish(*part);
-  return part;
-}
-
-void InventoryFlow::finish(const stand::CheckedInventory& last) {
-  const std::vector<std::string> notes = is_in_parts_ ? batches_.notes() : last.notes;
-  recognized_ = is_in_parts_ ? batches_.recognized() : last.recognized;
+  std::optional<stand::CheckedInventory> part = ahead_.next();
+  const bool is_complete = is_in_parts_ ? !part : part.has_value();
+  if (!is_complete || std::exchange(is_finished_, true)) return part;
+  const std::vector<std::string> notes = is_in_parts_ ? batches_.notes() : part->notes;
+  recognized_ = is_in_parts_ ? batches_.recognized() : part->recognized;
   give_notes(notes, note_);
   notes_.insert(notes_.end(), notes.begin(), notes.end());
   const std::string excluded = batches_.excluded();
   if (!excluded.empty() && note_) note_(excluded);
+  return part;
 }
 
 TableFlow::TableFlow(const data::TableSource& source,

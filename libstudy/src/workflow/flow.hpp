@@ -3,6 +3,7 @@
 // after another. A part is read while the caller works on the one before.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -17,6 +18,12 @@
 #include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
+
+using Clock = std::chrono::steady_clock;
+
+inline double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 /// How a command reads.
 struct FlowSettings {
@@ -36,19 +43,18 @@ class InventoryFlow {
                 const FlowSettings& flow = {},
                 NoteCallback note = {});
 
-  /// The next part; nothing after the last, before which all notes are given.
+  /// The next part; nothing after the last. All notes are given with a whole table, or after the
+  /// last part.
   std::optional<stand::CheckedInventory> next();
   const std::vector<std::string>& notes() const { return notes_; }
   const std::vector<std::string>& recognized() const { return recognized_; }
 
  private:
-  void finish(const stand::CheckedInventory& last);
-
   stand::InventoryBatches batches_;
   bool is_in_parts_;
   NoteCallback note_;
   ReadAhead<std::optional<stand::CheckedInventory>> ahead_;
-  std::optional<stand::CheckedInventory> following_{};
+  bool is_finished_ = false;
   std::vector<std::string> notes_{};
   std::vector<std::string> recognized_{};
 };

@@ -4,11 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cstddef>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <string>
 #include <string_view>
 #include <unordered_set>
 #include <utility>
@@ -16,16 +17,55 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/data/csv.hpp"
+#include "silvafit/data/ordered_rows.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "silvafit/tree/coinciding_plots.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 #include "workflow/assumed_sizes.hpp"
 #include "workflow/flow.hpp"
 #include "workflow/grow_job.hpp"
-#include "workflow/grow_manifest.hpp"
 
 namespace silvafit::study {
 namespace {
+
+/// Writes a CSV file with a row for each tree at each level of detail, in the order of the trees in
+/// their file: plot, tree, species, preset, level, file, triangles, bytes.
+class GrowManifest {
+ public:
+  explicit GrowManifest(const std::string& file);
+
+  /// \param line  of the tree
+  void add(std::size_t line, const GrownTree& grown);
+  void finish();
+
+ private:
+  AtomicFile file_;
+  data::OrderedRows rows_;
+};
+
+GrowManifest::GrowManifest(const std::string& file) : file_(file), rows_(file_.stream(), true) {
+  file_.stream() << "plot,tree,species,preset,level,file,triangles,bytes\n";
+}
+
+void GrowManifest::add(std::size_t line, const GrownTree& grown) {
+  const tree::SceneTree& tree = grown.tree;
+  rows_.add(line,
+            fmt::format("{},{},{},{},{},{},{},{}\n",
+                        data::csv_field(tree.plot),
+                        data::csv_field(tree.tree),
+                        data::csv_field(tree.species),
+                        data::csv_field(tree.preset),
+                        grown.level,
+                        data::csv_field(grown.file),
+                        tree.measured.triangles,
+                        grown.bytes));
+}
+
+void GrowManifest::finish() {
+  rows_.finish();
+  file_.commit();
+}
 
 /// Trees of a part are in memory with all their measurements, and their names.
 constexpr std::size_t kRowsOfPart = 20000;
@@ -173,7 +213,7 @@ class Growth {
 };
 
 std::string Growth::plot_column(const std::vector<std::string>& header) const {
-  if (field_of("plot", header, job_.reading, job_.file)) return "plot";
+  if (!fields_of("plot", header, job_.reading, job_.file).empty()) return "plot";
   throw UsageError("a table without a column plot has no parts; omit `stream`",
                    {.file = job_.file, .column = "`stream`"});
 }
@@ -340,7 +380,7 @@ GrowResult grow(const data::TableSource& trees,
                 const tree::BuilderCatalogue& catalogue,
                 const GrowSettings& settings,
                 const Callbacks& callbacks) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   GrowJob job = grow_job(settings, data::file_of(trees), callbacks);
   GrowState state;
   job.state = &state;
@@ -354,8 +394,7 @@ GrowResult grow(const data::TableSource& trees,
   // A builder with a grammar is gone.
   for (tree::SharedModel& model : result.shared.models) model.builder = nullptr;
   result.settings = job;
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  result.seconds = seconds.count();
+  result.seconds = seconds_since(start);
   return result;
 }
 

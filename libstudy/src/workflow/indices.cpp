@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -17,12 +16,6 @@ namespace silvafit::study {
 namespace {
 
 using nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 /// Computes the units of an inventory or of its batches, and collects notes and counts.
 class IndicesRun {
  public:
@@ -106,14 +99,14 @@ class IndicesRun {
     options_.is_part = is_in_parts;
     std::size_t trees = 0;
     while (auto part = flow.next()) {
-      result_.notes = flow.notes();
-      result_.recognized = flow.recognized();
       trees += part->inventory.size();
       take(*part);
       if (is_in_parts && callbacks_.progress) {
         callbacks_.progress(fmt::format("{} trees", trees), 0, 1);
       }
     }
+    result_.notes.insert(result_.notes.begin(), flow.notes().begin(), flow.notes().end());
+    result_.recognized = flow.recognized();
     std::vector<std::string> species;
     for (const auto& summary : result_.summaries.by_species()) species.push_back(summary.species);
     std::erase(species, "");

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "silvafit/study/tree_table.hpp"
+
 using namespace silvafit;
 using namespace silvafit::study;
 
@@ -93,4 +95,18 @@ TEST_CASE("trees keep one row each, other trees of one number get a new one") {
   CHECK(notes[1] ==
         "1 tree has the number of another tree of the same plot and got a new one, the first: now "
         "a#2 (plot 1, tree a)");
+}
+
+TEST_CASE("a column of ours may be one field of a file, or several that are joined") {
+  const std::vector<std::string> header{"site", "sub", "BHD", "tree"};
+  const auto found = [&](const std::string& name, std::vector<std::string> columns) {
+    ReadingSettings settings;
+    settings.columns = std::move(columns);
+    return fields_of(name, header, settings, "trees.csv");
+  };
+  CHECK(found("plot", {"plot=sub"}) == std::vector<std::size_t>{1});
+  CHECK(found("plot", {"plot=site+sub"}) == std::vector<std::size_t>{0, 1});
+  CHECK(found("dbh", {}) == std::vector<std::size_t>{2});
+  CHECK(found("tree", {}) == std::vector<std::size_t>{3});
+  CHECK(found("plot", {}).empty());
 }

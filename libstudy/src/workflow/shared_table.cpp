@@ -40,9 +40,9 @@ class SeenLabels {
 /// Chooses whole groups for the sample.
 class Sample {
  public:
-  /// \param group  field of the groups
-  Sample(std::size_t group, std::size_t rows)
-      : group_(group), every_(std::max<std::size_t>(1, rows / kRowsOfSample)) {}
+  /// \param group  fields of the groups
+  Sample(std::vector<std::size_t> group, std::size_t rows)
+      : group_(std::move(group)), every_(std::max<std::size_t>(1, rows / kRowsOfSample)) {}
 
   void add(const std::shared_ptr<const TableText>& part) {
     if (!text_.head) {
@@ -54,7 +54,9 @@ class Sample {
     data::CsvReader reader{data::TableSource(part)};
     std::vector<std::string_view> fields;
     while (reader.next(fields)) {
-      if (lines_.empty() || data::trimmed(fields[group_]) != label_) begin(fields[group_]);
+      std::string label;
+      for (const std::size_t field : group_) label.append(data::trimmed(fields[field])) += '\x1f';
+      if (lines_.empty() || label != label_) begin(std::move(label));
       is_chosen_ = has_new_label(fields) || is_chosen_;
       data::append_record(fields, text_.separator, records_);
       lines_.push_back(reader.line());
@@ -65,9 +67,9 @@ class Sample {
   std::shared_ptr<const TableText> text() { return std::make_shared<TableText>(std::move(text_)); }
 
  private:
-  void begin(std::string_view label) {
+  void begin(std::string label) {
     finish_group();
-    label_ = data::trimmed(label);
+    label_ = std::move(label);
     is_chosen_ = groups_++ % every_ == 0;
   }
 
@@ -83,13 +85,14 @@ class Sample {
   bool has_new_label(const std::vector<std::string_view>& fields) {
     bool any = false;
     for (std::size_t i = 0; i < fields.size(); ++i) {
-      const bool is_text = i != group_ && text_.head->kinds[i] == data::ColumnKind::kText;
+      const bool is_text = std::ranges::find(group_, i) == group_.end() &&
+                           text_.head->kinds[i] == data::ColumnKind::kText;
       if (is_text && texts_[i].add(data::trimmed(fields[i]))) any = true;
     }
     return any;
   }
 
-  std::size_t group_;
+  std::vector<std::size_t> group_;
   std::size_t every_;
   std::size_t groups_ = 0;
   std::string label_{};
@@ -133,21 +136,21 @@ SharedTable read_shared_table(const data::TableSource& source,
                               const std::string& group,
                               const std::string& where,
                               const NoteCallback& note) {
-  std::optional<std::size_t> field;
+  std::vector<std::size_t> fields;
   TableFlow file(
       source,
       settings,
       {.is_in_parts = true, .rows = kRowsOfSharedPart, .threads = 1},
       [&](const std::vector<std::string>& header) {
-        field = field_of(group, header, settings, data::file_of(source));
-        if (!field) {
+        fields = fields_of(group, header, settings, data::file_of(source));
+        if (fields.empty()) {
           throw InputError(data::no_such_column(group, header), {.file = data::file_of(source)});
         }
         return group;
       },
       note);
   const Ranks& ranks = Ranks::of_process();
-  Sample sample(*field, file.rows());
+  Sample sample(fields, file.rows());
   TableText own;
   std::vector<std::size_t> parts;
   std::size_t begin = 0;

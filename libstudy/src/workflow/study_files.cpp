@@ -19,7 +19,7 @@
 #include "silvafit/study/report_data.hpp"
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/scenes.hpp"
-#include "study/study_settings.hpp"
+#include "study/settings_json.hpp"
 
 namespace silvafit::study {
 namespace {

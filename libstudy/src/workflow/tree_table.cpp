@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -16,6 +15,7 @@
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "silvafit/stand/prepared_table.hpp"
 #include "silvafit/stand/similar_plots.hpp"
 #include "silvafit/stand/size_units.hpp"
 #include "silvafit/stand/species_spellings.hpp"
@@ -68,14 +68,8 @@ class TableReader {
     result_.mapped = wishes.mapped;
   }
 
-  struct Result {
-    data::Table table{};
+  struct Result : ObservedTable {
     Mappings mapped{};  ///< columns in other units are expressions
-    Names recognized{};
-    std::map<std::string, std::string> columns{};  ///< as in ReadTable
-    std::vector<std::size_t> distinct{};           ///< as in ObservedTable
-    std::vector<std::size_t> place{};
-    std::vector<char> is_dead{};
   };
   Result read();
 
@@ -87,7 +81,6 @@ class TableReader {
   void add_column(const stand::ColumnMapping& column);
   void unify_spellings();
   void read_status();
-  void describe_labels();
   void resolve_repeated_rows();
   void note(std::string text) {
     if (!text.empty()) result_.recognized.push_back(std::move(text));
@@ -240,17 +233,6 @@ void TableReader::read_status() {
   if (are_found && alive.size() < values.size()) result_.is_dead = std::move(is_dead);
 }
 
-/// Notes on labels of plots that may be errors.
-void TableReader::describe_labels() {
-  const data::Table& table = result_.table;
-  if (!table.has("plot")) return;
-  // As numbers, 001 and 1 are the same plot.
-  const bool is_whole = wishes_.state == nullptr;
-  if (is_whole && !table.is_numeric("plot")) {
-    note(stand::describe_similar_plots(table.text("plot")));
-  }
-}
-
 /// The rule for rows of one tree (docs/inventory.md).
 void TableReader::resolve_repeated_rows() {
   data::Table& table = result_.table;
@@ -317,7 +299,11 @@ TableReader::Result TableReader::read() {
   }
   if (wishes_.unifies_spellings) unify_spellings();
   read_status();
-  describe_labels();
+  const data::Table& table = result_.table;
+  // As numbers, 001 and 1 are the same plot.
+  if (wishes_.state == nullptr && table.has("plot") && !table.is_numeric("plot")) {
+    note(stand::describe_similar_plots(table.text("plot")));
+  }
   resolve_repeated_rows();
   return std::move(result_);
 }
@@ -365,33 +351,36 @@ std::map<std::string, std::string> column_map(const std::vector<std::string>& en
   return map;
 }
 
-std::optional<std::size_t> field_of(const std::string& name,
-                                    const std::vector<std::string>& header,
-                                    const ReadingSettings& settings,
-                                    const std::string& file) {
-  const auto find = [&header](const std::string& column) -> std::optional<std::size_t> {
-    const auto found = std::ranges::find(header, column);
-    if (found == header.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - header.begin());
+std::vector<std::size_t> fields_of(const std::string& name,
+                                   const std::vector<std::string>& header,
+                                   const ReadingSettings& settings,
+                                   const std::string& file) {
+  const auto find = [&header](const std::string& source) {
+    Names columns{source};
+    if (std::ranges::find(header, source) == header.end()) {
+      columns = stand::joined_columns(source, header);
+    }
+    std::vector<std::size_t> fields;
+    for (const std::string& column : columns) {
+      fields.push_back(
+          static_cast<std::size_t>(std::ranges::find(header, column) - header.begin()));
+    }
+    return fields;
   };
   const std::map<std::string, std::string> sources = column_map(settings.columns);
   const auto source = sources.find(name);
-  if (const auto field = find(source == sources.end() ? name : source->second)) return field;
+  std::vector<std::size_t> fields = find(source == sources.end() ? name : source->second);
+  if (!fields.empty()) return fields;
   const auto usual = stand::usual_columns(
       header, [&](const std::string& known) { return known == name; }, file);
-  return usual.size() == 1 ? find(usual.front().source) : std::nullopt;
+  return usual.size() == 1 ? find(usual.front().source) : fields;
 }
 
 std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
                                        const ReadingSettings& settings,
                                        const std::string& file) {
-  std::vector<std::size_t> fields;
-  for (const std::string& name : settings.fill_down) {
-    const auto field = field_of(name, header, settings, file);
-    if (!field) throw UsageError(data::no_such_column(name, header), {.column = "`fill_down`"});
-    fields.push_back(*field);
-  }
-  return fields;
+  return stand::filled_fields(
+      settings.fill_down, header, stand::parse_column_mappings(joined(settings.columns)), file);
 }
 
 ReadTable read_tree_table(const data::TableSource& source,
@@ -418,7 +407,7 @@ ReadTable read_tree_table(const data::TableSource& source,
   // The status does not affect a tree's shape.
   columns.erase("status");
   give_notes(result.recognized, note);
-  return {std::move(result.table), std::move(result.recognized), std::move(result.columns)};
+  return static_cast<ReadTable&&>(result);
 }
 
 ObservedTable read_model_table(const data::TableSource& source,
@@ -453,10 +442,7 @@ ObservedTable read_model_table(const data::TableSource& source,
   if (!settings.trust_units && !std::exchange(state.is_begun, true)) {
     check_table_units(result.table, result.mapped);
   }
-  return {{std::move(result.table), std::move(result.recognized), std::move(result.columns)},
-          std::move(result.distinct),
-          std::move(result.place),
-          std::move(result.is_dead)};
+  return static_cast<ObservedTable&&>(result);
 }
 
 }  // namespace silvafit::study

@@ -3,6 +3,7 @@
 // columns of texts that are made of others.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -41,5 +42,13 @@ struct PreparedTable {
 PreparedTable prepared_table(const data::TableSource& source,
                              const RowPreparation& preparation,
                              bool is_part = false);
+
+/// The fields that are to be filled down, by position in the header.
+/// \param names  as in the file, or standard ones
+/// \throws UsageError if there is no such column
+std::vector<std::size_t> filled_fields(const std::vector<std::string>& names,
+                                       const std::vector<std::string>& header,
+                                       const std::vector<ColumnMapping>& columns,
+                                       const std::string& file);
 
 }  // namespace silvafit::stand

@@ -2,7 +2,6 @@
 // All tables of a stand in one object.
 #pragma once
 
-#include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>

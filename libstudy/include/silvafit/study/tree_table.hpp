@@ -115,12 +115,12 @@ ObservedTable read_model_table(const data::TableSource& source,
                                const ModelColumns& columns,
                                const NoteCallback& note = {});
 
-/// The field of one of our columns, by position in a header: as the settings map
-/// it, or under a usual name; none if there is no such column.
-std::optional<std::size_t> field_of(const std::string& name,
-                                    const std::vector<std::string>& header,
-                                    const ReadingSettings& settings,
-                                    const std::string& file);
+/// The fields of one of our columns, by position in a header: as the settings map it, or under a
+/// usual name; several for a label of joined columns, none if there is no such column.
+std::vector<std::size_t> fields_of(const std::string& name,
+                                   const std::vector<std::string>& header,
+                                   const ReadingSettings& settings,
+                                   const std::string& file);
 
 /// The fields that ReadingSettings::fill_down means, by position in a header.
 /// \param file  for messages

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "view/view_columns.hpp"
+#include "view/view_stand.hpp"
 
 #include <algorithm>
 #include <cmath>
