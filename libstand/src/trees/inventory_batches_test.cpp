@@ -216,7 +216,8 @@ TEST_CASE("plots that several columns name are sorted, too, and whole") {
   CHECK_FALSE(batches.next());
 }
 
-TEST_CASE("batches of rows are in the order of the file and not compared, and a table is one batch") {
+TEST_CASE(
+    "batches of rows are in the order of the file and not compared, and a table is one batch") {
   const ScratchFile file(
       std::string(kHeader) + "1,1,A,1,1,10,1\n2,1,a,1,1,11,1\n1,1,A,1,1,10,1\n1,2,A,,1,9,1\n",
       ".csv");
