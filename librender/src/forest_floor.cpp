@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "noise.hpp"
@@ -304,18 +305,18 @@ void add_forest_floor(Scene& scene,
                       std::uint64_t seed) {
   Random shapes(seed);
   const std::vector<Kind> kinds = add_kinds(scene, shapes);
-  std::map<std::pair<long, long>, bool> cells;
+  std::set<std::pair<long, long>> cells;
   const long reach = std::lround(kReach_m / kCell_m);
   for (const Vector& place : places) {
     const long column = std::lround(place[0] / kCell_m);
     const long row = std::lround(place[2] / kCell_m);
     for (long i = -reach; i <= reach; ++i) {
       for (long j = -reach; j <= reach; ++j) {
-        if (i * i + j * j <= reach * reach) cells[{column + i, row + j}] = true;
+        if (i * i + j * j <= reach * reach) cells.emplace(column + i, row + j);
       }
     }
   }
-  for (const auto& [cell, is_near] : cells) {
+  for (const std::pair<long, long>& cell : cells) {
     const auto key = static_cast<std::uint64_t>(cell.first) * 0x9E3779B97F4A7C15ULL +
                      static_cast<std::uint64_t>(cell.second);
     Random random(seed, key);

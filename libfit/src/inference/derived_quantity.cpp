@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "silvafit/base/constants.hpp"
@@ -19,6 +20,10 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 std::vector<double> list_of(const VectorXd& values) { return {values.begin(), values.end()}; }
+
+/// What fits report beside coefficients; those of random effects have parentheses.
+constexpr std::array<std::string_view, 8> kOtherParameters{
+    "sigma", "delta", "constant", "ratio", "phi", "rho", "range", "nugget"};
 
 /// The place of the `=` behind a name; npos if there is none.
 std::size_t equals_sign(std::string_view text) {
@@ -53,9 +58,11 @@ DerivedQuantity parse_derived_quantity(std::string_view text,
       .name = std::string(data::trimmed(has_name ? text.substr(0, equals) : text)),
       .value = data::Expression::parse(text, has_name ? equals + 1 : 0, text.size())};
   if (result.name.empty()) throw FormulaError("the name before '=' is missing", text, 1);
-  if (std::ranges::find(coefficients, result.name) != coefficients.end()) {
+  const bool is_taken = std::ranges::find(coefficients, result.name) != coefficients.end() ||
+                        std::ranges::find(kOtherParameters, result.name) != kOtherParameters.end();
+  if (is_taken) {
     throw FormulaError(
-        fmt::format("'{}' is a coefficient already; choose another name", result.name), text, 1);
+        fmt::format("'{}' is a parameter already; choose another name", result.name), text, 1);
   }
   const std::vector<std::string> used = result.value.variables();
   for (const std::string& name : used) {
@@ -73,24 +80,21 @@ DerivedQuantity parse_derived_quantity(std::string_view text,
 std::vector<DerivedValue> derived_values(const FittedModel& fit) {
   std::vector<DerivedValue> result;
   const std::vector<std::string>& names = fit.coefficient_names;
-  const VectorXd errors = fit.standard_errors();
+  const Eigen::MatrixXd covariance = fixed_covariance(fit);
   for (const DerivedQuantity& quantity : fit.specification.derived) {
-    DerivedValue& one = result.emplace_back(quantity.at(names, fit.estimate), kNaN, kInfinity);
+    DerivedValue& one = result.emplace_back(quantity.at(names, fit.estimate), kNaN, kNaN);
     const VectorXd gradient = quantity.gradient(names, fit.estimate);
-    std::vector<Index> estimated;
-    for (Index j = 0; j < errors.size(); ++j) {
-      if (gradient[j] == 0.0 || std::isnan(errors[j])) continue;
-      estimated.push_back(j);
-      const bool is_known = j < fit.degrees_of_freedom.size();
-      one.degrees_of_freedom =
-          std::min(one.degrees_of_freedom, is_known ? fit.degrees_of_freedom[j] : kNaN);
+    // Of a coefficient that is not identifiable the error is NaN, also times a gradient of 0.
+    std::vector<Index> used;
+    for (Index j = 0; j < gradient.size(); ++j) {
+      if (gradient[j] == 0.0) continue;
+      used.push_back(j);
+      const double freedom = j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : kNaN;
+      one.degrees_of_freedom = std::fmin(one.degrees_of_freedom, freedom);
     }
-    if (estimated.empty()) {
-      one.degrees_of_freedom = kNaN;
-      continue;
-    }
-    const VectorXd slopes = gradient(estimated);
-    one.standard_error = std::sqrt(slopes.dot(fit.covariance(estimated, estimated) * slopes));
+    const VectorXd slopes = gradient(used);
+    const double variance = slopes.dot(covariance(used, used) * slopes);
+    if (variance > 0.0) one.standard_error = std::sqrt(variance);
   }
   return result;
 }

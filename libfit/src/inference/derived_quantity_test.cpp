@@ -2,9 +2,11 @@
 #include "silvafit/fit/derived_quantity.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 #include <vector>
 
+#include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/bootstrap.hpp"
 #include "silvafit/fit/fit_json.hpp"
@@ -123,6 +125,14 @@ TEST_CASE("differences of levels are derived quantities, in files and in the boo
   CHECK(drawn.parameters.back().standard_error == Approx(0.2787816084).epsilon(0.1));
 }
 
+TEST_CASE("an error is unknown if a coefficient is not identifiable") {
+  FittedModel fit = misra_fit({"slope = b1*b2", "half = b2/2"});
+  fit.covariance.row(0).setConstant(kNaN);
+  fit.covariance.col(0).setConstant(kNaN);
+  CHECK(std::isnan(derived_values(fit)[0].standard_error));
+  CHECK(derived_values(fit)[1].standard_error == Approx(0.5 * fit.standard_errors()[1]));
+}
+
 TEST_CASE("texts of derived quantities are checked") {
   const std::vector<std::string> names{"a", "b"};
   CHECK(parse_derived_quantity(" a/b ", names).name == "a/b");
@@ -131,4 +141,6 @@ TEST_CASE("texts of derived quantities are checked") {
   CHECK_THROWS_AS(parse_derived_quantity("c = 3", names), FormulaError);
   CHECK_THROWS_AS(parse_derived_quantity("= a", names), FormulaError);
   CHECK_THROWS_AS(parse_derived_quantity("c =", names), FormulaError);
+  CHECK_THROWS_AS(parse_derived_quantity("sigma = a", names), FormulaError);
+  CHECK_THROWS_AS(misra_fit({"c = b1*b2", "c = b1"}), FormulaError);
 }

@@ -108,8 +108,12 @@ ModelSpecification specify_model(const ModelTexts& texts, const data::Table& tab
   }
   require_columns(specification, table);
   for (const std::string& text : texts.derived) {
-    specification.derived.push_back(
-        parse_derived_quantity(text, specification.coefficient_names()));
+    DerivedQuantity added = parse_derived_quantity(text, specification.coefficient_names());
+    for (const DerivedQuantity& other : specification.derived) {
+      if (other.name != added.name) continue;
+      throw FormulaError(fmt::format("'{}' is given twice", added.name), text, 1);
+    }
+    specification.derived.push_back(std::move(added));
   }
   return specification;
 }

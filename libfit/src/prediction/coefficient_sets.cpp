@@ -388,19 +388,6 @@ void add_calibrated(const FittedModel& fit,
 
 }  // namespace
 
-MatrixXd fixed_covariance(const FittedModel& fit) {
-  const Index p = fit.estimate.size();
-  MatrixXd result = fit.covariance.rows() == p ? fit.covariance : MatrixXd::Zero(p, p);
-  for (Index j = 0; j < p; ++j) {
-    const bool is_estimated =
-        j < fit.degrees_of_freedom.size() && std::isfinite(fit.degrees_of_freedom[j]);
-    if (is_estimated || !std::isnan(result(j, j))) continue;
-    result.row(j).setZero();
-    result.col(j).setZero();
-  }
-  return result;
-}
-
 MatrixXd among_coefficients(const FittedModel& fit,
                             const std::vector<std::string>& names,
                             const MatrixXd& covariance) {

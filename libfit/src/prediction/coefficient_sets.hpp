@@ -33,10 +33,6 @@ CoefficientSets coefficient_sets(const FittedModel& fit,
                                  const PredictionOptions& options,
                                  bool with_covariances);
 
-/// (p x p) the covariance of the fixed effects. Coefficients without one are treated as known if
-/// they were held or published; those that are not identifiable remain NaN.
-Eigen::MatrixXd fixed_covariance(const FittedModel& fit);
-
 /// (p x p) the covariance of a term's random effects among all coefficients.
 /// \param names, covariance  of the term
 Eigen::MatrixXd among_coefficients(const FittedModel& fit,

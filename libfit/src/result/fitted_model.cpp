@@ -58,4 +58,18 @@ VectorXd FittedModel::residual_sd(const Eigen::Ref<const VectorXd>& fitted,
   return sigma * relative_sd(variance, fitted, table);
 }
 
+Eigen::MatrixXd fixed_covariance(const FittedModel& fit) {
+  const Eigen::Index p = fit.estimate.size();
+  Eigen::MatrixXd result =
+      fit.covariance.rows() == p ? fit.covariance : Eigen::MatrixXd::Zero(p, p);
+  for (Eigen::Index j = 0; j < p; ++j) {
+    const bool is_estimated =
+        j < fit.degrees_of_freedom.size() && std::isfinite(fit.degrees_of_freedom[j]);
+    if (is_estimated || !std::isnan(result(j, j))) continue;
+    result.row(j).setZero();
+    result.col(j).setZero();
+  }
+  return result;
+}
+
 }  // namespace silvafit::fit

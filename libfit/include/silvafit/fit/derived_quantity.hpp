@@ -28,7 +28,9 @@ struct DerivedQuantity {
 
 /// Reads "h30 = 1.3 + a*(1 - exp(-b*30))", or an expression alone, which is then its own name.
 /// Names that are no words stand between backquotes, as in `a:(species == "SM")`.
-/// \throws FormulaError if the text cannot be read, or a name in it is not a coefficient
+/// \throws FormulaError if the text cannot be read, a name in it is not a coefficient, or its own
+/// name
+///   is that of a coefficient or of another parameter
 DerivedQuantity parse_derived_quantity(std::string_view text,
                                        const std::vector<std::string>& coefficients);
 
@@ -39,7 +41,8 @@ struct DerivedValue {
   double degrees_of_freedom = 0.0;  ///< the fewest of the coefficients that it depends on
 };
 
-/// Those of a fit, in the order of its specification. Coefficients that are held have no error.
+/// Those of a fit, in the order of its specification. Coefficients that are held have no error; the
+/// error is unknown if one of the others is not identifiable.
 /// Source: Casella and Berger 2002, Statistical inference, theorem 5.5.28 (the delta method).
 std::vector<DerivedValue> derived_values(const FittedModel& fit);
 

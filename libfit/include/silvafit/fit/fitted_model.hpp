@@ -88,6 +88,10 @@ struct FittedModel : Estimates {
                               const data::Table& table) const;
 };
 
+/// (p x p) the covariance of the fixed effects. Coefficients without one are treated as known if
+/// they were held or published; those that are not identifiable remain NaN.
+Eigen::MatrixXd fixed_covariance(const FittedModel& fit);
+
 /// The fit, and the fitted values of each observation.
 struct FitResult {
   FittedModel fit;
