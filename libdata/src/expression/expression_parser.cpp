@@ -8,6 +8,8 @@
 #include <charconv>
 #include <numbers>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -88,7 +90,24 @@ class Parser {
     return result;
   }
 
+  void require_names_in(const NodePointer& result) const {
+    std::set<std::string> found;
+    for (const std::string& name : Expression(result).variables()) {
+      TextMatch match;
+      found.insert(is_text_match(name, match) ? match.column : name);
+    }
+    for (const auto& [name, position] : names_) {
+      if (found.contains(name)) continue;
+      fail_at(fmt::format("the value does not depend on '{}' here; leave it out", name), position);
+    }
+  }
+
  private:
+  NodePointer named(std::string name, std::size_t position) {
+    names_.emplace_back(name, position);
+    return make_variable(std::move(name));
+  }
+
   [[noreturn]] void fail(const std::string& message) const { fail_at(message, position_); }
   [[noreturn]] void fail_at(const std::string& message, std::size_t position) const {
     throw FormulaError(message, text_, position + 1);
@@ -320,7 +339,7 @@ class Parser {
       fail_at("the closing quote is missing", begin);
     std::string name(text_.substr(position_, close - position_));
     position_ = close + 1;
-    return make_variable(std::move(name));
+    return named(std::move(name), begin);
   }
 
   NodePointer name_or_call() {
@@ -330,7 +349,7 @@ class Parser {
     refuse_printed_sign(name, begin);
     if (peek() == '(') return call(name, begin);
     if (name == "pi") return make_constant(std::numbers::pi);
-    return make_variable(std::string(name));
+    return named(std::string(name), begin);
   }
 
   NodePointer call(std::string_view name, std::size_t begin) {
@@ -428,6 +447,7 @@ class Parser {
   std::size_t position_;
   std::size_t end_;
   const std::vector<NodePointer>* arguments_;
+  std::vector<std::pair<std::string, std::size_t>> names_{};  ///< those read, and where
   int depth_ = 0;
 };
 
@@ -447,11 +467,17 @@ std::string text_match_name(std::string_view column, std::string_view value) {
   return fmt::format("{} == \"{}\"", column, value);
 }
 
-NodePointer parse_part(std::string_view text, std::size_t begin, std::size_t end) {
+NodePointer parse_part(std::string_view text,
+                       std::size_t begin,
+                       std::size_t end,
+                       UnusedNames unused) {
   if (end - begin > kLongest) {
     throw FormulaError(fmt::format("the formula is longer than {} characters", kLongest), "", 1);
   }
-  return Parser(text, begin, end).parse();
+  Parser parser(text, begin, end);
+  NodePointer result = parser.parse();
+  if (unused == UnusedNames::kRefused) parser.require_names_in(result);
+  return result;
 }
 
 }  // namespace silvafit::data

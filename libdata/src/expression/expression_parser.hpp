@@ -10,9 +10,16 @@
 
 namespace silvafit::data {
 
+/// Whether a name that a factor or an exponent of zero removes is an error. In a model it would be
+/// a parameter that nobody misses.
+enum class UnusedNames { kAllowed, kRefused };
+
 /// Parses the part [begin, end) of a text.
 /// \throws FormulaError with the column in the whole text
-NodePointer parse_part(std::string_view text, std::size_t begin, std::size_t end);
+NodePointer parse_part(std::string_view text,
+                       std::size_t begin,
+                       std::size_t end,
+                       UnusedNames unused = UnusedNames::kAllowed);
 
 /// The variable that stands for the comparison of a column with text.
 std::string text_match_name(std::string_view column, std::string_view value);

@@ -105,6 +105,7 @@ class GrowthMaker {
   std::size_t revived_ = 0;
   std::string first_revived_{};
   std::size_t never_alive_ = 0;
+  std::vector<std::string> renamed_{};  ///< trees with another species at the end of a period
   GrowthReport report_{};
 };
 
@@ -252,6 +253,16 @@ void GrowthMaker::add_tree(const Period& period, const TreeInPeriod& tree) {
   for (const TreeQuantity& quantity : living_.quantities) {
     growth.quantities_per_year.push_back(
         (at(quantity.values, tree.end) - at(quantity.values, tree.start)) / years);
+  }
+  const bool is_in_both = tree.start != kNoTreeRow && tree.end != kNoTreeRow;
+  if (is_in_both && living_.species[tree.start] != living_.species[tree.end]) {
+    renamed_.push_back(fmt::format("plot {}, tree {} ({} in {}, {} in {})",
+                                   plot.plot,
+                                   growth.tree,
+                                   growth.species,
+                                   from.text,
+                                   living_.species[tree.end],
+                                   to.text));
   }
   growth.is_interpolated = interpolated_.contains(tree.start) || interpolated_.contains(tree.end);
   report_.trees.push_back(std::move(growth));
@@ -514,6 +525,11 @@ void GrowthMaker::add_notes() {
        fmt::format("{} not alive at any time and {} no growth",
                    counted(never_alive_, "tree was", "trees were"),
                    never_alive_ == 1 ? "has" : "have"));
+  note(renamed_.size(),
+       fmt::format("{} another species at the end of a period and {} for the first one: {}",
+                   counted(renamed_.size(), "tree has", "trees have"),
+                   renamed_.size() == 1 ? "counts" : "count",
+                   data::list_of(renamed_)));
   note(shrunk,
        fmt::format("{} negative and kept: errors of measurement, or bark that was lost",
                    counted(shrunk, "dbh increment is", "dbh increments are")));

@@ -103,6 +103,19 @@ TEST_CASE("Every tree of a period has one fate, and its increments are differenc
   check_balance(plot);
 }
 
+TEST_CASE("A tree with another species later counts for the first one and is named") {
+  StandReportOptions options;
+  options.plot_area_m2 = 500.0;
+  const GrowthReport report = growth_report(measured("plot,tree,species,year,dbh,h\n"
+                                                     "1,1,A,2010,20,15\n1,2,B,2010,10,9\n"
+                                                     "1,1,A,2015,22,16\n1,2,C,2015,12,10\n")
+                                                .inventory,
+                                            options);
+  CHECK(report.trees[1].species == "B");
+  CHECK(tells(report.notes, "plot 1, tree 2 (B in 2010, C in 2015)"));
+  CHECK_FALSE(tells(report.notes, "tree 1 ("));
+}
+
 TEST_CASE("Without keeping measurements an inventory has the first of each tree") {
   const CheckedInventory first = read_inventory(csv_of(kFates), {});
   CHECK(first.inventory.size() == 5);
