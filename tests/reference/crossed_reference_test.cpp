@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Crossed random effects and three nested levels against lme4 1.1-31 and TMB 1.9.2;
-// bench/r/reference_crossed.R drew the trees and made the figures.
+// bench/r/reference_crossed.R drew the trees and made the figures; those of nlme 3.1-162 are by
+// bench/r/reference_effects.R.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -110,6 +111,43 @@ TEST_CASE("linear models with crossed effects and three levels are those of lme4
         CHECK(result.fitted_conditional[static_cast<Eigen::Index>(i)] ==
               Approx(expected).margin(1e-4));
       }
+    }
+  }
+}
+
+TEST_CASE("blocks, identities and interactions of random effects are those of nlme's book",
+          "[reference]") {
+  const json file = test::read_expected("nlme_effects.json");
+  for (const json& reference : file["fits"]) {
+    INFO(reference["id"]);
+    const data::Table table = data::read_csv_table(test::reference_data(reference["data"]));
+    fit::ModelTexts texts{.formula = reference["formula"], .random = reference["random"]};
+    if (reference["parameter"] != "") texts.sub_models = {reference["parameter"]};
+    if (reference["diagonal"]) texts.covariance = {"diagonal", "diagonal"};
+    fit::FitModelOptions options;
+    options.method = fit::Method::kLindstromBates;
+    options.reml = reference["reml"];
+    const fit::FitResult result = fit::fit_model(specify_model(texts, table), table, options);
+    const fit::FittedModel& fit = result.fit;
+    CHECK(fit.convergence.converged());
+    // nlme's optimum of variances is at about 1e-6 of their logarithms.
+    CHECK(fit.log_likelihood == Approx(reference["logLik"].get<double>()).margin(1e-6));
+    CHECK(fit.sigma == Approx(reference["sigma"].get<double>()).epsilon(1e-4));
+    const json& fixed = reference["fixed"];
+    REQUIRE(static_cast<std::size_t>(fit.estimate.size()) == fixed.size());
+    const double n = static_cast<double>(fit.observations);
+    const double p = static_cast<double>(fixed.size());
+    const double factor = options.reml ? 1.0 : std::sqrt(n / (n - p));
+    for (std::size_t j = 0; j < fixed.size(); ++j) {
+      const auto k = static_cast<Eigen::Index>(j);
+      const double error = reference["std_errors"][j];
+      CHECK(fit.estimate[k] == Approx(fixed[j].get<double>()).margin(1e-4 * error));
+      CHECK(fit.standard_errors()[k] == Approx(factor * error).epsilon(1e-4));
+    }
+    for (std::size_t i = 0; i < result.rows.size(); ++i) {
+      const double expected = reference["fitted"][result.rows[i]];
+      CHECK(result.fitted_conditional[static_cast<Eigen::Index>(i)] ==
+            Approx(expected).margin(1e-4 * fit.sigma));
     }
   }
 }

@@ -289,15 +289,20 @@ void LocalOptima::compare_with_smaller() {
 /// boundary.
 void LocalOptima::compare_with_none() {
   const NonlinearModel fixed = model_.with_random_effects({});
-  // A restricted likelihood is not comparable with the marginal one of the whole model.
-  MixedEffectsOptions options = linearized_;
-  options.reml = false;
-  const LindstromBatesSearch found =
-      climb_lindstrom_bates(fixed, starts_.front().coefficients, options, Persistence::kOnce);
-  if (!found.outcome.is_valid || !found.outcome.converged) return;
+  const auto reached = [&](bool is_restricted) {
+    MixedEffectsOptions options = linearized_;
+    options.reml = is_restricted;
+    const LindstromBatesSearch found =
+        climb_lindstrom_bates(fixed, starts_.front().coefficients, options, Persistence::kOnce);
+    const bool is_found = found.outcome.is_valid && found.outcome.converged;
+    return is_found ? found.outcome.log_likelihood : kNone;
+  };
+  const double log_likelihood = reached(linearized_.reml);
+  if (log_likelihood == kNone) return;
+  // Fits are ranked by marginal likelihoods, also those by restricted ones.
   contained_.push_back({.text = "without random effects",
-                        .log_likelihood = found.outcome.log_likelihood,
-                        .rank = found.outcome.log_likelihood});
+                        .log_likelihood = log_likelihood,
+                        .rank = linearized_.reml ? reached(false) : log_likelihood});
 }
 
 void LocalOptima::compare_with(const SmallerStructure& smaller) {

@@ -129,11 +129,9 @@ class OptimumSearch {
   SearchEvidence linearization_evidence(const LocalOptima& found, const Candidate& shown) const {
     SearchEvidence result;
     std::vector<ContainedModel> higher = found.contained();
-    if (!options_.linearized.reml) {
-      std::erase_if(higher, [&](const ContainedModel& model) {
-        return !(model.log_likelihood > shown.fit.log_likelihood + kHigher);
-      });
-    }
+    std::erase_if(higher, [&](const ContainedModel& model) {
+      return !(model.log_likelihood > shown.fit.log_likelihood + kHigher);
+    });
     result.contained = higher_than(shown.rank, higher);
     result.is_restricted = options_.linearized.reml;
     result.marginal = Integration::kInteraction;
