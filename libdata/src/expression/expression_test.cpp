@@ -51,6 +51,7 @@ TEST_CASE("names may be Chinese, dotted, or in backquotes") {
 }
 
 TEST_CASE("a model names nothing on which its value does not depend") {
+  using Catch::Matchers::Contains;
   CHECK_THROWS_WITH(parse_formula("h ~ a + 0*b*dbh"),
                     Contains("column 11: the value does not depend on 'b'"));
   CHECK_THROWS_WITH(parse_formula("h ~ a*dbh^0"), Contains("does not depend on 'dbh'"));
