@@ -2,15 +2,12 @@
 // Comparison of two or more model libraries.
 import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
-import { element, verdictMark } from "./dom.js";
+import { element, section, verdictMark } from "./dom.js";
 import { figure } from "./figure.js";
 import { capital, columnName, count, criterion, decimals, inUnit, listing, MISSING, r2, responseInText, responseName, significant, withMinusSigns } from "./format.js";
-import { randomTexts, varianceText } from "./head.js";
+import { modelList, varianceText } from "./head.js";
 import { hasValues, lineLayer } from "./observations.js";
 import { numeric, table } from "./table.js";
-
-/** @typedef {import("./types.js").Comparison} Comparison */
-/** @typedef {import("./types.js").ComparedModels} ComparedModels */
 
 /** Colors of the libraries; the first has that of least squares, the reference. */
 const KINDS = ["ols", "nlme", "first", "third", "fifth"];
@@ -56,7 +53,7 @@ function libraries({ libraries: rows }) {
     numeric("Trees", ({ trees }) => (trees > 0 ? trees : null), count),
     numeric("Models", ({ models }) => models, count),
   ];
-  return element("section", { id: "libraries", "aria-labelledby": "libraries-title" }, element("h2", { id: "libraries-title" }, "Libraries"), table("The libraries that are compared", columns, rows));
+  return section("libraries", "Libraries", {}, table("The libraries that are compared", columns, rows));
 }
 
 function overview({ pairs }, names) {
@@ -71,10 +68,10 @@ function overview({ pairs }, names) {
     numeric("Difference of R²", of("r2"), signed(4)),
     { title: "Note", text: true, value: ({ difference, pair }) => element("span", { class: "sentence" }, noteOn(difference, pair, names)) },
   ];
-  return element(
-    "section",
-    { id: "overview", "aria-labelledby": "overview-title" },
-    element("h2", { id: "overview-title" }, "Overview"),
+  return section(
+    "overview",
+    "Overview",
+    {},
     table("Differences between the models", columns, rows),
     element("p", { class: "small" }, "RMSE and R² are those of the conditional prediction for mixed models, else of the population, each on the library's own data."),
   );
@@ -89,10 +86,10 @@ function noteOn(difference, { fits }, names) {
 function pairSection(pair, names, id) {
   const sides = pair.fits.map((fit, index) => ({ fit, name: names[index], index })).filter(({ fit }) => fit !== null);
   const reasons = pair.differences.map((difference) => difference?.reason).filter((reason) => reason);
-  return element(
-    "section",
-    { id, class: "result", "aria-labelledby": `${id}-title` },
-    element("h2", { id: `${id}-title` }, pairTitle(pair)),
+  return section(
+    id,
+    pairTitle(pair),
+    { class: "result" },
     ...reasons.map((reason) => element("p", { class: "note" }, `AIC and BIC cannot be compared: ${reason}.`)),
     models(sides),
     statistics(pair, sides),
@@ -101,16 +98,15 @@ function pairSection(pair, names, id) {
   );
 }
 
-function models(sides) {
-  const describe = ({ fit, name }) => {
-    const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1").map(([parameter, terms]) => `${parameter} ~ ${terms}`);
-    const random = randomTexts(fit.random);
-    const variance = fit.variance.function === "none" ? [] : [`variance: ${varianceText(fit.variance)}`];
-    const parts = [fit.formula, ...submodels, ...random, ...variance].flatMap((part) => [element("code", {}, part), " "]);
-    return [element("dt", {}, name), element("dd", {}, ...parts, element("br"), verdictMark(fit.converged), ` ${fit.verdict}`)];
-  };
-  return element("dl", { class: "formulas" }, ...sides.flatMap(describe));
-}
+const models = (sides) =>
+  modelList(
+    sides.map(({ fit, name }) => ({
+      name,
+      fit,
+      further: fit.variance.function === "none" ? [] : [`variance: ${varianceText(fit.variance)}`],
+      verdict: [element("br"), verdictMark(fit.converged), ` ${fit.verdict}`],
+    })),
+  );
 
 function statistics({ differences, unit }, sides) {
   const rows = [
@@ -180,5 +176,5 @@ function curves({ curves: drawn, response, unit }, names) {
 const difference = (first, second) => (first === null || second === null ? null : second - first);
 
 function versions({ versions: list }) {
-  return element("section", { id: "versions", "aria-labelledby": "versions-title" }, element("h2", { id: "versions-title" }, "Made by"), element("p", {}, `${listing(list.map(({ name, version }) => `${name} ${version}`))}.`));
+  return section("versions", "Made by", {}, element("p", {}, `${listing(list.map(({ name, version }) => `${name} ${version}`))}.`));
 }

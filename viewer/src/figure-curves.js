@@ -7,8 +7,6 @@ import { capital, columnName, decimals, listing, plural, r2, responseName, signi
 import { hasValues, isNumber, lineLayer, pointLayer, points, shownTrees } from "./observations.js";
 import { numeric, table } from "./table.js";
 
-/** @typedef {import("./types.js").Result} Result */
-
 const ORDINALS = ["first", "second", "third", "fourth", "fifth"];
 /** A class with fewer trees is drawn thin, because its curve depends mostly on the form of the equation. */
 const FEW_TREES = 5;

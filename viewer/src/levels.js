@@ -57,7 +57,7 @@ function level(title, rows, name, columns) {
 const parameters = ({ parameters }) => (parameters.length > 0 ? parameters.join("; ") : "base model");
 const effects = ({ effects, covariance }) => joinedEffects(effects, ", ") + (covariance === "general" ? "" : ` (${covariance})`);
 
-/** @param {import("./types.js").Result} result */
+/** @param {Result} result */
 export function levels(result) {
   const length = (name) => numeric(`${name[0]}, ${result.unit}`, (row) => row[name[1]], (value) => decimals(value, 3));
   return [

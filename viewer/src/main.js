@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Reads the data in the page and builds the report of a study, or a comparison of libraries.
+// Reads the data in the page and builds the report of a study, or a comparison of libraries. Report, Result and PlotMap, Comparison and ComparedModels are
+// objects of report-data.schema.json and comparison-data.schema.json.
+import "./base.css";
 import "./style.css";
 import { drawChartsWhenSeen } from "./chart-view.js";
 import { comparisonPage } from "./comparison.js";
@@ -17,7 +19,7 @@ import { startTheme } from "./theme.js";
 
 const readData = () => JSON.parse(document.getElementById("report-data").textContent);
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 function reportPage(report) {
   const results = report.results.map((result, index) => resultSection(result, resultId(index)));
   const models = report.results.length > 0 || !report.stand ? [verdict(report), summary(report), modelTables(report), convergence(report)] : [];

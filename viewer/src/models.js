@@ -2,7 +2,7 @@
 // The chosen models: formulas, accuracy, coefficients, variance components, random effects.
 import { element, verdictMark } from "./dom.js";
 import { columnName, count, criterion, decimals, inUnit, listing, probability, r2, significant, withMinusSigns } from "./format.js";
-import { groupTitle, randomTexts, varianceText } from "./head.js";
+import { groupTitle, modelList, varianceText } from "./head.js";
 import { numeric, table } from "./table.js";
 
 const FITS = [
@@ -11,7 +11,7 @@ const FITS = [
   ["nlme", "NLME"],
 ];
 
-/** @param {import("./types.js").Result} result */
+/** @param {Result} result */
 export function chosenModels(result) {
   const fits = FITS.filter(([key]) => result.fits[key] !== null).map(([key, name]) => ({ key, name, fit: result.fits[key] }));
   if (fits.length === 0) return [element("p", {}, "No model could be fitted.")];
@@ -21,17 +21,8 @@ export function chosenModels(result) {
   ];
 }
 
-/** "h ~ ..., b ~ 1 + C, random a + b:C by plot". */
-function formulas(fits) {
-  const describe = ({ name, fit }) => {
-    const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1");
-    const random = randomTexts(fit.random);
-    const parts = [fit.formula, ...submodels.map(([parameter, terms]) => `${parameter} ~ ${terms}`), ...random];
-    const warning = fit.converged ? [] : [" ", verdictMark(false), ` ${withMinusSigns(fit.verdict)}`];
-    return [element("dt", {}, name), element("dd", {}, ...parts.flatMap((part) => [element("code", {}, part), " "]), ...warning)];
-  };
-  return element("dl", { class: "formulas" }, ...fits.flatMap(describe));
-}
+const formulas = (fits) =>
+  modelList(fits.map(({ name, fit }) => ({ name, fit, further: [], verdict: fit.converged ? [] : [" ", verdictMark(false), ` ${withMinusSigns(fit.verdict)}`] })));
 
 /** The columns of the accuracy table: a fit, seen as a population or conditionally. */
 function views(fits) {

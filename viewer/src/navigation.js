@@ -36,7 +36,7 @@ function frame(...entries) {
   return element("nav", { "aria-label": "Report" }, menu, themeSwitch());
 }
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 export function reportNavigation(report) {
   const groups = bySpecies(report.results).map(([species, entries]) =>
     element("li", { class: "group" }, element("span", { class: "species" }, species), element("ul", {}, ...entries.map(entry))),
@@ -58,7 +58,7 @@ export function reportNavigation(report) {
   return frame(...start.map(link), ...groups, ...end.map(link));
 }
 
-/** @param {import("./types.js").Comparison} comparison */
+/** @param {Comparison} comparison */
 export function comparisonNavigation({ pairs }) {
   const entries = pairs.map((pair, index) => element("li", { class: "group" }, element("a", { href: `#${pairId(index)}` }, pairName(pair))));
   return frame(...[["#libraries", "Libraries"], ["#overview", "Overview"]].map(link), ...entries);

@@ -2,8 +2,6 @@
 // The trees of a result as points of charts.
 import { count, plural } from "./format.js";
 
-/** @typedef {import("./types.js").Result} Result */
-
 export const isNumber = (value) => value !== null && value !== undefined;
 export const hasNumbers = (column) => column.some(isNumber);
 

@@ -2,9 +2,10 @@
 // What the 3D page computes: crown curves, overlaps, sizes of trees from shared models, levels of detail, colors.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { along, colorings, DIVERGING, rgb, roundUp, SEQUENTIAL, SPECIES_COLORS, LAYER_COLORS } from "../src/scene/colors.js";
+import { along, colorings, DIVERGING, rgb, SEQUENTIAL, SPECIES_COLORS, LAYER_COLORS } from "../src/scene/colors.js";
 import { contains, facing, overlappingPairs, radiusTowards, relativeWidth, sharedSpace } from "../src/scene/crown.js";
 import { crownOf, placeOf, plotsCoincide } from "../src/scene/data.js";
+import { roundUp } from "../src/format.js";
 import { areaOf, hullOf, sharedArea } from "../src/scene/hulls.js";
 import { AdaptiveBudget, detailFactor, LEAST_PIXELS, levelFor } from "../src/scene/levels.js";
 import { pick } from "../src/scene/pick.js";

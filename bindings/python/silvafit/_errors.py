@@ -129,12 +129,12 @@ class ConvergenceWarning(UserWarning):
         return f"{self.args[0]} (status: {self.status})"
 
 
-def warn_of(core: Any, stacklevel: int) -> None:
+def warn_of(fit: Any, stacklevel: int) -> None:
     """Warns unless a fit converged inside its range, and of doubts about its names and its response."""
-    if core.status in ("converged", "perfect_fit") and core.has_doubts:
-        warnings.warn(core.verdict, stacklevel=stacklevel + 1)
-    if core.status not in ("converged", "perfect_fit", "published"):
-        warnings.warn(ConvergenceWarning(core.verdict, core.status), stacklevel=stacklevel + 1)
+    if fit.status not in ("converged", "perfect_fit", "published"):
+        warnings.warn(ConvergenceWarning(fit.verdict, fit.status), stacklevel=stacklevel + 1)
+    elif fit.status != "published" and fit._core.has_doubts:
+        warnings.warn(fit.verdict, stacklevel=stacklevel + 1)
 
 
 @contextlib.contextmanager

@@ -93,8 +93,9 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     if arguments.get("method") in ("ML", "REML"):  # nlme's words
         arguments.update(method=None, reml=arguments["method"] == "REML")
     core, frame = _fitted(arguments, data, trace)
-    warn_of(core, stacklevel=2)
-    return Fit(core, frame, arguments)
+    made = Fit(core, frame, arguments)
+    warn_of(made, stacklevel=2)
+    return made
 
 
 def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Frame]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import List, Optional, Sequence
+from typing import Any, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import pandas as pd
@@ -12,6 +12,10 @@ from ._analysis import Result, analysis
 from ._errors import UsageError, check_count, check_number, check_text, located_in
 from ._estimates import Estimates
 from ._listener import Listener
+from ._restrictions import linear_restrictions
+
+#: Texts, rows of numbers, or rows and values.
+Restrictions = Union[str, List[str], Any]
 
 
 class Inference(Estimates):
@@ -57,6 +61,60 @@ class Inference(Estimates):
         """
         found = analysis("term_tests", fits=[self._core], sequential=sequential).frame("terms")
         return found.astype({"df": int}).set_index("term")[["statistic", "p", "df", "df_denominator"]]
+
+    def t_test(self, r_matrix: Restrictions) -> pd.DataFrame:
+        """Test linear combinations of coefficients one by one, by t.
+
+        Parameters
+        ----------
+        r_matrix : str, list of str, array, or tuple
+            As in statsmodels: ``"a = 20, b - 2*c = 0"``, where other names than words stand between backquotes; rows with a
+            number for each coefficient, whose combinations are compared with 0; or a tuple of such rows and the values.
+
+        Returns
+        -------
+        DataFrame
+            A row for each combination: effect, value, se, df, t, p.
+        """
+        rows, values = self._restrictions(r_matrix)
+        effect = rows @ self.fixed_effects.to_numpy()
+        error = np.sqrt(np.einsum("ij,jk,ik->i", rows, self.covariance.fillna(0.0).to_numpy(), rows))
+        tests = [self._joint_test(rows[k:k + 1], values[k:k + 1]) for k in range(len(rows))]
+        return pd.DataFrame({"effect": effect, "value": values, "se": error, "df": [one["df_denominator"] for one in tests],
+                             "t": (effect - values) / error, "p": [one["p"] for one in tests]})
+
+    def wald_test(self, r_matrix: Restrictions) -> pd.Series:
+        """Test linear combinations of coefficients together, by Wald's F; see `t_test`.
+
+        Returns
+        -------
+        Series
+            statistic, p, df and df_denominator.
+        """
+        return self._joint_test(*self._restrictions(r_matrix))
+
+    f_test = wald_test
+
+    def _joint_test(self, rows: np.ndarray, values: np.ndarray) -> pd.Series:
+        found = analysis("term_tests", fits=[self._core], combinations=rows, values=values).frame("terms")
+        return found[["statistic", "p", "df", "df_denominator"]].iloc[0].rename("test")
+
+    def _restrictions(self, r_matrix: Restrictions) -> Tuple[np.ndarray, np.ndarray]:
+        """The rows of combinations, and their values."""
+        names = list(self.fixed_effects.index)
+        if isinstance(r_matrix, str):
+            r_matrix = r_matrix.split(",")
+        if isinstance(r_matrix, list) and all(isinstance(one, str) for one in r_matrix):
+            return linear_restrictions(r_matrix, names)
+        given = r_matrix if isinstance(r_matrix, tuple) else (r_matrix, None)
+        try:
+            rows = np.atleast_2d(np.asarray(given[0], float))
+            values = np.zeros(len(rows)) if given[1] is None else np.broadcast_to(np.asarray(given[1], float), len(rows))
+        except (TypeError, ValueError):
+            rows = values = np.empty((0, 0))
+        if rows.ndim != 2 or rows.shape[1] != len(names) or len(rows) == 0:
+            raise UsageError(f"the combinations need a number for each coefficient: {', '.join(names)}", column="r_matrix")
+        return rows, values
 
     def simulate(self, count: int = 1, seed: int = 1) -> pd.DataFrame:
         """Draw responses from the fit on the design of its data.

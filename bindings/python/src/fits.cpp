@@ -85,18 +85,6 @@ std::string random_text(const fit::FittedModel& fit) {
   return text;
 }
 
-py::dict variance_of(const fit::FittedModel& fit) {
-  py::dict result;
-  result["text"] = fit.specification.variance.text();
-  result["delta"] = fit.variance.delta();
-  result["constant"] = fit.variance.constant();
-  return result;
-}
-
-std::string correlation_of(const fit::FittedModel& fit) {
-  return fit.specification.correlation ? fit.specification.correlation->text() : "none";
-}
-
 py::list parameters_of(const fit::FittedModel& fit) {
   py::list result;
   for (const fit::NamedValue& value : fit::parameter_values(fit)) {
@@ -120,40 +108,12 @@ py::list models_of(const study::Catalogue& catalogue) {
   return result;
 }
 
-/// Values that are the same for all fits.
-void add_values(py::class_<fit::FittedModel, FitPointer>& fit) {
-  using fit::FittedModel;
-  fit.def_readonly("model", &FittedModel::model)
-      .def_readonly("reml", &FittedModel::reml)
-      .def_readonly("observations", &FittedModel::observations)
-      .def_readonly("excluded", &FittedModel::excluded)
-      .def_readonly("coefficient_names", &FittedModel::coefficient_names)
-      .def_readonly("estimate", &FittedModel::estimate)
-      .def_readonly("covariance", &FittedModel::covariance)
-      .def_readonly("degrees_of_freedom", &FittedModel::degrees_of_freedom)
-      .def_readonly("sigma", &FittedModel::sigma)
-      .def_readonly("log_likelihood", &FittedModel::log_likelihood)
-      .def_readonly("parameter_count", &FittedModel::parameter_count)
-      .def_readonly("r2_marginal", &FittedModel::r2_marginal)
-      .def_readonly("r2_conditional", &FittedModel::r2_conditional)
-      .def_readonly("seconds", &FittedModel::seconds)
-      .def_property_readonly("aic", &FittedModel::aic)
-      .def_property_readonly("aicc", &FittedModel::aicc)
-      .def_property_readonly("bic", &FittedModel::bic)
-      .def_property_readonly("bic_groups", &FittedModel::bic_groups)
-      .def_property_readonly("standard_errors", &FittedModel::standard_errors)
-      .def_property_readonly("t_values", &FittedModel::t_values)
-      .def_property_readonly("p_values", &FittedModel::p_values);
-}
-
 }  // namespace
 
 void add_fits(py::module_& module) {
   using fit::FittedModel;
-  py::class_<FittedModel, FitPointer> fit(module, "Fit");
-  add_values(fit);
-  fit.def_property_readonly("formula",
-                            [](const FittedModel& self) { return self.specification.formula.text; })
+  // All other content is that of the JSON.
+  py::class_<FittedModel, FitPointer>(module, "Fit")
       .def_property_readonly(
           "response", [](const FittedModel& self) { return self.specification.formula.left; })
       .def_property_readonly("response_columns",
@@ -162,14 +122,6 @@ void add_fits(py::module_& module) {
                              })
       .def_property_readonly(
           "predictors", [](const FittedModel& self) { return self.specification.predictors(); })
-      .def_property_readonly("method",
-                             [](const FittedModel& self) { return fit::method_text(self.method); })
-      .def_property_readonly("converged",
-                             [](const FittedModel& self) { return self.convergence.converged(); })
-      .def_property_readonly("status",
-                             [](const FittedModel& self) {
-                               return std::string(fit::status_text(self.convergence.status));
-                             })
       .def_property_readonly(
           "verdict",
           [](const FittedModel& self) { return in_words_of_python(self.convergence.verdict); })
@@ -177,8 +129,8 @@ void add_fits(py::module_& module) {
           "summary", [](const FittedModel& self) { return in_words_of_python(fit::summary(self)); })
       .def_property_readonly("has_doubts",
                              [](const FittedModel& self) { return self.convergence.has_doubts(); })
-      .def_property_readonly("variance", &variance_of)
-      .def_property_readonly("correlation", &correlation_of)
+      .def_property_readonly(
+          "variance", [](const FittedModel& self) { return self.specification.variance.text(); })
       .def_property_readonly("columns", &columns_of)
       .def_property_readonly("random_text", &random_text)
       .def_property_readonly("parameter_values", &parameters_of)

@@ -18,8 +18,6 @@
 #' @param ... no further arguments; unknown names stop
 #' @return `confint()`: matrix with a row for each parameter; the attribute `notes` explains limits that are not known or do not
 #'   exist. `intervals()`: list of class `intervals.silvafit` with the elements `fixed`, `reStruct`, `varStruct` and `sigma`.
-#' @export
-#' @importFrom stats confint
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -31,9 +29,8 @@ confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "pro
   if (is.character(method)) method <- tolower(method)
   method <- match.arg(method)
   result <- if (method == "boot") bootstrap_intervals(object, level, threads) else parameter_intervals(object, level, method, threads)
-  half <- (1 - level) / 2
   table <- cbind(result$lower, result$upper)
-  dimnames(table) <- list(result$name, paste(format(100 * c(half, 1 - half), trim = TRUE, digits = 3), "%"))
+  dimnames(table) <- list(result$name, limit_names(level))
   if (!missing(parm)) {
     unknown <- if (is.character(parm)) setdiff(parm, rownames(table)) else setdiff(abs(parm), seq_len(nrow(table)))
     if (length(unknown) > 0) stop_usage("unknown parameter '", unknown[1], "'; available: ", paste(rownames(table), collapse = ", "))
@@ -44,7 +41,64 @@ confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "pro
   structure(table, class = c("confint.silvafit", class(table)))
 }
 
-#' @export
+limit_names <- function(level) paste(format(100 * c(1 - level, 1 + level) / 2, trim = TRUE, digits = 3), "%")
+
+#' Profiles of the likelihood
+#'
+#' The likelihood with each parameter held at values around its estimate, of all parameters that [confint.silvafit()] has.
+#'
+#' @param fitted a fit of [silvafit()]
+#' @param which names or numbers of parameters; all by default
+#' @param alphamax 1 - confidence level that the profiles reach
+#' @param delta.t step between two values, as signed root of the likelihood ratio
+#' @param threads number of threads; 0 means all cores
+#' @param ... no further arguments; unknown names stop
+#' @return Object of the class of [stats::profile.nls()], which `plot()` shows: for each parameter `tau`, the signed root of the likelihood ratio, and
+#'   `par.vals`, the values of the parameter there. `confint()` interpolates the limits of intervals; those of `confint(fit, method = "profile")` are exact.
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' confint(profile(fit, "R0"))
+profile.silvafit <- function(fitted, which = NULL, alphamax = 0.01, delta.t = cutoff / 5, threads = 1, ...) {
+  no_further(list(...))
+  # A root is the quantile of a level: the limits of intervals of many levels are the profile.
+  df <- if (fitted$fit$method == "ols") df.residual(fitted) else Inf
+  cutoff <- stats::qt(1 - alphamax / 2, df)
+  roots <- seq(delta.t, by = delta.t, length.out = ceiling(cutoff / delta.t))
+  found <- lapply(roots, function(root) parameter_intervals(fitted, 1 - 2 * stats::pt(-root, df), "profile", threads))
+  names <- found[[1]]$name
+  chosen <- if (is.null(which)) seq_along(names) else if (is.character(which)) match(which, names) else which
+  if (anyNA(chosen) || !all(chosen %in% seq_along(names))) stop_usage("`which`: available parameters are ", paste(names, collapse = ", "))
+  curves <- lapply(stats::setNames(chosen, names[chosen]), function(k) {
+    at <- function(end) vapply(found, function(one) one[[end]][k], 0)
+    values <- c(rev(at("lower")), found[[1]]$estimate[k], at("upper"))
+    # At the end of a parameter's range the root is not that of the level.
+    kind <- found[[1]]$kind[k]
+    is_known <- is.finite(values) & (kind == "fixed" | values != 0) & (kind != "correlation" | abs(values) != 1)
+    tau <- c(-rev(roots), 0, roots)[is_known]
+    structure(list(tau = tau, par.vals = matrix(values[is_known], dimnames = list(NULL, names[k]))), class = "data.frame", row.names = seq_along(tau))
+  })
+  # What plot() of stats reads.
+  structure(curves, original.fit = fitted, summary = list(df = c(nobs(fitted) - df.residual(fitted), df)), class = c("profile.silvafit", "profile.nls", "profile"))
+}
+
+#' @rdname profile.silvafit
+#' @param object a profile
+#' @param parm names or numbers of its parameters
+#' @param level confidence level
+confint.profile.silvafit <- function(object, parm = names(object), level = 0.95, ...) {
+  no_further(list(...))
+  if (is.numeric(parm)) parm <- names(object)[parm]
+  if (!all(parm %in% names(object))) stop_usage("`parm`: available are ", paste(names(object), collapse = ", "))
+  roots <- c(-1, 1) * stats::qt((1 + level) / 2, attr(object, "summary")$df[2])
+  limits <- t(vapply(parm, function(name) {
+    curve <- object[[name]]
+    ifelse(roots < min(curve$tau) | roots > max(curve$tau), NA, stats::splinefun(curve$tau, curve$par.vals)(roots))
+  }, roots))
+  dimnames(limits) <- list(parm, limit_names(level))
+  limits
+}
+
 print.confint.silvafit <- function(x, digits = getOption("digits"), ...) {
   no_further(list(...))
   notes <- attr(x, "notes")
@@ -74,7 +128,6 @@ parameter_intervals <- function(object, level, method, threads = 1) {
 }
 
 #' @rdname confint.silvafit
-#' @export
 intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov", "fixed"), ...) {
   no_further(list(...), instead = c(conf.level = "use level"))
   which <- match.arg(which)
@@ -102,7 +155,6 @@ intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov",
   structure(parts, level = level, notes = stats::setNames(result$note, result$name)[shown], class = "intervals.silvafit")
 }
 
-#' @export
 print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
   no_further(list(...))
   cat("Approximate ", 100 * attr(x, "level"), "% confidence intervals\n", sep = "")
@@ -142,7 +194,6 @@ print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
 #' @param Terms names or numbers of terms to test together
 #' @param L matrix with a column for each coefficient, or named vector: linear combinations to test together
 #' @return Data frame of class `anova`. The attribute `notes` has what there is to know of the tests.
-#' @export
 #' @examples
 #' curve <- height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age)
 #' one <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed)
@@ -218,7 +269,6 @@ matrix_of_combinations <- function(L, table) {
   whole
 }
 
-#' @export
 print.anova.silvafit <- function(x, digits = max(getOption("digits") - 2, 3), ...) {
   no_further(list(...))
   cat(attr(x, "heading"))

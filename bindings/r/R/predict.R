@@ -22,7 +22,6 @@
 #' @param ... `allow.new.levels` of lme4: TRUE is `new_groups = "population"`, FALSE `"error"`; other names stop
 #' @return A vector; with `interval` or `se.fit` a data frame with the columns `fit`, `lwr`, `upr` and `se.fit`. Calibrated predictions have the
 #'   attribute `measured`, the number of rows that calibrated the group of each row.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -185,8 +184,6 @@ without_inner_groups <- function(object, newdata) {
 #' @param seed seed of the random numbers; without it, it is drawn by R, so that [set.seed()] has effect
 #' @param ... `re.form = NA` and `use.u = FALSE` of lme4, which mean new random effects; other values and names stop
 #' @return Data frame with a column `sim_1`, `sim_2`, ... for each replicate, and the attribute `seed`.
-#' @export
-#' @importFrom stats simulate
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)

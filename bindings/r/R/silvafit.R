@@ -71,7 +71,6 @@
 #'   `AIC`, `residuals`, `fitted`, `predict`, `simulate`, `confint`, `anova`, `update`, ...) and nlme (`fixef`,
 #'   `ranef`, `VarCorr`, `intervals`).
 #' @seealso [predict.silvafit()], [convergence()], `vignette("from-nlme", package = "silvafit")`
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)

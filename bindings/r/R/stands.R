@@ -140,7 +140,6 @@ has_values <- function(column, values) {
 #' @return `trees` with the columns `core` (1 if all nearest neighbors are known) and the indices; NA for rows that cannot be used. A column of
 #'   `trees` with one of these names and other values is an error. If
 #'   `trees` is a path, the columns of the inventory as it was read. The attribute `summary` has the means.
-#' @export
 #' @examples
 #' trees <- data.frame(x = c(1, 3, 6, 4, 8, 9, 2, 7), y = c(1, 7, 2, 5, 9, 4, 9, 7),
 #'                     dbh = c(20, 15, 30, 22, 18, 25, 28, 14),
@@ -168,7 +167,6 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 #' @inheritParams inventory-arguments
 #' @param ... further [settings] of the table, structural units, sampled plots, stand figures and equations, such as `equations = c("jenkins-pine", B = "taper")`
 #' @return List of class `silvafit_stand` with data frames: `plots`, `strata`, `species`, `diameters` and, with positions, `classes`.
-#' @export
 #' @examples
 #' trees <- data.frame(plot = rep(1:2, each = 4), species = c("A", "A", "B", "A"),
 #'                     dbh = c(20, 31, 14, 25, 22, 18, 40, 33),
@@ -192,7 +190,6 @@ stand_tables <- function(result) {
 #' @inheritParams inventory-arguments
 #' @inheritParams stand_summary
 #' @return List of class `silvafit_stand` with data frames: `growth_trees`, `growth_plots` and `growth_strata`.
-#' @export
 #' @examples
 #' trees <- data.frame(plot = 1, tree = c(1, 2, 1, 2, 3), year = c(2010, 2010, 2020, 2020, 2020),
 #'                     dbh = c(20, 31, 24, 33, 8))
@@ -202,7 +199,6 @@ stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL,
   stand_tables(analysis_of_call("stand_growth", trees, c("reading", "units", "sampling", "stand", "equations")))
 }
 
-#' @export
 print.silvafit_stand <- function(x, digits = 3, ...) {
   no_further(list(...))
   for (name in setdiff(names(x), "classes")) {
@@ -226,7 +222,6 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' @param ... further [settings] of the table
 #' @return `trees` with the response filled in, under its name in `trees`, and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level`
 #'   (plot, stand, population) and `RESPONSE_flag`, and with `coverage` the limits `RESPONSE_lower` and `RESPONSE_upper`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
-#' @export
 #' @examples
 #' trees <- as.data.frame(Loblolly)
 #' names(trees) <- c("h", "dbh", "plot")
@@ -260,7 +255,6 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `predictions`, the inventory with those of the
 #'   chosen models; `notes`; the paths `out` and `report`.
 #'   `read_library(study)` has its models.
-#' @export
 #' @examples
 #' \donttest{
 #' set.seed(1)
@@ -293,7 +287,6 @@ study_results <- function(results) {
   do.call(rbind, rows)
 }
 
-#' @export
 print.silvafit_study <- function(x, ...) {
   no_further(list(...))
   cat("Study: ", sum(x$results$sound), " of ", NROW(x$results), " final models are sound\n\n", sep = "")
@@ -316,7 +309,6 @@ print.silvafit_study <- function(x, ...) {
 #' @return `read_library()`: list of class `silvafit_library` with the data frame `models` and, for each of its rows, an object of class
 #'   `silvafit` in the list `fits`, such as `fits[["SM h nlme"]]`; these have no data (see [read_fit()]). `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
 #'   `h_upper`, `h_se`, `h_trees`, those of equations such as `volume_m3`, and `flag`.
-#' @export
 #' @examples
 #' library <- read_library("shanxia-2023")
 #' library
@@ -341,7 +333,6 @@ read_library <- function(file) {
 }
 
 #' @rdname read_library
-#' @export
 print.silvafit_library <- function(x, ...) {
   no_further(list(...))
   cat("Library of", nrow(x$models), "models\n")
@@ -350,7 +341,6 @@ print.silvafit_library <- function(x, ...) {
 }
 
 #' @rdname read_library
-#' @export
 predict.silvafit_library <- function(object, newdata, level = "population", interval = c("none", "prediction", "confidence"), coverage = 0.95, se.fit = FALSE,
                                      new_groups = "population", seen_groups = "fitted", role = "", equations = NULL, equation_files = NULL, columns = NULL,
                                      trust_units = FALSE, threads = 0, progress = interactive(), ...) {
@@ -370,7 +360,6 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #' @param file file of the scene, with the ending .glb, .gltf, .obj or .ply; without it, `out` is a folder for a file of each tree
 #' @param ... further [settings] of trees and scenes and of the table
 #' @return Data frame with a row for each tree, invisibly: its file and the measurements of its mesh.
-#' @export
 #' @examples
 #' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1),
 #'                     dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
@@ -404,7 +393,6 @@ grown_trees <- function(json) {
 #' @param open open the page
 #' @param ... further [settings] of the page and the table
 #' @return The path of the page, invisibly.
-#' @export
 #' @examples
 #' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1),
 #'                     dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))

@@ -8,7 +8,6 @@
 #' @param ... no further arguments; unknown names stop
 #' @return `summary()` returns a list of class `summary.silvafit`; its element `tTable` has the estimates, standard errors, degrees of
 #'   freedom, t and p values of the fixed effects, as in nlme.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -71,7 +70,6 @@ print_convergence <- function(x) {
 }
 
 #' @rdname print.silvafit
-#' @export
 summary.silvafit <- function(object, ...) {
   no_further(list(...))
   table <- fixed_table(object)
@@ -84,13 +82,11 @@ summary.silvafit <- function(object, ...) {
             class = "summary.silvafit")
 }
 
-#' @export
 coef.summary.silvafit <- function(object, ...) {
   no_further(list(...))
   object$tTable
 }
 
-#' @export
 print.summary.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
   no_further(list(...))
   object <- x$object

@@ -11,8 +11,6 @@
 #' @param ... arguments of [silvafit()] to change; `NULL` removes one
 #' @param evaluate fit, or return the call
 #' @return The new fit, or its call.
-#' @export
-#' @importFrom stats update
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -92,8 +90,6 @@ check_changes <- function(names, count) {
 #' @param trace show the fits
 #' @param ... no further arguments; unknown names stop
 #' @return Data frame of class `anova` with a row for each term.
-#' @export
-#' @importFrom stats drop1
 #' @examples
 #' \donttest{
 #' fit <- silvafit(weight ~ a / (1 + exp((m - Time) / s)), data = nlme::Soybean,

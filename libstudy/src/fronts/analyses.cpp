@@ -88,6 +88,7 @@ const std::map<std::string_view, Read, std::less<>>& reads() {
       {"compare", &compare_work},
       {"simulate", &simulate_work},
       {"residuals", &residuals_work},
+      {"covariance", &covariance_work},
       {"term_tests", &term_tests_work},
       {"calibrate", &calibrate_work}};
   return all;

@@ -356,8 +356,18 @@ AnalysisWork residuals_work(AnalysisCall& call) {
   };
 }
 
+/// Argument: `marginal`.
+AnalysisWork covariance_work(AnalysisCall& call) {
+  return [fit = &call.fit(), table = call.table(), is_marginal = call.truth("marginal")](
+             const AnalysisCallbacks& /*callbacks*/) {
+    return AnalysisResult{.tables = {{"covariance",
+                                      table_of_columns(fit::response_covariance(
+                                          *fit, table_of(table), is_marginal))}}};
+  };
+}
+
 /// Arguments: `sequential`; or, tested together, `terms` by their numbers from 0, or `combinations`
-/// of the coefficients, a list of rows.
+/// of the coefficients, a list of rows, and `values` that they are compared with.
 AnalysisWork term_tests_work(AnalysisCall& call) {
   std::vector<fit::TermTest> tests;
   if (const auto rows = call.find("combinations")) {
@@ -367,7 +377,10 @@ AnalysisWork term_tests_work(AnalysisCall& call) {
       combinations.row(static_cast<Eigen::Index>(i)) =
           list[i].vector(combinations.cols()).transpose();
     }
-    tests = {fit::joint_test(call.fit(), combinations)};
+    const auto values = call.find("values");
+    tests = {fit::joint_test(call.fit(),
+                             combinations,
+                             values ? values->vector(combinations.rows()) : Eigen::VectorXd())};
   } else if (const auto terms = call.find("terms")) {
     std::vector<std::size_t> places;
     for (const double place : terms->numbers()) places.push_back(static_cast<std::size_t>(place));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Colorings of trees. All scales are distinguishable with color vision deficiencies, and also increase or decrease in lightness.
+import { roundUp } from "../format.js";
 import { predictions, residualOf, RESPONSES, treeCount } from "./data.js";
 
 /** Colors of Okabe and Ito, with a slightly lighter black. */
@@ -25,12 +26,6 @@ export function along(scale, share) {
   const below = Math.min(scale.length - 2, Math.floor(place));
   const [a, b] = [rgb(scale[below]), rgb(scale[below + 1])];
   return hexOf(a.map((value, index) => value + (place - below) * (b[index] - value)));
-}
-
-/** 1, 2 or 5 times a power of ten, not below the value. */
-export function roundUp(value) {
-  const power = 10 ** Math.floor(Math.log10(value));
-  return [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= value * (1 - 1e-9));
 }
 
 const everyTree = () => true;

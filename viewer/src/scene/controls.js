@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Controls: navigation mode, sizes, plot, detail, marks; and the arrow buttons for walking on touch screens.
-import { element } from "../dom.js";
+import { element, section } from "../dom.js";
+import { themeSwitch } from "../theme.js";
 import { treeCount } from "./data.js";
 import { filterControls } from "./filter-controls.js";
-import { button, check, choice, themeSwitch } from "./panel.js";
+import { button, check, choice } from "./panel.js";
 
 const unlabeled = (choices) => [{ label: null, choices }];
 
@@ -30,10 +31,10 @@ export function controls(data, shownPlot, act) {
   const theme = themeSwitch();
   theme.classList.add("is-for-list");
   const keys = button("show-keys", "Keys and touch", act.showKeys);
-  const node = element(
-    "section",
-    { id: "controls", "aria-labelledby": "view-title" },
-    element("h2", { id: "view-title" }, "View"),
+  const node = section(
+    "controls",
+    "View",
+    {},
     element("p", { class: "buttons", role: "group", "aria-label": "Navigation mode" }, ...modeButtons, whole),
     element("p", { class: "buttons" }, save, link, ...profile, keys),
     choice("picture-size", "Saved picture", unlabeled([2, 3, 4, 1].map((times) => ({ value: String(times), text: times === 1 ? "as large as the view" : `${times} times the view` }))), () => {}),

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The page of `silvafit view`.
 import { Color } from "three";
-import { element } from "../dom.js";
+import { save } from "../csv.js";
+import { element, section } from "../dom.js";
 import { onThemeChange, startTheme } from "../theme.js";
 import { colorings } from "./colors.js";
 import { controls, walkingPad } from "./controls.js";
@@ -20,6 +21,7 @@ import { pick } from "./pick.js";
 import { Player } from "./player.js";
 import { ProfileDialog } from "./profile-dialog.js";
 import { savedPicture } from "./saved-picture.js";
+import "../base.css";
 import "./scene.css";
 import { loadStand } from "./sides.js";
 import { timeControls } from "./time-controls.js";
@@ -155,7 +157,7 @@ class Page {
     const trees =
       count > 0
         ? [
-            element("section", { id: "colors", "aria-labelledby": "colors-title" }, element("h2", { id: "colors-title" }, "Colors"), this.colorChoice(), this.legendPart),
+            section("colors", "Colors", {}, this.colorChoice(), this.legendPart),
             this.detailsSection,
             this.list.node,
           ]
@@ -398,9 +400,7 @@ class Page {
       colors: { paper: cssColor("--paper"), text: cssColor("--text"), mark: cssColor("--mark") },
     };
     const blob = await savedPicture(this.view, shown, Number(this.main.querySelector("#picture-size").value));
-    const link = element("a", { href: URL.createObjectURL(blob), download: "silvafit-view.png" });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    save("silvafit-view.png", blob);
   }
 
   /** Colors of the theme. */
