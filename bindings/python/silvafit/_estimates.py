@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import json
 import warnings
-from typing import Any, Dict, List, Optional, Tuple, Type, TypeVar, Union, cast
+from typing import Any, Callable, Dict, List, Optional, Tuple, TypeVar, Union, cast
 
 import numpy as np
 import pandas as pd
@@ -66,7 +66,7 @@ def _matrix(groups: Dict[str, Dict[str, float]], effects: List[str]) -> np.ndarr
     return np.array([list(one.values()) for one in groups.values()], float).reshape(-1, len(effects))
 
 
-def _value(key: str, kind: Type[Value], meaning: str) -> Value:
+def _value(key: str, kind: Callable[[Any], Value], meaning: str) -> Value:
     """An element of the JSON of a fit (docs/json.md) as a read-only attribute; a number that is missing is NaN."""
     def get(self: Estimates) -> Any:
         value = self._json[key]

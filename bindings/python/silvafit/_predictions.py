@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ._analysis import Result, analysis
-from ._data import Frame, data_frame, restored_labels
+from ._data import Frame, restored_labels
 from ._errors import InputError, check_text, located_in
 from ._estimates import Estimates
 from ._words import word
@@ -75,11 +75,12 @@ class Predictions(Estimates):
             if level == "calibrated":
                 self._check_measured(frame)
         with located_in(frame.index):
-            found = analysis("predict", frame.table, fits=[self._core], level=level, coverage=coverage if interval else None,
-                             interval=word("interval", interval, is_optional=True), standard_errors=standard_errors,
-                             new_groups=new_groups, seen_groups=seen_groups, threads=threads).frame("rows", frame.rows)
-        if new_groups is None and level == "conditional" and self._random_terms:
-            self._warn_of_new_groups(frame, found["is_new_group"].to_numpy(dtype=bool))
+            result = analysis("predict", frame.table, fits=[self._core], level=level, coverage=coverage if interval else None,
+                              interval=word("interval", interval, is_optional=True), standard_errors=standard_errors,
+                              new_groups=new_groups, seen_groups=seen_groups, threads=threads)
+        if new_groups is None and result.json["new_groups"]:
+            warnings.warn(result.json["new_groups"], stacklevel=2)
+        found = result.frame("rows", frame.rows)
         if interval is None and not standard_errors:
             return found["value"].rename(self.response)
         columns = ["value", *(["lower", "upper"] if interval else []), *(["standard_error"] if standard_errors else [])]
@@ -111,19 +112,6 @@ class Predictions(Estimates):
                 if column not in frame.table.names:
                     raise InputError(f"unknown column; available: {', '.join(frame.table.names)}. Without the column of "
                                      "the groups use level='population'", column=column)
-
-    def _warn_of_new_groups(self, frame: Frame, is_new: np.ndarray) -> None:
-        """Groups that are not in the fit have no random effects: what their predictions are is said."""
-        columns = self._random_terms[-1]["columns"]
-        table = data_frame(frame.table, labels=frame.labels)
-        labels = table.loc[is_new, columns].drop_duplicates()
-        if labels.empty:
-            return
-        names = [" / ".join("missing" if pd.isna(value) else str(value) for value in row)
-                 for row in labels.itertuples(index=False)]
-        shown = ", ".join(names[:5] + (["..."] if len(names) > 5 else []))
-        warnings.warn(f"{int(is_new.sum())} rows are of groups that are not in the fit ({'/'.join(columns)} {shown}): their "
-                      "predictions have random effects 0; new_groups has other choices", stacklevel=3)
 
     def calibrate(self, data: Any, seen_groups: str = "new", threads: int = 1) -> pd.DataFrame:
         """Random effects of the groups in new data from their measured trees, without a refit.

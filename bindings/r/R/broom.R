@@ -25,8 +25,7 @@
 NULL
 
 #' @rdname broom-methods
-tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE, conf.level = 0.95, conf.method = "wald", ...) {
-  no_further(list(...))
+tidy.silvafit <- strict(function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE, conf.level = 0.95, conf.method = "wald", ...) {
   check_flag(conf.int, "conf.int")
   effects <- match.arg(effects, c("fixed", "ran_pars", "ran_vals", "ran_coefs"), several.ok = TRUE)
   of_groups <- intersect(effects, c("ran_vals", "ran_coefs"))
@@ -55,7 +54,7 @@ tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE,
     result[c("conf.low", "conf.high")] <- as.data.frame(intervals)[match(at, intervals$name), c("lower", "upper")]
   }
   as_tibble_if_there(result)
-}
+})
 
 # A row for each group and effect, or coefficient.
 tidy_groups <- function(x, kind) {
@@ -79,13 +78,12 @@ names_of_components <- function(x) {
 }
 
 #' @rdname broom-methods
-glance.silvafit <- function(x, ...) {
-  no_further(list(...))
+glance.silvafit <- strict(function(x, ...) {
   as_tibble_if_there(data.frame(
     sigma = sigma(x), logLik = as.numeric(logLik(x)), AIC = number_or_na(x$fit$aic), BIC = number_or_na(x$fit$bic), nobs = nobs(x),
     df.residual = df.residual(x), method = x$fit$method, converged = x$fit$converged,
     r2.marginal = number_or_na(x$fit$r2_marginal), r2.conditional = number_or_na(x$fit$r2_conditional)))
-}
+})
 
 #' @rdname broom-methods
 augment.silvafit <- function(x, data = NULL, newdata = NULL, ...) {

@@ -23,8 +23,7 @@
 #'                 random = Asym ~ 1 | Seed)
 #' confint(fit, c("Asym", "sigma"))
 #' intervals(fit)
-confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile", "boot"), threads = 1, ...) {
-  no_further(list(...), instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
+confint.silvafit <- strict(function(object, parm, level = 0.95, method = c("wald", "profile", "boot"), threads = 1, ...) {
   # lme4 writes "Wald".
   if (is.character(method)) method <- tolower(method)
   method <- match.arg(method)
@@ -39,7 +38,7 @@ confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "pro
   notes <- stats::setNames(result$note, result$name)[rownames(table)]
   if (any(notes != "")) attr(table, "notes") <- notes[notes != ""]
   structure(table, class = c("confint.silvafit", class(table)))
-}
+}, instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
 
 limit_names <- function(level) paste(format(100 * c(1 - level, 1 + level) / 2, trim = TRUE, digits = 3), "%")
 
@@ -59,8 +58,7 @@ limit_names <- function(level) paste(format(100 * c(1 - level, 1 + level) / 2, t
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
 #' confint(profile(fit, "R0"))
-profile.silvafit <- function(fitted, which = NULL, alphamax = 0.01, delta.t = cutoff / 5, threads = 1, ...) {
-  no_further(list(...))
+profile.silvafit <- strict(function(fitted, which = NULL, alphamax = 0.01, delta.t = cutoff / 5, threads = 1, ...) {
   # A root is the quantile of a level: the limits of intervals of many levels are the profile.
   df <- if (fitted$fit$method == "ols") df.residual(fitted) else Inf
   cutoff <- stats::qt(1 - alphamax / 2, df)
@@ -80,14 +78,13 @@ profile.silvafit <- function(fitted, which = NULL, alphamax = 0.01, delta.t = cu
   })
   # What plot() of stats reads.
   structure(curves, original.fit = fitted, summary = list(df = c(nobs(fitted) - df.residual(fitted), df)), class = c("profile.silvafit", "profile.nls", "profile"))
-}
+})
 
 #' @rdname profile.silvafit
 #' @param object a profile
 #' @param parm names or numbers of its parameters
 #' @param level confidence level
-confint.profile.silvafit <- function(object, parm = names(object), level = 0.95, ...) {
-  no_further(list(...))
+confint.profile.silvafit <- strict(function(object, parm = names(object), level = 0.95, ...) {
   if (is.numeric(parm)) parm <- names(object)[parm]
   if (!all(parm %in% names(object))) stop_usage("`parm`: available are ", paste(names(object), collapse = ", "))
   roots <- c(-1, 1) * stats::qt((1 + level) / 2, attr(object, "summary")$df[2])
@@ -97,16 +94,15 @@ confint.profile.silvafit <- function(object, parm = names(object), level = 0.95,
   }, roots))
   dimnames(limits) <- list(parm, limit_names(level))
   limits
-}
+})
 
-print.confint.silvafit <- function(x, digits = getOption("digits"), ...) {
-  no_further(list(...))
+print.confint.silvafit <- strict(function(x, digits = getOption("digits"), ...) {
   notes <- attr(x, "notes")
   attr(x, "notes") <- NULL
   print(unclass(x), digits = digits)
   print_notes(notes)
   invisible(x)
-}
+})
 
 print_notes <- function(notes) {
   if (length(notes) == 0) return(invisible())
@@ -128,8 +124,7 @@ parameter_intervals <- function(object, level, method, threads = 1) {
 }
 
 #' @rdname confint.silvafit
-intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov", "fixed"), ...) {
-  no_further(list(...), instead = c(conf.level = "use level"))
+intervals.silvafit <- strict(function(object, level = 0.95, which = c("all", "var-cov", "fixed"), ...) {
   which <- match.arg(which)
   result <- parameter_intervals(object, level, "wald")
   rows <- function(kinds) {
@@ -153,10 +148,9 @@ intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov",
   }
   shown <- result$note != "" & (which == "all" | (result$kind == "fixed") == (which == "fixed"))
   structure(parts, level = level, notes = stats::setNames(result$note, result$name)[shown], class = "intervals.silvafit")
-}
+}, instead = c(conf.level = "use level"))
 
-print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
-  no_further(list(...))
+print.intervals.silvafit <- strict(function(x, digits = getOption("digits"), ...) {
   cat("Approximate ", 100 * attr(x, "level"), "% confidence intervals\n", sep = "")
   titles <- c(fixed = "Fixed effects", varStruct = "Variance function")
   if (!is.null(x$fixed)) {
@@ -177,7 +171,7 @@ print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
   }
   print_notes(attr(x, "notes"))
   invisible(x)
-}
+})
 
 #' Compare fits by information criteria and likelihood-ratio tests
 #'
@@ -269,8 +263,7 @@ matrix_of_combinations <- function(L, table) {
   whole
 }
 
-print.anova.silvafit <- function(x, digits = max(getOption("digits") - 2, 3), ...) {
-  no_further(list(...))
+print.anova.silvafit <- strict(function(x, digits = max(getOption("digits") - 2, 3), ...) {
   cat(attr(x, "heading"))
   shown <- as.data.frame(unclass(x)[names(x)], row.names = row.names(x), check.names = FALSE)
   names(shown) <- names(x)
@@ -281,4 +274,4 @@ print.anova.silvafit <- function(x, digits = max(getOption("digits") - 2, 3), ..
   print(shown)
   print_notes(attr(x, "notes"))
   invisible(x)
-}
+})

@@ -31,11 +31,10 @@ nlme::intervals
 NULL
 
 #' @rdname estimates
-fixef.silvafit <- function(object, ...) {
-  no_further(list(...))
+fixef.silvafit <- strict(function(object, ...) {
   table <- fixed_table(object)
   stats::setNames(table[, "Value"], rownames(table))
-}
+})
 
 #' @rdname estimates
 #' @param se add the conditional standard errors of the effects as attribute `se`
@@ -87,19 +86,15 @@ coef.silvafit <- function(object, ...) {
 }
 
 #' @rdname estimates
-vcov.silvafit <- function(object, ...) {
-  no_further(list(...), "complete")
+vcov.silvafit <- strict(function(object, ...) {
   names <- names(fixef(object))
   values <- matrix_of(object$fit$fixed_covariance, names)
   values[is.na(values)] <- 0
   values
-}
+}, "complete")
 
 #' @rdname estimates
-sigma.silvafit <- function(object, ...) {
-  no_further(list(...))
-  number_or_na(object$fit$sigma)
-}
+sigma.silvafit <- strict(function(object, ...) number_or_na(object$fit$sigma))
 
 number_or_na <- function(value) if (is.null(value)) NA_real_ else as.numeric(value)
 
@@ -107,15 +102,14 @@ number_or_na <- function(value) if (is.null(value)) NA_real_ else as.numeric(val
 #' @param sigma 1; multiples of the standard deviations are not available
 #' @details `VarCorr()` has the covariance matrix of the random effects for each grouping, with the attributes
 #'   `stddev` and `correlation`; it is printed as by nlme, and `as.data.frame()` makes a table of it.
-VarCorr.silvafit <- function(x, sigma = 1, ...) {
-  no_further(list(...))
+VarCorr.silvafit <- strict(function(x, sigma = 1, ...) {
   if (!identical(as.numeric(sigma), 1)) stop_usage("`sigma` has to be 1; multiply the standard deviations instead")
   result <- lapply(random_terms_of(x), function(term) {
     deviation <- stats::setNames(sqrt(diag(term$covariance)), term$effects)
     structure(term$covariance, stddev = deviation, correlation = term$covariance / outer(deviation, deviation), form = term$form)
   })
   structure(result, sc = sigma(x), class = "VarCorr.silvafit")
-}
+})
 
 # Two indices are those of nlme's matrix, as in VarCorr(fit)[, "StdDev"].
 `[.VarCorr.silvafit` <- function(x, i, j, ..., drop = TRUE) {
@@ -125,8 +119,7 @@ VarCorr.silvafit <- function(x, sigma = 1, ...) {
 }
 
 # As nlme: a title of each grouping, which is a row if there are several.
-print.VarCorr.silvafit <- function(x, digits = getOption("digits"), ...) {
-  no_further(list(...))
+print.VarCorr.silvafit <- strict(function(x, digits = getOption("digits"), ...) {
   is_joint <- vapply(x, function(one) ncol(one) > 1 && !attr(one, "form") %in% c("diagonal", "identity"), NA)
   width <- max(0, (vapply(x, ncol, 0L) - 1L)[is_joint])
   table <- cbind(apply(x[, , drop = FALSE], 2, format, digits = digits), matrix("", length(x[, 1]), width))
@@ -143,7 +136,7 @@ print.VarCorr.silvafit <- function(x, digits = getOption("digits"), ...) {
   if (length(x) == 1) cat(titles, "\n")
   print(rbind(do.call(rbind, blocks), table[nrow(table), , drop = FALSE]), quote = FALSE)
   invisible(x)
-}
+})
 
 # Below names of the columns in the first row.
 correlation_texts <- function(correlation) {
@@ -154,8 +147,7 @@ correlation_texts <- function(correlation) {
   shown[, -ncol(shown)]
 }
 
-as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE, ...) {
-  no_further(list(...))
+as.data.frame.VarCorr.silvafit <- strict(function(x, row.names = NULL, optional = FALSE, ...) {
   parts <- lapply(names(x), function(group) {
     covariance <- x[[group]]
     effects <- rownames(covariance)
@@ -168,7 +160,7 @@ as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE
                                                    vcov = attr(x, "sc")^2, sdcor = attr(x, "sc")))))
   row.names(table) <- NULL
   table
-}
+})
 
 #' Likelihood, degrees of freedom, data and formula of a fit
 #'
@@ -187,52 +179,37 @@ as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE
 NULL
 
 #' @rdname likelihood
-logLik.silvafit <- function(object, ...) {
-  no_further(list(...), instead = c(REML = "the fit has the likelihood that it maximizes; refit with update(fit, reml = ...)"))
+logLik.silvafit <- strict(function(object, ...) {
   structure(number_or_na(object$fit$log_likelihood), df = object$fit$k, nobs = object$fit$n,
             nall = object$fit$n, class = "logLik")
-}
+}, instead = c(REML = "the fit has the likelihood that it maximizes; refit with update(fit, reml = ...)"))
 
 #' @rdname likelihood
-nobs.silvafit <- function(object, ...) {
-  no_further(list(...), "use.fallback")
-  as.integer(object$fit$n)
-}
+nobs.silvafit <- strict(function(object, ...) as.integer(object$fit$n), "use.fallback")
 
 #' @rdname likelihood
-df.residual.silvafit <- function(object, ...) {
-  no_further(list(...))
-  nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"]))
-}
+df.residual.silvafit <- strict(function(object, ...) nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"])))
 
 #' @rdname likelihood
-deviance.silvafit <- function(object, ...) {
-  no_further(list(...))
-  -2 * number_or_na(object$fit$log_likelihood)
-}
+deviance.silvafit <- strict(function(object, ...) -2 * number_or_na(object$fit$log_likelihood))
 
 #' @rdname likelihood
 #' @param fit a fit of [silvafit()]
 #' @param scale 0, as in the generic
 #' @param k penalty of a parameter: 2 for AIC
-extractAIC.silvafit <- function(fit, scale = 0, k = 2, ...) {
-  no_further(list(...))
+extractAIC.silvafit <- strict(function(fit, scale = 0, k = 2, ...) {
   if (!identical(as.numeric(scale), 0)) stop_usage("`scale` has to be 0: the likelihood has its own variance")
   c(fit$fit$k, -2 * number_or_na(fit$fit$log_likelihood) + k * fit$fit$k)
-}
+})
 
 #' @rdname likelihood
-formula.silvafit <- function(x, ...) {
-  no_further(list(...), "env")
-  x$formula
-}
+formula.silvafit <- strict(function(x, ...) x$formula, "env")
 
 #' @rdname likelihood
-model.frame.silvafit <- function(formula, ...) {
-  no_further(list(...), instead = c(data = "model.frame() has the data of the fit", subset = "model.frame() has the data of the fit"))
+model.frame.silvafit <- strict(function(formula, ...) {
   needs_data(formula, "model.frame()")
   formula$frame
-}
+}, instead = c(data = "model.frame() has the data of the fit", subset = "model.frame() has the data of the fit"))
 
 #' @rdname likelihood
 #' @details `model.matrix()` stops: a nonlinear model has no model matrix.
@@ -241,19 +218,15 @@ model.matrix.silvafit <- function(object, ...) {
 }
 
 #' @rdname likelihood
-family.silvafit <- function(object, ...) {
-  no_further(list(...))
-  stats::gaussian()
-}
+family.silvafit <- strict(function(object, ...) stats::gaussian())
 
 #' @rdname likelihood
-terms.silvafit <- function(x, ...) {
-  no_further(list(...))
+terms.silvafit <- strict(function(x, ...) {
   needs_data(x, "terms()")
   # The response and the columns that the mean reads; the formula itself is not linear.
   columns <- setdiff(names(x$frame), c(deparse1(x$formula[[2]]), grouping_names(x)))
   stats::terms(stats::reformulate(if (length(columns) > 0) vapply(columns, name_text, "") else "1", x$formula[[2]], env = environment(x$formula)))
-}
+})
 
 response_values <- function(object) object$frame[[1]]
 
@@ -273,8 +246,7 @@ response_values <- function(object) object$frame[[1]]
 #'                 random = Asym ~ 1 | Seed)
 #' head(residuals(fit, type = "pearson"))
 #' head(fitted(fit, level = "population"))
-residuals.silvafit <- function(object, level = "conditional", type = c("response", "pearson", "normalized"), asList = FALSE, ...) {
-  no_further(list(...), instead = c(scaled = "use type = \"pearson\"", newdata = "residuals are those of the data of the fit"))
+residuals.silvafit <- strict(function(object, level = "conditional", type = c("response", "pearson", "normalized"), asList = FALSE, ...) {
   needs_data(object, "residuals()")
   type <- match.arg(type)
   if (type == "normalized" && !is.null(object$fit$correlation)) {
@@ -285,34 +257,29 @@ residuals.silvafit <- function(object, level = "conditional", type = c("response
   scale <- if (type == "response") 1 else object$residual_sd
   label <- c(response = "Residuals", pearson = "Standardized residuals", normalized = "Normalized residuals")[[type]]
   at_levels(object, level, asList, stats::naresid, label, function(one) (response_values(object) - fitted_at(object, one)) / scale)
-}
+}, instead = c(scaled = "use type = \"pearson\"", newdata = "residuals are those of the data of the fit"))
 
 #' @rdname residuals.silvafit
-fitted.silvafit <- function(object, level = "conditional", asList = FALSE, ...) {
-  no_further(list(...))
+fitted.silvafit <- strict(function(object, level = "conditional", asList = FALSE, ...) {
   needs_data(object, "fitted()")
   at_levels(object, level, asList, stats::napredict, "Fitted values", function(one) fitted_at(object, one))
-}
+})
 
 #' @rdname residuals.silvafit
 #' @param model a fit of [silvafit()]
 #' @details `rstandard()` has the Pearson residuals.
-rstandard.silvafit <- function(model, ...) {
-  no_further(list(...))
-  residuals.silvafit(model, type = "pearson")
-}
+rstandard.silvafit <- strict(function(model, ...) residuals.silvafit(model, type = "pearson"))
 
 #' @rdname residuals.silvafit
 #' @details `hatvalues()` and `cooks.distance()` are those of least squares, linear around the estimates; with random effects or correlated residuals
 #'   they stop, because a row then changes the predictions of others through the variances, too.
-hatvalues.silvafit <- function(model, ...) {
-  no_further(list(...))
+hatvalues.silvafit <- strict(function(model, ...) {
   if (has_random(model) || !is.null(model$fit$correlation)) {
     stop_usage("leverages and Cook's distances are those of independent residuals without random effects; for the influence of a group refit without it, ",
                "update(fit, subset = plot != 7), and for that of all groups use cross_validate()")
   }
   (predict.silvafit(model, level = "population", se.fit = TRUE)$se.fit / unbiased_deviation(model))^2
-}
+})
 
 # Residual standard deviations as standard errors have them, with N - p in the place of N.
 unbiased_deviation <- function(model) {
@@ -399,14 +366,12 @@ convergence <- function(object) {
 optima_of <- function(object) {
   optima <- object$fit$optima
   if (length(optima) == 0) return(NULL)
-  fixed <- do.call(rbind, lapply(optima, function(one) unlist(lapply(one$fixed, number_or_na))))
-  colnames(fixed) <- r_names(object, colnames(fixed))
-  data.frame(start = vapply(optima, `[[`, "", "origin"), logLik = vapply(optima, function(one) number_or_na(one$log_likelihood), 0),
-             fixed, check.names = FALSE)
+  fixed <- records(lapply(optima, `[[`, "fixed"))
+  table <- cbind(records(optima, c("origin", "log_likelihood")), fixed)
+  stats::setNames(table, c("start", "logLik", r_names(object, names(fixed))))
 }
 
-print.silvafit_convergence <- function(x, ...) {
-  no_further(list(...))
+print.silvafit_convergence <- strict(function(x, ...) {
   cat(if (x$converged) "Converged" else "Not converged", " (", x$status, ")\n", sep = "")
   cat(strwrap(x$message, exdent = 2), sep = "\n")
   cat("Newton decrement: ", format(x$newton_decrement, digits = 3), ", iterations: ", x$iterations, "\n", sep = "")
@@ -415,7 +380,7 @@ print.silvafit_convergence <- function(x, ...) {
     print(x$optima, row.names = FALSE)
   }
   invisible(x)
-}
+})
 
 #' A fit as JSON
 #'

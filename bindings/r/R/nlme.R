@@ -78,8 +78,7 @@ getResponse.silvafit <- function(object, form) {
 }
 
 #' @rdname nlme-data
-getVarCov.silvafit <- function(obj, individuals = 1, type = c("random.effects", "conditional", "marginal"), level = length(grouping_counts(obj)), ...) {
-  no_further(list(...))
+getVarCov.silvafit <- strict(function(obj, individuals = 1, type = c("random.effects", "conditional", "marginal"), level = length(grouping_counts(obj)), ...) {
   type <- match.arg(type)
   terms <- random_terms_of(obj)
   if (length(terms) == 0) stop_usage("the fit has no random effects")
@@ -94,7 +93,7 @@ getVarCov.silvafit <- function(obj, individuals = 1, type = c("random.effects", 
   })
   for (one in names(matrices)) dimnames(matrices[[one]]) <- rep(list(seq_len(nrow(matrices[[one]]))), 2)
   structure(matrices, class = c(type, "VarCov"), group.levels = names(terms)[1])
-}
+})
 
 #' @rdname nlme-data
 #' @param countOnly whether only the numbers of rows of the groups have to agree, not their values of the covariate

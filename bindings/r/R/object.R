@@ -62,11 +62,15 @@ r_names <- function(object, texts) {
   texts
 }
 
+# Objects of JSON as a data frame; a value that one lacks is NA.
+records <- function(objects, keys = unique(unlist(lapply(objects, names)))) {
+  column <- function(key) unlist(lapply(objects, function(one) if (is.null(one[[key]])) NA else one[[key]]), use.names = FALSE)
+  as.data.frame(sapply(keys, column, simplify = FALSE), optional = TRUE)
+}
+
 fixed_table <- function(object) {
-  fixed <- object$fit$fixed
-  column <- function(key) vapply(fixed, function(one) if (is.null(one[[key]])) NA_real_ else as.numeric(one[[key]]), 0)
-  table <- cbind(Value = column("estimate"), Std.Error = column("se"), DF = column("df"), "t-value" = column("t"), "p-value" = column("p"))
-  rownames(table) <- r_names(object, names(fixed))
+  table <- data.matrix(records(object$fit$fixed, c("estimate", "se", "df", "t", "p")))
+  dimnames(table) <- list(r_names(object, names(object$fit$fixed)), c("Value", "Std.Error", "DF", "t-value", "p-value"))
   table
 }
 

@@ -28,26 +28,21 @@ r2.silvafit <- function(model, ...) {
 #' @rdname performance-methods
 #' @details The generics of \pkg{insight} pass arguments of other models to all methods (`verbose`, `component`, ...); those that do not
 #'   apply are ignored there.
-check_singularity.silvafit <- function(x, ...) {
-  no_further(list(...), c("tolerance", "verbose"))
+check_singularity.silvafit <- strict(function(x, ...) {
   # A coefficient at a bound is no boundary of the random effects.
   kinds <- vapply(x$fit$evidence$findings, `[[`, "", "kind")
   has_random(x) && any(kinds == "boundary")
-}
+}, c("tolerance", "verbose"))
 
 #' @rdname performance-methods
-check_convergence.silvafit <- function(x, ...) {
-  no_further(list(...), "tolerance")
-  structure(isTRUE(x$fit$converged), gradient = number_or_na(x$fit$evidence$gradient))
-}
+check_convergence.silvafit <- strict(function(x, ...) structure(isTRUE(x$fit$converged), gradient = number_or_na(x$fit$evidence$gradient)), "tolerance")
 
 #' @rdname performance-methods
 performance_aicc.silvafit <- function(x, ...) number_or_na(x$fit$aicc)
 
 #' @rdname performance-methods
 #' @param metrics names of the measures, or `"all"`
-model_performance.silvafit <- function(model, metrics = "all", ...) {
-  no_further(list(...), c("verbose", "estimator"))
+model_performance.silvafit <- strict(function(model, metrics = "all", ...) {
   r2 <- lapply(list(R2_conditional = model$fit$r2_conditional, R2_marginal = model$fit$r2_marginal), number_or_na)
   all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = number_or_na(model$fit$bic)),
            if (has_random(model)) c(r2, ICC = (r2[[1]] - r2[[2]]) / (1 - r2[[2]])) else list(R2 = number_or_na(model$fit$statistics$population$r2)),
@@ -58,7 +53,7 @@ model_performance.silvafit <- function(model, metrics = "all", ...) {
     all <- all[names(all) %in% metrics | ("R2" %in% metrics & startsWith(names(all), "R2"))]
   }
   structure(as.data.frame(all), class = c("performance_model", "data.frame"))
-}
+}, c("verbose", "estimator"))
 
 #' @rdname performance-methods
 #' @param effects `"fixed"`, or `"random"`: the standard deviations and correlations
@@ -200,8 +195,7 @@ fixed_limits <- function(x, level) {
 #' @rdname performance-methods
 #' @param vcov. covariance matrix of the fixed effects, or a function of the fit
 #' @param df degrees of freedom; by default those of the fit
-coeftest.silvafit <- function(x, vcov. = NULL, df = NULL, ...) {
-  no_further(list(...), "save")
+coeftest.silvafit <- strict(function(x, vcov. = NULL, df = NULL, ...) {
   table <- fixed_table(x)
   covariance <- if (is.function(vcov.)) vcov.(x) else if (is.null(vcov.)) vcov.silvafit(x) else vcov.
   error <- ifelse(is.na(table[, "Std.Error"]), NA, sqrt(diag(covariance)))
@@ -209,14 +203,11 @@ coeftest.silvafit <- function(x, vcov. = NULL, df = NULL, ...) {
   t <- table[, "Value"] / error
   result <- cbind(Estimate = table[, "Value"], "Std. Error" = error, "t value" = t, "Pr(>|t|)" = 2 * stats::pt(-abs(t), df))
   structure(result, class = "coeftest", method = "t test of coefficients", df = df, nobs = nobs(x), logLik = logLik(x))
-}
+}, "save")
 
 #' @rdname performance-methods
 #' @param parm,level as in [confint.silvafit()]
-coefci.silvafit <- function(x, parm = names(fixef(x)), level = 0.95, ...) {
-  no_further(list(...))
-  fixed_limits(x, level)[parm, , drop = FALSE]
-}
+coefci.silvafit <- strict(function(x, parm = names(fixef(x)), level = 0.95, ...) fixed_limits(x, level)[parm, , drop = FALSE])
 
 #' @rdname performance-methods
 #' @param coef. the fixed effects, or a function of the fit
@@ -265,8 +256,7 @@ get_predict.silvafit <- function(model, newdata = model$frame, type = "response"
 #' @param name element of the fit: `"theta"`, `"lower"`, `"beta"`, `"sigma"`, `"y"`, `"n"`, `"p"`, `"q"`, `"cnms"`, `"flist"`, `"l_i"` or `"n_rtrms"`, or several
 #' @details `getME()` has the elements of \pkg{lme4} that such fits have, so that [lme4::isSingular()] works, too.
 #' @method getME silvafit
-getME.silvafit <- function(object, name, ...) {
-  no_further(list(...))
+getME.silvafit <- strict(function(object, name, ...) {
   terms <- random_terms_of(object)
   of_factor <- function(value) unname(unlist(lapply(terms, function(term) value(lower_factor(term$covariance) / sigma(object)))))
   triangle <- function(values) values[lower.tri(values, diag = TRUE)]
@@ -276,19 +266,13 @@ getME.silvafit <- function(object, name, ...) {
                    n_rtrms = length(terms), flist = if (!is.null(object$frame) && has_random(object)) as.list(group_frame(object)))
   if (!all(name %in% names(elements))) stop_unknown(setdiff(name, names(elements))[1], names(elements), "getME() of such a fit has no element")
   if (length(name) == 1) elements[[name]] else elements[name]
-}
+})
 
-# The Cholesky factor of a covariance matrix, which may be singular.
+# The Cholesky factor of a covariance matrix, which may be singular: from a square root, by QR.
 lower_factor <- function(covariance) {
-  factor <- 0 * covariance
-  for (j in seq_len(nrow(covariance))) {
-    before <- seq_len(j - 1)
-    factor[j, j] <- sqrt(max(0, covariance[j, j] - sum(factor[j, before]^2)))
-    for (i in seq_len(nrow(covariance))[-seq_len(j)]) {
-      if (factor[j, j] > 0) factor[i, j] <- (covariance[i, j] - sum(factor[i, before] * factor[j, before])) / factor[j, j]
-    }
-  }
-  factor
+  parts <- eigen(covariance, symmetric = TRUE)
+  upper <- qr.R(qr(sqrt(pmax(parts$values, 0)) * t(parts$vectors), tol = 0))
+  t(upper * ifelse(diag(upper) < 0, -1, 1))
 }
 
 #' @rdname performance-methods
@@ -326,10 +310,7 @@ isNLMM.silvafit <- function(x, ...) has_random(x)
 #' @details For \pkg{car}: `Anova()` has the Wald tests of [anova.silvafit()], given all other terms; `linearHypothesis()` and `deltaMethod()` are those of the
 #'   fixed effects.
 #' @method Anova silvafit
-Anova.silvafit <- function(mod, ...) {
-  no_further(list(...), c("type", "test.statistic"))
-  anova.silvafit(mod, type = "marginal")
-}
+Anova.silvafit <- strict(function(mod, ...) anova.silvafit(mod, type = "marginal"), c("type", "test.statistic"))
 
 #' @rdname performance-methods
 #' @method linearHypothesis silvafit

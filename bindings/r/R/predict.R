@@ -63,16 +63,17 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   if (level == "conditional" && length(absent) > 0) {
     stop_input("unknown column '", absent[1], "' in `newdata`; without the groups use level = \"population\"", column = absent[1])
   }
-  if (level == "outer") {
+  is_outer <- level == "outer"
+  if (is_outer) {
     newdata <- without_inner_groups(object, newdata)
     level <- "conditional"
   }
   settings <- list(level = level, new_groups = new_groups, seen_groups = seen_groups,
                    coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
                    standard_errors = se.fit, threads = threads)
-  result <- analysis_of_fit("predict", object, settings, newdata)$tables$rows
-  if (says_new) tell_new_groups(object, newdata, settings$level, result)
-  predicted(result, row.names(newdata), interval, se.fit, level, na.action)
+  result <- analysis_of_fit("predict", object, settings, newdata)
+  if (says_new && !is_outer && result$json$new_groups != "") tell(result$json$new_groups)
+  predicted(result$tables$rows, row.names(newdata), interval, se.fit, level, na.action)
 }
 
 # lme4's argument as a level.
@@ -81,24 +82,6 @@ level_of_re_form <- function(re.form) {
   is_none <- length(re.form) == 1 && is.atomic(re.form) && is.na(re.form)
   if (is_none || (inherits(re.form, "formula") && identical(re.form[[2]], 0))) return("population")
   stop_usage("`re.form` has to be NULL, NA or ~ 0; for the coarser of two groupings use level = 1")
-}
-
-# Groups that are not in the fit have no effects of their own: what their predictions are is said, not assumed.
-tell_new_groups <- function(object, newdata, level, result) {
-  if (level != "conditional" || !has_random(object)) return(invisible())
-  is_new <- result$is_new_group == 1
-  if (!any(is_new)) return(invisible())
-  if (is_crossed(object)) {
-    return(tell(paste0(sum(is_new), if (sum(is_new) == 1) " row is" else " rows are", " of groups that are not in the fit (", paste(names(grouping_counts(object)), collapse = " or "),
-                       "): their predictions have the effects of the known groups only; `new_groups` has other choices")))
-  }
-  column <- utils::tail(names(grouping_counts(object)), 1)
-  labels <- unique(as.character(newdata[[column]][is_new]))
-  labels <- labels[!is.na(labels) & labels != new_group_label]
-  if (length(labels) == 0) return(invisible())
-  shown <- paste(c(utils::head(labels, 5), if (length(labels) > 5) "..."), collapse = ", ")
-  tell(paste0(sum(is_new), if (sum(is_new) == 1) " row is" else " rows are", " of groups that are not in the fit (", column, " ", shown,
-              "): their predictions have random effects 0; `new_groups` has other choices"))
 }
 
 # The label of no group.

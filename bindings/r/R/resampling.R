@@ -32,15 +32,14 @@ bootstrap <- function(object, replicates = 500, resample = c("parametric", "case
   structure(c(tables, list(values = values), found$json, settings[c("resample", "level", "seed")]), class = "silvafit_bootstrap")
 }
 
-print.silvafit_bootstrap <- function(x, digits = 4, ...) {
-  no_further(list(...))
+print.silvafit_bootstrap <- strict(function(x, digits = 4, ...) {
   cat(x$resample, " bootstrap, ", x$converged, " of ", x$replicates, " replicates converged; ", 100 * x$level, "% intervals\n\n", sep = "")
   print(x$parameters, digits = digits)
   for (kind in c("failures", "boundary")) {
     if (nrow(x[[kind]]) > 0) print_notes(paste0(if (kind == "failures") "not converged" else "boundary", ": ", x[[kind]]$reason, " (", x[[kind]]$replicates, ")"))
   }
   invisible(x)
-}
+})
 
 #' Cross-validation of a fit
 #'

@@ -199,8 +199,7 @@ stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL,
   stand_tables(analysis_of_call("stand_growth", trees, c("reading", "units", "sampling", "stand", "equations")))
 }
 
-print.silvafit_stand <- function(x, digits = 3, ...) {
-  no_further(list(...))
+print.silvafit_stand <- strict(function(x, digits = 3, ...) {
   for (name in setdiff(names(x), "classes")) {
     if (nrow(x[[name]]) == 0) next
     cat(toupper(substr(name, 1, 1)), substring(name, 2), "\n", sep = "")
@@ -211,7 +210,7 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
     cat("\n")
   }
   invisible(x)
-}
+})
 
 #' Impute values that were measured on some trees only
 #'
@@ -277,23 +276,19 @@ fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"
 }
 
 study_results <- function(results) {
-  rows <- lapply(results, function(one) {
-    text <- function(key) if (is.null(one[[key]])) NA_character_ else paste(one[[key]], collapse = "; ")
-    data.frame(species = text("species"), response = text("response"), n = one$n, model = text("model"), formula = text("formula"), covariates = text("covariates"),
-               random = text("random"), variance = text("variance"), r2_ols = number_or_na(one$r2_ols), r2_nlme = number_or_na(one$r2_nlme),
-               converged = one$converged, sound = one$sound, doubts = paste(unlist(one$doubts), collapse = " "),
-               message = text("verdict"))
+  joined <- lapply(results, function(one) {
+    one$doubts <- paste(unlist(one$doubts), collapse = " ")
+    lapply(c(one, message = one$verdict), function(value) if (length(value) > 1) paste(value, collapse = "; ") else value)
   })
-  do.call(rbind, rows)
+  records(joined, c("species", "response", "n", "model", "formula", "covariates", "random", "variance", "r2_ols", "r2_nlme", "converged", "sound", "doubts", "message"))
 }
 
-print.silvafit_study <- function(x, ...) {
-  no_further(list(...))
+print.silvafit_study <- strict(function(x, ...) {
   cat("Study: ", sum(x$results$sound), " of ", NROW(x$results), " final models are sound\n\n", sep = "")
   print(x$results[c("species", "response", "n", "model", "covariates", "random", "variance", "r2_ols", "r2_nlme", "sound")], digits = 3, row.names = FALSE)
   cat("\nReport:", x$report, "\n")
   invisible(x)
-}
+})
 
 #' Model libraries
 #'
@@ -323,22 +318,18 @@ read_library <- function(file) {
   }
   if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be a path, the name of a published library, a study or a fit")
   result <- engine(.Call(C_read_library, path.expand(file), data_folder()))
-  describe <- function(key) vapply(result$models, function(model) if (is.null(model[[key]])) "" else model[[key]], "")
   fits <- lapply(result$fits, stored_fit, call = match.call())
-  value <- function(key) lapply(fits, function(fit) fit$fit[[key]])
-  models <- data.frame(species = describe("species"), response = describe("response"), role = describe("role"),
-                       formula = as.character(value("formula")), n = vapply(value("n"), number_or_na, 0), converged = vapply(value("converged"), isTRUE, TRUE))
+  models <- cbind(records(result$models, c("species", "response", "role")), records(lapply(fits, `[[`, "fit"), c("formula", "n", "converged")))
   names(fits) <- apply(models[1:3], 1, function(parts) paste(parts[parts != ""], collapse = " "))
   structure(list(models = models, fits = fits, handle = result$handle), class = "silvafit_library")
 }
 
 #' @rdname read_library
-print.silvafit_library <- function(x, ...) {
-  no_further(list(...))
+print.silvafit_library <- strict(function(x, ...) {
   cat("Library of", nrow(x$models), "models\n")
   print(x$models, row.names = FALSE)
   invisible(x)
-}
+})
 
 #' @rdname read_library
 predict.silvafit_library <- function(object, newdata, level = "population", interval = c("none", "prediction", "confidence"), coverage = 0.95, se.fit = FALSE,
@@ -370,16 +361,7 @@ grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "s
                        trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   if (missing(file) && is.null(list(...)$out)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
   result <- analysis_of_call("grow", trees, c("reading", "grow"), list(scene = if (!missing(file)) path.expand(file)))
-  invisible(grown_trees(result$json))
-}
-
-grown_trees <- function(json) {
-  rows <- lapply(json$trees, function(tree) as.data.frame(Filter(function(value) length(value) == 1 && is.atomic(value), tree), check.names = FALSE))
-  names <- unique(unlist(lapply(rows, base::names)))
-  do.call(rbind, lapply(rows, function(row) {
-    row[setdiff(names, base::names(row))] <- NA
-    row[names]
-  }))
+  invisible(records(lapply(result$json$trees, Filter, f = function(value) length(value) == 1 && is.atomic(value))))
 }
 
 #' Show a stand in three dimensions

@@ -96,8 +96,7 @@ check_changes <- function(names, count) {
 #'                 parameters = list(a ~ Variety, m ~ Year), random = a ~ 1 | Plot)
 #' drop1(fit)
 #' }
-drop1.silvafit <- function(object, scope = NULL, scale = 0, test = c("Chisq", "none"), k = 2, trace = FALSE, ...) {
-  no_further(list(...))
+drop1.silvafit <- strict(function(object, scope = NULL, scale = 0, test = c("Chisq", "none"), k = 2, trace = FALSE, ...) {
   test <- match.arg(test)
   needs_call(object, "drop1()")
   if (isTRUE(object$fit$reml)) stop_usage("fits by REML with different fixed effects cannot be compared; use drop1(update(fit, method = \"ML\"))")
@@ -124,4 +123,4 @@ drop1.silvafit <- function(object, scope = NULL, scale = 0, test = c("Chisq", "n
     table$`Pr(>Chi)` <- stats::pchisq(table$LRT, table$Df, lower.tail = FALSE)
   }
   structure(table, heading = c("Single term deletions", "\nModel:", deparse1(object$formula), ""), class = c("anova", "data.frame"))
-}
+})

@@ -11,6 +11,7 @@
 #include "entry_points.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/io_error.hpp"
+#include "silvafit/base/near_names.hpp"
 #include "silvafit/study/setting_names.hpp"
 
 namespace silvafit::r {
@@ -53,6 +54,10 @@ SEXP words_of_messages(SEXP texts) {
   std::vector<std::string> messages = texts_of(texts);
   for (std::string& message : messages) message = in_words_of_r(message);
   return value_of(messages);
+}
+
+SEXP nearest_name(SEXP name, SEXP names) {
+  return value_of(silvafit::nearest_name(text_of(name), texts_of(names)));
 }
 
 SEXP guarded(const std::function<SEXP()>& work) {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Fits, and what is derived from them.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <ctime>
 #include <functional>
@@ -232,6 +234,42 @@ AnalysisResult result_of(const fit::Residuals& found,
   return {.tables = {{"rows", std::move(rows)}}, .rows = found.rows};
 }
 
+/// What the predictions of groups are that are not in the fit, with the first of their labels;
+/// empty if there are none.
+std::string note_on_new_groups(const std::vector<fit::RandomEffects>& terms,
+                               const Table& table,
+                               const std::vector<bool>& is_new) {
+  const auto count = std::ranges::count(is_new, true);
+  if (count == 0 || terms.empty()) return {};
+  std::vector<std::string> names;
+  std::vector<data::TextColumn> columns;
+  for (const fit::RandomEffects& term : terms) {
+    names.push_back(term.group_name());
+    if (!term.is_crossed) columns.push_back(table.labels(term.group));
+  }
+  std::vector<std::string> shown;
+  for (std::size_t row = 0; row < is_new.size() && !terms[0].is_crossed; ++row) {
+    if (!is_new[row]) continue;
+    std::vector<std::string> parts;
+    for (const data::TextColumn& column : columns) {
+      parts.emplace_back(column.is_missing(row) ? "missing" : column[row]);
+    }
+    const std::string label = fmt::format("{}", fmt::join(parts, " / "));
+    if (std::ranges::find(shown, label) != shown.end()) continue;
+    constexpr std::size_t kMostShown = 5;
+    shown.push_back(shown.size() < kMostShown ? label : "...");
+    if (shown.size() > kMostShown) break;
+  }
+  return fmt::format(
+      "{} of groups that are not in the fit ({}{}): their predictions have {}; `new_groups` has "
+      "other "
+      "choices",
+      count == 1 ? "1 row is" : fmt::format("{} rows are", count),
+      fmt::join(names, terms[0].is_crossed ? " or " : "/"),
+      shown.empty() ? "" : fmt::format(" {}", fmt::join(shown, ", ")),
+      shown.empty() ? "the effects of the known groups only" : "random effects 0");
+}
+
 Table table_of_prediction(const fit::Prediction& found, fit::IntervalKind kind) {
   Table table(static_cast<std::size_t>(found.value.size()));
   table.set("value", numbers(found.value));
@@ -239,7 +277,6 @@ Table table_of_prediction(const fit::Prediction& found, fit::IntervalKind kind) 
   add_if_known("upper", found.upper, table);
   const bool is_mean = kind == fit::IntervalKind::kConfidence;
   add_if_known("standard_error", is_mean ? found.mean_error : found.prediction_error, table);
-  table.set("is_new_group", numbers(found.is_new_group, std::identity()));
   if (!found.calibrated_from.empty()) {
     table.set("calibrated_from", numbers(found.calibrated_from, std::identity()));
   }
@@ -270,7 +307,12 @@ AnalysisWork predict_work(AnalysisCall& call) {
   return [fit = &call.fit(), table = call.table(), options, level = level_of(words.level)](
              const AnalysisCallbacks& /*callbacks*/) {
     const fit::Prediction found = fit::predict(*fit, table_of(table), level, options);
-    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, options.interval_kind)}}};
+    const std::string note =
+        level == fit::Level::kConditional
+            ? note_on_new_groups(fit->specification.random, table_of(table), found.is_new_group)
+            : "";
+    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, options.interval_kind)}},
+                          .json = json_text(ordered_json{{"new_groups", note}})};
   };
 }
 

@@ -118,7 +118,7 @@ class Page {
     this.figures = element("div", { class: "overlay figures", id: "figures", hidden: true });
     // If the panel is hidden, the card shows the selected tree.
     this.card = element("div", { class: "overlay card", hidden: true });
-    this.pad = walkingPad({ press: (code) => this.moves.press(code), release: (code) => this.moves.release(code) });
+    this.pad = walkingPad(this);
     const hide = button("hide-panel", "Hide controls", () => this.togglePanel(hide));
     this.hideButton = hide;
     hide.classList.add("hide-panel");
@@ -179,34 +179,15 @@ class Page {
   }
 
   controls() {
-    const parts = controls(this.data, this.shownPlot, {
-      setMode: (mode) => {
-        this.setMode(mode);
-        // Keys walk immediately.
-        if (mode === "walk") this.canvas.focus();
-      },
-      frame: () => this.frame(),
-      save: () => this.save(),
-      link: () => this.link(),
-      setFilter: (change) => this.setFilter(change),
-      showKeys: () => this.dialog.showModal(),
-      showProfile: () => this.profile.open(),
-      setVariant: (side, name) => this.setVariant(side, name),
-      setPlot: (plot) => this.setPlot(plot),
-      setDetail: (detail) => {
-        this.view.detail = detail;
-        this.view.invalidate();
-      },
-      setMarks: (change) => this.setMarks(change),
-      setShadows: (isOn) => this.view.setShadows(isOn),
-      setFigures: (isOn) => (this.figures.hidden = !isOn),
-    });
-    this.modeButtons = parts.modeButtons;
-    this.overlapNote = parts.overlapNote;
-    this.scaleNote = parts.scaleNote;
-    this.linkNote = parts.linkNote;
-    if (parts.filters) showFilter(parts.filters, this.filtered);
-    return parts.node;
+    const { node, filters, ...parts } = controls(this.data, this.shownPlot, this);
+    Object.assign(this, parts);
+    if (filters) showFilter(filters, this.filtered);
+    return node;
+  }
+
+  setDetail(detail) {
+    this.view.detail = detail;
+    this.view.invalidate();
   }
 
   colorChoice() {
@@ -434,11 +415,7 @@ class Page {
       this.layNames();
     }).observe(this.picture);
     listenToClicks(this.canvas, (clientX, clientY) => this.pickAt(clientX, clientY));
-    listenToKeys(this.canvas, {
-      setMode: (mode) => this.setMode(mode),
-      showKeys: () => this.dialog.showModal(),
-      chooseNone: () => treeCount(this.data) > 0 && this.choose(null),
-    });
+    listenToKeys(this.canvas, this);
   }
 
   pickAt(clientX, clientY) {
