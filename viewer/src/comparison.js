@@ -6,7 +6,7 @@ import { element, section, verdictMark } from "./dom.js";
 import { figure } from "./figure.js";
 import { capital, columnName, count, criterion, decimals, inUnit, listing, MISSING, r2, responseInText, responseName, significant, withMinusSigns } from "./format.js";
 import { modelList, varianceText } from "./head.js";
-import { hasValues, lineLayer } from "./observations.js";
+import { gridRows, hasValues, lineLayer } from "./observations.js";
 import { numeric, table } from "./table.js";
 
 /** Colors of the libraries; the first has that of least squares, the reference. */
@@ -162,8 +162,7 @@ function curves({ curves: drawn, response, unit }, names) {
     ...lines.map(({ values, index }) => numeric(names[index], at(values), (value) => decimals(value, 2))),
     ...(lines.length === 2 ? [numeric("Difference", (index) => difference(lines[0].values[index], lines[1].values[index]), signed(2))] : []),
   ];
-  const step = Math.max(1, Math.ceil(drawn.dbh.length / 12));
-  const rows = drawn.dbh.map((_, index) => index).filter((index) => index % step === 0 || index === drawn.dbh.length - 1);
+  const rows = gridRows(drawn.dbh).map(({ index }) => index);
   return figure({
     title: `${name} against DBH`,
     legend: lines.map(({ index }) => [`line-${kindOf(index)}${index === 0 ? " dashed" : ""}`, names[index]]),

@@ -29,3 +29,9 @@ export function sides({ observations, fits }) {
     { kind: "nlme", name: "NLME, conditional", accuracy: fits.nlme?.statistics.conditional, fitted: observations.conditional, residual: observations.residual_nlme },
   ].filter(({ fitted }) => hasNumbers(fitted));
 }
+
+/** About a dozen points of a grid. */
+export function gridRows(dbh) {
+  const step = Math.max(1, Math.ceil(dbh.length / 12));
+  return dbh.map((value, index) => ({ dbh: value, index })).filter(({ index }) => index % step === 0 || index === dbh.length - 1);
+}

@@ -9,9 +9,18 @@ import { roundUp } from "../src/format.js";
 import { areaOf, hullOf, sharedArea } from "../src/scene/hulls.js";
 import { AdaptiveBudget, detailFactor, LEAST_PIXELS, levelFor } from "../src/scene/levels.js";
 import { pick } from "../src/scene/pick.js";
-import { fromUnit, KIND, toUnit, turnOf } from "../src/scene/shape.js";
+import { BREAST_HEIGHT_M, KIND, toUnit, turnOf } from "../src/scene/shape.js";
 import { modelMeshes } from "./model-meshes.mjs";
 import { sceneExample } from "./template.mjs";
+
+/** The same as the shader of shape.js, for one point. */
+function fromUnit([x, y, z], tree, kind) {
+  const quarter = [[x, z], [-z, x], [-x, -z], [z, -x]][tree.turn];
+  const onStem = y < 1 ? y * BREAST_HEIGHT_M : BREAST_HEIGHT_M + (y - 1) * (tree.h - BREAST_HEIGHT_M);
+  const height = kind === KIND.stem ? onStem : y < 1 ? y * tree.hcb : y < 2 ? tree.hcb + (y - 1) * (tree.hc - tree.hcb) : tree.hc + (y - 2) * (tree.h - tree.hc);
+  const sideways = kind === KIND.stem ? tree.girth : kind === KIND.pole ? tree.stemRadius : radiusTowards(tree, ...quarter);
+  return [quarter[0] * sideways, height, quarter[1] * sideways];
+}
 
 const round = (h, hcb, hc, radius) => ({ h, hcb, hc, east: radius, west: radius, south: radius, north: radius, up: 2, down: 2 });
 const near = (actual, expected, tolerance, text) => assert.ok(Math.abs(actual - expected) <= tolerance, `${text}: ${actual}, expected ${expected}`);
