@@ -4,8 +4,9 @@ import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
 import { element, section, verdictMark } from "./dom.js";
 import { figure } from "./figure.js";
-import { capital, columnName, count, criterion, decimals, inUnit, listing, MISSING, r2, responseInText, responseName, significant, withMinusSigns } from "./format.js";
+import { capital, columnName, count, decimals, listing, MISSING, responseInText, responseName, significant } from "./format.js";
 import { modelList, varianceText } from "./head.js";
+import { statisticRows } from "./models.js";
 import { gridRows, hasValues, lineLayer } from "./observations.js";
 import { numeric, table } from "./table.js";
 
@@ -108,24 +109,17 @@ const models = (sides) =>
     })),
   );
 
+/** Digits of differences between libraries, of the statistics that are compared. */
+const DIGITS = { r2: 4, rmse: 4, log_likelihood: 2, aic: 2, bic: 2 };
+
 function statistics({ differences, unit }, sides) {
-  const rows = [
-    ["R²", (fit) => best(fit)?.r2, r2, "r2", signed(4)],
-    [inUnit("RMSE", unit), (fit) => best(fit)?.rmse, (value) => decimals(value, 4), "rmse", signed(4)],
-    [inUnit("Mean error", unit), (fit) => best(fit)?.mean_error, (value) => decimals(value, 4)],
-    [inUnit("MAE", unit), (fit) => best(fit)?.mae, (value) => decimals(value, 4)],
-    ["Log-likelihood", (fit) => fit.log_likelihood, criterion, "log_likelihood", signed(2)],
-    ["Parameters counted, k", (fit) => fit.k, count],
-    ["AIC", (fit) => fit.aic, criterion, "aic", signed(2)],
-    ["BIC", (fit) => fit.bic, criterion, "bic", signed(2)],
-    ["Trees", (fit) => fit.n, count],
-  ].map(([name, of, format, key, change]) => ({ name, of, format, key, change }));
-  const own = ({ fit, name }) => ({ title: name, raw: (row) => row.of(fit) ?? null, value: (row) => row.format(row.of(fit) ?? null) });
+  const rows = [...statisticRows(unit), { name: "Trees", key: "n", of: (fit) => fit.n, format: count }];
+  const own = ({ fit, name }) => ({ title: name, raw: (row) => row.of(fit, best(fit)), value: (row) => row.format(row.of(fit, best(fit))) });
   const differing = differences.map((difference, index) => ({ difference, side: sides.find((side) => side.index === index + 1) })).filter(({ difference, side }) => difference !== null && side);
   const change = ({ difference, side }) => ({
     title: `Difference, ${side.name}`,
-    raw: (row) => (row.key ? difference[row.key] : null),
-    value: (row) => (row.key ? row.change(difference[row.key]) : ""),
+    raw: (row) => (row.key in DIGITS ? difference[row.key] : null),
+    value: (row) => (row.key in DIGITS ? signed(DIGITS[row.key])(difference[row.key]) : ""),
   });
   return table("Accuracy and criteria", [{ title: "Statistic", text: true, value: ({ name }) => name }, ...sides.map(own), ...differing.map(change)], rows);
 }

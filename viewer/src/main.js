@@ -10,7 +10,7 @@ import { element } from "./dom.js";
 import { district, noteList } from "./district.js";
 import { heading, summary, verdict, whatWasDone } from "./head.js";
 import { mapSection } from "./map.js";
-import { comparisonNavigation, reportNavigation, resultId } from "./navigation.js";
+import { navigation, resultId } from "./navigation.js";
 import { numberCaptions } from "./numbering.js";
 import { repeat } from "./repeat.js";
 import { resultSection } from "./result.js";
@@ -28,16 +28,16 @@ function reportPage(report) {
 }
 
 const PAGES = {
-  "silvafit-report/1": { navigation: reportNavigation, content: reportPage },
-  "silvafit-comparison/1": { navigation: comparisonNavigation, content: comparisonPage },
+  "silvafit-report/1": reportPage,
+  "silvafit-comparison/1": comparisonPage,
 };
 
 function show(data) {
-  const { navigation, content } = PAGES[data.schema];
+  const parts = PAGES[data.schema](data);
   document.getElementById("page").replaceWith(
     element("a", { class: "skip", href: "#main" }, "Skip to the report"),
-    navigation(data),
-    element("main", { id: "main", tabindex: "-1" }, ...content(data), element("footer", {}, element("p", {}, `silvafit ${data.silvafit}`))),
+    navigation(parts, data.results),
+    element("main", { id: "main", tabindex: "-1" }, ...parts, element("footer", {}, element("p", {}, `silvafit ${data.silvafit}`))),
   );
 }
 

@@ -36,17 +36,25 @@ function views(fits) {
   );
 }
 
-function accuracy(fits, { unit, left_out: leftOut }) {
-  const rows = [
-    { name: "R²", of: ({ statistics }) => r2(statistics?.r2) },
-    { name: inUnit("Mean error", unit), of: ({ statistics }) => decimals(statistics?.mean_error, 4) },
-    { name: inUnit("RMSE", unit), of: ({ statistics }) => decimals(statistics?.rmse, 4) },
-    { name: inUnit("MAE", unit), of: ({ statistics }) => decimals(statistics?.mae, 4) },
-    { name: "Log-likelihood", of: ({ fit }) => criterion(fit.log_likelihood) },
-    { name: "Parameters counted, k", of: ({ fit }) => count(fit.k) },
-    { name: "AIC", of: ({ fit }) => criterion(fit.aic) },
-    { name: "BIC", of: ({ fit }) => criterion(fit.bic) },
+/** The statistics of a fit at a level: name, key, value and format. */
+export const statisticRows = (unit) => {
+  const four = (value) => decimals(value, 4);
+  const ofLevel = (name, key, format) => ({ name, key, of: (fit, level) => level?.[key] ?? null, format });
+  const ofFit = (name, key, format) => ({ name, key, of: (fit) => fit[key] ?? null, format });
+  return [
+    ofLevel("R²", "r2", r2),
+    ofLevel(inUnit("Mean error", unit), "mean_error", four),
+    ofLevel(inUnit("RMSE", unit), "rmse", four),
+    ofLevel(inUnit("MAE", unit), "mae", four),
+    ofFit("Log-likelihood", "log_likelihood", criterion),
+    ofFit("Parameters counted, k", "k", count),
+    ofFit("AIC", "aic", criterion),
+    ofFit("BIC", "bic", criterion),
   ];
+};
+
+function accuracy(fits, { unit, left_out: leftOut }) {
+  const rows = statisticRows(unit).map(({ name, of, format }) => ({ name, of: ({ fit, statistics }) => format(of(fit, statistics)) }));
   if (leftOut?.r2_ols !== undefined) {
     // Only least squares and the population prediction have it: random effects of a left-out plot are unknown.
     const of = (name) => ({ key, isConditional }) => (isConditional ? null : leftOut[`${name}_${key}`]);

@@ -109,7 +109,8 @@ test("plots lie on each other where they do, not where their bounding boxes do",
 
 test("hulls and the areas that they share are those of school geometry", () => {
   const square = hullOf([[0, 0], [2, 0], [1, 1], [2, 2], [0, 2], [1, 0]]);
-  assert.deepEqual(square, [[0, 0], [2, 0], [2, 2], [0, 2]]);
+  const from = square.findIndex(([x, y]) => x === 0 && y === 0);
+  assert.deepEqual([...square.slice(from), ...square.slice(0, from)], [[0, 0], [2, 0], [2, 2], [0, 2]]);
   near(areaOf(square), 4, 1e-12, "square");
   // A square of diagonal 2 that stands on its corner, its middle in the corner of the other: a quarter of it is shared.
   const standing = hullOf([[2, 1], [3, 2], [2, 3], [1, 2]]);

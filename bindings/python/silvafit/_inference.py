@@ -13,6 +13,7 @@ from ._errors import UsageError, check_count, check_number, check_text, located_
 from ._estimates import Estimates
 from ._listener import Listener
 from ._restrictions import linear_restrictions
+from ._summary import Shown
 
 #: Texts, rows of numbers, or rows and values.
 Restrictions = Union[str, List[str], Any]
@@ -212,7 +213,7 @@ class Inference(Estimates):
                 if self._arguments.get(name) is not None}
 
 
-class Bootstrap:
+class Bootstrap(Shown):
     """Results of `Fit.bootstrap`.
 
     Attributes
@@ -237,12 +238,11 @@ class Bootstrap:
         self.failures = found.frame("failures").astype(counts)
         self.boundary = found.frame("boundary").astype(counts)
 
-    def __repr__(self) -> str:
-        return f"{self.converged} of {self.replicates} replicates converged\n{self.parameters}"
+    def _shown(self) -> pd.DataFrame:
+        return self.parameters
 
-    def _repr_html_(self) -> str:
-        return (f"<p>{self.converged} of {self.replicates} replicates converged</p>"
-                + self.parameters.to_html())
+    def _note(self) -> str:
+        return f"{self.converged} of {self.replicates} replicates converged"
 
 
 def compare(*fits: Estimates, names: Optional[Sequence[str]] = None) -> pd.DataFrame:

@@ -72,8 +72,6 @@ class Predictions(Estimates):
             frame = self._frame_for(data, needs_response=level == "calibrated")
             if level == "conditional":
                 self._check_groups(frame)
-            if level == "calibrated":
-                self._check_measured(frame)
         with located_in(frame.index):
             result = analysis("predict", frame.table, fits=[self._core], level=level, coverage=coverage if interval else None,
                               interval=word("interval", interval, is_optional=True), standard_errors=standard_errors,
@@ -129,7 +127,6 @@ class Predictions(Estimates):
             A row for each group: the number of measured trees, and the random effects.
         """
         frame = self._frame_for(data)
-        self._check_measured(frame)
         check_text("seen_groups", seen_groups, is_optional=False)
         with located_in(frame.index):
             found = analysis("calibrate", frame.table, fits=[self._core], seen_groups=seen_groups, threads=threads).frame("groups")
@@ -138,17 +135,6 @@ class Predictions(Estimates):
         if len(columns) == 1:
             labels = restored_labels(labels, frame.labels.get(columns[0]))
         return found.astype({"measured": int}).set_axis(pd.Index(labels, name="/".join(columns)), axis=0)
-
-    def _check_measured(self, frame: Frame) -> None:
-        """Calibration is by the measured response, so that a missing column or text is an error."""
-        values = dict(frame.table.columns()).get(self.response)
-        if values is None:
-            raise InputError("calibration needs this column, with NaN where it was not measured", column=self.response)
-        if isinstance(values, tuple):
-            if (values[0] >= 0).any():
-                raise InputError("this column holds text, but calibration needs numbers", column=self.response)
-        elif np.isinf(values).any():
-            raise InputError("a value is infinite; use NaN where it was not measured", column=self.response)
 
     def fitted(self, level: str = "conditional") -> pd.Series:
         """Fitted values of a level, "population" or "conditional", with the index of the data; NaN for skipped rows."""

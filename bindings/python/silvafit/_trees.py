@@ -30,9 +30,6 @@ def grow(trees: Any, out: Path, *, seed: int = 1, threads: int = 0, progress: Op
         Columns plot, tree, species, dbh [cm], h, hcb, cw [m], and x, y [m] for a scene.
     out : path
         A file (.glb, .gltf, .obj, .ply) of all trees at their positions, or a folder of one file per tree.
-    seed, threads : int
-    progress : bool, optional
-        Show a bar (tqdm); None: on a terminal.
     **settings
         Of trees and scenes, and the table (docs/settings.md).
 
@@ -106,7 +103,6 @@ def view(
     title : str, optional
     height : int
         Height of the frame in a notebook [pixels].
-    seed, threads : int
     **settings
         Of the 3D page and the table (docs/settings.md).
     """

@@ -2,7 +2,6 @@
 #include "fits.hpp"
 
 #include <fmt/format.h>
-#include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
 #include <string>
@@ -16,6 +15,7 @@
 #include "silvafit/fit/summary.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
+#include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "tables.hpp"
 
@@ -36,23 +36,6 @@ py::tuple uses(const std::string& formula,
   return py::make_tuple(std::vector<std::string>(found.as_numbers.begin(), found.as_numbers.end()),
                         std::vector<std::string>(found.as_names.begin(), found.as_names.end()),
                         fit::response_of(formula));
-}
-
-/// All columns that a fit reads for predictions.
-std::vector<std::string> columns_of(const fit::FittedModel& fit) {
-  std::vector<std::string> columns = fit.specification.label_columns();
-  const std::vector<std::string> predictors = fit.specification.predictors();
-  columns.insert(columns.end(), predictors.begin(), predictors.end());
-  for (const fit::VarianceFactor& factor : fit.specification.variance.factors) {
-    for (const std::string& name : {factor.column, factor.stratum}) {
-      if (!name.empty()) columns.push_back(name);
-    }
-  }
-  if (const auto& correlation = fit.specification.correlation) {
-    columns.insert(columns.end(), correlation->columns.begin(), correlation->columns.end());
-    if (!correlation->group.empty()) columns.push_back(correlation->group);
-  }
-  return columns;
 }
 
 /// Structural indices that sub-models read and the columns lack, as far as positions are known.
@@ -131,7 +114,9 @@ void add_fits(py::module_& module) {
                              [](const FittedModel& self) { return self.convergence.has_doubts(); })
       .def_property_readonly(
           "variance", [](const FittedModel& self) { return self.specification.variance.text(); })
-      .def_property_readonly("columns", &columns_of)
+      .def_property_readonly(
+          "columns",
+          [](const FittedModel& self) { return study::columns_read(self.specification); })
       .def_property_readonly("random_text", &random_text)
       .def_property_readonly("parameter_values", &parameters_of)
       .def(

@@ -152,22 +152,11 @@ intervals.silvafit <- strict(function(object, level = 0.95, which = c("all", "va
 
 print.intervals.silvafit <- strict(function(x, digits = getOption("digits"), ...) {
   cat("Approximate ", 100 * attr(x, "level"), "% confidence intervals\n", sep = "")
-  titles <- c(fixed = "Fixed effects", varStruct = "Variance function")
-  if (!is.null(x$fixed)) {
-    cat("\n Fixed effects:\n")
-    print(x$fixed, digits = digits)
-  }
-  for (group in names(x$reStruct)) {
-    cat("\n Random effects, ", group, ":\n", sep = "")
-    print(x$reStruct[[group]], digits = digits)
-  }
-  if (!is.null(x$varStruct)) {
-    cat("\n Variance function:\n")
-    print(x$varStruct, digits = digits)
-  }
-  if (!is.null(x$sigma)) {
-    cat("\n Residual standard deviation (sigma):\n")
-    print(x$sigma, digits = digits)
+  parts <- c(list("Fixed effects" = x$fixed), stats::setNames(x$reStruct, if (length(x$reStruct) > 0) paste("Random effects,", names(x$reStruct))),
+             list("Variance function" = x$varStruct, "Residual standard deviation (sigma)" = x$sigma))
+  for (title in names(Filter(Negate(is.null), parts))) {
+    cat("\n ", title, ":\n", sep = "")
+    print(parts[[title]], digits = digits)
   }
   print_notes(attr(x, "notes"))
   invisible(x)

@@ -145,14 +145,9 @@ variance_lines <- function(object) {
   variance <- object$fit$variance
   factors <- if (is.null(variance$factors)) list(variance) else variance$factors
   vapply(factors, function(one) {
-    name <- c(exponential = "Exponential", power = "Power", "constant-plus-power" = "Constant plus power",
-              stratum = "Different standard deviations for each stratum of")[one$`function`]
-    of <- if (one$`function` == "stratum") one$strata else paste("of", if (identical(one$of, "fitted")) "fitted values" else one$of)
-    strata <- if (one$`function` != "stratum" && !is.null(one$strata)) paste(" for each stratum of", one$strata) else ""
-    values <- if (one$`function` == "stratum") one$ratio else Filter(Negate(is.null), one[c("delta", "constant")])
-    values <- unlist(values)
-    shown <- if (length(values) > 0) paste0("\n  ", paste(names(values), "=", vapply(values, function(v) format(signif(as.numeric(v), 6)), ""), collapse = ", ")) else ""
-    paste0(" ", name, " ", of, strata, shown)
+    of <- if (one$`function` == "stratum") paste("of", one$strata) else paste(c("of", one$of, if (!is.null(one$strata)) c("for each stratum of", one$strata)), collapse = " ")
+    values <- unlist(if (one$`function` == "stratum") one$ratio else one[intersect(c("delta", "constant"), names(one))])
+    paste0(" ", one$`function`, " ", of, if (length(values) > 0) paste0("\n  ", paste(names(values), "=", signif(as.numeric(values), 6), collapse = ", ")))
   }, "")
 }
 

@@ -169,12 +169,6 @@ find_statistic.silvafit <- function(x, ...) "t-statistic"
 get_statistic.silvafit <- function(x, ...) data.frame(Parameter = names(fixef(x)), Statistic = as.vector(fixed_table(x)[, "t-value"]))
 
 #' @rdname performance-methods
-p_value.silvafit <- function(model, ...) data.frame(Parameter = names(fixef(model)), p = as.vector(fixed_table(model)[, "p-value"]))
-
-#' @rdname performance-methods
-standard_error.silvafit <- function(model, ...) data.frame(Parameter = names(fixef(model)), SE = as.vector(fixed_table(model)[, "Std.Error"]))
-
-#' @rdname performance-methods
 degrees_of_freedom.silvafit <- function(model, ...) as.vector(fixed_table(model)[, "DF"])
 
 #' @rdname performance-methods

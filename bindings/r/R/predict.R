@@ -129,7 +129,6 @@ prediction_data <- function(object, newdata, level) {
   if (!is.null(left) && !is.name(left) && !response %in% names(newdata) && all(all.vars(left) %in% names(newdata))) {
     newdata[[response]] <- eval(left, newdata, environment(object$formula))
   }
-  if (level == "calibrated" && !is.null(left)) check_measured(newdata[[response]], response)
   wanted <- if (is.null(object$frame)) names(newdata) else names(object$frame)
   newdata <- newdata[intersect(wanted, names(newdata))]
   if (length(newdata) == 0) stop_input("`newdata` has none of the columns of the model: ", paste(wanted, collapse = ", "))
@@ -139,14 +138,6 @@ prediction_data <- function(object, newdata, level) {
     if (is.logical(newdata[[name]]) && all(is.na(newdata[[name]]))) newdata[[name]] <- as.numeric(newdata[[name]])
   }
   newdata
-}
-
-check_measured <- function(values, response) {
-  if (is.null(values)) {
-    stop_input("calibrated predictions need the column '", response, "' in `newdata`, with NA where it was not measured", column = response)
-  }
-  if (is_text(values) && !all(is.na(values))) stop_input("column '", response, "' has text, but calibration needs numbers", column = response)
-  if (is.numeric(values) && any(is.infinite(values))) stop_input("column '", response, "' has an infinite value; use NA where it was not measured", column = response)
 }
 
 is_text <- function(column) is.character(column) || is.factor(column)

@@ -90,7 +90,7 @@ analysis_of_call <- function(name, table, lists, own = list(), instead = charact
   result
 }
 
-# Polygons of sf as lists of rings, which are matrices.
+# A path, or polygons of sf as texts with the labels of their plots.
 window_arguments <- function(window) {
   if (is.null(window)) return(list())
   if (is.character(window)) {
@@ -99,19 +99,9 @@ window_arguments <- function(window) {
   }
   if (!inherits(window, c("sf", "sfc", "sfg"))) stop_usage("`window` has to be a path or polygons of class sf or sfc")
   if (!requireNamespace("sf", quietly = TRUE)) stop_usage("windows of class sf need the package sf")
-  plots <- if (inherits(window, "sf") && "plot" %in% names(window)) as.character(window$plot)
-  geometry <- if (inherits(window, "sfg")) list(window) else sf::st_geometry(window)
-  polygons <- lapply(geometry, rings_of)
-  # Polygons of one plot, or of the stand, are one window.
-  keys <- if (is.null(plots)) rep("", length(polygons)) else plots
-  list(windows = lapply(unique(keys), function(key) list(plot = if (!is.null(plots)) key, polygons = do.call(c, polygons[keys == key]))))
-}
-
-rings_of <- function(geometry) {
-  flat <- function(polygon) lapply(unclass(polygon), function(ring) ring[, 1:2, drop = FALSE])
-  if (inherits(geometry, "POLYGON")) return(list(flat(geometry)))
-  if (inherits(geometry, "MULTIPOLYGON")) return(lapply(unclass(geometry), flat))
-  stop_usage("`window` has to consist of polygons, not of ", class(geometry)[2])
+  geometry <- if (inherits(window, "sfg")) sf::st_sfc(window) else sf::st_geometry(window)
+  plots <- if (inherits(window, "sf") && "plot" %in% names(window)) lapply(as.character(window$plot), function(plot) if (!is.na(plot)) plot)
+  list(windows = Filter(Negate(is.null), list(wkt = as.list(sf::st_as_text(sf::st_zm(geometry), digits = 17)), plot = plots)))
 }
 
 # A table with further columns. Those that the table has with other values are not replaced.

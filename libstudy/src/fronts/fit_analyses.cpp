@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <functional>
 #include <numeric>
 
 #include "fronts/call.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/comparison.hpp"
@@ -300,12 +302,32 @@ AnalysisWork fit_work(AnalysisCall& call) {
   };
 }
 
+/// Calibration is by the measured response, so that a missing column, text or an infinite value is
+/// an error.
+void check_measured(const fit::FittedModel& fit, const Table& table) {
+  const std::string& response = fit.specification.formula.left;
+  const auto fail = [&](const char* what) { throw InputError(what, {.column = response}); };
+  if (!table.has(response)) {
+    fail("calibration needs this column, with a missing value where it was not measured");
+  }
+  if (!table.is_numeric(response)) {
+    const data::TextColumn& column = table.text(response);
+    for (std::size_t row = 0; row < column.size(); ++row) {
+      if (!column.is_missing(row)) fail("this column has text, but calibration needs numbers");
+    }
+  } else if (std::ranges::any_of(table.numbers(response),
+                                 [](double value) { return std::isinf(value); })) {
+    fail("a value is infinite; a missing value marks where the response was not measured");
+  }
+}
+
 AnalysisWork predict_work(AnalysisCall& call) {
   const auto words = call.read_with_threads<PredictionSettings>();
   fit::PredictionOptions options = prediction_options(words);
   options.threads = words.threads;
   return [fit = &call.fit(), table = call.table(), options, level = level_of(words.level)](
              const AnalysisCallbacks& /*callbacks*/) {
+    if (level == fit::Level::kCalibrated) check_measured(*fit, table_of(table));
     const fit::Prediction found = fit::predict(*fit, table_of(table), level, options);
     const std::string note =
         level == fit::Level::kConditional
@@ -444,6 +466,7 @@ AnalysisWork calibrate_work(AnalysisCall& call) {
                                         .threads = words.threads};
   return
       [fit = &call.fit(), table = call.table(), options](const AnalysisCallbacks& /*callbacks*/) {
+        check_measured(*fit, table_of(table));
         const fit::Calibration found = fit::calibrate(*fit, table_of(table), options);
         const fit::CalibratedEffects& last = found.random.back();
         Table groups(last.labels.size());
