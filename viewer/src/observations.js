@@ -3,7 +3,6 @@
 import { count, plural } from "./format.js";
 
 export const isNumber = (value) => value !== null && value !== undefined;
-export const hasNumbers = (column) => column.some(isNumber);
 
 /** Pairs of numbers with the name of their tree; pairs with a missing number are skipped. */
 export const points = (observations, x, y, tip) =>
@@ -27,7 +26,7 @@ export function sides({ observations, fits }) {
   return [
     { kind: "ols", name: "OLS", accuracy: fits.ols?.statistics.population, fitted: observations.ols, residual: observations.residual_ols },
     { kind: "nlme", name: "NLME, conditional", accuracy: fits.nlme?.statistics.conditional, fitted: observations.conditional, residual: observations.residual_nlme },
-  ].filter(({ fitted }) => hasNumbers(fitted));
+  ].filter(({ fitted }) => fitted.some(isNumber));
 }
 
 /** About a dozen points of a grid. */

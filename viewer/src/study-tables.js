@@ -13,10 +13,7 @@ const CRITERIA = ["k", "log_likelihood", "aic", "bic", "cv_rmse", "cv_failed_fol
 const rowsOf = (results, level) => results.flatMap((result) => result[level].map((row) => ({ ...row, species: result.species, response: result.response })));
 const fitsOf = (results) => results.flatMap(({ species, response, fits }) => LEVELS.filter((level) => fits[level] !== null).map((level) => ({ species, response, level, fit: fits[level] })));
 
-function candidates(results) {
-  return rowsOf(results, "base").map((row) => ({ ...row, model: row.id }));
-}
-
+const candidates = (results) => rowsOf(results, "base").map((row) => ({ ...row, model: row.id }));
 const covariates = (results) => rowsOf(results, "covariates").map((row) => ({ ...row, sub_models: row.parameters.join("; ") }));
 const randomEffects = (results) => rowsOf(results, "random").map((row) => ({ ...row, random_effects: joinedEffects(row.effects, " + ") }));
 

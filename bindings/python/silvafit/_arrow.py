@@ -168,11 +168,6 @@ def _dictionary(array: Array, index_type: Any, value_reader: Callable[[Array], n
     return filled[codes]
 
 
-def has_stream(data: Any) -> bool:
-    """Whether an object offers its columns as an Arrow stream."""
-    return hasattr(data, "__arrow_c_stream__")
-
-
 def read_stream(
     data: Any, wanted: Optional[Callable[[List[str]], Collection[str]]] = None
 ) -> Tuple[List[str], Dict[str, np.ndarray], int]:

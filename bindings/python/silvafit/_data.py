@@ -148,7 +148,7 @@ def _named_columns(data: Any, choose: Optional[Choice]) -> Columns:
     if isinstance(data, pd.DataFrame):
         data = _with_positions(data)
         return _columns_of_frame(data, choose)
-    if _arrow.has_stream(data):
+    if hasattr(data, "__arrow_c_stream__"):
         names, columns, rows = _arrow.read_stream(data, choose)
         return names, columns, None, rows
     if isinstance(data, np.ndarray) and data.dtype.names:

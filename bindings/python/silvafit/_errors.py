@@ -20,12 +20,6 @@ def check_number(name: str, value: Any) -> None:
         raise UsageError(f"{value!r} is not a number", column=name)
 
 
-def check_count(name: str, value: Any, least: int = 0, most: int = 2**31 - 1) -> None:
-    """Refuses what is no whole number of a range."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
-        raise UsageError(f"{value!r} is not a whole number from {least} to {most}", column=name)
-
-
 class Error(Exception):
     """Base of all errors of silvafit.
 
@@ -110,6 +104,11 @@ class FileError(Error, OSError):
 
     # OSError formats messages from an error number, which there is not.
     __str__ = Error.__str__
+
+
+#: By the kinds of the libraries.
+KINDS = {"formula": FormulaError, "usage": UsageError, "domain": DomainError, "input": InputError, "numerical": NumericalError,
+         "geometry": GeometryError, "io": FileError, "other": Error}
 
 
 class ConvergenceWarning(UserWarning):

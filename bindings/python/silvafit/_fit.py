@@ -228,8 +228,7 @@ class Fit(Predictions, Inference):
         return Fit(self._core, self._frame, self._arguments)
 
     def __deepcopy__(self, memo: dict) -> "Fit":
-        # Nothing in it changes.
-        return self.__copy__()
+        return self.__copy__()  # nothing in it changes
 
     def __repr__(self) -> str:
         return str(self.summary())

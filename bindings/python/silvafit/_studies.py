@@ -87,20 +87,9 @@ class Stand(Shown):
 
     def __init__(self, found: Result, notes: List[str]):
         self.tables: Dict[str, pd.DataFrame] = {name: found.frame(name) for name in found.tables}
+        self.plots, self.species, self.diameters = (self.tables[name] for name in ("plots", "species", "diameters"))
         self.summary: dict = found.json
         self.notes = notes
-
-    @property
-    def plots(self) -> pd.DataFrame:
-        return self.tables["plots"]
-
-    @property
-    def species(self) -> pd.DataFrame:
-        return self.tables["species"]
-
-    @property
-    def diameters(self) -> pd.DataFrame:
-        return self.tables["diameters"]
 
     def _shown(self) -> pd.DataFrame:
         return self.plots

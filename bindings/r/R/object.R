@@ -125,17 +125,11 @@ has_random <- function(object) length(object$fit$groups) > 0
 
 method_title <- function(object) {
   fit <- object$fit
-  likelihood <- if (isTRUE(fit$reml)) "REML" else "maximum likelihood"
-  switch(fit$method,
-         ols = "Nonlinear regression by ordinary least squares",
-         gnls = paste("Generalized nonlinear least squares fit by", likelihood),
-         lb = paste0("Nonlinear mixed-effects model fit by ", likelihood, " (Lindstrom and Bates, as nlme)"),
-         laplace = "Nonlinear mixed-effects model fit by maximum marginal likelihood (Laplace)",
-         focei = "Nonlinear mixed-effects model fit by maximum marginal likelihood (FOCEI)",
-         foce = "Nonlinear mixed-effects model fit by maximum marginal likelihood (FOCE)",
-         agq = paste0("Nonlinear mixed-effects model fit by maximum marginal likelihood (",
-                      fit$agq_points, " quadrature points)"),
-         fit$method)
+  by <- c(laplace = "Laplace", focei = "FOCEI", foce = "FOCE", agq = paste(fit$agq_points, "quadrature points"))
+  likelihood <- if (fit$method %in% names(by)) "maximum marginal likelihood" else if (isTRUE(fit$reml)) "REML" else "maximum likelihood"
+  if (fit$method == "ols") return("Nonlinear regression by ordinary least squares")
+  if (fit$method == "gnls") return(paste("Generalized nonlinear least squares fit by", likelihood))
+  paste0("Nonlinear mixed-effects model fit by ", likelihood, " (", if (fit$method %in% names(by)) by[[fit$method]] else "Lindstrom and Bates, as nlme", ")")
 }
 
 variance_is_constant <- function(object) identical(object$fit$variance$`function`, "none")

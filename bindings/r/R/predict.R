@@ -44,8 +44,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   says_new <- missing(new_groups)
   interval <- match.arg(interval)
   check_flag(se.fit, "se.fit")
-  actions <- list(stats::na.pass, stats::na.exclude, stats::na.omit, stats::na.fail)
-  if (!any(vapply(actions, identical, NA, na.action))) stop_usage("`na.action` has to be na.pass, na.exclude, na.omit or na.fail")
+  action <- name_of_action(na.action, c("na.pass", "na.exclude", "na.omit", "na.fail"))
   new_groups <- match.arg(new_groups)
   seen_groups <- match.arg(seen_groups)
   if (length(level) > 1 && is.numeric(level)) {
@@ -73,7 +72,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
                    standard_errors = se.fit, threads = threads)
   result <- analysis_of_fit("predict", object, settings, newdata)
   if (says_new && !is_outer && result$json$new_groups != "") tell(result$json$new_groups)
-  predicted(result$tables$rows, row.names(newdata), interval, se.fit, level, na.action)
+  predicted(result$tables$rows, row.names(newdata), interval, se.fit, level, action)
 }
 
 # lme4's argument as a level.
@@ -87,9 +86,9 @@ level_of_re_form <- function(re.form) {
 # The label of no group.
 new_group_label <- "\u0001"
 
-predicted <- function(result, names, interval, se.fit, level, na.action) {
+predicted <- function(result, names, interval, se.fit, level, action) {
   value <- result$value
-  if (identical(na.action, stats::na.fail) && anyNA(value)) stop_input("row ", names[is.na(value)][1], " has no prediction because of missing values or a new level")
+  if (action == "na.fail" && anyNA(value)) stop_input("row ", names[is.na(value)][1], " has no prediction because of missing values or a new level")
   if (interval == "none" && !se.fit) {
     output <- stats::setNames(value, names)
   } else {
@@ -101,7 +100,7 @@ predicted <- function(result, names, interval, se.fit, level, na.action) {
     if (se.fit) output$se.fit <- result$standard_error
   }
   measured <- result$calibrated_from
-  if (identical(na.action, stats::na.omit)) {
+  if (action == "na.omit") {
     keep <- !is.na(value)
     output <- if (is.data.frame(output)) output[keep, , drop = FALSE] else output[keep]
     measured <- measured[keep]

@@ -6,7 +6,7 @@ import { element, section } from "../dom.js";
 import { onThemeChange, startTheme } from "../theme.js";
 import { colorings } from "./colors.js";
 import { controls, walkingPad } from "./controls.js";
-import { counted, plotsCoincide, readData, treeCount, treeName } from "./data.js";
+import { counted, plotsCoincide, readData, treeCount } from "./data.js";
 import { cardText, details } from "./details.js";
 import { ALL, isNarrow, passesOf, residualsOf } from "./filters.js";
 import { showFilter } from "./filter-controls.js";
@@ -429,10 +429,10 @@ class Page {
 const hasWebGl = () => document.createElement("canvas").getContext("webgl2") !== null;
 
 startTheme();
-const data = readData();
-const page = new Page(data);
-/** For other scripts and tests: draws immediately, and returns what was drawn and where trees are on the canvas. */
+const page = new Page(readData());
+/** For other scripts and tests: the page, and a function that draws immediately and returns what was drawn. */
 window.silvafitView = {
+  page,
   ready: page.start().catch((error) => {
     page.sayTrouble(`The 3D view cannot be drawn: ${error.message}`);
     page.view = null;
@@ -441,18 +441,4 @@ window.silvafitView = {
     page.view.draw();
     return page.view.stats;
   },
-  /** The middle of a tree's crown on the canvas [CSS pixels]. */
-  whereIs(tree, side = 0) {
-    const { crown, place } = page.view.sides[side].bodies[tree];
-    return page.view.onCanvas({ ...place, y: place.y + (crown.hcb + crown.h) / 2 }, side);
-  },
-  camera: () => page.view.camera.position.toArray(),
-  chosen: () => page.chosen,
-  groundAt: (x, z) => page.moves.groundAt(x, z),
-  hasObject: (name) => page.view.scene.getObjectByName(name) !== undefined,
-  /** Corners of the scale bar, the arrow and their labels on the canvas [CSS pixels]. */
-  whereIsScale: () => page.ground.markCorners().map((corner) => page.view.onCanvas(corner)),
-  /** Names of the plots whose boundaries are drawn. */
-  outlined: () => page.ground.outlined.map(({ name }) => name),
-  names: () => Array.from({ length: treeCount(data) }, (_, tree) => treeName(data, tree)),
 };
