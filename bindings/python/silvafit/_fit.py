@@ -11,7 +11,7 @@ import pandas as pd
 
 from . import _core, _location
 from ._analysis import analysis
-from ._data import Frame
+from ._data import Frame, frame_of
 from ._errors import UsageError, check_text, located_in, warn_of
 from ._estimates import model_frame
 from ._inference import Inference
@@ -105,6 +105,8 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
     if isinstance(data, Frame):
         _check_kept(data, mentioned)
     frame = model_frame(data, keywords["parameters"], mentioned, response)
+    if not set(names) <= set(frame.names):
+        frame = frame_of(data)  # the message lists all columns
     if keywords.get("bounds"):  # infinite ends are open
         keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends] for name, ends in keywords["bounds"].items()}
     # A name of the formula that is no column may be a misspelt one.
