@@ -23,6 +23,12 @@ function addProbes() {
   });
 }
 
+/** Waits until an opened page has drawn. */
+export async function ready(page) {
+  await page.evaluate(() => window.silvafitView.ready);
+  await page.evaluate(addProbes);
+}
+
 /** As inBrowser, with WebGL, and waiting until the page has drawn. */
 export function inWebGl() {
   const { skip, withPage } = inBrowser(launchWithWebGl);
@@ -30,8 +36,7 @@ export function inWebGl() {
     skip,
     withScene: (data, options, use) =>
       withPage(data, { viewport: { width: 900, height: 480 }, timeout: WEBGL_TIMEOUT, ...options }, async (page, problems) => {
-        await page.evaluate(() => window.silvafitView.ready);
-        await page.evaluate(addProbes);
+        await ready(page);
         await use(page, problems);
       }),
   };
