@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Trees in classes of equal size, for trends in charts and for the tables behind them.
 
-const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
-
-function deviation(values) {
-  if (values.length < 2) return null;
-  const center = mean(values);
-  return Math.sqrt(values.reduce((sum, value) => sum + (value - center) ** 2, 0) / (values.length - 1));
-}
+import { deviation, extent as extentOf, group, mean, quantileSorted } from "d3-array";
 
 /**
  * Classes of x, each with about the same number of trees, from the smallest x to the largest.
@@ -23,22 +17,14 @@ export function equalClasses(x, y, greatest = 10) {
   return Array.from({ length: classes }, (_, index) => {
     const members = pairs.slice(Math.round((index * pairs.length) / classes), Math.round(((index + 1) * pairs.length) / classes));
     const ys = members.map((pair) => pair[1]);
-    return { number: members.length, x: mean(members.map((pair) => pair[0])), y: mean(ys), sd: deviation(ys) };
+    return { number: members.length, x: mean(members.map((pair) => pair[0])), y: mean(ys), sd: deviation(ys) ?? null };
   }).filter(({ number }) => number > 0);
 }
 
 /** Smallest and largest of the numbers that are not missing; [0, 1] if there are none. */
 export function extent(...columns) {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const column of columns) {
-    for (const value of column) {
-      if (value === null) continue;
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
-  }
-  return low <= high ? [low, high] : [0, 1];
+  const [low = 0, high = 1] = extentOf(columns.flat());
+  return [low, high];
 }
 
 /** Round class widths. */
@@ -51,14 +37,6 @@ export function classWidth([low, high], usual = 2) {
   const number = (width) => Math.ceil((high - low) / width);
   if (number(usual) >= FEWEST_CLASSES && number(usual) <= MOST_CLASSES) return usual;
   return WIDTHS.find((width) => number(width) <= MOST_CLASSES) ?? (high - low) / MOST_CLASSES;
-}
-
-/** Quantile of sorted values, by linear interpolation (R's type 7). */
-export function quantile(sorted, share) {
-  const place = share * (sorted.length - 1);
-  const below = Math.floor(place);
-  const above = Math.min(below + 1, sorted.length - 1);
-  return sorted[below] + (place - below) * (sorted[above] - sorted[below]);
 }
 
 /** A class with fewer trees has no box. */
@@ -77,21 +55,15 @@ const WHISKER = 1.5;
  * @returns {{from: number, to: number, number: number, mean: number, low: number, q1: number, median: number, q3: number, high: number, outliers: number[], values: number[]}[]}  `values` sorted
  */
 export function boxClasses(x, y, width) {
-  const groups = new Map();
-  x.forEach((value, index) => {
-    if (value === null || y[index] === null) return;
-    const key = Math.floor(value / width);
-    if (!groups.has(key)) groups.set(key, []);
-    groups.get(key).push(y[index]);
-  });
-  return [...groups]
+  const trees = x.map((value, index) => [value, y[index]]).filter(([value, other]) => value !== null && other !== null);
+  return [...group(trees, ([value]) => Math.floor(value / width))]
     .sort(([a], [b]) => a - b)
-    .map(([key, values]) => ({ from: key * width, to: (key + 1) * width, ...box(values) }));
+    .map(([key, values]) => ({ from: key * width, to: (key + 1) * width, ...box(values.map((tree) => tree[1])) }));
 }
 
 function box(values) {
   const sorted = [...values].sort((a, b) => a - b);
-  const [q1, median, q3] = [0.25, 0.5, 0.75].map((share) => quantile(sorted, share));
+  const [q1, median, q3] = [0.25, 0.5, 0.75].map((share) => quantileSorted(sorted, share));
   const reach = WHISKER * (q3 - q1);
   const inside = sorted.filter((value) => value >= q1 - reach && value <= q3 + reach);
   const outliers = sorted.filter((value) => value < q1 - reach || value > q3 + reach);

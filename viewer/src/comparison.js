@@ -2,15 +2,13 @@
 // Comparison of two or more model libraries.
 import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
-import { element, verdictMark } from "./dom.js";
+import { element, section, verdictMark } from "./dom.js";
 import { figure } from "./figure.js";
-import { capital, columnName, count, criterion, decimals, inUnit, listing, MISSING, r2, responseInText, responseName, significant, withMinusSigns } from "./format.js";
-import { randomTexts, varianceText } from "./head.js";
-import { hasValues, lineLayer } from "./observations.js";
+import { capital, columnName, count, decimals, listing, MISSING, responseInText, responseName, significant } from "./format.js";
+import { modelList, varianceText } from "./head.js";
+import { statisticRows } from "./models.js";
+import { gridRows, hasValues, lineLayer } from "./observations.js";
 import { numeric, table } from "./table.js";
-
-/** @typedef {import("./types.js").Comparison} Comparison */
-/** @typedef {import("./types.js").ComparedModels} ComparedModels */
 
 /** Colors of the libraries; the first has that of least squares, the reference. */
 const KINDS = ["ols", "nlme", "first", "third", "fifth"];
@@ -56,7 +54,7 @@ function libraries({ libraries: rows }) {
     numeric("Trees", ({ trees }) => (trees > 0 ? trees : null), count),
     numeric("Models", ({ models }) => models, count),
   ];
-  return element("section", { id: "libraries", "aria-labelledby": "libraries-title" }, element("h2", { id: "libraries-title" }, "Libraries"), table("The libraries that are compared", columns, rows));
+  return section("libraries", "Libraries", {}, table("The libraries that are compared", columns, rows));
 }
 
 function overview({ pairs }, names) {
@@ -71,10 +69,10 @@ function overview({ pairs }, names) {
     numeric("Difference of R²", of("r2"), signed(4)),
     { title: "Note", text: true, value: ({ difference, pair }) => element("span", { class: "sentence" }, noteOn(difference, pair, names)) },
   ];
-  return element(
-    "section",
-    { id: "overview", "aria-labelledby": "overview-title" },
-    element("h2", { id: "overview-title" }, "Overview"),
+  return section(
+    "overview",
+    "Overview",
+    {},
     table("Differences between the models", columns, rows),
     element("p", { class: "small" }, "RMSE and R² are those of the conditional prediction for mixed models, else of the population, each on the library's own data."),
   );
@@ -89,10 +87,10 @@ function noteOn(difference, { fits }, names) {
 function pairSection(pair, names, id) {
   const sides = pair.fits.map((fit, index) => ({ fit, name: names[index], index })).filter(({ fit }) => fit !== null);
   const reasons = pair.differences.map((difference) => difference?.reason).filter((reason) => reason);
-  return element(
-    "section",
-    { id, class: "result", "aria-labelledby": `${id}-title` },
-    element("h2", { id: `${id}-title` }, pairTitle(pair)),
+  return section(
+    id,
+    pairTitle(pair),
+    { class: "result" },
     ...reasons.map((reason) => element("p", { class: "note" }, `AIC and BIC cannot be compared: ${reason}.`)),
     models(sides),
     statistics(pair, sides),
@@ -101,35 +99,27 @@ function pairSection(pair, names, id) {
   );
 }
 
-function models(sides) {
-  const describe = ({ fit, name }) => {
-    const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1").map(([parameter, terms]) => `${parameter} ~ ${terms}`);
-    const random = randomTexts(fit.random);
-    const variance = fit.variance.function === "none" ? [] : [`variance: ${varianceText(fit.variance)}`];
-    const parts = [fit.formula, ...submodels, ...random, ...variance].flatMap((part) => [element("code", {}, part), " "]);
-    return [element("dt", {}, name), element("dd", {}, ...parts, element("br"), verdictMark(fit.converged), ` ${fit.verdict}`)];
-  };
-  return element("dl", { class: "formulas" }, ...sides.flatMap(describe));
-}
+const models = (sides) =>
+  modelList(
+    sides.map(({ fit, name }) => ({
+      name,
+      fit,
+      further: fit.variance.function === "none" ? [] : [`variance: ${varianceText(fit.variance)}`],
+      verdict: [element("br"), verdictMark(fit.converged), ` ${fit.verdict}`],
+    })),
+  );
+
+/** Digits of differences between libraries, of the statistics that are compared. */
+const DIGITS = { r2: 4, rmse: 4, log_likelihood: 2, aic: 2, bic: 2 };
 
 function statistics({ differences, unit }, sides) {
-  const rows = [
-    ["R²", (fit) => best(fit)?.r2, r2, "r2", signed(4)],
-    [inUnit("RMSE", unit), (fit) => best(fit)?.rmse, (value) => decimals(value, 4), "rmse", signed(4)],
-    [inUnit("Mean error", unit), (fit) => best(fit)?.mean_error, (value) => decimals(value, 4)],
-    [inUnit("MAE", unit), (fit) => best(fit)?.mae, (value) => decimals(value, 4)],
-    ["Log-likelihood", (fit) => fit.log_likelihood, criterion, "log_likelihood", signed(2)],
-    ["Parameters counted, k", (fit) => fit.k, count],
-    ["AIC", (fit) => fit.aic, criterion, "aic", signed(2)],
-    ["BIC", (fit) => fit.bic, criterion, "bic", signed(2)],
-    ["Trees", (fit) => fit.n, count],
-  ].map(([name, of, format, key, change]) => ({ name, of, format, key, change }));
-  const own = ({ fit, name }) => ({ title: name, raw: (row) => row.of(fit) ?? null, value: (row) => row.format(row.of(fit) ?? null) });
+  const rows = [...statisticRows(unit), { name: "Trees", key: "n", of: (fit) => fit.n, format: count }];
+  const own = ({ fit, name }) => ({ title: name, raw: (row) => row.of(fit, best(fit)), value: (row) => row.format(row.of(fit, best(fit))) });
   const differing = differences.map((difference, index) => ({ difference, side: sides.find((side) => side.index === index + 1) })).filter(({ difference, side }) => difference !== null && side);
   const change = ({ difference, side }) => ({
     title: `Difference, ${side.name}`,
-    raw: (row) => (row.key ? difference[row.key] : null),
-    value: (row) => (row.key ? row.change(difference[row.key]) : ""),
+    raw: (row) => (row.key in DIGITS ? difference[row.key] : null),
+    value: (row) => (row.key in DIGITS ? signed(DIGITS[row.key])(difference[row.key]) : ""),
   });
   return table("Accuracy and criteria", [{ title: "Statistic", text: true, value: ({ name }) => name }, ...sides.map(own), ...differing.map(change)], rows);
 }
@@ -166,8 +156,7 @@ function curves({ curves: drawn, response, unit }, names) {
     ...lines.map(({ values, index }) => numeric(names[index], at(values), (value) => decimals(value, 2))),
     ...(lines.length === 2 ? [numeric("Difference", (index) => difference(lines[0].values[index], lines[1].values[index]), signed(2))] : []),
   ];
-  const step = Math.max(1, Math.ceil(drawn.dbh.length / 12));
-  const rows = drawn.dbh.map((_, index) => index).filter((index) => index % step === 0 || index === drawn.dbh.length - 1);
+  const rows = gridRows(drawn.dbh).map(({ index }) => index);
   return figure({
     title: `${name} against DBH`,
     legend: lines.map(({ index }) => [`line-${kindOf(index)}${index === 0 ? " dashed" : ""}`, names[index]]),
@@ -180,5 +169,5 @@ function curves({ curves: drawn, response, unit }, names) {
 const difference = (first, second) => (first === null || second === null ? null : second - first);
 
 function versions({ versions: list }) {
-  return element("section", { id: "versions", "aria-labelledby": "versions-title" }, element("h2", { id: "versions-title" }, "Made by"), element("p", {}, `${listing(list.map(({ name, version }) => `${name} ${version}`))}.`));
+  return section("versions", "Made by", {}, element("p", {}, `${listing(list.map(({ name, version }) => `${name} ${version}`))}.`));
 }

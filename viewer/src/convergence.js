@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Convergence of the final models, with the evidence.
-import { element, verdictMark } from "./dom.js";
+import { element, section, verdictMark } from "./dom.js";
 import { count, listing, MISSING, responseName, significant, withMinusSigns } from "./format.js";
 import { resultId } from "./navigation.js";
 import { numeric, table } from "./table.js";
@@ -12,7 +12,7 @@ const final = ({ fits }) => fits.nlme ?? fits.covariates ?? fits.ols;
 const tried = (result) => LEVELS.flatMap((level) => result[level]);
 const failedRow = ({ converged }) => (converged ? null : "failed");
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 export function convergence({ results }) {
   if (results.length === 0) return null;
   const rows = results.map((result, index) => ({ ...result, index, fit: final(result) }));
@@ -30,10 +30,10 @@ export function convergence({ results }) {
     numeric("Not converged", (result) => tried(result).filter(({ converged }) => !converged).length, count),
     { title: "Convergence message", text: true, value: ({ verdict }) => element("span", { class: "sentence" }, withMinusSigns(verdict)) },
   ];
-  return element(
-    "section",
-    { id: "convergence", "aria-labelledby": "convergence-title" },
-    element("h2", { id: "convergence-title" }, "Convergence"),
+  return section(
+    "convergence",
+    "Convergence",
+    {},
     table("Convergence of the final models", columns, rows, failedRow),
     hasEvidence ? element("p", { class: "small" }, "Newton decrement: squared distance to the optimum in standard errors; boundary: standard deviations of zero or correlations of one.") : null,
   );

@@ -19,6 +19,9 @@ function field(value) {
 /** @param {string[]} header  @param {(string|number|boolean|null)[][]} rows */
 export const csvText = (header, rows) => [header, ...rows].map((row) => `${row.map(field).join(",")}\n`).join("");
 
+/** A heading as part of a file's name. */
+export const slug = (title, most) => title.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "").slice(0, most);
+
 /** Lets the browser save a file. */
 export function save(name, blob) {
   const link = element("a", { href: URL.createObjectURL(blob), download: name });

@@ -2,7 +2,7 @@
 // The first part of the report: the stand table, diameters, the height curves to use, and what was left out.
 import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
-import { disclosure, element } from "./dom.js";
+import { disclosure, element, section } from "./dom.js";
 import { figure } from "./figure.js";
 import { count, decimals, plural, withMinusSigns } from "./format.js";
 import { madeTable } from "./study-tables.js";
@@ -11,15 +11,15 @@ import { numeric, table } from "./table.js";
 /** Curves that differ in color; further ones are gray. */
 const KINDS = ["first", "second", "third", "fourth", "fifth", "ols", "nlme"];
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 export function district({ stand, notes, map }) {
   if (!stand) return null;
   const [species, ...others] = stand.tables;
   const links = [map ? ["#map", "plot map"] : null, notes.length > 0 ? ["#notes", `${plural(notes.length, "note")} on how the table was read and what was assumed`] : null].filter((one) => one !== null);
-  return element(
-    "section",
-    { id: "stand", "aria-labelledby": "stand-title" },
-    element("h2", { id: "stand-title" }, "Stand"),
+  return section(
+    "stand",
+    "Stand",
+    {},
     madeTable(species),
     ...others.map((made) => disclosure([element("span", { class: "level" }, made.caption)], () => [madeTable(made)], 1)),
     element("div", { class: "figures" }, diameterFigure(stand.diameters), curveFigure(stand.curves)),
@@ -91,10 +91,10 @@ function formulas(curves) {
 /** The notes, behind a line. */
 export function noteList({ notes }) {
   if (notes.length === 0) return null;
-  return element(
-    "section",
-    { id: "notes", "aria-labelledby": "notes-title" },
-    element("h2", { id: "notes-title" }, "Notes"),
+  return section(
+    "notes",
+    "Notes",
+    {},
     disclosure(`${plural(notes.length, "note")} on how the table was read and what was assumed`, () => [element("ul", {}, ...notes.map((note) => element("li", {}, withMinusSigns(note))))]),
   );
 }

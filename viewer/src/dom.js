@@ -17,6 +17,18 @@ export function element(tag, attributes = {}, ...children) {
   return node;
 }
 
+/** A section with a heading that names it. */
+export const section = (id, title, attributes, ...children) =>
+  element("section", { id, ...attributes, "aria-labelledby": `${id}-title` }, element("h2", { id: `${id}-title` }, title), ...children);
+
+/** The same for elements of drawings. */
+export function svg(tag, attributes = {}, ...children) {
+  const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, String(value));
+  node.append(...children);
+  return node;
+}
+
 /** Closed parts that are not created yet, and the functions that create them. */
 const unmade = new WeakMap();
 

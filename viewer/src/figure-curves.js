@@ -4,10 +4,8 @@ import { chartElement } from "./chart-view.js";
 import { extent } from "./classes.js";
 import { figure, titled } from "./figure.js";
 import { capital, columnName, decimals, listing, plural, r2, responseName, significant } from "./format.js";
-import { hasValues, isNumber, lineLayer, pointLayer, points, shownTrees } from "./observations.js";
+import { gridRows, hasValues, isNumber, lineLayer, pointLayer, points, shownTrees } from "./observations.js";
 import { numeric, table } from "./table.js";
-
-/** @typedef {import("./types.js").Result} Result */
 
 const ORDINALS = ["first", "second", "third", "fourth", "fifth"];
 /** A class with fewer trees is drawn thin, because its curve depends mostly on the form of the equation. */
@@ -88,12 +86,6 @@ function curveLabel({ observations, response, unit, fits }) {
     `Scatter chart of ${responseName(response).toLowerCase()}, ${low} to ${high} ${unit}, against DBH, ${least} to ${greatest} cm, ` +
     `with the fitted curves. R² of OLS ${r2(fits.ols?.statistics.population?.r2)}, of NLME conditional ${r2(fits.nlme?.statistics.conditional?.r2)}.`
   );
-}
-
-/** About a dozen points of a grid. */
-function gridRows(dbh) {
-  const step = Math.max(1, Math.ceil(dbh.length / 12));
-  return dbh.map((value, index) => ({ dbh: value, index })).filter(({ index }) => index % step === 0 || index === dbh.length - 1);
 }
 
 const short = (value) => decimals(value, 2);

@@ -8,7 +8,7 @@ import { lineLayer, pointLayer, points, sides } from "./observations.js";
 
 const accuracyText = (accuracy, unit) => `R² ${r2(accuracy?.r2)}, RMSE ${decimals(accuracy?.rmse, 3)} ${unit}`;
 
-/** @param {import("./types.js").Result} result */
+/** @param {Result} result */
 export function predictionFigure(result) {
   const { observations, unit } = result;
   const shown = sides(result);

@@ -16,7 +16,7 @@ const GREATEST_HEIGHT = 900;
 const AXIS_HEIGHT = 62;
 
 /**
- * @param {import("./types.js").Result} result
+ * @param {Result} result
  * @param {number} index  of the grouping, the coarser of two first
  * @returns null without random effects of this grouping
  */

@@ -7,8 +7,6 @@ import { isNumber, lineLayer, pointLayer, points, shownTrees, sides } from "./ob
 import { numeric, table } from "./table.js";
 import { quantileNormal } from "./vega-parts.js";
 
-/** @typedef {import("./types.js").Result} Result */
-
 const three = (value) => decimals(value, 3);
 
 /** Boxes of the two methods are side by side within a class: their middle and width, relative to the class width. */

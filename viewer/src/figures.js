@@ -7,7 +7,7 @@ import { randomFigure } from "./figure-random.js";
 import { boxFigure, quantileFigure, residualFigure } from "./figure-residuals.js";
 import { sides } from "./observations.js";
 
-/** @param {import("./types.js").Result} result */
+/** @param {Result} result */
 export function figures(result) {
   if (result.observations.observed.length === 0) return [element("p", { class: "note" }, "There are no trees to draw.")];
   const ofFits = sides(result).length === 0 ? [] : [boxFigure, residualFigure, quantileFigure, predictionFigure];

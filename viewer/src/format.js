@@ -27,6 +27,16 @@ export function significant(value, digits = 5) {
   return value.toFixed(Math.max(0, digits - 1 - Math.floor(Math.log10(size)))).replace("-", MINUS);
 }
 
+/** Steps of scales: 1, 2 or 5 times a power of ten. */
+const STEPS = [1, 2, 5, 10];
+const powerBelow = (value) => 10 ** Math.floor(Math.log10(value));
+
+/** The smallest step that is not below a value. */
+export const roundUp = (value) => STEPS.map((step) => step * powerBelow(value)).find((step) => step >= value * (1 - 1e-9));
+
+/** The largest step that is not above a value. */
+export const roundDown = (value) => STEPS.map((step) => step * powerBelow(value)).findLast((step) => step <= value * (1 + 1e-9));
+
 /** A p-value; below 0.001 as "< 0.001". */
 export function probability(value) {
   if (missing(value)) return MISSING;

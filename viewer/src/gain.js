@@ -21,7 +21,7 @@ function rowOf(result) {
   };
 }
 
-/** @param {import("./types.js").Report} report  null if there is nothing to compare */
+/** @param {Report} report  null if there is nothing to compare */
 export function gainFigure({ results }) {
   const rows = results.filter(({ converged }) => converged).map(rowOf).filter(({ ols, conditional }) => ols !== null && conditional !== null);
   if (rows.length === 0) return null;

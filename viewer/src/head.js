@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The top of the report: main result, summary, and the analyses.
-import { element, verdictMark } from "./dom.js";
+import { element, section, verdictMark } from "./dom.js";
 import { count, decimals, listing, MISSING, plural, points, r2, responseName, significant, withMinusSigns } from "./format.js";
 import { gainFigure } from "./gain.js";
 import { resultId } from "./navigation.js";
@@ -18,7 +18,7 @@ const used = ({ trees, excluded }) => trees - excluded;
 
 const chosen = (rows) => rows.find((row) => row.chosen) ?? null;
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 export const heading = (report) => element("header", {}, element("h1", {}, report.title), element("p", { class: "lead" }, whatItIs(report)));
 
 function whatItIs({ inventory, results }) {
@@ -36,10 +36,10 @@ export const isSound = ({ converged, sound }) => sound ?? converged;
 
 export function verdict(report) {
   const doubtful = report.results.map((result, index) => ({ result, index })).filter(({ result }) => !isSound(result));
-  return element(
-    "section",
-    { id: "verdict", class: doubtful.length > 0 || report.results.length === 0 ? "panel warn" : "panel", "aria-labelledby": "verdict-title" },
-    element("h2", { id: "verdict-title" }, "Sound and doubtful models"),
+  return section(
+    "verdict",
+    "Sound and doubtful models",
+    { class: doubtful.length > 0 || report.results.length === 0 ? "panel warn" : "panel" },
     element("p", { class: "headline" }, headline(report.results)),
     soundList(report.results, doubtful),
     doubtful.length > 0 ? element("ul", {}, ...doubtful.map(doubt)) : null,
@@ -139,8 +139,16 @@ export function varianceText(variance) {
 }
 
 /** "random: a + b | plot" of each term; a finer grouping is within the one before it. */
-export function randomTexts(terms) {
-  return terms.map(({ effects }, index) => `random: ${effects.join(" + ")} | ${groupTitle(terms, index)}`);
+const randomTexts = (terms) => terms.map(({ effects }, index) => `random: ${effects.join(" + ")} | ${groupTitle(terms, index)}`);
+
+/** Formulas of named fits: "h ~ ..., b ~ 1 + C, random: a + b:C | plot", further parts, and the verdict. */
+export function modelList(fits) {
+  const describe = ({ name, fit, further, verdict }) => {
+    const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1").map(([parameter, terms]) => `${parameter} ~ ${terms}`);
+    const parts = [fit.formula, ...submodels, ...randomTexts(fit.random), ...further].flatMap((part) => [element("code", {}, part), " "]);
+    return [element("dt", {}, name), element("dd", {}, ...parts, ...verdict)];
+  };
+  return element("dl", { class: "formulas" }, ...fits.flatMap(describe));
 }
 
 /** "plot", or "year within plot" of a finer grouping. */
@@ -193,10 +201,10 @@ export function summary(report) {
   const withoutMixed = report.results.filter(({ fits }) => fits.nlme === null).length;
   const reason = isMixed && withoutMixed > 0 ? ` A dash: there is no mixed model, for the reason in the section of the model.` : "";
   const kinds = "Population: random effects zero. Conditional: with the plot's own random effects (EBLUP). Gain: 100 (R² NLME conditional − R² OLS).";
-  return element(
-    "section",
-    { id: "summary", "aria-labelledby": "summary-title" },
-    element("h2", { id: "summary-title" }, "Summary"),
+  return section(
+    "summary",
+    "Summary",
+    {},
     table("Chosen model for each species and response", chosenModel, rows, failedRow),
     gainFigure(report),
     table("Accuracy for each species and response", accuracy, rows, failedRow),
@@ -223,7 +231,7 @@ function leftOutText(results) {
 const baseText = (row) => (row === null ? MISSING : `${row.id} ${row.name}`);
 const failedRow = (result) => (isSound(result) ? null : "failed");
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 export function whatWasDone({ inventory, options }) {
   const items = [
     ["Inventory", `${inventory.file}: ${plural(used(inventory), "tree")}, ${plural(inventory.plots, "plot")}, ${plural(inventory.species.length, "species", "species")}`],
@@ -238,15 +246,11 @@ export function whatWasDone({ inventory, options }) {
     numeric("Inside the edge buffer", ({ core }) => core, count),
     { title: "Models", text: true, value: ({ studied }) => (studied ? "fitted" : "not fitted") },
   ];
-  return element(
-    "section",
-    { id: "done", "aria-labelledby": "done-title" },
-    element("h2", { id: "done-title" }, "What was done"),
-    element(
-      "dl",
-      {},
-      ...items.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]),
-    ),
+  return section(
+    "done",
+    "What was done",
+    {},
+    element("dl", {}, ...items.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)])),
     table("Species of the inventory", species, inventory.species),
   );
 }

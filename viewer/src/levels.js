@@ -57,41 +57,23 @@ function level(title, rows, name, columns) {
 const parameters = ({ parameters }) => (parameters.length > 0 ? parameters.join("; ") : "base model");
 const effects = ({ effects, covariance }) => joinedEffects(effects, ", ") + (covariance === "general" ? "" : ` (${covariance})`);
 
-/** @param {import("./types.js").Result} result */
+/** @param {Result} result */
 export function levels(result) {
   const length = (name) => numeric(`${name[0]}, ${result.unit}`, (row) => row[name[1]], (value) => decimals(value, 3));
+  const text = (title, value) => ({ title, text: true, value });
+  const code = (title, value) => text(title, (row) => element("code", {}, value(row)));
+  const candidates = (key, title, name, own, further = LIKELIHOOD_RATIO) =>
+    level(title, result[key], name, [own[0], RANK, ...own.slice(1), ...CRITERIA, ...crossValidated(result[key]), ...further]);
+  const equation = ({ id, name }) => `${id} ${name}`;
+  const errors = [["RMSE", "rmse"], ["MAE", "mae"], ["Mean error", "mean_error"]].map(length);
   return [
-    level("Level 1, base equation", result.base, ({ id, name }) => `${id} ${name}`, [
-      { title: "Equation", text: true, value: ({ id, name }) => `${id} ${name}` },
-      RANK,
-      numeric("R²", (row) => row.r2, r2),
-      ...[["RMSE", "rmse"], ["MAE", "mae"], ["Mean error", "mean_error"]].map(length),
-      ...CRITERIA,
-      ...crossValidated(result.base),
-      { title: "Formula", text: true, value: ({ formula }) => element("code", {}, formula) },
-    ]),
-    level("Level 2, covariates (test against the base model)", result.covariates, parameters, [
-      { title: "Parameters", text: true, value: (row) => element("code", {}, parameters(row)) },
-      RANK,
-      ...CRITERIA,
-      ...crossValidated(result.covariates),
-      ...LIKELIHOOD_RATIO,
-    ]),
-    level("Level 3, random effects by plot (test against none)", result.random, effects, [
-      { title: "Random effects on", text: true, value: (row) => element("code", {}, effects(row)) },
-      RANK,
-      ...CRITERIA,
-      ...crossValidated(result.random),
-      ...LIKELIHOOD_RATIO,
-    ]),
-    level("Level 3, variance function (test against none)", result.variance, varianceText, [
-      { title: "Function", text: true, value: varianceText },
-      RANK,
+    candidates("base", "Level 1, base equation", equation, [text("Equation", equation), numeric("R²", (row) => row.r2, r2), ...errors], [code("Formula", ({ formula }) => formula)]),
+    candidates("covariates", "Level 2, covariates (test against the base model)", parameters, [code("Parameters", parameters)]),
+    candidates("random", "Level 3, random effects by plot (test against none)", effects, [code("Random effects on", effects)]),
+    candidates("variance", "Level 3, variance function (test against none)", varianceText, [
+      text("Function", varianceText),
       numeric("Delta", ({ delta }) => delta, significant),
       numeric("Constant", ({ constant }) => constant, significant),
-      ...CRITERIA,
-      ...crossValidated(result.variance),
-      ...LIKELIHOOD_RATIO,
     ]),
   ];
 }

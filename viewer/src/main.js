@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Reads the data in the page and builds the report of a study, or a comparison of libraries.
+// Reads the data in the page and builds the report of a study, or a comparison of libraries. Report, Result and PlotMap, Comparison and ComparedModels are
+// objects of report-data.schema.json and comparison-data.schema.json.
+import "./base.css";
 import "./style.css";
 import { drawChartsWhenSeen } from "./chart-view.js";
 import { comparisonPage } from "./comparison.js";
@@ -8,7 +10,7 @@ import { element } from "./dom.js";
 import { district, noteList } from "./district.js";
 import { heading, summary, verdict, whatWasDone } from "./head.js";
 import { mapSection } from "./map.js";
-import { comparisonNavigation, reportNavigation, resultId } from "./navigation.js";
+import { navigation, resultId } from "./navigation.js";
 import { numberCaptions } from "./numbering.js";
 import { repeat } from "./repeat.js";
 import { resultSection } from "./result.js";
@@ -17,7 +19,7 @@ import { startTheme } from "./theme.js";
 
 const readData = () => JSON.parse(document.getElementById("report-data").textContent);
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 function reportPage(report) {
   const results = report.results.map((result, index) => resultSection(result, resultId(index)));
   const models = report.results.length > 0 || !report.stand ? [verdict(report), summary(report), modelTables(report), convergence(report)] : [];
@@ -26,16 +28,16 @@ function reportPage(report) {
 }
 
 const PAGES = {
-  "silvafit-report/1": { navigation: reportNavigation, content: reportPage },
-  "silvafit-comparison/1": { navigation: comparisonNavigation, content: comparisonPage },
+  "silvafit-report/1": reportPage,
+  "silvafit-comparison/1": comparisonPage,
 };
 
 function show(data) {
-  const { navigation, content } = PAGES[data.schema];
+  const parts = PAGES[data.schema](data);
   document.getElementById("page").replaceWith(
     element("a", { class: "skip", href: "#main" }, "Skip to the report"),
-    navigation(data),
-    element("main", { id: "main", tabindex: "-1" }, ...content(data), element("footer", {}, element("p", {}, `silvafit ${data.silvafit}`))),
+    navigation(parts, data.results),
+    element("main", { id: "main", tabindex: "-1" }, ...parts, element("footer", {}, element("p", {}, `silvafit ${data.silvafit}`))),
   );
 }
 

@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The frame of a map: axes in meters, a scale bar and a north arrow around a picture in meters.
-
-const SVG = "http://www.w3.org/2000/svg";
-
-export function svg(tag, attributes = {}, ...children) {
-  const node = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, String(value));
-  node.append(...children);
-  return node;
-}
+import { svg } from "./dom.js";
+import { roundDown, roundUp } from "./format.js";
 
 /** Space around the picture in pixels. */
 const ROOM = { left: 62, right: 14, top: 34, bottom: 62 };
@@ -17,19 +10,6 @@ const LEAST_WIDTH = 300;
 const TICK_DISTANCE = 64;
 /** Upper limit of the length of a scale bar, relative to the width. */
 const BAR_SHARE = 0.28;
-const STEPS = [1, 2, 5, 10];
-
-/** 1, 2 or 5 times a power of ten: the smallest that is not below a value. */
-function roundStep(value) {
-  const power = 10 ** Math.floor(Math.log10(value));
-  return power * STEPS.find((step) => step * power >= value * (1 - 1e-9));
-}
-
-/** The largest such step that is not above a value. */
-function roundLength(value) {
-  const power = 10 ** Math.floor(Math.log10(value));
-  return power * STEPS.findLast((step) => step * power <= value * (1 + 1e-9));
-}
 
 function ticks(low, high, step) {
   const first = Math.ceil(low / step - 1e-9);
@@ -43,7 +23,7 @@ const named = (value) => String(value).replace("-", "\u2212");
 const text = (content, x, y, attributes = {}) => svg("text", { x, y, class: "axis", ...attributes }, content);
 
 function xAxis(box, scale, place) {
-  const step = roundStep(TICK_DISTANCE / scale);
+  const step = roundUp(TICK_DISTANCE / scale);
   const y = place.bottom;
   return [
     svg("line", { x1: place.left, x2: place.right, y1: y, y2: y, class: "axis" }),
@@ -56,7 +36,7 @@ function xAxis(box, scale, place) {
 }
 
 function yAxis(box, scale, place) {
-  const step = roundStep(TICK_DISTANCE / scale);
+  const step = roundUp(TICK_DISTANCE / scale);
   const x = place.left;
   const middle = (place.top + place.bottom) / 2;
   return [
@@ -70,7 +50,7 @@ function yAxis(box, scale, place) {
 }
 
 function scaleBar(scale, place) {
-  const length = roundLength((BAR_SHARE * (place.right - place.left)) / scale);
+  const length = roundDown((BAR_SHARE * (place.right - place.left)) / scale);
   const [from, to, y] = [place.right - length * scale, place.right, place.bottom + 46];
   return svg(
     "g",

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The plot map: stems by species and layer, crowns to scale, the buffer zone, and the structural unit of a tree.
-import { element } from "./dom.js";
+import { extent } from "./classes.js";
+import { element, section, svg } from "./dom.js";
 import { decimals, listing, plural } from "./format.js";
-import { drawingText, framed, svg } from "./map-frame.js";
+import { drawingText, framed } from "./map-frame.js";
 import { pictureButtons } from "./picture.js";
 import { inLight } from "./theme.js";
 import { hideTip, showTip } from "./tip.js";
 import { rectangleOf, wayAround } from "./torus.js";
-
-/** @typedef {import("./types.js").PlotMap} PlotMap */
 
 const COLORS = 8;
 const MARGIN = 2;
@@ -30,15 +29,8 @@ const treesOf = (map, area) => map.area.flatMap((own, tree) => (own === area && 
 function bounds(map, area, trees) {
   const corners = [...map.areas[area].rings.flat(), ...trees.map((tree) => [map.x[tree], map.y[tree]])];
   if (corners.length === 0) return { x: 0, y: 0, width: 1, height: 1 };
-  const low = [Infinity, Infinity];
-  const high = [-Infinity, -Infinity];
-  for (const corner of corners) {
-    for (const axis of [0, 1]) {
-      low[axis] = Math.min(low[axis], corner[axis]);
-      high[axis] = Math.max(high[axis], corner[axis]);
-    }
-  }
-  return { x: low[0] - MARGIN, y: -high[1] - MARGIN, width: high[0] - low[0] + 2 * MARGIN, height: high[1] - low[1] + 2 * MARGIN };
+  const [[west, east], [south, north]] = [0, 1].map((axis) => extent(corners.map((corner) => corner[axis])));
+  return { x: west - MARGIN, y: -north - MARGIN, width: east - west + 2 * MARGIN, height: north - south + 2 * MARGIN };
 }
 
 /** North is up: the sign of y is reversed, because y is drawn downwards. */
@@ -236,10 +228,10 @@ export function mapSection(map) {
   );
   figure.append(pictureButtons(figure, "Plot map", async () => view.panels()));
   const control = (text, input) => element("label", {}, text, input);
-  return element(
-    "section",
-    { id: "map", "aria-labelledby": "map-title" },
-    element("h2", { id: "map-title" }, "Plot map"),
+  return section(
+    "map",
+    "Plot map",
+    {},
     element("p", { class: "map-controls" }, control("Map of ", view.area), " ", control("Layer ", view.layer), " ", control("Tree ", view.input)),
     figure,
   );

@@ -2,7 +2,7 @@
 // The chosen models: formulas, accuracy, coefficients, variance components, random effects.
 import { element, verdictMark } from "./dom.js";
 import { columnName, count, criterion, decimals, inUnit, listing, probability, r2, significant, withMinusSigns } from "./format.js";
-import { groupTitle, randomTexts, varianceText } from "./head.js";
+import { groupTitle, modelList, varianceText } from "./head.js";
 import { numeric, table } from "./table.js";
 
 const FITS = [
@@ -11,7 +11,7 @@ const FITS = [
   ["nlme", "NLME"],
 ];
 
-/** @param {import("./types.js").Result} result */
+/** @param {Result} result */
 export function chosenModels(result) {
   const fits = FITS.filter(([key]) => result.fits[key] !== null).map(([key, name]) => ({ key, name, fit: result.fits[key] }));
   if (fits.length === 0) return [element("p", {}, "No model could be fitted.")];
@@ -21,17 +21,8 @@ export function chosenModels(result) {
   ];
 }
 
-/** "h ~ ..., b ~ 1 + C, random a + b:C by plot". */
-function formulas(fits) {
-  const describe = ({ name, fit }) => {
-    const submodels = Object.entries(fit.parameters).filter(([, terms]) => terms !== "1");
-    const random = randomTexts(fit.random);
-    const parts = [fit.formula, ...submodels.map(([parameter, terms]) => `${parameter} ~ ${terms}`), ...random];
-    const warning = fit.converged ? [] : [" ", verdictMark(false), ` ${withMinusSigns(fit.verdict)}`];
-    return [element("dt", {}, name), element("dd", {}, ...parts.flatMap((part) => [element("code", {}, part), " "]), ...warning)];
-  };
-  return element("dl", { class: "formulas" }, ...fits.flatMap(describe));
-}
+const formulas = (fits) =>
+  modelList(fits.map(({ name, fit }) => ({ name, fit, further: [], verdict: fit.converged ? [] : [" ", verdictMark(false), ` ${withMinusSigns(fit.verdict)}`] })));
 
 /** The columns of the accuracy table: a fit, seen as a population or conditionally. */
 function views(fits) {
@@ -45,17 +36,25 @@ function views(fits) {
   );
 }
 
-function accuracy(fits, { unit, left_out: leftOut }) {
-  const rows = [
-    { name: "R²", of: ({ statistics }) => r2(statistics?.r2) },
-    { name: inUnit("Mean error", unit), of: ({ statistics }) => decimals(statistics?.mean_error, 4) },
-    { name: inUnit("RMSE", unit), of: ({ statistics }) => decimals(statistics?.rmse, 4) },
-    { name: inUnit("MAE", unit), of: ({ statistics }) => decimals(statistics?.mae, 4) },
-    { name: "Log-likelihood", of: ({ fit }) => criterion(fit.log_likelihood) },
-    { name: "Parameters counted, k", of: ({ fit }) => count(fit.k) },
-    { name: "AIC", of: ({ fit }) => criterion(fit.aic) },
-    { name: "BIC", of: ({ fit }) => criterion(fit.bic) },
+/** The statistics of a fit at a level: name, key, value and format. */
+export const statisticRows = (unit) => {
+  const four = (value) => decimals(value, 4);
+  const ofLevel = (name, key, format) => ({ name, key, of: (fit, level) => level?.[key] ?? null, format });
+  const ofFit = (name, key, format) => ({ name, key, of: (fit) => fit[key] ?? null, format });
+  return [
+    ofLevel("R²", "r2", r2),
+    ofLevel(inUnit("Mean error", unit), "mean_error", four),
+    ofLevel(inUnit("RMSE", unit), "rmse", four),
+    ofLevel(inUnit("MAE", unit), "mae", four),
+    ofFit("Log-likelihood", "log_likelihood", criterion),
+    ofFit("Parameters counted, k", "k", count),
+    ofFit("AIC", "aic", criterion),
+    ofFit("BIC", "bic", criterion),
   ];
+};
+
+function accuracy(fits, { unit, left_out: leftOut }) {
+  const rows = statisticRows(unit).map(({ name, of, format }) => ({ name, of: ({ fit, statistics }) => format(of(fit, statistics)) }));
   if (leftOut?.r2_ols !== undefined) {
     // Only least squares and the population prediction have it: random effects of a left-out plot are unknown.
     const of = (name) => ({ key, isConditional }) => (isConditional ? null : leftOut[`${name}_${key}`]);

@@ -1,21 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The table of contents beside the page.
-import { pairId, pairName } from "./comparison.js";
+import { group } from "d3-array";
 import { element } from "./dom.js";
 import { responseName } from "./format.js";
 import { themeSwitch } from "./theme.js";
 
 export const resultId = (index) => `result-${index + 1}`;
-
-/** @returns {[string, {result: object, index: number}[]][]} */
-function bySpecies(results) {
-  const groups = new Map();
-  results.forEach((result, index) => {
-    if (!groups.has(result.species)) groups.set(result.species, []);
-    groups.get(result.species).push({ result, index });
-  });
-  return [...groups];
-}
 
 function entry({ result, index }) {
   const reason = result.converged ? "doubtful" : "not converged";
@@ -23,7 +13,9 @@ function entry({ result, index }) {
   return element("li", {}, element("a", { href: `#${resultId(index)}` }, responseName(result.response), warning));
 }
 
-const link = ([href, text]) => element("li", {}, element("a", { href }, text));
+const link = (section) => element("li", {}, element("a", { href: `#${section.id}` }, section.querySelector("h2").textContent));
+const ofSpecies = ([species, entries]) => element("li", { class: "group" }, element("span", { class: "species" }, species), element("ul", {}, ...entries.map(entry)));
+
 /** Beside the report if the page is wide enough; else a menu above it. */
 const wide = matchMedia("(min-width: 76rem)");
 
@@ -36,30 +28,14 @@ function frame(...entries) {
   return element("nav", { "aria-label": "Report" }, menu, themeSwitch());
 }
 
-/** @param {import("./types.js").Report} report */
-export function reportNavigation(report) {
-  const groups = bySpecies(report.results).map(([species, entries]) =>
-    element("li", { class: "group" }, element("span", { class: "species" }, species), element("ul", {}, ...entries.map(entry))),
-  );
-  const models = report.results.length > 0 || !report.stand;
-  const start = [
-    ...(report.stand ? [["#stand", "Stand"]] : []),
-    ...(models ? [["#verdict", "Sound and doubtful models"], ["#summary", "Summary"]] : []),
-    ...(models && (report.tables ?? []).length > 0 ? [["#models", "Species and models"]] : []),
-    ...(report.results.length > 0 ? [["#convergence", "Convergence"]] : []),
-    ["#done", "What was done"],
-    ...(report.map ? [["#map", "Plot map"]] : []),
-  ];
-  const end = [
-    ...(models ? [["#tables", "Tables of the study"]] : []),
-    ...(report.notes.length > 0 ? [["#notes", "Notes"]] : []),
-    ["#repeat", "Reproducing this study"],
-  ];
-  return frame(...start.map(link), ...groups, ...end.map(link));
-}
-
-/** @param {import("./types.js").Comparison} comparison */
-export function comparisonNavigation({ pairs }) {
-  const entries = pairs.map((pair, index) => element("li", { class: "group" }, element("a", { href: `#${pairId(index)}` }, pairName(pair))));
-  return frame(...[["#libraries", "Libraries"], ["#overview", "Overview"]].map(link), ...entries);
+/**
+ * Links to the sections of a page; those of results are grouped by species.
+ * @param {Element[]} parts  of the page
+ * @param {object[]} results  of a report
+ */
+export function navigation(parts, results = []) {
+  const sections = parts.filter((part) => part.matches("section"));
+  const groups = group(results.map((result, index) => ({ result, index })), ({ result }) => result.species);
+  const first = results.length > 0 ? sections.findIndex(({ id }) => id === resultId(0)) : sections.length;
+  return frame(...sections.slice(0, first).map(link), ...[...groups].map(ofSpecies), ...sections.slice(first + results.length).map(link));
 }

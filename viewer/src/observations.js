@@ -2,10 +2,7 @@
 // The trees of a result as points of charts.
 import { count, plural } from "./format.js";
 
-/** @typedef {import("./types.js").Result} Result */
-
 export const isNumber = (value) => value !== null && value !== undefined;
-export const hasNumbers = (column) => column.some(isNumber);
 
 /** Pairs of numbers with the name of their tree; pairs with a missing number are skipped. */
 export const points = (observations, x, y, tip) =>
@@ -29,5 +26,11 @@ export function sides({ observations, fits }) {
   return [
     { kind: "ols", name: "OLS", accuracy: fits.ols?.statistics.population, fitted: observations.ols, residual: observations.residual_ols },
     { kind: "nlme", name: "NLME, conditional", accuracy: fits.nlme?.statistics.conditional, fitted: observations.conditional, residual: observations.residual_nlme },
-  ].filter(({ fitted }) => hasNumbers(fitted));
+  ].filter(({ fitted }) => fitted.some(isNumber));
+}
+
+/** About a dozen points of a grid. */
+export function gridRows(dbh) {
+  const step = Math.max(1, Math.ceil(dbh.length / 12));
+  return dbh.map((value, index) => ({ dbh: value, index })).filter(({ index }) => index % step === 0 || index === dbh.length - 1);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Figures as files: all panels with their headings and the legend in one SVG or PNG, light and without the page's style sheet.
 import { chartSvg } from "./chart-view.js";
-import { save } from "./csv.js";
+import { save, slug } from "./csv.js";
 import { element } from "./dom.js";
 import { inLight } from "./theme.js";
 
@@ -103,7 +103,7 @@ async function png({ svg, width, height }) {
   return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
 }
 
-const fileName = (figure, title, extension) => `figure-${figure.dataset.number ?? ""}-${title.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "").slice(0, 50)}.${extension}`;
+const fileName = (figure, title, extension) => `figure-${figure.dataset.number ?? ""}-${slug(title, 50)}.${extension}`;
 
 /**
  * Buttons that save a figure as a vector and as a bitmap picture.

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Reproducing the study: command, input, versions.
-import { element } from "./dom.js";
+import { element, section } from "./dom.js";
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 export function repeat({ command, inventory, repeat: { fingerprint, versions } }) {
   const entry = (name, ...value) => [element("dt", {}, name), element("dd", {}, ...value)];
-  return element(
-    "section",
-    { id: "repeat", "aria-labelledby": "repeat-title" },
-    element("h2", { id: "repeat-title" }, "Reproducing this study"),
+  return section(
+    "repeat",
+    "Reproducing this study",
+    {},
     element("p", {}, "The same file, command and versions give the same bytes, for any number of threads."),
     element("pre", { tabindex: "0", "aria-label": "Command" }, element("code", {}, command)),
     element(

@@ -9,9 +9,8 @@ const isMissing = (value) => value === null || value === undefined || value === 
 /** The first number of a text such as "b: −0.0045***"; NaN without one. */
 const numberIn = (text) => Number.parseFloat(text.replaceAll("\u2212", "-").replaceAll("\u202f", "").match(/-?\d[\d.]*(e-?\d+)?/)?.[0]);
 
-function compare(a, b) {
-  return typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b), "en", { numeric: true });
-}
+const byText = new Intl.Collator("en", { numeric: true }).compare;
+const compare = (a, b) => (typeof a === "number" && typeof b === "number" ? a - b : byText(String(a), String(b)));
 
 /**
  * Comparison of two rows of a column: by number, or by text. Missing values are last in both directions.

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The tables of the whole study as files, with the names and columns of those in its folder `tables`.
 import { csvText, downloadButton } from "./csv.js";
-import { disclosure, element } from "./dom.js";
+import { disclosure, element, section } from "./dom.js";
 import { count, criterion, decimals, joinedEffects, plural, probability, significant } from "./format.js";
 import { numeric, table } from "./table.js";
-
-/** @typedef {import("./types.js").Result} Result */
 
 const LEVELS = ["ols", "covariates", "nlme"];
 const ACCURACY = ["r2", "mean_error", "rmse", "mae"];
@@ -15,10 +13,7 @@ const CRITERIA = ["k", "log_likelihood", "aic", "bic", "cv_rmse", "cv_failed_fol
 const rowsOf = (results, level) => results.flatMap((result) => result[level].map((row) => ({ ...row, species: result.species, response: result.response })));
 const fitsOf = (results) => results.flatMap(({ species, response, fits }) => LEVELS.filter((level) => fits[level] !== null).map((level) => ({ species, response, level, fit: fits[level] })));
 
-function candidates(results) {
-  return rowsOf(results, "base").map((row) => ({ ...row, model: row.id }));
-}
-
+const candidates = (results) => rowsOf(results, "base").map((row) => ({ ...row, model: row.id }));
 const covariates = (results) => rowsOf(results, "covariates").map((row) => ({ ...row, sub_models: row.parameters.join("; ") }));
 const randomEffects = (results) => rowsOf(results, "random").map((row) => ({ ...row, random_effects: joinedEffects(row.effects, " + ") }));
 
@@ -83,19 +78,19 @@ const PRINTED = ["species", "coefficients", "variance_and_fit"];
 export function modelTables({ tables = [] }) {
   const printed = PRINTED.map((name) => tables.find((made) => made.name === name)).filter((made) => made !== undefined);
   if (printed.length === 0) return null;
-  return element("section", { id: "models", "aria-labelledby": "models-title" }, element("h2", { id: "models-title" }, "Species and models"), ...printed.map(madeTable));
+  return section("models", "Species and models", {}, ...printed.map(madeTable));
 }
 
-/** @param {import("./types.js").Report} report */
+/** @param {Report} report */
 export function studyTables({ results, tables = [] }) {
   const entry = ({ file, what, columns, rows }) => {
     const content = () => csvText(columns, rows(results).map((row) => columns.map((column) => row[column])));
     return element("li", {}, downloadButton(file, file, content), ` ${what}: ${plural(rows(results).length, "row")}`);
   };
-  return element(
-    "section",
-    { id: "tables", "aria-labelledby": "tables-title" },
-    element("h2", { id: "tables-title" }, "Tables of the study"),
+  return section(
+    "tables",
+    "Tables of the study",
+    {},
     ...tables.filter(({ name }) => !PRINTED.includes(name)).map(summary),
     element("p", {}, "All species and responses in one file each, with all digits, to be saved as CSV. The folder tables of the study has every table also as Markdown and LaTeX."),
     element("ul", { class: "downloads" }, ...TABLES.map(entry)),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Tables from a description of their columns.
-import { csvText, downloadButton } from "./csv.js";
+import { csvText, downloadButton, slug } from "./csv.js";
 import { element } from "./dom.js";
 import { followScroll } from "./scroll.js";
 import { comparison, makeSortable } from "./sort.js";
@@ -24,8 +24,6 @@ const valueOf = (column, row) => (column.raw ? column.raw(row) : textOf(column.v
 
 const content = (columns, rows) => csvText(columns.map(({ title }) => textOf(title)), rows.map((row) => columns.map((column) => valueOf(column, row))));
 
-const fileName = (caption) => `${caption.toLowerCase().replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "").slice(0, 60)}.csv`;
-
 /**
  * A table in a frame that scrolls sideways on a narrow screen, reachable by keyboard, with headings that sort it and a button that saves it.
  * @template Row
@@ -45,7 +43,7 @@ export function table(caption, columns, rows, rowClass = () => null) {
     { class: "scroll", tabindex: "0", role: "group", "aria-label": caption },
     element("table", {}, element("caption", {}, element("span", { class: "label" }), caption), element("thead", {}, element("tr", {}, ...headings)), body),
   );
-  const button = downloadButton(fileName(caption), "Save as CSV", () => content(columns, rows));
+  const button = downloadButton(`${slug(caption, 60)}.csv`, "Save as CSV", () => content(columns, rows));
   button.setAttribute("aria-label", `Save as CSV: ${caption}`);
   return element("div", { class: "table" }, frame, followScroll(frame), button);
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Lines across the borders of a rectangle whose opposite sides are joined.
+import { extent } from "./classes.js";
 
 /** The rectangle round rings of corners. */
 export function rectangleOf(rings) {
-  const corners = rings.flat();
-  const along = (axis, pick) => corners.reduce((found, corner) => pick(found, corner[axis]), corners[0][axis]);
-  return { low: [along(0, Math.min), along(1, Math.min)], high: [along(0, Math.max), along(1, Math.max)] };
+  const ends = [0, 1].map((axis) => extent(rings.flat().map((corner) => corner[axis])));
+  return { low: ends.map(([low]) => low), high: ends.map(([, high]) => high) };
 }
 
 /**

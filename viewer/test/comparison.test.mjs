@@ -51,7 +51,7 @@ test("nested effects name both groupings, and what has no unit has no comma", { 
     const codes = await page.locator("#pair-1 dl.formulas code").allTextContents();
     assert.deepEqual(codes.filter((code) => code.startsWith("random")), ["random: a + b | stand", "random: a | plot within stand"]);
     const names = (await cellsOf(page, "#pair-1", "Accuracy and criteria")).map(([name]) => name);
-    assert.deepEqual(names.slice(0, 4), ["R²", "RMSE", "Mean error", "MAE"]);
+    assert.deepEqual(names.slice(0, 4), ["R²", "Mean error", "RMSE", "MAE"]);
     assert.equal(await page.locator("#pair-1-title").textContent(), "Height");
   });
 });

@@ -3,7 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { apart } from "../src/chart-spec.js";
-import { boxClasses, classWidth, drawnAlone, quantile } from "../src/classes.js";
+import { quantileSorted as quantile } from "d3-array";
+import { boxClasses, classWidth, drawnAlone } from "../src/classes.js";
 import { rectangleOf, wayAround } from "../src/torus.js";
 
 test("quantiles are those of R's default (type 7)", () => {

@@ -2,15 +2,25 @@
 // What the 3D page computes: crown curves, overlaps, sizes of trees from shared models, levels of detail, colors.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { along, colorings, DIVERGING, rgb, roundUp, SEQUENTIAL, SPECIES_COLORS, LAYER_COLORS } from "../src/scene/colors.js";
+import { along, colorings, DIVERGING, rgb, SEQUENTIAL, SPECIES_COLORS, LAYER_COLORS } from "../src/scene/colors.js";
 import { contains, facing, overlappingPairs, radiusTowards, relativeWidth, sharedSpace } from "../src/scene/crown.js";
 import { crownOf, placeOf, plotsCoincide } from "../src/scene/data.js";
+import { roundUp } from "../src/format.js";
 import { areaOf, hullOf, sharedArea } from "../src/scene/hulls.js";
 import { AdaptiveBudget, detailFactor, LEAST_PIXELS, levelFor } from "../src/scene/levels.js";
 import { pick } from "../src/scene/pick.js";
-import { fromUnit, KIND, toUnit, turnOf } from "../src/scene/shape.js";
+import { BREAST_HEIGHT_M, KIND, toUnit, turnOf } from "../src/scene/shape.js";
 import { modelMeshes } from "./model-meshes.mjs";
 import { sceneExample } from "./template.mjs";
+
+/** The same as the shader of shape.js, for one point. */
+function fromUnit([x, y, z], tree, kind) {
+  const quarter = [[x, z], [-z, x], [-x, -z], [z, -x]][tree.turn];
+  const onStem = y < 1 ? y * BREAST_HEIGHT_M : BREAST_HEIGHT_M + (y - 1) * (tree.h - BREAST_HEIGHT_M);
+  const height = kind === KIND.stem ? onStem : y < 1 ? y * tree.hcb : y < 2 ? tree.hcb + (y - 1) * (tree.hc - tree.hcb) : tree.hc + (y - 2) * (tree.h - tree.hc);
+  const sideways = kind === KIND.stem ? tree.girth : kind === KIND.pole ? tree.stemRadius : radiusTowards(tree, ...quarter);
+  return [quarter[0] * sideways, height, quarter[1] * sideways];
+}
 
 const round = (h, hcb, hc, radius) => ({ h, hcb, hc, east: radius, west: radius, south: radius, north: radius, up: 2, down: 2 });
 const near = (actual, expected, tolerance, text) => assert.ok(Math.abs(actual - expected) <= tolerance, `${text}: ${actual}, expected ${expected}`);
@@ -99,7 +109,8 @@ test("plots lie on each other where they do, not where their bounding boxes do",
 
 test("hulls and the areas that they share are those of school geometry", () => {
   const square = hullOf([[0, 0], [2, 0], [1, 1], [2, 2], [0, 2], [1, 0]]);
-  assert.deepEqual(square, [[0, 0], [2, 0], [2, 2], [0, 2]]);
+  const from = square.findIndex(([x, y]) => x === 0 && y === 0);
+  assert.deepEqual([...square.slice(from), ...square.slice(0, from)], [[0, 0], [2, 0], [2, 2], [0, 2]]);
   near(areaOf(square), 4, 1e-12, "square");
   // A square of diagonal 2 that stands on its corner, its middle in the corner of the other: a quarter of it is shared.
   const standing = hullOf([[2, 1], [3, 2], [2, 3], [1, 2]]);

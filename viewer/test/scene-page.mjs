@@ -3,6 +3,32 @@
 import { launchWithWebGl, WEBGL_TIMEOUT } from "./browser.mjs";
 import { inBrowser } from "./in-browser.mjs";
 
+/** What tests ask of a page; runs in the page. */
+function addProbes() {
+  const { page } = window.silvafitView;
+  Object.assign(window.silvafitView, {
+    /** The middle of a tree's crown on the canvas [CSS pixels]. */
+    whereIs(tree, side = 0) {
+      const { crown, place } = page.view.sides[side].bodies[tree];
+      return page.view.onCanvas({ ...place, y: place.y + (crown.hcb + crown.h) / 2 }, side);
+    },
+    camera: () => page.view.camera.position.toArray(),
+    chosen: () => page.chosen,
+    groundAt: (x, z) => page.moves.groundAt(x, z),
+    hasObject: (name) => page.view.scene.getObjectByName(name) !== undefined,
+    /** Corners of the scale bar, the arrow and their labels on the canvas [CSS pixels]. */
+    whereIsScale: () => page.ground.markCorners().map((corner) => page.view.onCanvas(corner)),
+    /** Names of the plots whose boundaries are drawn. */
+    outlined: () => page.ground.outlined.map(({ name }) => name),
+  });
+}
+
+/** Waits until an opened page has drawn. */
+export async function ready(page) {
+  await page.evaluate(() => window.silvafitView.ready);
+  await page.evaluate(addProbes);
+}
+
 /** As inBrowser, with WebGL, and waiting until the page has drawn. */
 export function inWebGl() {
   const { skip, withPage } = inBrowser(launchWithWebGl);
@@ -10,7 +36,7 @@ export function inWebGl() {
     skip,
     withScene: (data, options, use) =>
       withPage(data, { viewport: { width: 900, height: 480 }, timeout: WEBGL_TIMEOUT, ...options }, async (page, problems) => {
-        await page.evaluate(() => window.silvafitView.ready);
+        await ready(page);
         await use(page, problems);
       }),
   };

@@ -2,7 +2,8 @@
 // The cross-section: which trees it has, where, and their outlines.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { distanceOf, profileOf, stepOf, usualStrip } from "../src/scene/profile.js";
+import { roundUp } from "../src/format.js";
+import { distanceOf, profileOf, usualStrip } from "../src/scene/profile.js";
 
 const all = () => true;
 // Three trees of known crowns; the origin is that of the page.
@@ -47,7 +48,7 @@ test("the first strip is through the middle of the shown trees", () => {
 
 test("distances and the scale", () => {
   assert.deepEqual(distanceOf([1, 2], [4, 6]), { horizontal: 3, vertical: 4, straight: 5 });
-  assert.equal(stepOf(27, 8), 5);
-  assert.equal(stepOf(100, 12), 10);
-  assert.equal(stepOf(1.9, 8), 0.5);
+  assert.equal(roundUp(27 / 8), 5);
+  assert.equal(roundUp(100 / 12), 10);
+  assert.equal(roundUp(1.9 / 8), 0.5);
 });

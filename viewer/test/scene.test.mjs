@@ -5,7 +5,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { launchWithoutWebGl } from "./browser.mjs";
 import { inBrowser } from "./in-browser.mjs";
-import { columns, difference, drawnShare, inWebGl, pixels } from "./scene-page.mjs";
+import { columns, difference, drawnShare, inWebGl, pixels, ready } from "./scene-page.mjs";
 import { texturedModels } from "./textured-models.mjs";
 import { sceneExample, schemaErrors } from "./template.mjs";
 
@@ -418,7 +418,7 @@ test("a scene without measurements keeps its ground, and one walks on it", { ski
     await page.locator("#link").click();
     assert.match(page.url(), /mode=walk/);
     await page.reload();
-    await page.evaluate(() => window.silvafitView.ready);
+    await ready(page);
     const again = await page.evaluate(() => window.silvafitView.camera());
     for (const [i, value] of [x, eye, z].entries()) assert.ok(Math.abs(again[i] - value) < 2e-3, `${again} after ${[x, eye, z]}`);
     assert.equal(await page.getByRole("button", { name: "Walk", exact: true }).getAttribute("aria-pressed"), "true");
@@ -525,7 +525,7 @@ test("without WebGL each plot of those that lie on each other can be listed", { 
   const data = sceneExample();
   data.plots[1].outline = data.plots[0].outline;
   return plain.withPage(data, {}, async (page) => {
-    await page.evaluate(() => window.silvafitView.ready);
+    await ready(page);
     assert.equal(await page.locator("[data-tree]").count(), 9);
     await page.getByLabel("Plot", { exact: true }).selectOption({ label: "2" });
     assert.equal(await page.locator("[data-tree]").count(), 5);
@@ -538,7 +538,7 @@ test("without WebGL each plot of those that lie on each other can be listed", { 
 
 test("without WebGL the page says so, and the trees can still be looked up", { skip }, () =>
   plain.withPage(sceneExample(), {}, async (page) => {
-    await page.evaluate(() => window.silvafitView.ready);
+    await ready(page);
     assert.match(await page.getByRole("alert").innerText(), /no WebGL 2/);
     await page.getByRole("button", { name: "Choose plot 2, tree 990" }).click();
     assert.match(await page.locator("#details").innerText(), /Chosen: plot 2, tree 990/);

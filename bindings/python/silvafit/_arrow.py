@@ -24,36 +24,23 @@ class Stream(ctypes.Structure):
     """struct ArrowArrayStream."""
 
 
-Schema._fields_ = [
-    ("format", ctypes.c_char_p),
-    ("name", ctypes.c_char_p),
-    ("metadata", ctypes.c_void_p),
-    ("flags", ctypes.c_int64),
-    ("n_children", ctypes.c_int64),
-    ("children", ctypes.POINTER(ctypes.POINTER(Schema))),
-    ("dictionary", ctypes.POINTER(Schema)),
-    ("release", ctypes.CFUNCTYPE(None, ctypes.POINTER(Schema))),
-    ("private_data", ctypes.c_void_p),
-]
-Array._fields_ = [
-    ("length", ctypes.c_int64),
-    ("null_count", ctypes.c_int64),
-    ("offset", ctypes.c_int64),
-    ("n_buffers", ctypes.c_int64),
-    ("n_children", ctypes.c_int64),
-    ("buffers", ctypes.POINTER(ctypes.c_void_p)),
-    ("children", ctypes.POINTER(ctypes.POINTER(Array))),
-    ("dictionary", ctypes.POINTER(Array)),
-    ("release", ctypes.CFUNCTYPE(None, ctypes.POINTER(Array))),
-    ("private_data", ctypes.c_void_p),
-]
-Stream._fields_ = [
-    ("get_schema", ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(Stream), ctypes.POINTER(Schema))),
-    ("get_next", ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(Stream), ctypes.POINTER(Array))),
-    ("get_last_error", ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.POINTER(Stream))),
-    ("release", ctypes.CFUNCTYPE(None, ctypes.POINTER(Stream))),
-    ("private_data", ctypes.c_void_p),
-]
+def _children(kind: Any) -> List[Tuple[str, Any]]:
+    """The common end of both structures."""
+    return [("children", ctypes.POINTER(ctypes.POINTER(kind))), ("dictionary", ctypes.POINTER(kind)),
+            ("release", ctypes.CFUNCTYPE(None, ctypes.POINTER(kind))), ("private_data", ctypes.c_void_p)]
+
+
+def _getter(result: Any) -> Any:
+    return ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(Stream), ctypes.POINTER(result))
+
+
+Schema._fields_ = [("format", ctypes.c_char_p), ("name", ctypes.c_char_p), ("metadata", ctypes.c_void_p),
+                   ("flags", ctypes.c_int64), ("n_children", ctypes.c_int64), *_children(Schema)]
+Array._fields_ = [*((name, ctypes.c_int64) for name in ("length", "null_count", "offset", "n_buffers", "n_children")),
+                  ("buffers", ctypes.POINTER(ctypes.c_void_p)), *_children(Array)]
+Stream._fields_ = [("get_schema", _getter(Schema)), ("get_next", _getter(Array)),
+                   ("get_last_error", ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.POINTER(Stream))),
+                   ("release", ctypes.CFUNCTYPE(None, ctypes.POINTER(Stream))), ("private_data", ctypes.c_void_p)]
 
 _NUMBERS = {
     "c": np.int8, "C": np.uint8, "s": np.int16, "S": np.uint16, "i": np.int32, "I": np.uint32,
@@ -84,42 +71,31 @@ def _missing(array: Array) -> Optional[np.ndarray]:
     return ~_bits(array, 0)
 
 
+def _with_missing(values: np.ndarray, array: Array, missing: Any) -> np.ndarray:
+    """Values, with the one for missing values in their places."""
+    places = _missing(array)
+    if places is not None:
+        values = values.astype(np.float64) if isinstance(missing, float) else values
+        values[places] = missing
+    return values
+
+
 def _fixed_width(array: Array, dtype: Any) -> np.ndarray:
-    return _buffer(array, 1, dtype, array.offset + array.length)[array.offset:]
+    """A copy of the values."""
+    return _buffer(array, 1, dtype, array.offset + array.length)[array.offset:].copy()
 
 
-def _numbers(array: Array, dtype: Any) -> np.ndarray:
-    values = _fixed_width(array, dtype)
-    missing = _missing(array)
-    if missing is None:
-        return values.copy()
-    result = values.astype(np.float64)
-    result[missing] = np.nan
-    return result
-
-
-def _with_none(values: List[Any], array: Array) -> np.ndarray:
+def _objects(values: List[Any], array: Array) -> np.ndarray:
     result = np.empty(len(values), object)
     result[:] = values
-    missing = _missing(array)
-    if missing is not None:
-        result[missing] = None
-    return result
-
-
-def _booleans(array: Array) -> np.ndarray:
-    values = _bits(array, 1).astype(np.float64)
-    missing = _missing(array)
-    if missing is not None:
-        values[missing] = np.nan
-    return values
+    return _with_missing(result, array, None)
 
 
 def _texts(array: Array, offset_type: Any) -> np.ndarray:
     ends = _buffer(array, 1, offset_type, array.offset + array.length + 1)[array.offset:]
     last = int(ends[-1]) if len(ends) else 0
     data = ctypes.string_at(array.buffers[2], last) if last else b""
-    return _with_none([data[a:b].decode() for a, b in zip(ends[:-1].tolist(), ends[1:].tolist())], array)
+    return _objects([data[a:b].decode() for a, b in zip(ends[:-1].tolist(), ends[1:].tolist())], array)
 
 
 _VIEW = np.dtype([("length", "<i4"), ("inline", "V12")])
@@ -142,24 +118,16 @@ def _text_views(array: Array) -> np.ndarray:
         place = np.frombuffer(inline, _OUTSIDE)[0]
         address = array.buffers[2 + int(place["buffer"])] + int(place["offset"])
         texts.append(ctypes.string_at(address, length).decode())
-    return _with_none(texts, array)
+    return _objects(texts, array)
 
 
 def _decimals(array: Array, scale: int) -> np.ndarray:
     halves = _fixed_width(array, np.dtype([("low", "<u8"), ("high", "<i8")]))
-    values = (halves["high"].astype(np.float64) * 2.0**64 + halves["low"]) / 10.0**scale
-    missing = _missing(array)
-    if missing is not None:
-        values[missing] = np.nan
-    return values
+    return _with_missing((halves["high"].astype(np.float64) * 2.0**64 + halves["low"]) / 10.0**scale, array, np.nan)
 
 
 def _times(array: Array, width: Any, unit: str) -> np.ndarray:
-    values = _fixed_width(array, width).astype(np.int64).astype(f"datetime64[{unit}]")
-    missing = _missing(array)
-    if missing is not None:
-        values[missing] = np.datetime64("NaT")
-    return values
+    return _with_missing(_fixed_width(array, width).astype(np.int64).astype(f"datetime64[{unit}]"), array, np.datetime64("NaT"))
 
 
 def _reader(schema: Schema) -> Optional[Callable[[Array], np.ndarray]]:
@@ -172,7 +140,7 @@ def _reader(schema: Schema) -> Optional[Callable[[Array], np.ndarray]]:
         return functools.partial(_dictionary, index_type=index_type, value_reader=value_reader)
     kind = schema.format.decode()
     if kind in _NUMBERS:
-        return lambda array: _numbers(array, _NUMBERS[kind])
+        return lambda array: _with_missing(_fixed_width(array, _NUMBERS[kind]), array, np.nan)
     if kind.startswith("d:"):
         parts = kind[2:].split(",")
         if len(parts) == 3 and parts[2] != "128":
@@ -181,7 +149,7 @@ def _reader(schema: Schema) -> Optional[Callable[[Array], np.ndarray]]:
     if kind.startswith("ts") and kind[2] in _TIME_UNITS:
         return lambda array: _times(array, np.int64, _TIME_UNITS[kind[2]])
     return {
-        "b": _booleans,
+        "b": lambda array: _with_missing(_bits(array, 1).astype(np.float64), array, np.nan),
         "n": lambda array: np.full(array.length, np.nan),
         "u": lambda array: _texts(array, np.int32),
         "U": lambda array: _texts(array, np.int64),
@@ -193,33 +161,11 @@ def _reader(schema: Schema) -> Optional[Callable[[Array], np.ndarray]]:
 
 def _dictionary(array: Array, index_type: Any, value_reader: Callable[[Array], np.ndarray]) -> np.ndarray:
     values = value_reader(array.dictionary.contents)
-    missing = _missing(array)
-    codes = _fixed_width(array, index_type).astype(np.int64)
-    if missing is not None:
-        codes[missing] = -1
+    codes = _with_missing(_fixed_width(array, index_type).astype(np.int64), array, -1)
     filled = np.empty(len(values) + 1, object)
     filled[:-1] = values
     filled[-1] = None
     return filled[codes]
-
-
-def has_stream(data: Any) -> bool:
-    """Whether an object offers its columns as an Arrow stream."""
-    return hasattr(data, "__arrow_c_stream__")
-
-
-class _Columns:
-    """Chunks of the wanted columns of a stream."""
-
-    def __init__(self, schema: Schema):
-        if schema.format != b"+s":
-            raise TypeError("an Arrow stream of tables is needed (a struct of columns), not "
-                            f"one of type {schema.format.decode()!r}")
-        self.schemas = [schema.children[k].contents for k in range(schema.n_children)]
-        self.names = [(child.name or b"").decode() for child in self.schemas]
-
-    def chosen(self, wanted: Optional[Collection[str]]) -> Dict[str, int]:
-        return {name: place for place, name in enumerate(self.names) if wanted is None or name in wanted}
 
 
 def read_stream(
@@ -248,18 +194,23 @@ def read_stream(
     schema = Schema()
     _check(stream, stream.get_schema(ctypes.byref(stream), ctypes.byref(schema)))
     try:
-        columns = _Columns(schema)
-        chosen = columns.chosen(None if wanted is None else set(wanted(columns.names)))
-        readers = {name: _reader(columns.schemas[place]) for name, place in chosen.items()}
-        if wanted is None:
-            readers = {name: reader for name, reader in readers.items() if reader is not None}
-        for name, reader in readers.items():
-            if reader is None:
-                kind = columns.schemas[chosen[name]].format.decode()
+        if schema.format != b"+s":
+            raise TypeError("an Arrow stream of tables is needed (a struct of columns), not "
+                            f"one of type {schema.format.decode()!r}")
+        columns = [schema.children[k].contents for k in range(schema.n_children)]
+        names = [(child.name or b"").decode() for child in columns]
+        chosen = None if wanted is None else set(wanted(names))
+        places = {name: place for place, name in enumerate(names) if chosen is None or name in chosen}
+        readers = {name: _reader(columns[place]) for name, place in places.items()}
+        for name, reader in list(readers.items()):
+            if reader is None and wanted is None:
+                del readers[name]
+            elif reader is None:
+                kind = columns[places[name]].format.decode()
                 raise TypeError(f"{name}: the Arrow type {kind!r} is neither numbers nor text; "
                                 "convert the column first")
-        chunks, rows = _read_chunks(stream, {name: chosen[name] for name in readers}, readers)
-        return columns.names, {name: _joined(parts) for name, parts in chunks.items()}, rows
+        chunks, rows = _read_chunks(stream, {name: places[name] for name in readers}, readers)
+        return names, {name: _joined(parts) for name, parts in chunks.items()}, rows
     finally:
         schema.release(ctypes.byref(schema))
 

@@ -14,9 +14,6 @@ from . import _arrow, _core
 #: Integers beyond this are no exact doubles, so that such columns can only be labels.
 _LARGEST_EXACT = 2**53
 
-#: What Series of numpy's types have as array; its name differs between versions of pandas.
-_NUMPY_ARRAY = type(pd.Series(dtype=object).array)
-
 Choice = Callable[[List[str]], Collection[str]]
 
 
@@ -57,11 +54,12 @@ def _labels_of(values: Any, texts: List[str]) -> Optional[Dict[str, Any]]:
 
 
 def _text_column(codes: Any, values: Any) -> Tuple[Any, Any]:
-    texts = [value if isinstance(value, str) else _text_of(value) for value in values]
+    texts = [value if isinstance(value, str) else text_of(value) for value in values]
     return (np.asarray(codes, dtype=np.int32), texts), _labels_of(values, texts)
 
 
-def _text_of(value: Any) -> str:
+def text_of(value: Any) -> str:
+    """A label; whole numbers have no decimals."""
     if isinstance(value, bytes):
         return value.decode()
     if isinstance(value, (float, np.floating)) and float(value).is_integer():
@@ -97,78 +95,49 @@ def _objects(values: Any) -> Tuple[Any, Any]:
     return _labels(values)
 
 
-def _texts_or_none(texts: Any, missing: np.ndarray) -> np.ndarray:
-    result = np.array(texts, dtype=object)
-    result[missing] = None
-    return result
-
-
 def _column(name: str, values: Any) -> Tuple[Any, Any]:
     """A column as numbers or (codes, texts), and how its labels become values again."""
+    if isinstance(values, np.ma.MaskedArray):
+        values = _without_mask(values)
+    if not isinstance(values, (pd.Series, pd.Index, pd.api.extensions.ExtensionArray)):
+        values = np.asarray(values)
+        if values.ndim != 1:
+            raise TypeError(f"{name}: a column has one dimension, this one has {values.ndim}")
+        if values.dtype.kind not in "fiubmMOUS":
+            raise TypeError(f"{name}: values of type {values.dtype} are neither numbers nor text")
     try:
-        return _converted(name, values)
-    except (TypeError, UnicodeDecodeError) as error:
-        if str(error).startswith(f"{name}: "):
-            raise
+        return _converted(pd.Series(values, copy=False))
+    except (TypeError, ValueError) as error:
         raise TypeError(f"{name}: the values are neither numbers nor text ({error})") from error
 
 
-def _converted(name: str, values: Any) -> Tuple[Any, Any]:
-    if isinstance(values, (pd.Series, pd.Index)):
-        values = values.array
-    if isinstance(values, _NUMPY_ARRAY):
-        values = values.to_numpy()
-    if isinstance(values, pd.Categorical):
-        return _text_column(values.codes, list(values.categories))
-    if isinstance(values, pd.api.extensions.ExtensionArray):
-        return _extension(name, values)
-    if isinstance(values, np.ma.MaskedArray):
-        return _masked(name, values)
-    values = np.asarray(values)
-    if values.ndim != 1:
-        raise TypeError(f"{name}: a column has one dimension, this one has {values.ndim}")
-    kind = values.dtype.kind
-    if kind == "f":
-        return values, None
-    if kind in "iu":
-        return _integers(values)
-    if kind == "b":
-        return values.astype(np.float64), bool
-    if kind in "mM":
-        return _objects(_texts_or_none(values.astype(str), np.isnat(values)))
-    if kind == "O":
-        return _objects(values)
-    if kind in "US":
-        return _labels(values.astype(object))
-    raise TypeError(f"{name}: values of type {values.dtype} are neither numbers nor text")
-
-
-def _masked(name: str, values: Any) -> Tuple[Any, Any]:
+def _without_mask(values: Any) -> np.ndarray:
     """Masked values are missing."""
-    if not np.ma.getmaskarray(values).any():
-        return _column(name, values.data)
+    mask = np.ma.getmaskarray(values)
+    if not mask.any():
+        return values.data
     plain = np.array(values.data, dtype=object)
-    plain[np.ma.getmaskarray(values)] = None
-    return _column(name, plain)
+    plain[mask] = None
+    return plain
 
 
-def _extension(name: str, values: Any) -> Tuple[Any, Any]:
-    """Nullable and other extension types of pandas."""
-    dtype = values.dtype
-    if getattr(dtype, "subtype", None) is not None:  # sparse
-        return _column(name, np.asarray(values))
-    if pd.api.types.is_bool_dtype(dtype):
+def _converted(values: pd.Series) -> Tuple[Any, Any]:
+    kinds = pd.api.types
+    dtype = getattr(values.dtype, "subtype", values.dtype)  # of sparse columns
+    if isinstance(dtype, pd.CategoricalDtype):
+        return _text_column(values.cat.codes.to_numpy(), list(values.cat.categories))
+    if kinds.is_bool_dtype(dtype):
         return values.to_numpy(np.float64, na_value=np.nan), bool
-    if pd.api.types.is_integer_dtype(dtype):
-        if not values.isna().any():
-            return _integers(values.to_numpy())
-        return _objects(values.to_numpy(dtype=object, na_value=None))
-    if pd.api.types.is_float_dtype(dtype):
-        return values.to_numpy(np.float64, na_value=np.nan), None
-    if pd.api.types.is_datetime64_any_dtype(dtype):
-        return _objects(_texts_or_none(values.astype(str), values.isna()))
-    plain = values.to_numpy(dtype=object, na_value=None) if pd.api.types.is_string_dtype(dtype) else values
-    return _column(name, np.asarray(plain, dtype=None if isinstance(plain, np.ndarray) else object))
+    if kinds.is_integer_dtype(dtype):
+        return _objects(values.to_numpy(object, na_value=None)) if values.isna().any() else _integers(values.to_numpy())
+    if kinds.is_float_dtype(dtype):
+        return values.to_numpy() if isinstance(dtype, np.dtype) else values.to_numpy(np.float64, na_value=np.nan), None
+    if kinds.is_datetime64_any_dtype(dtype) or kinds.is_timedelta64_dtype(dtype):
+        texts = np.array(values.astype(str), dtype=object)
+        texts[values.isna()] = None
+        return _objects(texts)
+    is_text = not isinstance(dtype, np.dtype) and kinds.is_string_dtype(dtype)
+    return _objects(values.to_numpy(object, na_value=None) if is_text else np.asarray(values, dtype=object))
 
 
 Columns = Tuple[List[str], Dict[str, Any], Optional[pd.Index], int]
@@ -179,7 +148,7 @@ def _named_columns(data: Any, choose: Optional[Choice]) -> Columns:
     if isinstance(data, pd.DataFrame):
         data = _with_positions(data)
         return _columns_of_frame(data, choose)
-    if _arrow.has_stream(data):
+    if hasattr(data, "__arrow_c_stream__"):
         names, columns, rows = _arrow.read_stream(data, choose)
         return names, columns, None, rows
     if isinstance(data, np.ndarray) and data.dtype.names:

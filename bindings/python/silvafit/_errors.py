@@ -20,12 +20,6 @@ def check_number(name: str, value: Any) -> None:
         raise UsageError(f"{value!r} is not a number", column=name)
 
 
-def check_count(name: str, value: Any, least: int = 0, most: int = 2**31 - 1) -> None:
-    """Refuses what is no whole number of a range."""
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
-        raise UsageError(f"{value!r} is not a whole number from {least} to {most}", column=name)
-
-
 class Error(Exception):
     """Base of all errors of silvafit.
 
@@ -112,6 +106,11 @@ class FileError(Error, OSError):
     __str__ = Error.__str__
 
 
+#: By the kinds of the libraries.
+KINDS = {"formula": FormulaError, "usage": UsageError, "domain": DomainError, "input": InputError, "numerical": NumericalError,
+         "geometry": GeometryError, "io": FileError, "other": Error}
+
+
 class ConvergenceWarning(UserWarning):
     """A fit did not converge, or is a boundary (singular) fit.
 
@@ -129,12 +128,12 @@ class ConvergenceWarning(UserWarning):
         return f"{self.args[0]} (status: {self.status})"
 
 
-def warn_of(core: Any, stacklevel: int) -> None:
+def warn_of(fit: Any, stacklevel: int) -> None:
     """Warns unless a fit converged inside its range, and of doubts about its names and its response."""
-    if core.status in ("converged", "perfect_fit") and core.has_doubts:
-        warnings.warn(core.verdict, stacklevel=stacklevel + 1)
-    if core.status not in ("converged", "perfect_fit", "published"):
-        warnings.warn(ConvergenceWarning(core.verdict, core.status), stacklevel=stacklevel + 1)
+    if fit.status not in ("converged", "perfect_fit", "published"):
+        warnings.warn(ConvergenceWarning(fit.verdict, fit.status), stacklevel=stacklevel + 1)
+    elif fit.status != "published" and fit._core.has_doubts:
+        warnings.warn(fit.verdict, stacklevel=stacklevel + 1)
 
 
 @contextlib.contextmanager

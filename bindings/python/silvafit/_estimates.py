@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import json
 import warnings
-from typing import Any, Dict, List, Optional, Tuple, Union
+from typing import Any, Callable, Dict, List, Optional, Tuple, TypeVar, Union, cast
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,8 @@ from ._errors import UsageError, located_in
 
 #: What indices need of an inventory.
 _INVENTORY = ("plot", "tree", "species", "x", "y", "dbh", "h", "cw", "cr_e", "cr_w", "cr_s", "cr_n")
+
+Value = TypeVar("Value")
 
 
 def model_frame(data: Any, texts: List[str], mentioned: List[str], response: str) -> Frame:
@@ -64,6 +66,17 @@ def _matrix(groups: Dict[str, Dict[str, float]], effects: List[str]) -> np.ndarr
     return np.array([list(one.values()) for one in groups.values()], float).reshape(-1, len(effects))
 
 
+def _value(key: str, kind: Callable[[Any], Value], meaning: str) -> Value:
+    """An element of the JSON of a fit (docs/json.md) as a read-only attribute; a number that is missing is NaN."""
+    def get(self: Estimates) -> Any:
+        value = self._json[key]
+        return value if value is not None or kind is str else kind("nan" if kind is float else 0)
+
+    get.__doc__ = meaning
+    get.__annotations__["return"] = kind
+    return cast(Value, property(get))
+
+
 class Estimates:
     """The part of a fit that needs no computation."""
 
@@ -82,15 +95,10 @@ class Estimates:
 
     # What the model is.
 
-    @property
-    def formula(self) -> str:
-        """The formula."""
-        return self._core.formula
-
-    @property
-    def model(self) -> Optional[str]:
-        """Id in the catalogue, or None."""
-        return self._core.model or None
+    formula = _value("formula", str, "The formula.")
+    model = _value("model", str, "Id in the catalogue, or None.")
+    method = _value("method", str, "The method: ols, gnls, lb, foce, focei, laplace or agq.")
+    reml = _value("reml", bool, "Whether it is a fit by restricted maximum likelihood.")
 
     @property
     def parameters(self) -> Dict[str, str]:
@@ -105,22 +113,12 @@ class Estimates:
     @property
     def variance(self) -> str:
         """The variance function, ``"none"`` for a constant variance."""
-        return self._core.variance["text"]
+        return self._core.variance
 
     @property
     def correlation(self) -> str:
         """The correlation of the residuals, such as ``"car1(age)"``; ``"none"`` if they are independent."""
-        return self._core.correlation
-
-    @property
-    def method(self) -> str:
-        """The method: ols, gnls, lb, foce, focei, laplace or agq."""
-        return self._core.method
-
-    @property
-    def reml(self) -> bool:
-        """Whether it is a fit by restricted maximum likelihood."""
-        return self._core.reml
+        return self._json.get("correlation", {}).get("structure", "none")
 
     @property
     def response(self) -> str:
@@ -129,15 +127,8 @@ class Estimates:
 
     # How it was fitted.
 
-    @property
-    def converged(self) -> bool:
-        """Whether the fit reached a maximum; otherwise do not use its estimates."""
-        return self._core.converged
-
-    @property
-    def status(self) -> str:
-        """How the fit ended: ``"converged"``, ``"boundary"``, ``"no_maximum"``, ... (docs/json.md)."""
-        return self._core.status
+    converged = _value("converged", bool, "Whether the fit reached a maximum; otherwise do not use its estimates.")
+    status = _value("status", str, 'How the fit ended: ``"converged"``, ``"boundary"``, ``"no_maximum"``, ... (docs/json.md).')
 
     @property
     def verdict(self) -> str:
@@ -158,16 +149,21 @@ class Estimates:
     # Estimates.
 
     @property
+    def coefficients(self) -> pd.DataFrame:
+        """Estimate, standard error, degrees of freedom, t and p of each coefficient."""
+        return pd.DataFrame.from_dict(self._json["fixed"], "index", float, ["estimate", "se", "df", "t", "p"])
+
+    @property
     def fixed_effects(self) -> pd.Series:
         """Estimates of the coefficients."""
-        return pd.Series(self._core.estimate, self._core.coefficient_names, name="estimate")
+        return self.coefficients["estimate"]
 
     params = fe_params = fixed_effects
 
     @property
     def standard_errors(self) -> pd.Series:
         """Standard errors of the coefficients."""
-        return pd.Series(self._core.standard_errors, self._core.coefficient_names, name="se")
+        return self.coefficients["se"]
 
     bse = bse_fe = standard_errors
 
@@ -182,18 +178,10 @@ class Estimates:
         return self.coefficients["p"]
 
     @property
-    def coefficients(self) -> pd.DataFrame:
-        """Estimate, standard error, degrees of freedom, t and p of each coefficient."""
-        core = self._core
-        return pd.DataFrame({"estimate": core.estimate, "se": core.standard_errors,
-                             "df": core.degrees_of_freedom, "t": core.t_values, "p": core.p_values},
-                            index=core.coefficient_names)
-
-    @property
     def covariance(self) -> pd.DataFrame:
         """Covariance matrix of the coefficients."""
-        names = self._core.coefficient_names
-        return pd.DataFrame(self._core.covariance, names, names)
+        names = list(self._json["fixed"])
+        return pd.DataFrame(self._json["fixed_covariance"], names, names, float)
 
     def cov_params(self) -> pd.DataFrame:
         """`covariance` by statsmodels' name."""
@@ -243,8 +231,7 @@ class Estimates:
     @property
     def variance_components(self) -> pd.Series:
         """Standard deviations and correlations of random effects, parameters of the variance function, sigma."""
-        names = set(self._core.coefficient_names)
-        pairs = [(name, value) for name, value in self._core.parameter_values if name not in names]
+        pairs = [(name, value) for name, value in self._core.parameter_values if name not in self._json["fixed"]]
         return pd.Series([value for _, value in pairs], [name for name, _ in pairs], name="estimate")
 
     @property
@@ -253,15 +240,12 @@ class Estimates:
         found = self._json.get("derived", {})
         return pd.DataFrame(list(found.values()), list(found), ["expression", "estimate", "se", "df"])
 
-    @property
-    def sigma(self) -> float:
-        """Residual standard deviation, the factor of the variance function."""
-        return self._core.sigma
+    sigma = _value("sigma", float, "Residual standard deviation, the factor of the variance function.")
 
     @property
     def scale(self) -> float:
         """The square of sigma."""
-        return self._core.sigma**2
+        return self.sigma**2
 
     def _of_terms(self, what: str) -> Union[pd.DataFrame, Dict[str, pd.DataFrame]]:
         found = []
@@ -281,15 +265,14 @@ class Estimates:
 
     # Numbers on the whole fit.
 
-    @property
-    def nobs(self) -> int:
-        """Number of rows used."""
-        return self._core.observations
-
-    @property
-    def excluded(self) -> int:
-        """Number of rows skipped because a value is missing."""
-        return self._core.excluded
+    nobs = _value("n", int, "Number of rows used.")
+    excluded = _value("excluded", int, "Number of rows skipped because a value is missing.")
+    loglik = llf = _value("log_likelihood", float, "Log-likelihood.")
+    parameter_count = _value("k", int, "Number of estimated parameters, with variances and sigma.")
+    aic = _value("aic", float, "Akaike's information criterion.")
+    aicc = _value("aicc", float, "AIC with the correction for small samples.")
+    bic = _value("bic", float, "Bayesian information criterion with n observations.")
+    bic_groups = _value("bic_groups", float, "BIC with the number of independent groups; NaN without random effects.")
 
     @property
     def groups(self) -> Dict[str, int]:
@@ -297,36 +280,14 @@ class Estimates:
         return {term["group"]: len(term["labels"][0]) for term in self._random_terms}
 
     @property
-    def loglik(self) -> float:
-        """Log-likelihood."""
-        return self._core.log_likelihood
-
-    llf = loglik
+    def df_model(self) -> int:
+        """Number of estimated coefficients; with a coefficient of the intercept statsmodels' least squares have one less."""
+        return int(self.standard_errors.notna().sum())
 
     @property
-    def parameter_count(self) -> int:
-        """Number of estimated parameters, with variances and sigma."""
-        return self._core.parameter_count
-
-    @property
-    def aic(self) -> float:
-        """Akaike's information criterion."""
-        return self._core.aic
-
-    @property
-    def aicc(self) -> float:
-        """AIC with the correction for small samples."""
-        return self._core.aicc
-
-    @property
-    def bic(self) -> float:
-        """Bayesian information criterion with n observations."""
-        return self._core.bic
-
-    @property
-    def bic_groups(self) -> float:
-        """BIC with the number of independent groups; NaN without random effects."""
-        return self._core.bic_groups
+    def df_resid(self) -> int:
+        """Number of rows less that of the estimated coefficients."""
+        return self.nobs - self.df_model
 
     @property
     def statistics(self) -> pd.DataFrame:
@@ -336,7 +297,7 @@ class Estimates:
     @property
     def r2(self) -> pd.Series:
         """Proportions of variance explained by fixed (marginal), and fixed and random effects (conditional)."""
-        return pd.Series({"marginal": self._core.r2_marginal, "conditional": self._core.r2_conditional})
+        return pd.Series({level: self._json[f"r2_{level}"] for level in ("marginal", "conditional")}, dtype=float)
 
     @property
     def rsquared(self) -> float:

@@ -12,7 +12,7 @@ import pandas as pd
 from . import _core, _location
 from ._analysis import analysis
 from ._data import Frame, frame_of
-from ._errors import Error, UsageError, check_text, located_in, warn_of
+from ._errors import UsageError, check_text, located_in, warn_of
 from ._estimates import model_frame
 from ._inference import Inference
 from ._listener import Listener
@@ -52,8 +52,6 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     parameters : str, list of str or dict, optional
         Linear sub-models of parameters, as in R: ``["b ~ 1 + C"]`` or ``{"b": "1 + C"}``. Columns of text and categories are
         factors. Structural indices that are no columns (W, M, U, C, ...) are computed from x, y and dbh.
-    threads : int
-        0: all cores. Results do not depend on it.
     trace : bool
         Print the iterations on standard error.
     **settings
@@ -93,8 +91,9 @@ def fit(formula: str, data: Any, *, parameters: Parameters = None, threads: int 
     if arguments.get("method") in ("ML", "REML"):  # nlme's words
         arguments.update(method=None, reml=arguments["method"] == "REML")
     core, frame = _fitted(arguments, data, trace)
-    warn_of(core, stacklevel=2)
-    return Fit(core, frame, arguments)
+    made = Fit(core, frame, arguments)
+    warn_of(made, stacklevel=2)
+    return made
 
 
 def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Frame]:
@@ -106,9 +105,15 @@ def _fitted(arguments: Dict[str, Any], data: Any, trace: bool) -> Tuple[Any, Fra
     if isinstance(data, Frame):
         _check_kept(data, mentioned)
     frame = model_frame(data, keywords["parameters"], mentioned, response)
+    if not set(names) <= set(frame.names):
+        frame = frame_of(data)  # the message lists all columns
     if keywords.get("bounds"):  # infinite ends are open
         keywords["bounds"] = {name: [None if end is None or np.isinf(end) else end for end in ends] for name, ends in keywords["bounds"].items()}
-    return _run_fit(frame, data, {**keywords, "trace": bool(trace), "catalogue": _location.catalogue() if model else None}), frame
+    # A name of the formula that is no column may be a misspelt one.
+    keywords.update(columns=list(dict.fromkeys([*frame.names, *frame.table.names])), trace=bool(trace),
+                    catalogue=_location.catalogue() if model else None)
+    with located_in(frame.index):
+        return analysis("fit", frame.table, listener=Listener(), **keywords).fits[0][1], frame
 
 
 def formula_of(text: str) -> Tuple[Optional[str], str]:
@@ -131,24 +136,6 @@ def _check_kept(frame: Frame, mentioned: List[str]) -> None:
     if lost:
         raise UsageError(f"the fit has kept only the columns that it uses ({', '.join(frame.table.names)}), not "
                          f"'{lost[0]}'; give the data, update(..., data=trees)", column="data")
-
-
-def _run_fit(frame: Frame, data: Any, keywords: dict) -> Any:
-    listener = Listener()
-    # A name of the formula that is no column may be a misspelt one.
-    keywords = {**keywords, "columns": list(dict.fromkeys([*frame.names, *frame.table.names]))}
-    try:
-        with located_in(frame.index):
-            return analysis("fit", frame.table, listener=listener, **keywords).fits[0][1]
-    except (Error, TypeError):
-        if set(frame.names) <= set(frame.table.names):
-            raise
-        known = set(frame.table.names)
-    # Messages list the columns that there are: with all of them, the same error says more.
-    every = frame_of(data).table
-    table = _core.table(every.rows, frame.table.columns() + [one for one in every.columns() if one[0] not in known])
-    with located_in(frame.index):
-        return analysis("fit", table, listener=listener, **keywords).fits[0][1]
 
 
 class Fit(Predictions, Inference):
@@ -243,8 +230,7 @@ class Fit(Predictions, Inference):
         return Fit(self._core, self._frame, self._arguments)
 
     def __deepcopy__(self, memo: dict) -> "Fit":
-        # Nothing in it changes.
-        return self.__copy__()
+        return self.__copy__()  # nothing in it changes
 
     def __repr__(self) -> str:
         return str(self.summary())

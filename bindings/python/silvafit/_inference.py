@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import warnings
-from typing import List, Optional, Sequence
+from typing import Any, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import pandas as pd
 
 from ._analysis import Result, analysis
-from ._errors import UsageError, check_count, check_number, check_text, located_in
+from ._errors import UsageError, check_number, check_text, located_in
 from ._estimates import Estimates
 from ._listener import Listener
+from ._restrictions import linear_restrictions
+from ._settings import takes
+from ._summary import Shown
+
+#: Texts, rows of numbers, or rows and values.
+Restrictions = Union[str, List[str], Any]
 
 
 class Inference(Estimates):
@@ -58,6 +64,60 @@ class Inference(Estimates):
         found = analysis("term_tests", fits=[self._core], sequential=sequential).frame("terms")
         return found.astype({"df": int}).set_index("term")[["statistic", "p", "df", "df_denominator"]]
 
+    def t_test(self, r_matrix: Restrictions) -> pd.DataFrame:
+        """Test linear combinations of coefficients one by one, by t.
+
+        Parameters
+        ----------
+        r_matrix : str, list of str, array, or tuple
+            As in statsmodels: ``"a = 20, b - 2*c = 0"``, where other names than words stand between backquotes; rows with a
+            number for each coefficient, whose combinations are compared with 0; or a tuple of such rows and the values.
+
+        Returns
+        -------
+        DataFrame
+            A row for each combination: effect, value, se, df, t, p.
+        """
+        rows, values = self._restrictions(r_matrix)
+        effect = rows @ self.fixed_effects.to_numpy()
+        error = np.sqrt(np.einsum("ij,jk,ik->i", rows, self.covariance.fillna(0.0).to_numpy(), rows))
+        tests = [self._joint_test(rows[k:k + 1], values[k:k + 1]) for k in range(len(rows))]
+        return pd.DataFrame({"effect": effect, "value": values, "se": error, "df": [one["df_denominator"] for one in tests],
+                             "t": (effect - values) / error, "p": [one["p"] for one in tests]})
+
+    def wald_test(self, r_matrix: Restrictions) -> pd.Series:
+        """Test linear combinations of coefficients together, by Wald's F; see `t_test`.
+
+        Returns
+        -------
+        Series
+            statistic, p, df and df_denominator.
+        """
+        return self._joint_test(*self._restrictions(r_matrix))
+
+    f_test = wald_test
+
+    def _joint_test(self, rows: np.ndarray, values: np.ndarray) -> pd.Series:
+        found = analysis("term_tests", fits=[self._core], combinations=rows, values=values).frame("terms")
+        return found[["statistic", "p", "df", "df_denominator"]].iloc[0].rename("test")
+
+    def _restrictions(self, r_matrix: Restrictions) -> Tuple[np.ndarray, np.ndarray]:
+        """The rows of combinations, and their values."""
+        names = list(self.fixed_effects.index)
+        if isinstance(r_matrix, str):
+            r_matrix = r_matrix.split(",")
+        if isinstance(r_matrix, list) and r_matrix and all(isinstance(one, str) for one in r_matrix):
+            return linear_restrictions(r_matrix, names)
+        given = r_matrix if isinstance(r_matrix, tuple) else (r_matrix, None)
+        try:
+            rows = np.atleast_2d(np.asarray(given[0], float))
+            values = np.zeros(len(rows)) if given[1] is None else np.broadcast_to(np.asarray(given[1], float), len(rows))
+        except (TypeError, ValueError):
+            rows = values = np.empty((0, 0))
+        if rows.ndim != 2 or rows.shape[1] != len(names) or len(rows) == 0:
+            raise UsageError(f"the combinations need a number for each coefficient: {', '.join(names)}", column="r_matrix")
+        return rows, values
+
     def simulate(self, count: int = 1, seed: int = 1) -> pd.DataFrame:
         """Draw responses from the fit on the design of its data.
 
@@ -69,24 +129,14 @@ class Inference(Estimates):
             With the index of the data, NaN for skipped rows, and columns 0, 1, ... `count` - 1.
         """
         frame = self._own_frame("simulate()")
-        check_count("count", count, 1)
-        check_count("seed", seed, 0, 2**53)
         found = analysis("simulate", frame.table, fits=[self._core], count=count, seed=seed)
         result = np.full((frame.table.rows, count), np.nan)
         result[found.rows] = found.frame("rows").to_numpy()
         return pd.DataFrame(result, frame.rows)
 
-    def bootstrap(
-        self,
-        replicates: int = 500,
-        resample: str = "parametric",
-        *,
-        level: float = 0.95,
-        seed: int = 1,
-        group: Optional[str] = None,
-        threads: int = 0,
-        progress: Optional[bool] = None,
-    ) -> "Bootstrap":
+    @takes("bootstrap")
+    def bootstrap(self, replicates: int = 500, resample: str = "parametric", *, seed: int = 1, threads: int = 0, progress: Optional[bool] = None,
+                  **settings: Any) -> "Bootstrap":
         """Refit to resampled data, for standard errors and intervals of all parameters.
 
         Parameters
@@ -94,43 +144,21 @@ class Inference(Estimates):
         replicates : int
         resample : {"parametric", "cases"}
             Draw responses from the fit, or whole groups with replacement.
-        level : float
-            Of the intervals.
-        seed : int
-            Results depend on the seed, not on the number of threads.
-        group : str, optional
-            Column of the groups that "cases" draws; default: the coarsest of the random effects.
-        threads : int
-            0: all cores.
-        progress : bool, optional
-            Show a bar (tqdm); None: on a terminal.
+        **settings
+            Of the bootstrap (docs/settings.md).
         """
-        frame = self._own_frame("bootstrap()")
-        with Listener(progress) as listener, located_in(frame.index):
-            return Bootstrap(analysis("bootstrap", frame.table, fits=[self._core], listener=listener, replicates=replicates,
-                                      resample=resample, level=level, seed=seed, group=group, threads=threads,
-                                      refit=self._refit_options()))
+        return Bootstrap(self._resampled("bootstrap", progress, replicates=replicates, resample=resample, seed=seed, threads=threads, **settings))
 
-    def cross_validate(
-        self,
-        folds: int = 10,
-        *,
-        group: Optional[str] = None,
-        measured: int = 0,
-        seed: int = 1,
-        threads: int = 0,
-        progress: Optional[bool] = None,
-    ) -> pd.DataFrame:
+    @takes("cross-validation")
+    def cross_validate(self, folds: int = 10, *, seed: int = 1, threads: int = 0, progress: Optional[bool] = None, **settings: Any) -> pd.DataFrame:
         """Predict each group by a fit without it.
 
         Parameters
         ----------
         folds : int
             0: one group at a time.
-        group : str, optional
-            Column of the groups; default: the coarsest of the random effects.
-        measured : int
-            Trees of each left-out group that calibrate the predictions of its other trees.
+        **settings
+            Of cross-validation (docs/settings.md).
 
         Returns
         -------
@@ -139,22 +167,21 @@ class Inference(Estimates):
             data without skipped rows; ``attrs`` has the statistics (r2, mean_error, rmse, mae), the
             mean log predictive density and the folds that failed.
         """
-        frame = self._own_frame("cross_validate()")
-        with Listener(progress) as listener, located_in(frame.index):
-            found = analysis("cross_validate", frame.table, fits=[self._core], listener=listener, folds=folds, group=group,
-                             measured=measured, seed=seed, threads=threads, refit=self._refit_options())
-        result = found.frame("rows", frame.rows[found.rows]).astype({"fold": int}).sort_index(kind="stable")
+        found = self._resampled("cross_validate", progress, folds=folds, seed=seed, threads=threads, **settings)
+        result = found.frame("rows", self._own_frame("cross_validate()").rows[found.rows]).astype({"fold": int}).sort_index(kind="stable")
         result.attrs.update({name: found.json[name] for name in ("population", "mean_log_density", "failed")})
-        if measured > 0:
+        if "calibrated" in result.columns:
             result.attrs["calibrated"] = found.json["calibrated"]["statistics"]
         return result
 
-    def _refit_options(self) -> dict:
-        return {name: self._arguments[name] for name in ("hold", "bounds", "maximum_iterations")
-                if self._arguments.get(name) is not None}
+    def _resampled(self, name: str, progress: Optional[bool], **settings: Any) -> Result:
+        frame = self._own_frame(f"{name}()")
+        refit = {key: self._arguments[key] for key in ("hold", "bounds", "maximum_iterations") if self._arguments.get(key) is not None}
+        with Listener(progress) as listener, located_in(frame.index):
+            return analysis(name, frame.table, fits=[self._core], listener=listener, refit=refit, **settings)
 
 
-class Bootstrap:
+class Bootstrap(Shown):
     """Results of `Fit.bootstrap`.
 
     Attributes
@@ -179,12 +206,11 @@ class Bootstrap:
         self.failures = found.frame("failures").astype(counts)
         self.boundary = found.frame("boundary").astype(counts)
 
-    def __repr__(self) -> str:
-        return f"{self.converged} of {self.replicates} replicates converged\n{self.parameters}"
+    def _shown(self) -> pd.DataFrame:
+        return self.parameters
 
-    def _repr_html_(self) -> str:
-        return (f"<p>{self.converged} of {self.replicates} replicates converged</p>"
-                + self.parameters.to_html())
+    def _note(self) -> str:
+        return f"{self.converged} of {self.replicates} replicates converged"
 
 
 def compare(*fits: Estimates, names: Optional[Sequence[str]] = None) -> pd.DataFrame:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence
 import numpy as np
 import pandas as pd
 
+from ._data import text_of
 from ._errors import UsageError
 from ._words import word
 
@@ -71,7 +72,7 @@ def _chosen_groups(data: pd.DataFrame, columns: List[str], groups: Optional[Sequ
         return chosen.sort_values(columns).reset_index(drop=True)
     every = sizes.index.to_frame(index=False)
     wanted = {"/".join(map(str, group)) if isinstance(group, tuple) else str(group) for group in groups}
-    labels = every[columns].apply(lambda column: column.map(lambda value: str(_plain(value)))).agg("/".join, axis=1)
+    labels = every[columns].apply(lambda column: column.map(text_of)).agg("/".join, axis=1)
     found = every[labels.isin(wanted)]
     if len(found) < len(wanted):
         missing = sorted(wanted - set(labels))
@@ -103,13 +104,8 @@ def _draw_group(fit: "Fit", ax: Any, data: pd.DataFrame, x: str, group: dict, co
     own = data[np.logical_and.reduce([data[name] == value for name, value in group.items()])]
     grid = _grid(own, x)
     ax.plot(own[x], own[fit.response], ".", color=color, alpha=0.5, markersize=4)
-    label = " / ".join(str(_plain(value)) for value in group.values())
+    label = " / ".join(text_of(value) for value in group.values())
     ax.plot(grid[x], fit.predict(grid, level="conditional"), color=color, label=label)
-
-
-def _plain(value: Any) -> Any:
-    """Labels of groups that are whole numbers, without decimals."""
-    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _residuals(fit: "Fit", ax: Any, residual: str = "pearson", level: str = "conditional") -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ._analysis import Result, analysis
-from ._data import Frame, data_frame, restored_labels
+from ._data import Frame, restored_labels
 from ._errors import InputError, check_text, located_in
 from ._estimates import Estimates
 from ._words import word
@@ -72,14 +72,13 @@ class Predictions(Estimates):
             frame = self._frame_for(data, needs_response=level == "calibrated")
             if level == "conditional":
                 self._check_groups(frame)
-            if level == "calibrated":
-                self._check_measured(frame)
         with located_in(frame.index):
-            found = analysis("predict", frame.table, fits=[self._core], level=level, coverage=coverage if interval else None,
-                             interval=word("interval", interval, is_optional=True), standard_errors=standard_errors,
-                             new_groups=new_groups, seen_groups=seen_groups, threads=threads).frame("rows", frame.rows)
-        if new_groups is None and level == "conditional" and self._random_terms:
-            self._warn_of_new_groups(frame, found["is_new_group"].to_numpy(dtype=bool))
+            result = analysis("predict", frame.table, fits=[self._core], level=level, coverage=coverage if interval else None,
+                              interval=word("interval", interval, is_optional=True), standard_errors=standard_errors,
+                              new_groups=new_groups, seen_groups=seen_groups, threads=threads)
+        if new_groups is None and result.json["new_groups"]:
+            warnings.warn(result.json["new_groups"], stacklevel=2)
+        found = result.frame("rows", frame.rows)
         if interval is None and not standard_errors:
             return found["value"].rename(self.response)
         columns = ["value", *(["lower", "upper"] if interval else []), *(["standard_error"] if standard_errors else [])]
@@ -112,19 +111,6 @@ class Predictions(Estimates):
                     raise InputError(f"unknown column; available: {', '.join(frame.table.names)}. Without the column of "
                                      "the groups use level='population'", column=column)
 
-    def _warn_of_new_groups(self, frame: Frame, is_new: np.ndarray) -> None:
-        """Groups that are not in the fit have no random effects: what their predictions are is said."""
-        columns = self._random_terms[-1]["columns"]
-        table = data_frame(frame.table, labels=frame.labels)
-        labels = table.loc[is_new, columns].drop_duplicates()
-        if labels.empty:
-            return
-        names = [" / ".join("missing" if pd.isna(value) else str(value) for value in row)
-                 for row in labels.itertuples(index=False)]
-        shown = ", ".join(names[:5] + (["..."] if len(names) > 5 else []))
-        warnings.warn(f"{int(is_new.sum())} rows are of groups that are not in the fit ({'/'.join(columns)} {shown}): their "
-                      "predictions have random effects 0; new_groups has other choices", stacklevel=3)
-
     def calibrate(self, data: Any, seen_groups: str = "new", threads: int = 1) -> pd.DataFrame:
         """Random effects of the groups in new data from their measured trees, without a refit.
 
@@ -141,7 +127,6 @@ class Predictions(Estimates):
             A row for each group: the number of measured trees, and the random effects.
         """
         frame = self._frame_for(data)
-        self._check_measured(frame)
         check_text("seen_groups", seen_groups, is_optional=False)
         with located_in(frame.index):
             found = analysis("calibrate", frame.table, fits=[self._core], seen_groups=seen_groups, threads=threads).frame("groups")
@@ -150,17 +135,6 @@ class Predictions(Estimates):
         if len(columns) == 1:
             labels = restored_labels(labels, frame.labels.get(columns[0]))
         return found.astype({"measured": int}).set_axis(pd.Index(labels, name="/".join(columns)), axis=0)
-
-    def _check_measured(self, frame: Frame) -> None:
-        """Calibration is by the measured response, so that a missing column or text is an error."""
-        values = dict(frame.table.columns()).get(self.response)
-        if values is None:
-            raise InputError("calibration needs this column, with NaN where it was not measured", column=self.response)
-        if isinstance(values, tuple):
-            if (values[0] >= 0).any():
-                raise InputError("this column holds text, but calibration needs numbers", column=self.response)
-        elif np.isinf(values).any():
-            raise InputError("a value is infinite; use NaN where it was not measured", column=self.response)
 
     def fitted(self, level: str = "conditional") -> pd.Series:
         """Fitted values of a level, "population" or "conditional", with the index of the data; NaN for skipped rows."""

@@ -17,6 +17,10 @@ _TYPES = {"plots": "Any", "equations": "Union[str, Sequence[str], Mapping[str, s
           "circles": "Union[Sequence[str], Mapping[float, float]]", "lod": "Union[int, Sequence[int]]",
           "covariance": "Union[str, Sequence[str]]", "start": "Union[Mapping[str, float], Series]"}
 
+#: Arguments that mean the same in all functions.
+_COMMON = {"threads": "threads : int\n    0: all cores. Results do not depend on it.", "seed": "seed : int\n    Of the random numbers.",
+           "progress": "progress : bool, optional\n    Show a bar (tqdm); None: on a terminal."}
+
 
 def _annotation(key: str, kind: str, preset: Any, choices: List[str]) -> str:
     kind = _TYPES.get(key, f"Literal[{', '.join(map(repr, choices))}]" if choices else kind)
@@ -46,7 +50,8 @@ def takes(*lists: str) -> Callable[[Function], Function]:
         setattr(function, "__signature__", signature.replace(parameters=own + further))
         head, tail = (inspect.getdoc(function) or "").split(f"**{last.name}\n", 1)
         rest = tail.split("\n\n", 1)
-        function.__doc__ = "\n".join([head.rstrip(), *map(_described, settings)]) + "".join(f"\n\n{part}" for part in rest[1:])
+        common = [text for name, text in _COMMON.items() if name in names]
+        function.__doc__ = "\n".join([head.rstrip(), *common, *map(_described, settings)]) + "".join(f"\n\n{part}" for part in rest[1:])
         return function
 
     return decorated

@@ -16,6 +16,7 @@ from ._errors import UsageError, located_in
 from ._fit import Fit
 from ._listener import Listener
 from ._settings import takes
+from ._summary import Shown
 from ._windows import window_arguments
 
 Path = Union[str, os.PathLike]
@@ -53,10 +54,6 @@ def structural_units(
         usual other names and units are recognized (docs/inventory.md).
     window : path, shapely polygon, or GeoDataFrame with a column plot, optional
         The area in which all trees were measured. Default: the convex hull of each plot.
-    threads : int
-        0: all cores.
-    progress : bool, optional
-        Show a bar (tqdm); None: on a terminal.
     **settings
         Of structural units, the table and sampled plots (docs/settings.md). plots is a DataFrame or path; circles may be {7: 4, 30: 12}.
 
@@ -73,7 +70,7 @@ def structural_units(
     return result
 
 
-class Stand:
+class Stand(Shown):
     """Stand tables, as `stand_summary` returns them.
 
     Attributes
@@ -90,26 +87,12 @@ class Stand:
 
     def __init__(self, found: Result, notes: List[str]):
         self.tables: Dict[str, pd.DataFrame] = {name: found.frame(name) for name in found.tables}
+        self.plots, self.species, self.diameters = (self.tables[name] for name in ("plots", "species", "diameters"))
         self.summary: dict = found.json
         self.notes = notes
 
-    @property
-    def plots(self) -> pd.DataFrame:
-        return self.tables["plots"]
-
-    @property
-    def species(self) -> pd.DataFrame:
-        return self.tables["species"]
-
-    @property
-    def diameters(self) -> pd.DataFrame:
-        return self.tables["diameters"]
-
-    def __repr__(self) -> str:
-        return repr(self.plots)
-
-    def _repr_html_(self) -> str:
-        return "<h4>Plots</h4>" + self.plots.to_html() + "<h4>Species</h4>" + self.species.to_html()
+    def _shown(self) -> pd.DataFrame:
+        return self.plots
 
 
 @takes("stand", "units", "reading", "sampling", "equations")
@@ -118,7 +101,7 @@ def stand_summary(trees: Any, window: Any = None, *, threads: int = 0, **setting
 
     Parameters
     ----------
-    trees, window, threads
+    trees, window
         As in `structural_units`.
     **settings
         Of stand figures, structural units, the table, sampled plots and equations (docs/settings.md). equations may be {"A": "taper"}.
@@ -136,7 +119,7 @@ def stand_growth(trees: Any, window: Any = None, *, threads: int = 0, **settings
     trees : DataFrame, dict of arrays, or path of a CSV file
         A row for each tree and time, with a column year or date; a column of the status says which
         trees are dead or cut (docs/plots.md).
-    window, threads
+    window
         As in `structural_units`.
     **settings
         As in `stand_summary`.
@@ -162,7 +145,6 @@ def impute(trees: Any, response: str = "h", *, seed: int = 1, threads: int = 0, 
     ----------
     trees : DataFrame, dict of arrays, or path of a CSV file
     response : str
-    seed, threads : int
     **settings
         Of imputation and the table (docs/settings.md).
 
@@ -209,7 +191,7 @@ def _with_columns(trees: Any, columns: pd.DataFrame, rows: Any) -> pd.DataFrame:
     return result
 
 
-class Library:
+class Library(Shown):
     """Models by species and response, for prediction; as `read_library` and `study` return them.
 
     Attributes
@@ -251,8 +233,6 @@ class Library:
         trees : DataFrame, dict of arrays, or path of a CSV file
         level, interval, coverage
             As in `Fit.predict`.
-        threads : int
-            0: all cores.
         **settings
             Of predictions, the table and equations (docs/settings.md). ``columns={"C": "C"}`` computes an index as in the study.
 
@@ -281,12 +261,6 @@ class Library:
     def __setstate__(self, state: dict) -> None:
         self._core = _core.Library.from_json(state["json"])
 
-    def __repr__(self) -> str:
-        return repr(self._shown())
-
-    def _repr_html_(self) -> str:
-        return self._shown().to_html()
-
     def _shown(self) -> pd.DataFrame:
         models = self.models
         models["model"] = [one.model or one.formula for one in models.pop("fit")]
@@ -304,7 +278,7 @@ def read_library(name_or_file: Path) -> Library:
     return Library(_core.Library.read(os.fspath(name_or_file), _location.models_directory()))
 
 
-class Study:
+class Study(Shown):
     """A study, as `study` returns it.
 
     Attributes
@@ -330,11 +304,8 @@ class Study:
         self.out = pathlib.Path(out) if out else None
         self.report = self.out / "report.html" if self.out else None
 
-    def __repr__(self) -> str:
-        return repr(self._shown()) + (f"\nreport: {self.report}" if self.report else "")
-
-    def _repr_html_(self) -> str:
-        return self._shown().to_html() + (f"<p>Report: {self.report}</p>" if self.report else "")
+    def _note(self) -> str:
+        return f"Report: {self.report}" if self.report else ""
 
     def _shown(self) -> pd.DataFrame:
         columns = ["species", "response", "n", "model", "covariates", "random", "variance", "r2_ols", "r2_nlme",
@@ -364,10 +335,6 @@ def study(
     settings : path or dict, optional
         A study.json, or its keys as a dict (docs/study.md); `options` have priority.
     window : path, shapely polygon, or GeoDataFrame, optional
-    threads : int
-        0: all cores.
-    progress : bool, optional
-        Show a bar (tqdm); None: on a terminal.
     **options
         Keys of study.json; plots and circles also as in `structural_units`.
 

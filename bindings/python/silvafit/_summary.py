@@ -1,8 +1,27 @@
 # SPDX-License-Identifier: MIT
-"""Fits as text, which is that of the program."""
+"""How results are shown: fits as the text of the program, others as their main table."""
 from __future__ import annotations
 
 import html
+
+import pandas as pd
+
+
+class Shown:
+    """A result that is shown as a table, also in a notebook."""
+
+    def _shown(self) -> pd.DataFrame:
+        raise NotImplementedError
+
+    def _note(self) -> str:
+        """A line beside the table."""
+        return ""
+
+    def __repr__(self) -> str:
+        return "\n".join(filter(None, [repr(self._shown()), self._note()]))
+
+    def _repr_html_(self) -> str:
+        return self._shown().to_html() + (f"<p>{html.escape(self._note())}</p>" if self._note() else "")
 
 
 class Summary:

@@ -7,16 +7,12 @@ import os
 import pathlib
 import tempfile
 import webbrowser
-from typing import Any, Optional, Union
+from typing import Any, Optional
 
 from . import _location
-from ._analysis import analysis
-from ._data import source_of
-from ._errors import located_in
-from ._listener import Listener
 from ._settings import takes
+from ._studies import Path, _run
 
-Path = Union[str, os.PathLike]
 _SCENES = (".glb", ".gltf", ".obj", ".ply")
 
 
@@ -30,9 +26,6 @@ def grow(trees: Any, out: Path, *, seed: int = 1, threads: int = 0, progress: Op
         Columns plot, tree, species, dbh [cm], h, hcb, cw [m], and x, y [m] for a scene.
     out : path
         A file (.glb, .gltf, .obj, .ply) of all trees at their positions, or a folder of one file per tree.
-    seed, threads : int
-    progress : bool, optional
-        Show a bar (tqdm); None: on a terminal.
     **settings
         Of trees and scenes, and the table (docs/settings.md).
 
@@ -41,11 +34,9 @@ def grow(trees: Any, out: Path, *, seed: int = 1, threads: int = 0, progress: Op
     dict
         What was written: the JSON of ``silvafit grow`` (docs/json.md).
     """
-    source, frame = source_of(trees)
     path = pathlib.Path(out)
     files = {"scene" if path.suffix.lower() in _SCENES else "out": str(path)}
-    with Listener(progress) as listener, located_in(None if frame is None else frame.rows):
-        return analysis("grow", source, listener=listener, seed=seed, threads=threads, **files, **settings).json
+    return _run("grow", trees, settings, progress=progress, seed=seed, threads=threads, **files)[0].json
 
 
 class View:
@@ -106,15 +97,13 @@ def view(
     title : str, optional
     height : int
         Height of the frame in a notebook [pixels].
-    seed, threads : int
     **settings
         Of the 3D page and the table (docs/settings.md).
     """
-    source, frame = source_of(trees)
     _location.page("scene.html")
-    with tempfile.TemporaryDirectory() as folder, located_in(None if frame is None else frame.rows):
+    with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(out) if out is not None else pathlib.Path(folder) / "view.html"
-        found = analysis("view", source, listener=Listener(), file=path, seed=seed, threads=threads, **settings,
-                         title=title or ("Stand" if frame is not None else None))
+        is_file = isinstance(trees, (str, os.PathLike))
+        found, _, _ = _run("view", trees, settings, file=path, seed=seed, threads=threads, title=title or (None if is_file else "Stand"))
         text = path.read_text(encoding="utf-8")
     return View(text, None if out is None else path, found.json, height)

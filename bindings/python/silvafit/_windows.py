@@ -1,44 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Windows: files, polygons of shapely, and frames of geopandas."""
+"""Windows: files, polygons of shapely, and frames of geopandas, as texts."""
 from __future__ import annotations
 
 import os
-from typing import Any, Dict, List
+from typing import Any
 
-import numpy as np
 import pandas as pd
 
-from ._data import check_projected
+from ._data import check_projected, text_of
 from ._errors import UsageError
-
-#: The plot or None, and polygons: lists of rings, the outer one first.
-Window = Dict[str, Any]
-
-
-def _polygons(shape: Any) -> List[List[np.ndarray]]:
-    kind = getattr(shape, "geom_type", None)
-    if kind == "MultiPolygon":
-        return [rings for part in shape.geoms for rings in _polygons(part)]
-    if kind != "Polygon":
-        raise UsageError(f"a window is a Polygon or a MultiPolygon, not {kind or type(shape).__name__}",
-                         column="window")
-    rings = [shape.exterior, *shape.interiors]
-    return [[np.asarray(ring.coords, dtype=np.float64)[:, :2] for ring in rings]]
-
-
-def _label(value: Any) -> str:
-    return str(int(value)) if isinstance(value, (float, np.floating)) and float(value).is_integer() else str(value)
-
-
-def _windows_of_frame(frame: Any) -> List[Window]:
-    check_projected(frame.geometry)
-    if "plot" not in frame.columns:
-        return [{"polygons": [rings for shape in frame.geometry for rings in _polygons(shape)]}]
-    windows: dict = {}
-    for plot, shape in zip(frame["plot"], frame.geometry):
-        key = None if pd.isna(plot) else _label(plot)
-        windows.setdefault(key, []).extend(_polygons(shape))
-    return [{"plot": plot, "polygons": polygons} for plot, polygons in windows.items()]
 
 
 def window_arguments(window: Any) -> dict:
@@ -53,7 +23,17 @@ def window_arguments(window: Any) -> dict:
         return {}
     if isinstance(window, (str, os.PathLike)):
         return {"window": os.fspath(window)}
-    if hasattr(window, "crs") and hasattr(window, "geometry"):
-        frame = window if isinstance(window, pd.DataFrame) else window.to_frame("geometry")
-        return {"windows": _windows_of_frame(frame)}
-    return {"windows": [{"polygons": _polygons(window)}]}
+    is_frame = hasattr(window, "crs") and hasattr(window, "geometry")
+    if is_frame:
+        check_projected(window.geometry)
+    shapes = list(window.geometry) if is_frame else [window]
+    for shape in shapes:
+        if getattr(shape, "geom_type", None) not in ("Polygon", "MultiPolygon"):
+            raise UsageError(f"a window is a Polygon or a MultiPolygon, not {getattr(shape, 'geom_type', type(shape).__name__)}",
+                             column="window")
+    from shapely import wkt  # the polygons are of it
+
+    windows = {"wkt": [wkt.dumps(shape, output_dimension=2) for shape in shapes]}
+    if is_frame and "plot" in getattr(window, "columns", ()):
+        windows["plot"] = [None if pd.isna(plot) else text_of(plot) for plot in window["plot"]]
+    return {"windows": windows}

@@ -4,26 +4,13 @@
 #include <exception>
 #include <string>
 
-#include "silvafit/base/error.hpp"
-#include "silvafit/base/io_error.hpp"
+#include "silvafit/study/error_kind.hpp"
 #include "silvafit/study/setting_names.hpp"
 
 namespace silvafit::python {
 namespace {
 
 namespace py = pybind11;
-
-/// From the most special to the base.
-const char* class_of(const Error& error) {
-  if (dynamic_cast<const FormulaError*>(&error) != nullptr) return "FormulaError";
-  if (dynamic_cast<const UsageError*>(&error) != nullptr) return "UsageError";
-  if (dynamic_cast<const DomainError*>(&error) != nullptr) return "DomainError";
-  if (dynamic_cast<const InputError*>(&error) != nullptr) return "InputError";
-  if (dynamic_cast<const NumericalError*>(&error) != nullptr) return "NumericalError";
-  if (dynamic_cast<const GeometryError*>(&error) != nullptr) return "GeometryError";
-  if (dynamic_cast<const IoError*>(&error) != nullptr) return "FileError";
-  return "Error";
-}
 
 void raise(const Error& error) {
   const Place& place = error.place();
@@ -40,7 +27,8 @@ void raise(const Error& error) {
   if (const auto* const formula = dynamic_cast<const FormulaError*>(&error)) {
     where["position"] = formula->position();
   }
-  const py::object type = py::module_::import("silvafit._errors").attr(class_of(error));
+  const py::object types = py::module_::import("silvafit._errors").attr("KINDS");
+  const py::object type = types[py::str(std::string(study::error_kind(error)))];
   const py::object exception = type(in_words_of_python(error.message()), **where);
   PyErr_SetObject(type.ptr(), exception.ptr());
 }

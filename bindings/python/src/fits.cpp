@@ -2,7 +2,6 @@
 #include "fits.hpp"
 
 #include <fmt/format.h>
-#include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
 #include <string>
@@ -16,6 +15,7 @@
 #include "silvafit/fit/summary.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/column_uses.hpp"
+#include "silvafit/study/predict_responses.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "tables.hpp"
 
@@ -36,23 +36,6 @@ py::tuple uses(const std::string& formula,
   return py::make_tuple(std::vector<std::string>(found.as_numbers.begin(), found.as_numbers.end()),
                         std::vector<std::string>(found.as_names.begin(), found.as_names.end()),
                         fit::response_of(formula));
-}
-
-/// All columns that a fit reads for predictions.
-std::vector<std::string> columns_of(const fit::FittedModel& fit) {
-  std::vector<std::string> columns = fit.specification.label_columns();
-  const std::vector<std::string> predictors = fit.specification.predictors();
-  columns.insert(columns.end(), predictors.begin(), predictors.end());
-  for (const fit::VarianceFactor& factor : fit.specification.variance.factors) {
-    for (const std::string& name : {factor.column, factor.stratum}) {
-      if (!name.empty()) columns.push_back(name);
-    }
-  }
-  if (const auto& correlation = fit.specification.correlation) {
-    columns.insert(columns.end(), correlation->columns.begin(), correlation->columns.end());
-    if (!correlation->group.empty()) columns.push_back(correlation->group);
-  }
-  return columns;
 }
 
 /// Structural indices that sub-models read and the columns lack, as far as positions are known.
@@ -85,18 +68,6 @@ std::string random_text(const fit::FittedModel& fit) {
   return text;
 }
 
-py::dict variance_of(const fit::FittedModel& fit) {
-  py::dict result;
-  result["text"] = fit.specification.variance.text();
-  result["delta"] = fit.variance.delta();
-  result["constant"] = fit.variance.constant();
-  return result;
-}
-
-std::string correlation_of(const fit::FittedModel& fit) {
-  return fit.specification.correlation ? fit.specification.correlation->text() : "none";
-}
-
 py::list parameters_of(const fit::FittedModel& fit) {
   py::list result;
   for (const fit::NamedValue& value : fit::parameter_values(fit)) {
@@ -120,40 +91,12 @@ py::list models_of(const study::Catalogue& catalogue) {
   return result;
 }
 
-/// Values that are the same for all fits.
-void add_values(py::class_<fit::FittedModel, FitPointer>& fit) {
-  using fit::FittedModel;
-  fit.def_readonly("model", &FittedModel::model)
-      .def_readonly("reml", &FittedModel::reml)
-      .def_readonly("observations", &FittedModel::observations)
-      .def_readonly("excluded", &FittedModel::excluded)
-      .def_readonly("coefficient_names", &FittedModel::coefficient_names)
-      .def_readonly("estimate", &FittedModel::estimate)
-      .def_readonly("covariance", &FittedModel::covariance)
-      .def_readonly("degrees_of_freedom", &FittedModel::degrees_of_freedom)
-      .def_readonly("sigma", &FittedModel::sigma)
-      .def_readonly("log_likelihood", &FittedModel::log_likelihood)
-      .def_readonly("parameter_count", &FittedModel::parameter_count)
-      .def_readonly("r2_marginal", &FittedModel::r2_marginal)
-      .def_readonly("r2_conditional", &FittedModel::r2_conditional)
-      .def_readonly("seconds", &FittedModel::seconds)
-      .def_property_readonly("aic", &FittedModel::aic)
-      .def_property_readonly("aicc", &FittedModel::aicc)
-      .def_property_readonly("bic", &FittedModel::bic)
-      .def_property_readonly("bic_groups", &FittedModel::bic_groups)
-      .def_property_readonly("standard_errors", &FittedModel::standard_errors)
-      .def_property_readonly("t_values", &FittedModel::t_values)
-      .def_property_readonly("p_values", &FittedModel::p_values);
-}
-
 }  // namespace
 
 void add_fits(py::module_& module) {
   using fit::FittedModel;
-  py::class_<FittedModel, FitPointer> fit(module, "Fit");
-  add_values(fit);
-  fit.def_property_readonly("formula",
-                            [](const FittedModel& self) { return self.specification.formula.text; })
+  // All other content is that of the JSON.
+  py::class_<FittedModel, FitPointer>(module, "Fit")
       .def_property_readonly(
           "response", [](const FittedModel& self) { return self.specification.formula.left; })
       .def_property_readonly("response_columns",
@@ -162,14 +105,6 @@ void add_fits(py::module_& module) {
                              })
       .def_property_readonly(
           "predictors", [](const FittedModel& self) { return self.specification.predictors(); })
-      .def_property_readonly("method",
-                             [](const FittedModel& self) { return fit::method_text(self.method); })
-      .def_property_readonly("converged",
-                             [](const FittedModel& self) { return self.convergence.converged(); })
-      .def_property_readonly("status",
-                             [](const FittedModel& self) {
-                               return std::string(fit::status_text(self.convergence.status));
-                             })
       .def_property_readonly(
           "verdict",
           [](const FittedModel& self) { return in_words_of_python(self.convergence.verdict); })
@@ -177,9 +112,11 @@ void add_fits(py::module_& module) {
           "summary", [](const FittedModel& self) { return in_words_of_python(fit::summary(self)); })
       .def_property_readonly("has_doubts",
                              [](const FittedModel& self) { return self.convergence.has_doubts(); })
-      .def_property_readonly("variance", &variance_of)
-      .def_property_readonly("correlation", &correlation_of)
-      .def_property_readonly("columns", &columns_of)
+      .def_property_readonly(
+          "variance", [](const FittedModel& self) { return self.specification.variance.text(); })
+      .def_property_readonly(
+          "columns",
+          [](const FittedModel& self) { return study::columns_read(self.specification); })
       .def_property_readonly("random_text", &random_text)
       .def_property_readonly("parameter_values", &parameters_of)
       .def(

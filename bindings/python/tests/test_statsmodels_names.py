@@ -75,6 +75,38 @@ def test_mixed_fits_have_the_names_too(mixed, stands):
     assert (prediction.conf_int(obs=True)["upper"] > prediction.conf_int()["upper"]).all()
 
 
+def test_combinations_of_coefficients_are_tested(linear, expected, mixed):
+    reference = expected["log_h"]
+    beta, covariance = np.array(reference["params"]), np.array(reference["cov_params"])
+    assert (linear.df_model, linear.df_resid) == (2, linear.nobs - 2)
+    # Each coefficient alone is the row of the table of lm().
+    alone = linear.t_test(np.eye(2))
+    assert alone["t"].to_numpy() == pytest.approx(reference["tvalues"], rel=LINEAR)
+    assert alone["p"].to_numpy() == pytest.approx(reference["pvalues"], rel=1e-6, abs=1e-300)
+    # b = 0.5 and a - 2 b = 1 by hand: the difference from the value, and the error by L V L'.
+    rows, values = np.array([[0.0, 1.0], [1.0, -2.0]]), np.array([0.5, 1.0])
+    tests = linear.t_test("b = 0.5, a - 2*b = 1")
+    assert tests["effect"].to_numpy() == pytest.approx(rows @ beta, rel=LINEAR)
+    error = np.sqrt(np.diag(rows @ covariance @ rows.T))
+    assert tests["t"].to_numpy() == pytest.approx((rows @ beta - values) / error, rel=1e-8)
+    assert linear.t_test((rows, values)).equals(tests) and (tests["df"] == linear.df_resid).all()
+    difference = rows @ beta - values
+    joint = linear.wald_test(["b = 0.5", "a - 2*b = 1"])
+    assert joint["statistic"] == pytest.approx(difference @ np.linalg.solve(rows @ covariance @ rows.T, difference) / 2, rel=1e-7)
+    assert (joint["df"], joint["df_denominator"]) == (2, linear.df_resid)
+    assert linear.wald_test("b").equals(linear.f_test("b = 0"))
+    assert linear.wald_test("b")["statistic"] == pytest.approx(reference["tvalues"][1] ** 2, rel=LINEAR)
+    terms = mixed.update(parameters={"a": "species"}, data=mixed.data.assign(species=np.where(mixed.data.index % 2, "A", "B")))
+    name = next(name for name in terms.params.index if "species" in name)
+    assert terms.t_test(f"`{name}` = 0")["t"][0] == pytest.approx(terms.tvalues[name])
+    for text, match in (("b*b = 1", "multiplied by numbers"), ("c = 1", "unknown name 'c'"), ("a = b = 1", "several ="), ("a +", "cannot be read"),
+                        ("exp(a)", "may have")):
+        with pytest.raises(sf.UsageError, match=match):
+            linear.t_test(text)
+    with pytest.raises(sf.UsageError, match="a number for each coefficient: a, b"):
+        linear.t_test(np.eye(3))
+
+
 def test_expressions_are_responses(linear, stands):
     column = sf.fit("log_h ~ a + b*log(dbh)", stands.assign(log_h=np.log(stands["h"])))
     assert linear.response == "log(h)" and column.params.equals(linear.params)

@@ -56,6 +56,17 @@ arguments_of_control <- function(control) {
   c(if (length(iterations) > 0) list(max_iterations = iterations[1]), if (!is.null(trace)) list(trace = trace))
 }
 
+# A method that refuses arguments in its `...`.
+#
+# \param also,instead  as in no_further()
+strict <- function(method, also = character(), instead = character()) {
+  body(method) <- bquote({
+    no_further(list(...), .(also), .(instead))
+    .(body(method))
+  })
+  method
+}
+
 # Stops if the caller got arguments in its `...`. The suggestion is the argument that accepts the value, or the nearest name.
 #
 # \param given     list(...) of the caller
@@ -93,15 +104,9 @@ argument_with_value <- function(value, accepted) {
 }
 
 near_argument <- function(name, available) {
-  if (length(available) == 0) return(character())
-  slips <- drop(utils::adist(name, available, ignore.case = TRUE))
   # A name that is part of another one, such as data and newdata.
-  is_part <- vapply(available, function(one) nchar(name) > 2 && grepl(name, one, fixed = TRUE), logical(1))
-  slips[is_part] <- 0
-  # Letters in another order are one slip, as levle for level.
-  letters_of <- function(one) paste(sort(strsplit(tolower(one), "")[[1]]), collapse = "")
-  slips[vapply(available, letters_of, "") == letters_of(name)] <- 1
-  if (min(slips) <= max(1, nchar(name) %/% 3)) available[which.min(slips)] else character()
+  part <- if (nchar(name) > 2) grep(name, available, fixed = TRUE, value = TRUE)
+  if (length(part) > 0) part[1] else Filter(nzchar, .Call(C_nearest_name, name, available))
 }
 
 # Names that plots of graphics accept.

@@ -25,9 +25,7 @@
 NULL
 
 #' @rdname broom-methods
-#' @exportS3Method generics::tidy
-tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE, conf.level = 0.95, conf.method = "wald", ...) {
-  no_further(list(...))
+tidy.silvafit <- strict(function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE, conf.level = 0.95, conf.method = "wald", ...) {
   check_flag(conf.int, "conf.int")
   effects <- match.arg(effects, c("fixed", "ran_pars", "ran_vals", "ran_coefs"), several.ok = TRUE)
   of_groups <- intersect(effects, c("ran_vals", "ran_coefs"))
@@ -52,13 +50,11 @@ tidy.silvafit <- function(x, effects = c("fixed", "ran_pars"), conf.int = FALSE,
   row.names(result) <- NULL
   if (conf.int) {
     intervals <- parameter_intervals(x, conf.level, tolower(conf.method))
-    at <- c(if ("fixed" %in% effects) match(rownames(table), intervals$name),
-            if ("ran_pars" %in% effects) which(intervals$kind %in% c("standard deviation", "correlation", "sigma"))[order_of_components(x, intervals)])
-    result$conf.low <- intervals$lower[at]
-    result$conf.high <- intervals$upper[at]
+    at <- c(if ("fixed" %in% effects) rownames(table), if ("ran_pars" %in% effects) names_of_components(x))
+    result[c("conf.low", "conf.high")] <- as.data.frame(intervals)[match(at, intervals$name), c("lower", "upper")]
   }
   as_tibble_if_there(result)
-}
+})
 
 # A row for each group and effect, or coefficient.
 tidy_groups <- function(x, kind) {
@@ -73,30 +69,23 @@ tidy_groups <- function(x, kind) {
   do.call(rbind, parts)
 }
 
-# The intervals of standard deviations and correlations in the order of as.data.frame(VarCorr(x)).
-order_of_components <- function(x, intervals) {
-  chosen <- intervals$kind %in% c("standard deviation", "correlation", "sigma")
-  names <- intervals$name[chosen]
+# The names that intervals have for the rows of as.data.frame(VarCorr(x)).
+names_of_components <- function(x) {
   components <- as.data.frame(VarCorr(x))
   suffix <- if (length(grouping_counts(x)) > 1) paste0(" | ", components$grp) else ""
-  wanted <- ifelse(is.na(components$var1), "sigma",
-                   ifelse(is.na(components$var2), paste0("sd(", components$var1, suffix, ")"),
-                          paste0("cor(", components$var1, ", ", components$var2, suffix, ")")))
-  match(wanted, names)
+  ifelse(is.na(components$var1), "sigma", ifelse(is.na(components$var2), paste0("sd(", components$var1, suffix, ")"),
+                                                 paste0("cor(", components$var1, ", ", components$var2, suffix, ")")))
 }
 
 #' @rdname broom-methods
-#' @exportS3Method generics::glance
-glance.silvafit <- function(x, ...) {
-  no_further(list(...))
+glance.silvafit <- strict(function(x, ...) {
   as_tibble_if_there(data.frame(
     sigma = sigma(x), logLik = as.numeric(logLik(x)), AIC = number_or_na(x$fit$aic), BIC = number_or_na(x$fit$bic), nobs = nobs(x),
     df.residual = df.residual(x), method = x$fit$method, converged = x$fit$converged,
     r2.marginal = number_or_na(x$fit$r2_marginal), r2.conditional = number_or_na(x$fit$r2_conditional)))
-}
+})
 
 #' @rdname broom-methods
-#' @exportS3Method generics::augment
 augment.silvafit <- function(x, data = NULL, newdata = NULL, ...) {
   if (!is.null(newdata)) {
     predicted <- stats::predict(x, newdata, ...)
@@ -120,7 +109,6 @@ augment.silvafit <- function(x, data = NULL, newdata = NULL, ...) {
 
 #' @rdname broom-methods
 #' @param model a fit of [silvafit()]
-#' @exportS3Method ggplot2::fortify
 fortify.silvafit <- function(model, data = NULL, ...) {
   frame <- as.data.frame(augment.silvafit(model, data, ...))
   names(frame)[names(frame) == ".std.resid"] <- ".stdresid"
@@ -156,7 +144,6 @@ sub_model_of <- function(object, param) {
 }
 
 #' @rdname emmeans-methods
-#' @exportS3Method emmeans::recover_data
 recover_data.silvafit <- function(object, param, data = NULL, ...) {
   needs_data(object, "emmeans()")
   terms <- stats::delete.response(stats::terms(sub_model_of(object, param)))
@@ -166,7 +153,6 @@ recover_data.silvafit <- function(object, param, data = NULL, ...) {
 }
 
 #' @rdname emmeans-methods
-#' @exportS3Method emmeans::emm_basis
 emm_basis.silvafit <- function(object, trms, xlev, grid, param, ...) {
   frame <- stats::model.frame(trms, grid, na.action = stats::na.pass, xlev = xlev)
   contrasts <- object$contrasts[intersect(names(object$contrasts), names(xlev))]

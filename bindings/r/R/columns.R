@@ -1,35 +1,23 @@
 # SPDX-License-Identifier: MIT
-# Columns of data frames as the C++ libraries take them: numbers, factors and texts.
+# Columns of data frames as the C++ libraries take them: numbers and texts.
 
 plain_column <- function(column, name) {
-  if (is.factor(column)) return(factor_as_text_or_itself(column))
-  if (is.character(column)) return(as.vector(column))
-  if (is.logical(column) || is.numeric(column)) {
-    if (inherits(column, c("Date", "POSIXct", "POSIXlt", "difftime", "integer64"))) {
-      stop_input("column '", name, "' is of class ", class(column)[1], "; make it a number with as.numeric()",
-                 column = name)
-    }
-    if (is.null(dim(column)) || length(dim(column)) == 1) {
-      # Labels and units of other packages are attributes; the values need no copy without them.
-      return(if (is.null(attributes(column))) column else as.vector(unclass(column)))
-    }
-  }
-  stop_input("column '", name, "' is of class ", class(column)[1], "; it has to be numeric, a factor or text",
-             column = name)
+  if (is.factor(column) || is.character(column)) return(as.character(column))
+  is_plain <- (is.logical(column) || is.numeric(column)) && (is.null(dim(column)) || length(dim(column)) == 1)
+  if (is_plain && !inherits(column, not_numbers)) return(if (is.double(column) && is.null(attributes(column))) column else as.double(column))
+  remedy <- if (inherits(column, not_numbers)) "make it a number with as.numeric()" else "it has to be numeric, a factor or text"
+  stop_input("column '", name, "' is of class ", class(column)[1], "; ", remedy, column = name)
 }
 
-# Ordered factors and those with many attributes are factors all the same.
-factor_as_text_or_itself <- function(column) {
-  attributes(column) <- list(levels = levels(column), class = "factor")
-  column
-}
+# Classes of numbers that mean something else.
+not_numbers <- c("Date", "POSIXt", "difftime", "integer64")
 
 # \param names  columns to take; all, without those that are neither numbers nor texts, if NULL
 plain_columns <- function(data, names = NULL) {
   if (is.null(names)) {
     usable <- vapply(data, function(column) {
       (is.factor(column) || is.character(column) || is.logical(column) || is.numeric(column)) &&
-        is.null(dim(column)) && !inherits(column, c("Date", "POSIXt", "difftime", "integer64"))
+        is.null(dim(column)) && !inherits(column, not_numbers)
     }, logical(1))
     names <- base::names(data)[usable]
   }

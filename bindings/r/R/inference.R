@@ -18,22 +18,18 @@
 #' @param ... no further arguments; unknown names stop
 #' @return `confint()`: matrix with a row for each parameter; the attribute `notes` explains limits that are not known or do not
 #'   exist. `intervals()`: list of class `intervals.silvafit` with the elements `fixed`, `reStruct`, `varStruct` and `sigma`.
-#' @export
-#' @importFrom stats confint
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
 #' confint(fit, c("Asym", "sigma"))
 #' intervals(fit)
-confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "profile", "boot"), threads = 1, ...) {
-  no_further(list(...), instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
+confint.silvafit <- strict(function(object, parm, level = 0.95, method = c("wald", "profile", "boot"), threads = 1, ...) {
   # lme4 writes "Wald".
   if (is.character(method)) method <- tolower(method)
   method <- match.arg(method)
   result <- if (method == "boot") bootstrap_intervals(object, level, threads) else parameter_intervals(object, level, method, threads)
-  half <- (1 - level) / 2
   table <- cbind(result$lower, result$upper)
-  dimnames(table) <- list(result$name, paste(format(100 * c(half, 1 - half), trim = TRUE, digits = 3), "%"))
+  dimnames(table) <- list(result$name, limit_names(level))
   if (!missing(parm)) {
     unknown <- if (is.character(parm)) setdiff(parm, rownames(table)) else setdiff(abs(parm), seq_len(nrow(table)))
     if (length(unknown) > 0) stop_usage("unknown parameter '", unknown[1], "'; available: ", paste(rownames(table), collapse = ", "))
@@ -42,17 +38,71 @@ confint.silvafit <- function(object, parm, level = 0.95, method = c("wald", "pro
   notes <- stats::setNames(result$note, result$name)[rownames(table)]
   if (any(notes != "")) attr(table, "notes") <- notes[notes != ""]
   structure(table, class = c("confint.silvafit", class(table)))
-}
+}, instead = c(conf.level = "use level", nsim = "use bootstrap()", oldNames = "names are those of the coefficients"))
 
-#' @export
-print.confint.silvafit <- function(x, digits = getOption("digits"), ...) {
-  no_further(list(...))
+limit_names <- function(level) paste(format(100 * c(1 - level, 1 + level) / 2, trim = TRUE, digits = 3), "%")
+
+#' Profiles of the likelihood
+#'
+#' The likelihood with each parameter held at values around its estimate, of all parameters that [confint.silvafit()] has.
+#'
+#' @param fitted a fit of [silvafit()]
+#' @param which names or numbers of parameters; all by default
+#' @param alphamax 1 - confidence level that the profiles reach
+#' @param delta.t step between two values, as signed root of the likelihood ratio
+#' @param threads number of threads; 0 means all cores
+#' @param ... no further arguments; unknown names stop
+#' @return Object of the class of [stats::profile.nls()], which `plot()` shows: for each parameter `tau`, the signed root of the likelihood ratio, and
+#'   `par.vals`, the values of the parameter there. `confint()` interpolates the limits of intervals; those of `confint(fit, method = "profile")` are exact.
+#' @examples
+#' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
+#'                 random = Asym ~ 1 | Seed)
+#' confint(profile(fit, "R0"))
+profile.silvafit <- strict(function(fitted, which = NULL, alphamax = 0.01, delta.t = cutoff / 5, threads = 1, ...) {
+  # A root is the quantile of a level: the limits of intervals of many levels are the profile.
+  df <- if (fitted$fit$method == "ols") df.residual(fitted) else Inf
+  cutoff <- stats::qt(1 - alphamax / 2, df)
+  roots <- seq(delta.t, by = delta.t, length.out = ceiling(cutoff / delta.t))
+  found <- lapply(roots, function(root) parameter_intervals(fitted, 1 - 2 * stats::pt(-root, df), "profile", threads))
+  names <- found[[1]]$name
+  chosen <- if (is.null(which)) seq_along(names) else if (is.character(which)) match(which, names) else which
+  if (anyNA(chosen) || !all(chosen %in% seq_along(names))) stop_usage("`which`: available parameters are ", paste(names, collapse = ", "))
+  curves <- lapply(stats::setNames(chosen, names[chosen]), function(k) {
+    at <- function(end) vapply(found, function(one) one[[end]][k], 0)
+    values <- c(rev(at("lower")), found[[1]]$estimate[k], at("upper"))
+    # At the end of a parameter's range the root is not that of the level.
+    kind <- found[[1]]$kind[k]
+    is_known <- is.finite(values) & (kind == "fixed" | values != 0) & (kind != "correlation" | abs(values) != 1)
+    tau <- c(-rev(roots), 0, roots)[is_known]
+    structure(list(tau = tau, par.vals = matrix(values[is_known], dimnames = list(NULL, names[k]))), class = "data.frame", row.names = seq_along(tau))
+  })
+  # What plot() of stats reads.
+  structure(curves, original.fit = fitted, summary = list(df = c(nobs(fitted) - df.residual(fitted), df)), class = c("profile.silvafit", "profile.nls", "profile"))
+})
+
+#' @rdname profile.silvafit
+#' @param object a profile
+#' @param parm names or numbers of its parameters
+#' @param level confidence level
+confint.profile.silvafit <- strict(function(object, parm = names(object), level = 0.95, ...) {
+  if (is.numeric(parm)) parm <- names(object)[parm]
+  if (!all(parm %in% names(object))) stop_usage("`parm`: available are ", paste(names(object), collapse = ", "))
+  roots <- c(-1, 1) * stats::qt((1 + level) / 2, attr(object, "summary")$df[2])
+  limits <- t(vapply(parm, function(name) {
+    curve <- object[[name]]
+    ifelse(roots < min(curve$tau) | roots > max(curve$tau), NA, stats::splinefun(curve$tau, curve$par.vals)(roots))
+  }, roots))
+  dimnames(limits) <- list(parm, limit_names(level))
+  limits
+})
+
+print.confint.silvafit <- strict(function(x, digits = getOption("digits"), ...) {
   notes <- attr(x, "notes")
   attr(x, "notes") <- NULL
   print(unclass(x), digits = digits)
   print_notes(notes)
   invisible(x)
-}
+})
 
 print_notes <- function(notes) {
   if (length(notes) == 0) return(invisible())
@@ -74,9 +124,7 @@ parameter_intervals <- function(object, level, method, threads = 1) {
 }
 
 #' @rdname confint.silvafit
-#' @export
-intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov", "fixed"), ...) {
-  no_further(list(...), instead = c(conf.level = "use level"))
+intervals.silvafit <- strict(function(object, level = 0.95, which = c("all", "var-cov", "fixed"), ...) {
   which <- match.arg(which)
   result <- parameter_intervals(object, level, "wald")
   rows <- function(kinds) {
@@ -100,32 +148,19 @@ intervals.silvafit <- function(object, level = 0.95, which = c("all", "var-cov",
   }
   shown <- result$note != "" & (which == "all" | (result$kind == "fixed") == (which == "fixed"))
   structure(parts, level = level, notes = stats::setNames(result$note, result$name)[shown], class = "intervals.silvafit")
-}
+}, instead = c(conf.level = "use level"))
 
-#' @export
-print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
-  no_further(list(...))
+print.intervals.silvafit <- strict(function(x, digits = getOption("digits"), ...) {
   cat("Approximate ", 100 * attr(x, "level"), "% confidence intervals\n", sep = "")
-  titles <- c(fixed = "Fixed effects", varStruct = "Variance function")
-  if (!is.null(x$fixed)) {
-    cat("\n Fixed effects:\n")
-    print(x$fixed, digits = digits)
-  }
-  for (group in names(x$reStruct)) {
-    cat("\n Random effects, ", group, ":\n", sep = "")
-    print(x$reStruct[[group]], digits = digits)
-  }
-  if (!is.null(x$varStruct)) {
-    cat("\n Variance function:\n")
-    print(x$varStruct, digits = digits)
-  }
-  if (!is.null(x$sigma)) {
-    cat("\n Residual standard deviation (sigma):\n")
-    print(x$sigma, digits = digits)
+  parts <- c(list("Fixed effects" = x$fixed), stats::setNames(x$reStruct, if (length(x$reStruct) > 0) paste("Random effects,", names(x$reStruct))),
+             list("Variance function" = x$varStruct, "Residual standard deviation (sigma)" = x$sigma))
+  for (title in names(Filter(Negate(is.null), parts))) {
+    cat("\n ", title, ":\n", sep = "")
+    print(parts[[title]], digits = digits)
   }
   print_notes(attr(x, "notes"))
   invisible(x)
-}
+})
 
 #' Compare fits by information criteria and likelihood-ratio tests
 #'
@@ -142,7 +177,6 @@ print.intervals.silvafit <- function(x, digits = getOption("digits"), ...) {
 #' @param Terms names or numbers of terms to test together
 #' @param L matrix with a column for each coefficient, or named vector: linear combinations to test together
 #' @return Data frame of class `anova`. The attribute `notes` has what there is to know of the tests.
-#' @export
 #' @examples
 #' curve <- height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age)
 #' one <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed)
@@ -218,9 +252,7 @@ matrix_of_combinations <- function(L, table) {
   whole
 }
 
-#' @export
-print.anova.silvafit <- function(x, digits = max(getOption("digits") - 2, 3), ...) {
-  no_further(list(...))
+print.anova.silvafit <- strict(function(x, digits = max(getOption("digits") - 2, 3), ...) {
   cat(attr(x, "heading"))
   shown <- as.data.frame(unclass(x)[names(x)], row.names = row.names(x), check.names = FALSE)
   names(shown) <- names(x)
@@ -231,4 +263,4 @@ print.anova.silvafit <- function(x, digits = max(getOption("digits") - 2, 3), ..
   print(shown)
   print_notes(attr(x, "notes"))
   invisible(x)
-}
+})

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Estimates, likelihoods and other generics of stats and nlme.
 
-#' @importFrom nlme fixef ranef VarCorr intervals
+# The page of nlme's generics.
 #' @export
 nlme::fixef
 #' @export
@@ -31,18 +31,15 @@ nlme::intervals
 NULL
 
 #' @rdname estimates
-#' @export
-fixef.silvafit <- function(object, ...) {
-  no_further(list(...))
+fixef.silvafit <- strict(function(object, ...) {
   table <- fixed_table(object)
   stats::setNames(table[, "Value"], rownames(table))
-}
+})
 
 #' @rdname estimates
 #' @param se add the conditional standard errors of the effects as attribute `se`
 #' @param condVar as in lme4: add the conditional covariance matrices of the effects as attribute `postVar`, an array with a
 #'   matrix for each group
-#' @export
 ranef.silvafit <- function(object, se = FALSE, condVar = FALSE, ...) {
   check_flag(se, "se")
   check_flag(condVar, "condVar")
@@ -71,7 +68,6 @@ with_uncertainty <- function(effects, term, se, condVar) {
 }
 
 #' @rdname estimates
-#' @export
 coef.silvafit <- function(object, ...) {
   if (!has_random(object)) {
     no_further(list(...))
@@ -90,73 +86,68 @@ coef.silvafit <- function(object, ...) {
 }
 
 #' @rdname estimates
-#' @export
-vcov.silvafit <- function(object, ...) {
-  no_further(list(...), "complete")
+vcov.silvafit <- strict(function(object, ...) {
   names <- names(fixef(object))
   values <- matrix_of(object$fit$fixed_covariance, names)
   values[is.na(values)] <- 0
   values
-}
+}, "complete")
 
 #' @rdname estimates
-#' @export
-sigma.silvafit <- function(object, ...) {
-  no_further(list(...))
-  number_or_na(object$fit$sigma)
-}
+sigma.silvafit <- strict(function(object, ...) number_or_na(object$fit$sigma))
 
 number_or_na <- function(value) if (is.null(value)) NA_real_ else as.numeric(value)
 
 #' @rdname estimates
 #' @param sigma 1; multiples of the standard deviations are not available
 #' @details `VarCorr()` has the covariance matrix of the random effects for each grouping, with the attributes
-#'   `stddev` and `correlation`; `as.data.frame()` makes a table of it.
-#' @export
-VarCorr.silvafit <- function(x, sigma = 1, ...) {
-  no_further(list(...))
+#'   `stddev` and `correlation`; it is printed as by nlme, and `as.data.frame()` makes a table of it.
+VarCorr.silvafit <- strict(function(x, sigma = 1, ...) {
   if (!identical(as.numeric(sigma), 1)) stop_usage("`sigma` has to be 1; multiply the standard deviations instead")
   result <- lapply(random_terms_of(x), function(term) {
-    deviation <- sqrt(diag(term$covariance))
-    names(deviation) <- term$effects
-    structure(term$covariance, stddev = deviation, correlation = term$covariance / outer(deviation, deviation))
+    deviation <- stats::setNames(sqrt(diag(term$covariance)), term$effects)
+    structure(term$covariance, stddev = deviation, correlation = term$covariance / outer(deviation, deviation), form = term$form)
   })
   structure(result, sc = sigma(x), class = "VarCorr.silvafit")
-}
+})
 
 # Two indices are those of nlme's matrix, as in VarCorr(fit)[, "StdDev"].
-#' @export
 `[.VarCorr.silvafit` <- function(x, i, j, ..., drop = TRUE) {
   if (nargs() - (!missing(drop)) < 3) return(unclass(x)[i])
   deviations <- c(unlist(lapply(unname(unclass(x)), attr, "stddev")), Residual = attr(x, "sc"))
   cbind(Variance = deviations^2, StdDev = deviations)[i, j, drop = drop]
 }
 
-#' @export
-print.VarCorr.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
-  no_further(list(...))
-  rows <- list()
-  width <- max(0, vapply(x, ncol, 0L))
-  for (group in names(x)) {
-    deviation <- attr(x[[group]], "stddev")
-    correlation <- attr(x[[group]], "correlation")
-    for (i in seq_along(deviation)) {
-      corr <- if (i > 1) format(round(correlation[i, seq_len(i - 1)], 3), nsmall = 3) else character()
-      rows <- c(rows, list(c(if (i == 1) group else "", names(deviation)[i], format(signif(deviation[i]^2, digits)),
-                             format(signif(deviation[i], digits)), corr, rep("", max(0, width - 1 - length(corr))))))
-    }
-  }
-  rows <- c(rows, list(c("Residual", "", format(signif(attr(x, "sc")^2, digits)), format(signif(attr(x, "sc"), digits)), rep("", max(0, width - 1)))))
-  table <- do.call(rbind, rows)
-  colnames(table) <- c("Groups", "Effect", "Variance", "Std.Dev.", if (width > 1) c("Corr", rep("", width - 2)))
-  rownames(table) <- rep("", nrow(table))
-  print(table, quote = FALSE, right = FALSE)
+# As nlme: a title of each grouping, which is a row if there are several.
+print.VarCorr.silvafit <- strict(function(x, digits = getOption("digits"), ...) {
+  is_joint <- vapply(x, function(one) ncol(one) > 1 && !attr(one, "form") %in% c("diagonal", "identity"), NA)
+  width <- max(0, (vapply(x, ncol, 0L) - 1L)[is_joint])
+  table <- cbind(apply(x[, , drop = FALSE], 2, format, digits = digits), matrix("", length(x[, 1]), width))
+  dimnames(table) <- list(rownames(x[, , drop = FALSE]), c("Variance", "StdDev", "Corr", rep("", width))[seq_len(2 + width)])
+  titles <- vapply(names(x), function(group) {
+    class <- c(general = "pdLogChol", diagonal = "pdDiag", identity = "pdIdent", block = "pdBlocked")[[attr(x[[group]], "form")]]
+    paste0(group, " = ", class, "(list(", paste(vapply(rownames(x[[group]]), name_text, ""), "~ 1", collapse = ","), "))")
+  }, "")
+  blocks <- lapply(seq_along(x), function(i) {
+    block <- table[sum(vapply(x[seq_len(i - 1)], ncol, 0L)) + seq_len(ncol(x[[i]])), , drop = FALSE]
+    if (is_joint[i]) block[, 2 + seq_len(ncol(x[[i]]) - 1)] <- correlation_texts(attr(x[[i]], "correlation"))
+    if (length(x) > 1) rbind(matrix(c(sub(".* = ", "", titles[i]), rep("", 1 + width)), 1, dimnames = list(paste(names(x)[i], "="))), block) else block
+  })
+  if (length(x) == 1) cat(titles, "\n")
+  print(rbind(do.call(rbind, blocks), table[nrow(table), , drop = FALSE]), quote = FALSE)
   invisible(x)
+})
+
+# Below names of the columns in the first row.
+correlation_texts <- function(correlation) {
+  shown <- matrix("", nrow(correlation), ncol(correlation))
+  below <- lower.tri(correlation)
+  shown[below] <- format(round(correlation[below], 3))
+  shown[1, ] <- abbreviate(colnames(correlation), 6)
+  shown[, -ncol(shown)]
 }
 
-#' @export
-as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE, ...) {
-  no_further(list(...))
+as.data.frame.VarCorr.silvafit <- strict(function(x, row.names = NULL, optional = FALSE, ...) {
   parts <- lapply(names(x), function(group) {
     covariance <- x[[group]]
     effects <- rownames(covariance)
@@ -169,7 +160,7 @@ as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE
                                                    vcov = attr(x, "sc")^2, sdcor = attr(x, "sc")))))
   row.names(table) <- NULL
   table
-}
+})
 
 #' Likelihood, degrees of freedom, data and formula of a fit
 #'
@@ -188,85 +179,54 @@ as.data.frame.VarCorr.silvafit <- function(x, row.names = NULL, optional = FALSE
 NULL
 
 #' @rdname likelihood
-#' @export
-logLik.silvafit <- function(object, ...) {
-  no_further(list(...), instead = c(REML = "the fit has the likelihood that it maximizes; refit with update(fit, reml = ...)"))
+logLik.silvafit <- strict(function(object, ...) {
   structure(number_or_na(object$fit$log_likelihood), df = object$fit$k, nobs = object$fit$n,
             nall = object$fit$n, class = "logLik")
-}
+}, instead = c(REML = "the fit has the likelihood that it maximizes; refit with update(fit, reml = ...)"))
 
 #' @rdname likelihood
-#' @export
-nobs.silvafit <- function(object, ...) {
-  no_further(list(...), "use.fallback")
-  as.integer(object$fit$n)
-}
+nobs.silvafit <- strict(function(object, ...) as.integer(object$fit$n), "use.fallback")
 
 #' @rdname likelihood
-#' @export
-df.residual.silvafit <- function(object, ...) {
-  no_further(list(...))
-  nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"]))
-}
+df.residual.silvafit <- strict(function(object, ...) nobs(object) - sum(!is.na(fixed_table(object)[, "Std.Error"])))
 
 #' @rdname likelihood
-#' @export
-deviance.silvafit <- function(object, ...) {
-  no_further(list(...))
-  -2 * number_or_na(object$fit$log_likelihood)
-}
+deviance.silvafit <- strict(function(object, ...) -2 * number_or_na(object$fit$log_likelihood))
 
 #' @rdname likelihood
 #' @param fit a fit of [silvafit()]
 #' @param scale 0, as in the generic
 #' @param k penalty of a parameter: 2 for AIC
-#' @export
-#' @importFrom stats extractAIC
-extractAIC.silvafit <- function(fit, scale = 0, k = 2, ...) {
-  no_further(list(...))
+extractAIC.silvafit <- strict(function(fit, scale = 0, k = 2, ...) {
   if (!identical(as.numeric(scale), 0)) stop_usage("`scale` has to be 0: the likelihood has its own variance")
   c(fit$fit$k, -2 * number_or_na(fit$fit$log_likelihood) + k * fit$fit$k)
-}
+})
 
 #' @rdname likelihood
-#' @export
-formula.silvafit <- function(x, ...) {
-  no_further(list(...), "env")
-  x$formula
-}
+formula.silvafit <- strict(function(x, ...) x$formula, "env")
 
 #' @rdname likelihood
-#' @export
-model.frame.silvafit <- function(formula, ...) {
-  no_further(list(...), instead = c(data = "model.frame() has the data of the fit", subset = "model.frame() has the data of the fit"))
+model.frame.silvafit <- strict(function(formula, ...) {
   needs_data(formula, "model.frame()")
   formula$frame
-}
+}, instead = c(data = "model.frame() has the data of the fit", subset = "model.frame() has the data of the fit"))
 
 #' @rdname likelihood
 #' @details `model.matrix()` stops: a nonlinear model has no model matrix.
-#' @export
-#' @importFrom stats model.matrix
 model.matrix.silvafit <- function(object, ...) {
   stop_usage("a nonlinear model has no model matrix; model.frame() has the data, and stats::model.matrix() with the formula of a sub-model its columns")
 }
 
 #' @rdname likelihood
-#' @export
-family.silvafit <- function(object, ...) {
-  no_further(list(...))
-  stats::gaussian()
-}
+family.silvafit <- strict(function(object, ...) stats::gaussian())
 
 #' @rdname likelihood
-#' @export
-terms.silvafit <- function(x, ...) {
-  no_further(list(...))
+terms.silvafit <- strict(function(x, ...) {
   needs_data(x, "terms()")
   # The response and the columns that the mean reads; the formula itself is not linear.
   columns <- setdiff(names(x$frame), c(deparse1(x$formula[[2]]), grouping_names(x)))
   stats::terms(stats::reformulate(if (length(columns) > 0) vapply(columns, name_text, "") else "1", x$formula[[2]], env = environment(x$formula)))
-}
+})
 
 response_values <- function(object) object$frame[[1]]
 
@@ -281,14 +241,12 @@ response_values <- function(object) object$frame[[1]]
 #' @param asList as in nlme: a list with a vector for each group
 #' @param ... no further arguments; unknown names stop
 #' @return A vector with an element for each row that the fit uses; with `na.action = na.exclude`, for each row of the data.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
 #' head(residuals(fit, type = "pearson"))
 #' head(fitted(fit, level = "population"))
-residuals.silvafit <- function(object, level = "conditional", type = c("response", "pearson", "normalized"), asList = FALSE, ...) {
-  no_further(list(...), instead = c(scaled = "use type = \"pearson\"", newdata = "residuals are those of the data of the fit"))
+residuals.silvafit <- strict(function(object, level = "conditional", type = c("response", "pearson", "normalized"), asList = FALSE, ...) {
   needs_data(object, "residuals()")
   type <- match.arg(type)
   if (type == "normalized" && !is.null(object$fit$correlation)) {
@@ -299,24 +257,40 @@ residuals.silvafit <- function(object, level = "conditional", type = c("response
   scale <- if (type == "response") 1 else object$residual_sd
   label <- c(response = "Residuals", pearson = "Standardized residuals", normalized = "Normalized residuals")[[type]]
   at_levels(object, level, asList, stats::naresid, label, function(one) (response_values(object) - fitted_at(object, one)) / scale)
-}
+}, instead = c(scaled = "use type = \"pearson\"", newdata = "residuals are those of the data of the fit"))
 
 #' @rdname residuals.silvafit
-#' @export
-fitted.silvafit <- function(object, level = "conditional", asList = FALSE, ...) {
-  no_further(list(...))
+fitted.silvafit <- strict(function(object, level = "conditional", asList = FALSE, ...) {
   needs_data(object, "fitted()")
   at_levels(object, level, asList, stats::napredict, "Fitted values", function(one) fitted_at(object, one))
-}
+})
 
 #' @rdname residuals.silvafit
 #' @param model a fit of [silvafit()]
 #' @details `rstandard()` has the Pearson residuals.
-#' @export
-#' @importFrom stats rstandard
-rstandard.silvafit <- function(model, ...) {
-  no_further(list(...))
-  residuals.silvafit(model, type = "pearson")
+rstandard.silvafit <- strict(function(model, ...) residuals.silvafit(model, type = "pearson"))
+
+#' @rdname residuals.silvafit
+#' @details `hatvalues()` and `cooks.distance()` are those of least squares, linear around the estimates; with random effects or correlated residuals
+#'   they stop, because a row then changes the predictions of others through the variances, too.
+hatvalues.silvafit <- strict(function(model, ...) {
+  if (has_random(model) || !is.null(model$fit$correlation)) {
+    stop_usage("leverages and Cook's distances are those of independent residuals without random effects; for the influence of a group refit without it, ",
+               "update(fit, subset = plot != 7), and for that of all groups use cross_validate()")
+  }
+  (predict.silvafit(model, level = "population", se.fit = TRUE)$se.fit / unbiased_deviation(model))^2
+})
+
+# Residual standard deviations as standard errors have them, with N - p in the place of N.
+unbiased_deviation <- function(model) {
+  is_ml <- model$fit$method == "gnls" && !isTRUE(model$fit$reml)
+  model$residual_sd * if (is_ml) sqrt(nobs(model) / df.residual(model)) else 1
+}
+
+#' @rdname residuals.silvafit
+cooks.distance.silvafit <- function(model, ...) {
+  leverage <- hatvalues.silvafit(model, ...)
+  (residuals.silvafit(model) / unbiased_deviation(model))^2 * leverage / (1 - leverage)^2 / (nobs(model) - df.residual(model))
 }
 
 # Values of each row at one level; at several a matrix, or as a list of groups, as in nlme.
@@ -375,7 +349,6 @@ level_word <- function(object, level) {
 #'   `message`, a sentence that says whether and why the fit has converged or what to try; the `newton_decrement`, the
 #'   squared distance to the optimum in standard errors; `iterations`; `boundary`, the estimates at the boundary of their
 #'   range; and `optima`, all local maxima that were found.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -393,15 +366,12 @@ convergence <- function(object) {
 optima_of <- function(object) {
   optima <- object$fit$optima
   if (length(optima) == 0) return(NULL)
-  fixed <- do.call(rbind, lapply(optima, function(one) unlist(lapply(one$fixed, number_or_na))))
-  colnames(fixed) <- r_names(object, colnames(fixed))
-  data.frame(start = vapply(optima, `[[`, "", "origin"), logLik = vapply(optima, function(one) number_or_na(one$log_likelihood), 0),
-             fixed, check.names = FALSE)
+  fixed <- records(lapply(optima, `[[`, "fixed"))
+  table <- cbind(records(optima, c("origin", "log_likelihood")), fixed)
+  stats::setNames(table, c("start", "logLik", r_names(object, names(fixed))))
 }
 
-#' @export
-print.silvafit_convergence <- function(x, ...) {
-  no_further(list(...))
+print.silvafit_convergence <- strict(function(x, ...) {
   cat(if (x$converged) "Converged" else "Not converged", " (", x$status, ")\n", sep = "")
   cat(strwrap(x$message, exdent = 2), sep = "\n")
   cat("Newton decrement: ", format(x$newton_decrement, digits = 3), ", iterations: ", x$iterations, "\n", sep = "")
@@ -410,7 +380,7 @@ print.silvafit_convergence <- function(x, ...) {
     print(x$optima, row.names = FALSE)
   }
   invisible(x)
-}
+})
 
 #' A fit as JSON
 #'
@@ -422,7 +392,6 @@ print.silvafit_convergence <- function(x, ...) {
 #'   [read_library()] and [impute()]
 #' @return `fit_json()`: the text, invisibly if a file is written. `read_fit()`: an object of class `silvafit`. Without `data` estimates and
 #'   predictions are available; with the data of the fit also residuals, plots, intervals and the bootstrap.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -447,7 +416,6 @@ write_text <- function(text, file) {
 
 #' @rdname fit_json
 #' @param data the data that the model was fitted to; they are not in the file
-#' @export
 read_fit <- function(file, data = NULL) {
   if (!inherits(file, "silvafit")) {
     if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be the path of one file, or a fit")

@@ -8,11 +8,13 @@
 #' @param object,obj a fit of [silvafit()]
 #' @param level grouping levels: 1 is the coarsest; the finest by default
 #' @param form,data,sep,asList as in the generics; the fit has its own groups and data
-#' @param type `"random.effects"`; other matrices are not available
+#' @param type `"random.effects"`: the covariance matrix of these; `"conditional"`, given them, and `"marginal"`: a list of those of the responses of groups, of the
+#'   model linear around the estimates
+#' @param individuals labels or numbers of the groups of `"conditional"` and `"marginal"`; with nested groupings of the coarser one
 #' @param ... no further arguments; unknown names stop
 #' @return `getData()`: the rows of the data that the fit uses, with all columns. `getGroups()`: factor of the groups, or a data frame for
-#'   several levels; NULL without random effects. `getResponse()`: the response. `getGroupsFormula()`: such as `~ stand/plot`. `getVarCov()`: covariance
-#'   matrix of the random effects.
+#'   several levels; NULL without random effects. `getResponse()`: the response. `getGroupsFormula()`: such as `~ stand/plot`. `getCovariate()`: the only
+#'   predictor, or that of the groupedData. `isBalanced()`: TRUE or FALSE. `getVarCov()`: a matrix or a list of matrices, which are printed as by nlme.
 #' @name nlme-data
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
@@ -21,16 +23,12 @@
 NULL
 
 #' @rdname nlme-data
-#' @export
-#' @importFrom nlme getData
 getData.silvafit <- function(object) {
   needs_data(object, "getData()")
   if (is.null(object$data)) object$frame else object$data[object$rows, , drop = FALSE]
 }
 
 #' @rdname nlme-data
-#' @export
-#' @importFrom nlme getGroups
 getGroups.silvafit <- function(object, form, level = length(grouping_counts(object)), data, sep) {
   if (!missing(form) || !missing(data)) stop_usage("getGroups() of a fit has the groups of the fit; use getGroups(data, form)")
   if (!has_random(object)) return(NULL)
@@ -61,8 +59,6 @@ group_factors <- function(columns, is_crossed = FALSE) {
 }
 
 #' @rdname nlme-data
-#' @export
-#' @importFrom nlme getGroupsFormula
 getGroupsFormula.silvafit <- function(object, asList = FALSE, sep) {
   names <- names(grouping_counts(object))
   if (length(names) == 0) return(NULL)
@@ -73,8 +69,6 @@ getGroupsFormula.silvafit <- function(object, asList = FALSE, sep) {
 }
 
 #' @rdname nlme-data
-#' @export
-#' @importFrom nlme getResponse
 getResponse.silvafit <- function(object, form) {
   needs_data(object, "getResponse()")
   of_data <- function(kind) attr(object$data, kind)$y
@@ -84,14 +78,40 @@ getResponse.silvafit <- function(object, form) {
 }
 
 #' @rdname nlme-data
-#' @export
-#' @importFrom nlme getVarCov
-getVarCov.silvafit <- function(obj, level = length(grouping_counts(obj)), type = "random.effects", ...) {
-  no_further(list(...))
-  if (!identical(type, "random.effects")) stop_usage("`type` has to be \"random.effects\"")
+getVarCov.silvafit <- strict(function(obj, individuals = 1, type = c("random.effects", "conditional", "marginal"), level = length(grouping_counts(obj)), ...) {
+  type <- match.arg(type)
   terms <- random_terms_of(obj)
   if (length(terms) == 0) stop_usage("the fit has no random effects")
-  structure(terms[[level]]$covariance, class = c("random.effects", "VarCov"), group.levels = names(terms)[level])
+  if (type == "random.effects") return(structure(terms[[level]]$covariance, class = c(type, "VarCov"), group.levels = names(terms)[level]))
+  groups <- as.character(group_frame(obj)[[1]])
+  if (is.numeric(individuals)) individuals <- unique(groups)[individuals]
+  unknown <- setdiff(individuals, groups)
+  if (length(unknown) > 0) stop_usage("`individuals`: no row of the fit is of ", names(terms)[1], " ", unknown[1])
+  matrices <- lapply(stats::setNames(individuals, individuals), function(one) {
+    found <- analysis_of_fit("covariance", obj, list(marginal = type == "marginal"), obj$frame[groups == one, , drop = FALSE])
+    do.call(cbind, unname(found$tables$covariance))
+  })
+  for (one in names(matrices)) dimnames(matrices[[one]]) <- rep(list(seq_len(nrow(matrices[[one]]))), 2)
+  structure(matrices, class = c(type, "VarCov"), group.levels = names(terms)[1])
+})
+
+#' @rdname nlme-data
+#' @param countOnly whether only the numbers of rows of the groups have to agree, not their values of the covariate
+isBalanced.silvafit <- function(object, countOnly = FALSE, level = length(grouping_counts(object))) {
+  check_flag(countOnly, "countOnly")
+  groups <- getGroups.silvafit(object, level = level)
+  if (is.null(groups)) stop_usage("the fit has no groups")
+  counts <- if (countOnly) table(groups) else table(getCovariate.silvafit(object), groups)
+  all(counts == counts[1])
+}
+
+#' @rdname nlme-data
+getCovariate.silvafit <- function(object, form, data) {
+  rows <- if (missing(data)) getData.silvafit(object) else data
+  if (!missing(form) || inherits(rows, "groupedData")) return(if (missing(form)) nlme::getCovariate(rows) else nlme::getCovariate(as.data.frame(rows), form))
+  predictors <- all.vars(stats::delete.response(terms.silvafit(object)))
+  if (length(predictors) != 1) stop_usage("`form` has to name the covariate, such as ~ ", c(predictors, "dbh")[1])
+  rows[[predictors]]
 }
 
 # The groups that have random effects, where no data are needed. Labels of the finer ones begin with that of the coarser one, a slash in it written as %2F.
@@ -183,28 +203,18 @@ method_by_nlme <- function(generic, formals, ...) {
 NULL
 
 #' @rdname nlme-methods
-#' @export
-#' @importFrom nlme ACF
 ACF.silvafit <- method_by_nlme("ACF", alist(object = , maxLag = , ... = ))
 
 #' @rdname nlme-methods
-#' @export
-#' @importFrom nlme Variogram
 Variogram.silvafit <- method_by_nlme("Variogram", alist(object = , distance = , ... = ))
 
 #' @rdname nlme-methods
-#' @export
-#' @importFrom nlme augPred
 augPred.silvafit <- method_by_nlme("augPred", formals(nlme::augPred))
 
 #' @rdname nlme-methods
-#' @export
-#' @importFrom nlme comparePred
 comparePred.silvafit <- method_by_nlme("comparePred", formals(nlme::comparePred), fits = c("object1", "object2"))
 
 #' @rdname nlme-methods
-#' @export
-#' @importFrom graphics pairs
 pairs.silvafit <- method_by_nlme("pairs", alist(x = , ... = ), also = quote(lattice_names()))
 
 # Names that plots of lattice accept.

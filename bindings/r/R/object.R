@@ -62,11 +62,15 @@ r_names <- function(object, texts) {
   texts
 }
 
+# Objects of JSON as a data frame; a value that one lacks is NA.
+records <- function(objects, keys = unique(unlist(lapply(objects, names)))) {
+  column <- function(key) unlist(lapply(objects, function(one) if (is.null(one[[key]])) NA else one[[key]]), use.names = FALSE)
+  as.data.frame(sapply(keys, column, simplify = FALSE), optional = TRUE)
+}
+
 fixed_table <- function(object) {
-  fixed <- object$fit$fixed
-  column <- function(key) vapply(fixed, function(one) if (is.null(one[[key]])) NA_real_ else as.numeric(one[[key]]), 0)
-  table <- cbind(Value = column("estimate"), Std.Error = column("se"), DF = column("df"), "t-value" = column("t"), "p-value" = column("p"))
-  rownames(table) <- r_names(object, names(fixed))
+  table <- data.matrix(records(object$fit$fixed, c("estimate", "se", "df", "t", "p")))
+  dimnames(table) <- list(r_names(object, names(object$fit$fixed)), c("Value", "Std.Error", "DF", "t-value", "p-value"))
   table
 }
 
@@ -121,17 +125,11 @@ has_random <- function(object) length(object$fit$groups) > 0
 
 method_title <- function(object) {
   fit <- object$fit
-  likelihood <- if (isTRUE(fit$reml)) "REML" else "maximum likelihood"
-  switch(fit$method,
-         ols = "Nonlinear regression by ordinary least squares",
-         gnls = paste("Generalized nonlinear least squares fit by", likelihood),
-         lb = paste0("Nonlinear mixed-effects model fit by ", likelihood, " (Lindstrom and Bates, as nlme)"),
-         laplace = "Nonlinear mixed-effects model fit by maximum marginal likelihood (Laplace)",
-         focei = "Nonlinear mixed-effects model fit by maximum marginal likelihood (FOCEI)",
-         foce = "Nonlinear mixed-effects model fit by maximum marginal likelihood (FOCE)",
-         agq = paste0("Nonlinear mixed-effects model fit by maximum marginal likelihood (",
-                      fit$agq_points, " quadrature points)"),
-         fit$method)
+  by <- c(laplace = "Laplace", focei = "FOCEI", foce = "FOCE", agq = paste(fit$agq_points, "quadrature points"))
+  likelihood <- if (fit$method %in% names(by)) "maximum marginal likelihood" else if (isTRUE(fit$reml)) "REML" else "maximum likelihood"
+  if (fit$method == "ols") return("Nonlinear regression by ordinary least squares")
+  if (fit$method == "gnls") return(paste("Generalized nonlinear least squares fit by", likelihood))
+  paste0("Nonlinear mixed-effects model fit by ", likelihood, " (", if (fit$method %in% names(by)) by[[fit$method]] else "Lindstrom and Bates, as nlme", ")")
 }
 
 variance_is_constant <- function(object) identical(object$fit$variance$`function`, "none")
@@ -141,14 +139,9 @@ variance_lines <- function(object) {
   variance <- object$fit$variance
   factors <- if (is.null(variance$factors)) list(variance) else variance$factors
   vapply(factors, function(one) {
-    name <- c(exponential = "Exponential", power = "Power", "constant-plus-power" = "Constant plus power",
-              stratum = "Different standard deviations for each stratum of")[one$`function`]
-    of <- if (one$`function` == "stratum") one$strata else paste("of", if (identical(one$of, "fitted")) "fitted values" else one$of)
-    strata <- if (one$`function` != "stratum" && !is.null(one$strata)) paste(" for each stratum of", one$strata) else ""
-    values <- if (one$`function` == "stratum") one$ratio else Filter(Negate(is.null), one[c("delta", "constant")])
-    values <- unlist(values)
-    shown <- if (length(values) > 0) paste0("\n  ", paste(names(values), "=", vapply(values, function(v) format(signif(as.numeric(v), 6)), ""), collapse = ", ")) else ""
-    paste0(" ", name, " ", of, strata, shown)
+    of <- if (one$`function` == "stratum") paste("of", one$strata) else paste(c("of", one$of, if (!is.null(one$strata)) c("for each stratum of", one$strata)), collapse = " ")
+    values <- unlist(if (one$`function` == "stratum") one$ratio else one[intersect(c("delta", "constant"), names(one))])
+    paste0(" ", one$`function`, " ", of, if (length(values) > 0) paste0("\n  ", paste(names(values), "=", signif(as.numeric(values), 6), collapse = ", ")))
   }, "")
 }
 

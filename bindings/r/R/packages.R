@@ -16,7 +16,6 @@
 NULL
 
 #' @rdname performance-methods
-#' @exportS3Method performance::r2
 r2.silvafit <- function(model, ...) {
   # performance passes arguments of its own, which do not apply: verbose, ci, tolerance.
   no_further(list(...), c("verbose", "ci", "tolerance", "estimator", "iterations"))
@@ -29,33 +28,24 @@ r2.silvafit <- function(model, ...) {
 #' @rdname performance-methods
 #' @details The generics of \pkg{insight} pass arguments of other models to all methods (`verbose`, `component`, ...); those that do not
 #'   apply are ignored there.
-#' @exportS3Method performance::check_singularity
-check_singularity.silvafit <- function(x, ...) {
-  no_further(list(...), c("tolerance", "verbose"))
+check_singularity.silvafit <- strict(function(x, ...) {
   # A coefficient at a bound is no boundary of the random effects.
   kinds <- vapply(x$fit$evidence$findings, `[[`, "", "kind")
   has_random(x) && any(kinds == "boundary")
-}
+}, c("tolerance", "verbose"))
 
 #' @rdname performance-methods
-#' @exportS3Method performance::check_convergence
-check_convergence.silvafit <- function(x, ...) {
-  no_further(list(...), "tolerance")
-  structure(isTRUE(x$fit$converged), gradient = number_or_na(x$fit$evidence$gradient))
-}
+check_convergence.silvafit <- strict(function(x, ...) structure(isTRUE(x$fit$converged), gradient = number_or_na(x$fit$evidence$gradient)), "tolerance")
 
 #' @rdname performance-methods
-#' @exportS3Method performance::performance_aicc
 performance_aicc.silvafit <- function(x, ...) number_or_na(x$fit$aicc)
 
 #' @rdname performance-methods
 #' @param metrics names of the measures, or `"all"`
-#' @exportS3Method performance::model_performance
-model_performance.silvafit <- function(model, metrics = "all", ...) {
-  no_further(list(...), c("verbose", "estimator"))
+model_performance.silvafit <- strict(function(model, metrics = "all", ...) {
+  r2 <- lapply(list(R2_conditional = model$fit$r2_conditional, R2_marginal = model$fit$r2_marginal), number_or_na)
   all <- c(list(AIC = number_or_na(model$fit$aic), AICc = number_or_na(model$fit$aicc), BIC = number_or_na(model$fit$bic)),
-           if (has_random(model)) list(R2_conditional = number_or_na(model$fit$r2_conditional), R2_marginal = number_or_na(model$fit$r2_marginal))
-           else list(R2 = number_or_na(model$fit$statistics$population$r2)),
+           if (has_random(model)) c(r2, ICC = (r2[[1]] - r2[[2]]) / (1 - r2[[2]])) else list(R2 = number_or_na(model$fit$statistics$population$r2)),
            list(RMSE = if (is.null(model$frame)) NA_real_ else sqrt(mean(residuals(model)^2, na.rm = TRUE)), Sigma = sigma(model)))
   if (!identical(metrics, "all")) {
     unknown <- setdiff(metrics, c(names(all), "R2"))
@@ -63,11 +53,10 @@ model_performance.silvafit <- function(model, metrics = "all", ...) {
     all <- all[names(all) %in% metrics | ("R2" %in% metrics & startsWith(names(all), "R2"))]
   }
   structure(as.data.frame(all), class = c("performance_model", "data.frame"))
-}
+}, c("verbose", "estimator"))
 
 #' @rdname performance-methods
 #' @param effects `"fixed"`, or `"random"`: the standard deviations and correlations
-#' @exportS3Method insight::get_parameters
 get_parameters.silvafit <- function(x, effects = "fixed", ...) {
   if (identical(effects, "random")) {
     components <- tidy.silvafit(x, "ran_pars")
@@ -77,7 +66,44 @@ get_parameters.silvafit <- function(x, effects = "fixed", ...) {
 }
 
 #' @rdname performance-methods
-#' @exportS3Method insight::find_formula
+#' @param ci coverage of the intervals
+#' @details `model_parameters()` has the rows and columns of fits of \pkg{lme4}: the fixed effects, and with `effects = "all"` or `"random"` the standard deviations and
+#'   correlations with Wald intervals.
+model_parameters.silvafit <- function(model, ci = 0.95, effects = "all", ...) {
+  if (!effects %in% c("all", "fixed", "random")) stop_usage("`effects` has to be \"all\", \"fixed\" or \"random\"")
+  fixed <- utils::getS3method("model_parameters", "default", envir = asNamespace("parameters"))(model, ci = ci, effects = "fixed", ...)
+  if (effects == "fixed" || !has_random(model)) return(fixed)
+  components <- as.data.frame(VarCorr(model))
+  term <- ifelse(is.na(components$var1), "SD (Observations)", ifelse(is.na(components$var2), paste0("SD (", components$var1, ")"),
+                                                                      paste0("Cor (", components$var1, "~", components$var2, ")")))
+  random <- as.data.frame(fixed)[rep(NA_integer_, length(term)), ]
+  random[c("Parameter", "Coefficient", "CI")] <- list(term, components$sdcor, ci)
+  if (!is.null(model$frame)) {
+    limits <- as.data.frame(parameter_intervals(model, ci, "wald"))
+    random[c("CI_low", "CI_high")] <- limits[match(names_of_components(model), limits$name), c("lower", "upper")]
+  }
+  table <- rbind(cbind(as.data.frame(fixed), Effects = "fixed", Group = ""), cbind(random, Effects = "random", Group = components$grp))
+  shown <- table[effects == "all" | table$Effects == "random", ]
+  kept <- attributes(fixed)[setdiff(names(attributes(fixed)), c("names", "row.names", "pretty_names"))]
+  attributes(shown) <- c(list(names = names(shown), row.names = seq_len(nrow(shown)), pretty_names = stats::setNames(shown$Parameter, shown$Parameter)), kept)
+  attr(shown, "ignore_group") <- FALSE
+  attr(shown, "ran_pars") <- TRUE
+  shown
+}
+
+#' @rdname performance-methods
+#' @param objects,only_models,verbose as in the generic
+#' @details `compare_performance()` takes fits with others. \pkg{insight} knows models by a fixed list of classes; within the comparison the fits have one of them as their
+#'   last class.
+ellipsis_info.silvafit <- function(objects, ..., only_models = TRUE, verbose = TRUE) {
+  fits <- list(objects, ...)
+  responses <- lapply(fits, function(fit) if (inherits(fit, "silvafit")) as.vector(fit$frame[[1]]) else insight::get_response(fit))
+  known <- lapply(fits, function(fit) if (inherits(fit, "silvafit")) structure(fit, class = c(class(fit), "lavaan")) else fit)
+  structure(known, names = vapply(as.list(substitute(list(objects, ...)))[-1], deparse1, ""), class = c("ListModels", "list"),
+            same_response = all(vapply(responses, identical, NA, responses[[1]])))
+}
+
+#' @rdname performance-methods
 find_formula.silvafit <- function(x, ...) {
   random <- random_formulas(x)
   # The predictors are the columns that the mean reads; parameters are none.
@@ -97,7 +123,6 @@ random_formulas <- function(x) {
 }
 
 #' @rdname performance-methods
-#' @exportS3Method insight::model_info
 model_info.silvafit <- function(x, ...) {
   info <- insight::model_info(stats::lm(y ~ x, data.frame(y = c(1, 2, 2), x = 1:3)))
   info$is_mixed <- has_random(x)
@@ -107,30 +132,24 @@ model_info.silvafit <- function(x, ...) {
 }
 
 #' @rdname performance-methods
-#' @exportS3Method insight::get_data
 get_data.silvafit <- function(x, ...) x$frame
 
 #' @rdname performance-methods
 #' @param type,data as in the generics
-#' @exportS3Method insight::get_df
 get_df.silvafit <- function(x, type = "residual", ...) if (identical(type, "model")) x$fit$k else stats::setNames(fixed_table(x)[, "DF"], names(fixef(x)))
 
 #' @rdname performance-methods
-#' @exportS3Method insight::get_loglikelihood
 get_loglikelihood.silvafit <- function(x, ...) logLik(x)
 
 #' @rdname performance-methods
-#' @exportS3Method insight::get_predicted
 get_predicted.silvafit <- function(x, data = NULL, ...) as.vector(stats::predict(x, data))
 
 #' @rdname performance-methods
-#' @exportS3Method insight::find_algorithm
 find_algorithm.silvafit <- function(x, ...) list(algorithm = method_title(x))
 
 #' @rdname performance-methods
 #' @param component component of the variance
 #' @details `get_variance()`, and with it `performance::icc()`, has the shares of the variance of Johnson (2014), as [r2()][performance::r2] has.
-#' @exportS3Method insight::get_variance
 get_variance.silvafit <- function(x, component = "all", ...) {
   if (!has_random(x)) stop_usage("the fit has no random effects")
   marginal <- number_or_na(x$fit$r2_marginal)
@@ -144,29 +163,16 @@ get_variance.silvafit <- function(x, component = "all", ...) {
 
 #' @rdname performance-methods
 #' @method find_statistic silvafit
-#' @exportS3Method insight::find_statistic
 find_statistic.silvafit <- function(x, ...) "t-statistic"
 
 #' @rdname performance-methods
-#' @exportS3Method insight::get_statistic
 get_statistic.silvafit <- function(x, ...) data.frame(Parameter = names(fixef(x)), Statistic = as.vector(fixed_table(x)[, "t-value"]))
 
 #' @rdname performance-methods
-#' @exportS3Method parameters::p_value
-p_value.silvafit <- function(model, ...) data.frame(Parameter = names(fixef(model)), p = as.vector(fixed_table(model)[, "p-value"]))
-
-#' @rdname performance-methods
-#' @exportS3Method parameters::standard_error
-standard_error.silvafit <- function(model, ...) data.frame(Parameter = names(fixef(model)), SE = as.vector(fixed_table(model)[, "Std.Error"]))
-
-#' @rdname performance-methods
-#' @exportS3Method parameters::degrees_of_freedom
 degrees_of_freedom.silvafit <- function(model, ...) as.vector(fixed_table(model)[, "DF"])
 
 #' @rdname performance-methods
-#' @param ci coverage of the intervals
 #' @method ci silvafit
-#' @exportS3Method bayestestR::ci
 ci.silvafit <- function(x, ci = 0.95, ...) {
   limits <- fixed_limits(x, ci)
   data.frame(Parameter = rownames(limits), CI = ci, CI_low = as.vector(limits[, 1]), CI_high = as.vector(limits[, 2]))
@@ -183,9 +189,7 @@ fixed_limits <- function(x, level) {
 #' @rdname performance-methods
 #' @param vcov. covariance matrix of the fixed effects, or a function of the fit
 #' @param df degrees of freedom; by default those of the fit
-#' @exportS3Method lmtest::coeftest
-coeftest.silvafit <- function(x, vcov. = NULL, df = NULL, ...) {
-  no_further(list(...), "save")
+coeftest.silvafit <- strict(function(x, vcov. = NULL, df = NULL, ...) {
   table <- fixed_table(x)
   covariance <- if (is.function(vcov.)) vcov.(x) else if (is.null(vcov.)) vcov.silvafit(x) else vcov.
   error <- ifelse(is.na(table[, "Std.Error"]), NA, sqrt(diag(covariance)))
@@ -193,19 +197,14 @@ coeftest.silvafit <- function(x, vcov. = NULL, df = NULL, ...) {
   t <- table[, "Value"] / error
   result <- cbind(Estimate = table[, "Value"], "Std. Error" = error, "t value" = t, "Pr(>|t|)" = 2 * stats::pt(-abs(t), df))
   structure(result, class = "coeftest", method = "t test of coefficients", df = df, nobs = nobs(x), logLik = logLik(x))
-}
+}, "save")
 
 #' @rdname performance-methods
 #' @param parm,level as in [confint.silvafit()]
-#' @exportS3Method lmtest::coefci
-coefci.silvafit <- function(x, parm = names(fixef(x)), level = 0.95, ...) {
-  no_further(list(...))
-  fixed_limits(x, level)[parm, , drop = FALSE]
-}
+coefci.silvafit <- strict(function(x, parm = names(fixef(x)), level = 0.95, ...) fixed_limits(x, level)[parm, , drop = FALSE])
 
 #' @rdname performance-methods
 #' @param coef. the fixed effects, or a function of the fit
-#' @exportS3Method multcomp::modelparm
 modelparm.silvafit <- function(model, coef. = fixef, vcov. = vcov.silvafit, df = NULL, ...) {
   value <- function(what) if (is.function(what)) what(model) else what
   estimate <- value(coef.)
@@ -216,23 +215,19 @@ modelparm.silvafit <- function(model, coef. = fixef, vcov. = vcov.silvafit, df =
 #' @rdname performance-methods
 #' @param object a fit of [silvafit()]
 #' @method ngrps silvafit
-#' @exportS3Method lme4::ngrps
 ngrps.silvafit <- function(object, ...) grouping_counts(object)
 
 #' @rdname performance-methods
 #' @method isREML silvafit
-#' @exportS3Method lme4::isREML
 isREML.silvafit <- function(x, ...) isTRUE(x$fit$reml)
 
 #' @rdname performance-methods
 #' @method get_coef silvafit
-#' @exportS3Method marginaleffects::get_coef
 get_coef.silvafit <- function(model, ...) fixef(model)
 
 #' @rdname performance-methods
 #' @param coefs fixed effects in the place of those of the fit
 #' @method set_coef silvafit
-#' @exportS3Method marginaleffects::set_coef
 set_coef.silvafit <- function(model, coefs, ...) {
   model$handle <- engine(.Call(C_with_estimates, model$handle, as.numeric(coefs)))
   model
@@ -241,14 +236,12 @@ set_coef.silvafit <- function(model, coefs, ...) {
 #' @rdname performance-methods
 #' @param vcov as in the generic
 #' @method get_vcov silvafit
-#' @exportS3Method marginaleffects::get_vcov
 get_vcov.silvafit <- function(model, vcov = NULL, ...) if (is.matrix(vcov)) vcov else vcov.silvafit(model)
 
 #' @rdname performance-methods
 #' @param newdata data frame
 #' @details For \pkg{marginaleffects}, whose predictions are those of the population, set `options(marginaleffects_model_classes = "silvafit")`.
 #' @method get_predict silvafit
-#' @exportS3Method marginaleffects::get_predict
 get_predict.silvafit <- function(model, newdata = model$frame, type = "response", ...) {
   data.frame(rowid = seq_len(nrow(newdata)), estimate = as.vector(stats::predict(model, newdata, level = "population")))
 }
@@ -257,9 +250,7 @@ get_predict.silvafit <- function(model, newdata = model$frame, type = "response"
 #' @param name element of the fit: `"theta"`, `"lower"`, `"beta"`, `"sigma"`, `"y"`, `"n"`, `"p"`, `"q"`, `"cnms"`, `"flist"`, `"l_i"` or `"n_rtrms"`, or several
 #' @details `getME()` has the elements of \pkg{lme4} that such fits have, so that [lme4::isSingular()] works, too.
 #' @method getME silvafit
-#' @exportS3Method lme4::getME
-getME.silvafit <- function(object, name, ...) {
-  no_further(list(...))
+getME.silvafit <- strict(function(object, name, ...) {
   terms <- random_terms_of(object)
   of_factor <- function(value) unname(unlist(lapply(terms, function(term) value(lower_factor(term$covariance) / sigma(object)))))
   triangle <- function(values) values[lower.tri(values, diag = TRUE)]
@@ -269,26 +260,19 @@ getME.silvafit <- function(object, name, ...) {
                    n_rtrms = length(terms), flist = if (!is.null(object$frame) && has_random(object)) as.list(group_frame(object)))
   if (!all(name %in% names(elements))) stop_unknown(setdiff(name, names(elements))[1], names(elements), "getME() of such a fit has no element")
   if (length(name) == 1) elements[[name]] else elements[name]
-}
+})
 
-# The Cholesky factor of a covariance matrix, which may be singular.
+# The Cholesky factor of a covariance matrix, which may be singular: from a square root, by QR.
 lower_factor <- function(covariance) {
-  factor <- 0 * covariance
-  for (j in seq_len(nrow(covariance))) {
-    before <- seq_len(j - 1)
-    factor[j, j] <- sqrt(max(0, covariance[j, j] - sum(factor[j, before]^2)))
-    for (i in seq_len(nrow(covariance))[-seq_len(j)]) {
-      if (factor[j, j] > 0) factor[i, j] <- (covariance[i, j] - sum(factor[i, before] * factor[j, before])) / factor[j, j]
-    }
-  }
-  factor
+  parts <- eigen(covariance, symmetric = TRUE)
+  upper <- qr.R(qr(sqrt(pmax(parts$values, 0)) * t(parts$vectors), tol = 0))
+  t(upper * ifelse(diag(upper) < 0, -1, 1))
 }
 
 #' @rdname performance-methods
 #' @param newresp new responses of the rows of the fit
 #' @details `refit()` fits to new responses, such as those of [simulate.silvafit()]; `refitML()` without restricted likelihood.
 #' @method refit silvafit
-#' @exportS3Method lme4::refit
 refit.silvafit <- function(object, newresp = NULL, ...) {
   no_further(list(...), "newresp")
   needs_call(object, "refit()")
@@ -301,22 +285,18 @@ refit.silvafit <- function(object, newresp = NULL, ...) {
 
 #' @rdname performance-methods
 #' @method refitML silvafit
-#' @exportS3Method lme4::refitML
 refitML.silvafit <- function(x, ...) if (isTRUE(x$fit$reml)) stats::update(x, reml = FALSE) else x
 
 #' @rdname performance-methods
 #' @method isLMM silvafit
-#' @exportS3Method lme4::isLMM
 isLMM.silvafit <- function(x, ...) FALSE
 
 #' @rdname performance-methods
 #' @method isGLMM silvafit
-#' @exportS3Method lme4::isGLMM
 isGLMM.silvafit <- isLMM.silvafit
 
 #' @rdname performance-methods
 #' @method isNLMM silvafit
-#' @exportS3Method lme4::isNLMM
 isNLMM.silvafit <- function(x, ...) has_random(x)
 
 #' @rdname performance-methods
@@ -324,20 +304,14 @@ isNLMM.silvafit <- function(x, ...) has_random(x)
 #' @details For \pkg{car}: `Anova()` has the Wald tests of [anova.silvafit()], given all other terms; `linearHypothesis()` and `deltaMethod()` are those of the
 #'   fixed effects.
 #' @method Anova silvafit
-#' @exportS3Method car::Anova
-Anova.silvafit <- function(mod, ...) {
-  no_further(list(...), c("type", "test.statistic"))
-  anova.silvafit(mod, type = "marginal")
-}
+Anova.silvafit <- strict(function(mod, ...) anova.silvafit(mod, type = "marginal"), c("type", "test.statistic"))
 
 #' @rdname performance-methods
 #' @method linearHypothesis silvafit
-#' @exportS3Method car::linearHypothesis
 linearHypothesis.silvafit <- function(model, ...) {
   utils::getS3method("linearHypothesis", "default", envir = asNamespace("car"))(model, ..., vcov. = vcov.silvafit(model), coef. = fixef(model), suppress.vcov.msg = TRUE)
 }
 
 #' @rdname performance-methods
 #' @method deltaMethod silvafit
-#' @exportS3Method car::deltaMethod
 deltaMethod.silvafit <- function(object, ...) car::deltaMethod(fixef(object), ..., vcov. = vcov.silvafit(object))

@@ -13,7 +13,6 @@
 #' @param of `"residuals"` or `"ranef"`
 #' @param ... graphical parameters, with `form` arguments of nlme and lattice
 #' @return `plot()` and `qqnorm()` return their object invisibly, with `form` a plot of lattice; `autoplot()`, if \pkg{ggplot2} is loaded, a plot.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -34,8 +33,6 @@ plot.silvafit <- function(x, form = NULL, level = "conditional", type = "pearson
 }
 
 #' @rdname plot.silvafit
-#' @export
-#' @importFrom stats qqnorm
 qqnorm.silvafit <- function(y, form = NULL, of = c("residuals", "ranef"), ...) {
   if (is_for_nlme(form, list(...))) return(by_nlme("qqnorm", match.call(), parent.frame(), also = lattice_names()))
   no_further(list(...), graphical_names())
@@ -65,7 +62,6 @@ is_for_nlme <- function(form, given) {
 }
 
 #' @rdname plot.silvafit
-#' @exportS3Method ggplot2::autoplot
 autoplot.silvafit <- function(object, level = "conditional", type = "pearson", ...) {
   needs_data(object, "autoplot()")
   data <- data.frame(fitted = fitted_at(object, level), residual = as.vector(stats::na.omit(residuals(object, level = level, type = type))))

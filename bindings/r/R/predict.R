@@ -22,7 +22,6 @@
 #' @param ... `allow.new.levels` of lme4: TRUE is `new_groups = "population"`, FALSE `"error"`; other names stop
 #' @return A vector; with `interval` or `se.fit` a data frame with the columns `fit`, `lwr`, `upr` and `se.fit`. Calibrated predictions have the
 #'   attribute `measured`, the number of rows that calibrated the group of each row.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -45,8 +44,7 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   says_new <- missing(new_groups)
   interval <- match.arg(interval)
   check_flag(se.fit, "se.fit")
-  actions <- list(stats::na.pass, stats::na.exclude, stats::na.omit, stats::na.fail)
-  if (!any(vapply(actions, identical, NA, na.action))) stop_usage("`na.action` has to be na.pass, na.exclude, na.omit or na.fail")
+  action <- name_of_action(na.action, c("na.pass", "na.exclude", "na.omit", "na.fail"))
   new_groups <- match.arg(new_groups)
   seen_groups <- match.arg(seen_groups)
   if (length(level) > 1 && is.numeric(level)) {
@@ -64,16 +62,17 @@ predict.silvafit <- function(object, newdata, level = "conditional", interval = 
   if (level == "conditional" && length(absent) > 0) {
     stop_input("unknown column '", absent[1], "' in `newdata`; without the groups use level = \"population\"", column = absent[1])
   }
-  if (level == "outer") {
+  is_outer <- level == "outer"
+  if (is_outer) {
     newdata <- without_inner_groups(object, newdata)
     level <- "conditional"
   }
   settings <- list(level = level, new_groups = new_groups, seen_groups = seen_groups,
                    coverage = if (interval != "none") coverage, interval = if (interval == "prediction") "prediction" else "confidence",
                    standard_errors = se.fit, threads = threads)
-  result <- analysis_of_fit("predict", object, settings, newdata)$tables$rows
-  if (says_new) tell_new_groups(object, newdata, settings$level, result)
-  predicted(result, row.names(newdata), interval, se.fit, level, na.action)
+  result <- analysis_of_fit("predict", object, settings, newdata)
+  if (says_new && !is_outer && result$json$new_groups != "") tell(result$json$new_groups)
+  predicted(result$tables$rows, row.names(newdata), interval, se.fit, level, action)
 }
 
 # lme4's argument as a level.
@@ -84,30 +83,12 @@ level_of_re_form <- function(re.form) {
   stop_usage("`re.form` has to be NULL, NA or ~ 0; for the coarser of two groupings use level = 1")
 }
 
-# Groups that are not in the fit have no effects of their own: what their predictions are is said, not assumed.
-tell_new_groups <- function(object, newdata, level, result) {
-  if (level != "conditional" || !has_random(object)) return(invisible())
-  is_new <- result$is_new_group == 1
-  if (!any(is_new)) return(invisible())
-  if (is_crossed(object)) {
-    return(tell(paste0(sum(is_new), if (sum(is_new) == 1) " row is" else " rows are", " of groups that are not in the fit (", paste(names(grouping_counts(object)), collapse = " or "),
-                       "): their predictions have the effects of the known groups only; `new_groups` has other choices")))
-  }
-  column <- utils::tail(names(grouping_counts(object)), 1)
-  labels <- unique(as.character(newdata[[column]][is_new]))
-  labels <- labels[!is.na(labels) & labels != new_group_label]
-  if (length(labels) == 0) return(invisible())
-  shown <- paste(c(utils::head(labels, 5), if (length(labels) > 5) "..."), collapse = ", ")
-  tell(paste0(sum(is_new), if (sum(is_new) == 1) " row is" else " rows are", " of groups that are not in the fit (", column, " ", shown,
-              "): their predictions have random effects 0; `new_groups` has other choices"))
-}
-
 # The label of no group.
 new_group_label <- "\u0001"
 
-predicted <- function(result, names, interval, se.fit, level, na.action) {
+predicted <- function(result, names, interval, se.fit, level, action) {
   value <- result$value
-  if (identical(na.action, stats::na.fail) && anyNA(value)) stop_input("row ", names[is.na(value)][1], " has no prediction because of missing values or a new level")
+  if (action == "na.fail" && anyNA(value)) stop_input("row ", names[is.na(value)][1], " has no prediction because of missing values or a new level")
   if (interval == "none" && !se.fit) {
     output <- stats::setNames(value, names)
   } else {
@@ -119,7 +100,7 @@ predicted <- function(result, names, interval, se.fit, level, na.action) {
     if (se.fit) output$se.fit <- result$standard_error
   }
   measured <- result$calibrated_from
-  if (identical(na.action, stats::na.omit)) {
+  if (action == "na.omit") {
     keep <- !is.na(value)
     output <- if (is.data.frame(output)) output[keep, , drop = FALSE] else output[keep]
     measured <- measured[keep]
@@ -147,7 +128,6 @@ prediction_data <- function(object, newdata, level) {
   if (!is.null(left) && !is.name(left) && !response %in% names(newdata) && all(all.vars(left) %in% names(newdata))) {
     newdata[[response]] <- eval(left, newdata, environment(object$formula))
   }
-  if (level == "calibrated" && !is.null(left)) check_measured(newdata[[response]], response)
   wanted <- if (is.null(object$frame)) names(newdata) else names(object$frame)
   newdata <- newdata[intersect(wanted, names(newdata))]
   if (length(newdata) == 0) stop_input("`newdata` has none of the columns of the model: ", paste(wanted, collapse = ", "))
@@ -157,14 +137,6 @@ prediction_data <- function(object, newdata, level) {
     if (is.logical(newdata[[name]]) && all(is.na(newdata[[name]]))) newdata[[name]] <- as.numeric(newdata[[name]])
   }
   newdata
-}
-
-check_measured <- function(values, response) {
-  if (is.null(values)) {
-    stop_input("calibrated predictions need the column '", response, "' in `newdata`, with NA where it was not measured", column = response)
-  }
-  if (is_text(values) && !all(is.na(values))) stop_input("column '", response, "' has text, but calibration needs numbers", column = response)
-  if (is.numeric(values) && any(is.infinite(values))) stop_input("column '", response, "' has an infinite value; use NA where it was not measured", column = response)
 }
 
 is_text <- function(column) is.character(column) || is.factor(column)
@@ -185,8 +157,6 @@ without_inner_groups <- function(object, newdata) {
 #' @param seed seed of the random numbers; without it, it is drawn by R, so that [set.seed()] has effect
 #' @param ... `re.form = NA` and `use.u = FALSE` of lme4, which mean new random effects; other values and names stop
 #' @return Data frame with a column `sim_1`, `sim_2`, ... for each replicate, and the attribute `seed`.
-#' @export
-#' @importFrom stats simulate
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)

@@ -15,7 +15,6 @@
 #'   standard error, percentile and basic intervals of each parameter; `values`, a matrix with a row for each replicate; `replicates` and
 #'   `converged`, their numbers; `failures` and `boundary`, data frames of the reasons of replicates that did not converge, or are boundary
 #'   (singular) fits, with their numbers.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -33,16 +32,14 @@ bootstrap <- function(object, replicates = 500, resample = c("parametric", "case
   structure(c(tables, list(values = values), found$json, settings[c("resample", "level", "seed")]), class = "silvafit_bootstrap")
 }
 
-#' @export
-print.silvafit_bootstrap <- function(x, digits = 4, ...) {
-  no_further(list(...))
+print.silvafit_bootstrap <- strict(function(x, digits = 4, ...) {
   cat(x$resample, " bootstrap, ", x$converged, " of ", x$replicates, " replicates converged; ", 100 * x$level, "% intervals\n\n", sep = "")
   print(x$parameters, digits = digits)
   for (kind in c("failures", "boundary")) {
     if (nrow(x[[kind]]) > 0) print_notes(paste0(if (kind == "failures") "not converged" else "boundary", ": ", x[[kind]]$reason, " (", x[[kind]]$replicates, ")"))
   }
   invisible(x)
-}
+})
 
 #' Cross-validation of a fit
 #'
@@ -56,7 +53,6 @@ print.silvafit_bootstrap <- function(x, digits = 4, ...) {
 #' @return Data frame with the rows of the fit and the columns `fold`, `observed`, `predicted` (random effects 0) and, with `measured`,
 #'   `calibrated` (NA for the measured rows). Attributes: `population` and `calibrated` have R2, mean error, RMSE and MAE, `mean_log_density` the mean
 #'   log predictive density, `failed` the folds without a fit.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)

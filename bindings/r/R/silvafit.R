@@ -71,7 +71,6 @@
 #'   `AIC`, `residuals`, `fitted`, `predict`, `simulate`, `confint`, `anova`, `update`, ...) and nlme (`fixef`,
 #'   `ranef`, `VarCorr`, `intervals`).
 #' @seealso [predict.silvafit()], [convergence()], `vignette("from-nlme", package = "silvafit")`
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -165,7 +164,8 @@ subset_rows <- function(condition, data, frame) {
 model_texts <- function(formula, data, parameters, random, groups, covariance, variance, correlation, contrasts) {
   response <- response_of(formula, data)
   if (!response$name %in% names(data)) data[[response$name]] <- response$values
-  right <- without_data_pronouns(formula[[3]], data)
+  right <- formula[[3]]
+  if ("." %in% all.names(right)) stop_formula("'.' cannot be used in the formula; name the columns")
   formulas <- sub_model_formulas(parameters)
   check_contrasts(contrasts)
   needed <- c(all.vars(right), unlist(lapply(formulas, all.vars)))
@@ -222,23 +222,21 @@ with_offsets <- function(expression, offsets) {
   expression
 }
 
-without_data_pronouns <- function(expression, data) {
-  if ("." %in% all.names(expression)) stop_formula("'.' cannot be used in the formula; name the columns")
-  expression
-}
-
 check_missing <- function(frame, na.action) {
-  name <- if (is.function(na.action)) NULL else as.character(na.action)
-  is_it <- function(which) identical(na.action, get(which, asNamespace("stats"))) || identical(name, which)
-  if (!is.null(na.action) && !is_it("na.omit") && !is_it("na.exclude") && !is_it("na.fail")) {
-    stop_usage("`na.action` has to be na.omit, na.exclude or na.fail")
-  }
-  incomplete <- which(!stats::complete.cases(frame))
-  if (is_it("na.fail") && length(incomplete) > 0) {
+  action <- name_of_action(na.action, c("na.omit", "na.exclude", "na.fail"))
+  if (action == "na.fail" && anyNA(frame)) {
     column <- names(frame)[vapply(frame, anyNA, logical(1))][1]
     stop_input("column '", column, "' has missing values; use na.action = na.omit, or remove the rows", column = column)
   }
-  if (is_it("na.exclude")) "exclude" else "omit"
+  sub("na.", "", action, fixed = TRUE)
+}
+
+# The name of one of some functions of stats, which may be given as text; the first for NULL.
+name_of_action <- function(na.action, names) {
+  is_it <- vapply(names, function(name) identical(na.action, name) || identical(na.action, get(name, asNamespace("stats"))), NA)
+  if (is.null(na.action)) is_it[1] <- TRUE
+  if (!any(is_it)) stop_usage("`na.action` has to be ", paste(names, collapse = ", "))
+  names[is_it][1]
 }
 
 # Both ends of each bound; NULL is an open one.

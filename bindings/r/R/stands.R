@@ -90,7 +90,7 @@ analysis_of_call <- function(name, table, lists, own = list(), instead = charact
   result
 }
 
-# Polygons of sf as lists of rings, which are matrices.
+# A path, or polygons of sf as texts with the labels of their plots.
 window_arguments <- function(window) {
   if (is.null(window)) return(list())
   if (is.character(window)) {
@@ -99,19 +99,9 @@ window_arguments <- function(window) {
   }
   if (!inherits(window, c("sf", "sfc", "sfg"))) stop_usage("`window` has to be a path or polygons of class sf or sfc")
   if (!requireNamespace("sf", quietly = TRUE)) stop_usage("windows of class sf need the package sf")
-  plots <- if (inherits(window, "sf") && "plot" %in% names(window)) as.character(window$plot)
-  geometry <- if (inherits(window, "sfg")) list(window) else sf::st_geometry(window)
-  polygons <- lapply(geometry, rings_of)
-  # Polygons of one plot, or of the stand, are one window.
-  keys <- if (is.null(plots)) rep("", length(polygons)) else plots
-  list(windows = lapply(unique(keys), function(key) list(plot = if (!is.null(plots)) key, polygons = do.call(c, polygons[keys == key]))))
-}
-
-rings_of <- function(geometry) {
-  flat <- function(polygon) lapply(unclass(polygon), function(ring) ring[, 1:2, drop = FALSE])
-  if (inherits(geometry, "POLYGON")) return(list(flat(geometry)))
-  if (inherits(geometry, "MULTIPOLYGON")) return(lapply(unclass(geometry), flat))
-  stop_usage("`window` has to consist of polygons, not of ", class(geometry)[2])
+  geometry <- if (inherits(window, "sfg")) sf::st_sfc(window) else sf::st_geometry(window)
+  plots <- if (inherits(window, "sf") && "plot" %in% names(window)) lapply(as.character(window$plot), function(plot) if (!is.na(plot)) plot)
+  list(windows = Filter(Negate(is.null), list(wkt = as.list(sf::st_as_text(sf::st_zm(geometry), digits = 17)), plot = plots)))
 }
 
 # A table with further columns. Those that the table has with other values are not replaced.
@@ -140,7 +130,6 @@ has_values <- function(column, values) {
 #' @return `trees` with the columns `core` (1 if all nearest neighbors are known) and the indices; NA for rows that cannot be used. A column of
 #'   `trees` with one of these names and other values is an error. If
 #'   `trees` is a path, the columns of the inventory as it was read. The attribute `summary` has the means.
-#' @export
 #' @examples
 #' trees <- data.frame(x = c(1, 3, 6, 4, 8, 9, 2, 7), y = c(1, 7, 2, 5, 9, 4, 9, 7),
 #'                     dbh = c(20, 15, 30, 22, 18, 25, 28, 14),
@@ -168,7 +157,6 @@ structural_units <- function(trees, window = NULL, edge = "buffer", buffer = 5, 
 #' @inheritParams inventory-arguments
 #' @param ... further [settings] of the table, structural units, sampled plots, stand figures and equations, such as `equations = c("jenkins-pine", B = "taper")`
 #' @return List of class `silvafit_stand` with data frames: `plots`, `strata`, `species`, `diameters` and, with positions, `classes`.
-#' @export
 #' @examples
 #' trees <- data.frame(plot = rep(1:2, each = 4), species = c("A", "A", "B", "A"),
 #'                     dbh = c(20, 31, 14, 25, 22, 18, 40, 33),
@@ -192,7 +180,6 @@ stand_tables <- function(result) {
 #' @inheritParams inventory-arguments
 #' @inheritParams stand_summary
 #' @return List of class `silvafit_stand` with data frames: `growth_trees`, `growth_plots` and `growth_strata`.
-#' @export
 #' @examples
 #' trees <- data.frame(plot = 1, tree = c(1, 2, 1, 2, 3), year = c(2010, 2010, 2020, 2020, 2020),
 #'                     dbh = c(20, 31, 24, 33, 8))
@@ -202,9 +189,7 @@ stand_growth <- function(trees, window = NULL, plot_area = NULL, columns = NULL,
   stand_tables(analysis_of_call("stand_growth", trees, c("reading", "units", "sampling", "stand", "equations")))
 }
 
-#' @export
-print.silvafit_stand <- function(x, digits = 3, ...) {
-  no_further(list(...))
+print.silvafit_stand <- strict(function(x, digits = 3, ...) {
   for (name in setdiff(names(x), "classes")) {
     if (nrow(x[[name]]) == 0) next
     cat(toupper(substr(name, 1, 1)), substring(name, 2), "\n", sep = "")
@@ -215,7 +200,7 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
     cat("\n")
   }
   invisible(x)
-}
+})
 
 #' Impute values that were measured on some trees only
 #'
@@ -226,7 +211,6 @@ print.silvafit_stand <- function(x, digits = 3, ...) {
 #' @param ... further [settings] of the table
 #' @return `trees` with the response filled in, under its name in `trees`, and the columns `RESPONSE_source` (measured, imputed, missing), `RESPONSE_level`
 #'   (plot, stand, population) and `RESPONSE_flag`, and with `coverage` the limits `RESPONSE_lower` and `RESPONSE_upper`. The attribute `models` is a list of the fits, objects of class `silvafit` without data (see [read_fit()]).
-#' @export
 #' @examples
 #' trees <- as.data.frame(Loblolly)
 #' names(trees) <- c("h", "dbh", "plot")
@@ -260,7 +244,6 @@ impute <- function(trees, response = "h", group = "", by = "", minimum_trees = 3
 #' @return List of class `silvafit_study`: `results`, a data frame with a row for each species and response; `predictions`, the inventory with those of the
 #'   chosen models; `notes`; the paths `out` and `report`.
 #'   `read_library(study)` has its models.
-#' @export
 #' @examples
 #' \donttest{
 #' set.seed(1)
@@ -283,24 +266,19 @@ fit_study <- function(trees, out, species = NULL, responses = c("h", "hcb", "cw"
 }
 
 study_results <- function(results) {
-  rows <- lapply(results, function(one) {
-    text <- function(key) if (is.null(one[[key]])) NA_character_ else paste(one[[key]], collapse = "; ")
-    data.frame(species = text("species"), response = text("response"), n = one$n, model = text("model"), formula = text("formula"), covariates = text("covariates"),
-               random = text("random"), variance = text("variance"), r2_ols = number_or_na(one$r2_ols), r2_nlme = number_or_na(one$r2_nlme),
-               converged = one$converged, sound = one$sound, doubts = paste(unlist(one$doubts), collapse = " "),
-               message = text("verdict"))
+  joined <- lapply(results, function(one) {
+    one$doubts <- paste(unlist(one$doubts), collapse = " ")
+    lapply(c(one, message = one$verdict), function(value) if (length(value) > 1) paste(value, collapse = "; ") else value)
   })
-  do.call(rbind, rows)
+  records(joined, c("species", "response", "n", "model", "formula", "covariates", "random", "variance", "r2_ols", "r2_nlme", "converged", "sound", "doubts", "message"))
 }
 
-#' @export
-print.silvafit_study <- function(x, ...) {
-  no_further(list(...))
+print.silvafit_study <- strict(function(x, ...) {
   cat("Study: ", sum(x$results$sound), " of ", NROW(x$results), " final models are sound\n\n", sep = "")
   print(x$results[c("species", "response", "n", "model", "covariates", "random", "variance", "r2_ols", "r2_nlme", "sound")], digits = 3, row.names = FALSE)
   cat("\nReport:", x$report, "\n")
   invisible(x)
-}
+})
 
 #' Model libraries
 #'
@@ -316,7 +294,6 @@ print.silvafit_study <- function(x, ...) {
 #' @return `read_library()`: list of class `silvafit_library` with the data frame `models` and, for each of its rows, an object of class
 #'   `silvafit` in the list `fits`, such as `fits[["SM h nlme"]]`; these have no data (see [read_fit()]). `predict()`: `newdata` with columns such as `h_pred`, `h_lower`,
 #'   `h_upper`, `h_se`, `h_trees`, those of equations such as `volume_m3`, and `flag`.
-#' @export
 #' @examples
 #' library <- read_library("shanxia-2023")
 #' library
@@ -331,26 +308,20 @@ read_library <- function(file) {
   }
   if (!is.character(file) || length(file) != 1) stop_usage("`file` has to be a path, the name of a published library, a study or a fit")
   result <- engine(.Call(C_read_library, path.expand(file), data_folder()))
-  describe <- function(key) vapply(result$models, function(model) if (is.null(model[[key]])) "" else model[[key]], "")
   fits <- lapply(result$fits, stored_fit, call = match.call())
-  value <- function(key) lapply(fits, function(fit) fit$fit[[key]])
-  models <- data.frame(species = describe("species"), response = describe("response"), role = describe("role"),
-                       formula = as.character(value("formula")), n = vapply(value("n"), number_or_na, 0), converged = vapply(value("converged"), isTRUE, TRUE))
+  models <- cbind(records(result$models, c("species", "response", "role")), records(lapply(fits, `[[`, "fit"), c("formula", "n", "converged")))
   names(fits) <- apply(models[1:3], 1, function(parts) paste(parts[parts != ""], collapse = " "))
   structure(list(models = models, fits = fits, handle = result$handle), class = "silvafit_library")
 }
 
 #' @rdname read_library
-#' @export
-print.silvafit_library <- function(x, ...) {
-  no_further(list(...))
+print.silvafit_library <- strict(function(x, ...) {
   cat("Library of", nrow(x$models), "models\n")
   print(x$models, row.names = FALSE)
   invisible(x)
-}
+})
 
 #' @rdname read_library
-#' @export
 predict.silvafit_library <- function(object, newdata, level = "population", interval = c("none", "prediction", "confidence"), coverage = 0.95, se.fit = FALSE,
                                      new_groups = "population", seen_groups = "fitted", role = "", equations = NULL, equation_files = NULL, columns = NULL,
                                      trust_units = FALSE, threads = 0, progress = interactive(), ...) {
@@ -370,7 +341,6 @@ predict.silvafit_library <- function(object, newdata, level = "population", inte
 #' @param file file of the scene, with the ending .glb, .gltf, .obj or .ply; without it, `out` is a folder for a file of each tree
 #' @param ... further [settings] of trees and scenes and of the table
 #' @return Data frame with a row for each tree, invisibly: its file and the measurements of its mesh.
-#' @export
 #' @examples
 #' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1),
 #'                     dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))
@@ -381,16 +351,7 @@ grow_trees <- function(trees, file, plots = NULL, use = "observed", builder = "s
                        trust_units = FALSE, threads = 0, progress = interactive(), ...) {
   if (missing(file) && is.null(list(...)$out)) stop_usage("`file` is missing: the file of the scene, such as stand.glb")
   result <- analysis_of_call("grow", trees, c("reading", "grow"), list(scene = if (!missing(file)) path.expand(file)))
-  invisible(grown_trees(result$json))
-}
-
-grown_trees <- function(json) {
-  rows <- lapply(json$trees, function(tree) as.data.frame(Filter(function(value) length(value) == 1 && is.atomic(value), tree), check.names = FALSE))
-  names <- unique(unlist(lapply(rows, base::names)))
-  do.call(rbind, lapply(rows, function(row) {
-    row[setdiff(names, base::names(row))] <- NA
-    row[names]
-  }))
+  invisible(records(lapply(result$json$trees, Filter, f = function(value) length(value) == 1 && is.atomic(value))))
 }
 
 #' Show a stand in three dimensions
@@ -404,7 +365,6 @@ grown_trees <- function(json) {
 #' @param open open the page
 #' @param ... further [settings] of the page and the table
 #' @return The path of the page, invisibly.
-#' @export
 #' @examples
 #' trees <- data.frame(plot = 1, tree = 1:2, species = "SM", x = c(0, 4), y = c(0, 1),
 #'                     dbh = c(18, 24), h = c(14, 17), hcb = c(5, 7), cw = c(3, 4))

@@ -8,18 +8,24 @@
 #' @param ... no further arguments; unknown names stop
 #' @return `summary()` returns a list of class `summary.silvafit`; its element `tTable` has the estimates, standard errors, degrees of
 #'   freedom, t and p values of the fixed effects, as in nlme.
-#' @export
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
 #' fit
 #' summary(fit)$tTable
-print.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
-  no_further(list(...))
+print.silvafit <- strict(function(x, digits = max(3, getOption("digits") - 3), ...) {
   print_head(x)
   cat("  Log-likelihood:", format(signif(number_or_na(x$fit$log_likelihood), 7)), "\n")
   cat("\nFixed effects:\n")
   print(fixef(x), digits = digits)
+  print_variances(x, digits)
+  print_sizes(x)
+  print_convergence(x)
+  invisible(x)
+})
+
+# The covariance of the random effects, or sigma, the derived quantities, and what is known of the residuals.
+print_variances <- function(x, digits) {
   if (has_random(x)) {
     cat("\nRandom effects:\n")
     print(VarCorr(x), digits = digits)
@@ -27,9 +33,6 @@ print.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
     cat("\nResidual standard error:", format(signif(sigma(x), digits)), "\n")
   }
   print_variance(x)
-  print_sizes(x)
-  print_convergence(x)
-  invisible(x)
 }
 
 print_head <- function(x) {
@@ -40,9 +43,10 @@ print_head <- function(x) {
 
 print_derived <- function(x) {
   if (length(x$fit$derived) == 0) return(invisible())
-  column <- function(key) vapply(x$fit$derived, function(one) if (is.null(one[[key]])) NA_real_ else as.numeric(one[[key]]), 0)
   cat("\nDerived quantities:\n")
-  print(cbind(Value = column("estimate"), Std.Error = column("se"), DF = column("df")), digits = 6)
+  values <- data.matrix(records(x$fit$derived, c("estimate", "se", "df")))
+  dimnames(values) <- list(names(x$fit$derived), c("Value", "Std.Error", "DF"))
+  print(values, digits = 6)
 }
 
 print_variance <- function(x) {
@@ -71,9 +75,7 @@ print_convergence <- function(x) {
 }
 
 #' @rdname print.silvafit
-#' @export
-summary.silvafit <- function(object, ...) {
-  no_further(list(...))
+summary.silvafit <- strict(function(object, ...) {
   table <- fixed_table(object)
   covariance <- vcov(object)
   deviation <- sqrt(diag(covariance))
@@ -82,26 +84,16 @@ summary.silvafit <- function(object, ...) {
                  residuals = if (!is.null(object$frame)) stats::quantile(residuals(object, type = "pearson"), na.rm = TRUE),
                  r2 = c(marginal = number_or_na(object$fit$r2_marginal), conditional = number_or_na(object$fit$r2_conditional))),
             class = "summary.silvafit")
-}
+})
 
-#' @export
-coef.summary.silvafit <- function(object, ...) {
-  no_further(list(...))
-  object$tTable
-}
+coef.summary.silvafit <- strict(function(object, ...) object$tTable)
 
-#' @export
-print.summary.silvafit <- function(x, digits = max(3, getOption("digits") - 3), ...) {
-  no_further(list(...))
+print.summary.silvafit <- strict(function(x, digits = max(3, getOption("digits") - 3), ...) {
   object <- x$object
   print_head(object)
   cat("\n")
   print(data.frame(AIC = x$AIC, BIC = x$BIC, logLik = c(x$logLik), row.names = ""), digits = digits + 3)
-  if (has_random(object)) {
-    cat("\nRandom effects:\n")
-    print(x$VarCorr, digits = digits)
-  }
-  print_variance(object)
+  print_variances(object, digits)
   cat("\nFixed effects:\n")
   print_fixed(x$tTable, digits)
   if (nrow(x$tTable) > 1 && all(is.finite(x$corFixed))) {
@@ -112,14 +104,13 @@ print.summary.silvafit <- function(x, digits = max(3, getOption("digits") - 3), 
     cat("\nStandardized residuals", if (has_random(object)) " within groups", ":\n", sep = "")
     print(stats::setNames(x$residuals, c("Min", "Q1", "Med", "Q3", "Max")), digits = digits)
   }
-  if (!has_random(object)) cat("\nResidual standard error: ", format(signif(x$sigma, digits)), "\n", sep = "")
   if (is.finite(x$r2[["conditional"]])) {
     cat("\nR2 of the fixed effects: ", format(x$r2[["marginal"]], digits = 3), ", with random effects: ", format(x$r2[["conditional"]], digits = 3), "\n", sep = "")
   }
   print_sizes(object)
   print_convergence(object)
   invisible(x)
-}
+})
 
 print_fixed <- function(table, digits) {
   # Coefficients of very different sizes have the same number of significant digits.

@@ -11,8 +11,6 @@
 #' @param ... arguments of [silvafit()] to change; `NULL` removes one
 #' @param evaluate fit, or return the call
 #' @return The new fit, or its call.
-#' @export
-#' @importFrom stats update
 #' @examples
 #' fit <- silvafit(height ~ Asym + (R0 - Asym) * exp(-exp(lrc) * age), data = Loblolly,
 #'                 random = Asym ~ 1 | Seed)
@@ -92,16 +90,13 @@ check_changes <- function(names, count) {
 #' @param trace show the fits
 #' @param ... no further arguments; unknown names stop
 #' @return Data frame of class `anova` with a row for each term.
-#' @export
-#' @importFrom stats drop1
 #' @examples
 #' \donttest{
 #' fit <- silvafit(weight ~ a / (1 + exp((m - Time) / s)), data = nlme::Soybean,
 #'                 parameters = list(a ~ Variety, m ~ Year), random = a ~ 1 | Plot)
 #' drop1(fit)
 #' }
-drop1.silvafit <- function(object, scope = NULL, scale = 0, test = c("Chisq", "none"), k = 2, trace = FALSE, ...) {
-  no_further(list(...))
+drop1.silvafit <- strict(function(object, scope = NULL, scale = 0, test = c("Chisq", "none"), k = 2, trace = FALSE, ...) {
   test <- match.arg(test)
   needs_call(object, "drop1()")
   if (isTRUE(object$fit$reml)) stop_usage("fits by REML with different fixed effects cannot be compared; use drop1(update(fit, method = \"ML\"))")
@@ -128,4 +123,4 @@ drop1.silvafit <- function(object, scope = NULL, scale = 0, test = c("Chisq", "n
     table$`Pr(>Chi)` <- stats::pchisq(table$LRT, table$Df, lower.tail = FALSE)
   }
   structure(table, heading = c("Single term deletions", "\nModel:", deparse1(object$formula), ""), class = c("anova", "data.frame"))
-}
+})

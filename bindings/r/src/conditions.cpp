@@ -9,8 +9,8 @@
 
 #include "conversion.hpp"
 #include "entry_points.hpp"
-#include "silvafit/base/error.hpp"
-#include "silvafit/base/io_error.hpp"
+#include "silvafit/base/near_names.hpp"
+#include "silvafit/study/error_kind.hpp"
 #include "silvafit/study/setting_names.hpp"
 
 namespace silvafit::r {
@@ -32,21 +32,6 @@ cpp11::sexp failure(const std::string& kind, const std::string& text, const Plac
   return list;
 }
 
-const char* kind_of(const Error& error) {
-  const auto is = [&]<class Kind>(const Kind* /*kind*/) {
-    return dynamic_cast<const Kind*>(&error) != nullptr;
-  };
-  // Derived classes are first.
-  if (is(static_cast<const FormulaError*>(nullptr))) return "formula";
-  if (is(static_cast<const UsageError*>(nullptr))) return "usage";
-  if (is(static_cast<const DomainError*>(nullptr))) return "domain";
-  if (is(static_cast<const InputError*>(nullptr))) return "input";
-  if (is(static_cast<const NumericalError*>(nullptr))) return "numerical";
-  if (is(static_cast<const GeometryError*>(nullptr))) return "geometry";
-  if (is(static_cast<const IoError*>(nullptr))) return "io";
-  return "other";
-}
-
 }  // namespace
 
 SEXP words_of_messages(SEXP texts) {
@@ -55,13 +40,18 @@ SEXP words_of_messages(SEXP texts) {
   return value_of(messages);
 }
 
+SEXP nearest_name(SEXP name, SEXP names) {
+  return value_of(silvafit::nearest_name(text_of(name), texts_of(names)));
+}
+
 SEXP guarded(const std::function<SEXP()>& work) {
   try {
     return work();
   } catch (const cpp11::unwind_exception&) {
     throw;  // a jump of R, which cpp11 continues
   } catch (const Error& error) {
-    return failure(kind_of(error), in_words_of_r(error.what()), error.place());
+    return failure(
+        std::string(study::error_kind(error)), in_words_of_r(error.what()), error.place());
   } catch (const std::bad_alloc&) {
     return failure("memory", "there is not enough memory");
   } catch (const std::exception& error) {

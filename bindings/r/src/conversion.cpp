@@ -28,68 +28,20 @@ data::TextColumn text_column(SEXP values) {
   data::TextColumn column;
   const R_xlen_t size = Rf_xlength(values);
   column.reserve(static_cast<std::size_t>(size));
+  // R has equal texts once, and rows of one group follow each other.
+  SEXP last = NA_STRING;
+  std::string_view view;
   for (R_xlen_t i = 0; i < size; ++i) {
     SEXP text = STRING_ELT(values, i);
     if (text == NA_STRING) {
       column.append_missing();
-    } else {
-      column.append(view_of(text));
+      continue;
     }
+    if (text != last) view = view_of(text);
+    last = text;
+    column.append(view);
   }
   return column;
-}
-
-data::TextColumn factor_column(SEXP values) {
-  SEXP levels = Rf_getAttrib(values, R_LevelsSymbol);
-  std::vector<std::string> labels;
-  for (R_xlen_t i = 0; i < Rf_xlength(levels); ++i) {
-    labels.emplace_back(view_of(STRING_ELT(levels, i)));
-  }
-  data::TextColumn column;
-  const R_xlen_t size = Rf_xlength(values);
-  column.reserve(static_cast<std::size_t>(size));
-  const int* const codes = INTEGER(values);
-  for (R_xlen_t i = 0; i < size; ++i) {
-    if (codes[i] == NA_INTEGER) {
-      column.append_missing();
-    } else {
-      column.append(labels.at(static_cast<std::size_t>(codes[i]) - 1));
-    }
-  }
-  return column;
-}
-
-/// Integers and logical values, whose missing value is the same.
-std::vector<double> numbers_of_integers(const int* values, R_xlen_t size) {
-  std::vector<double> result(static_cast<std::size_t>(size));
-  std::transform(values, values + size, result.begin(), [](int value) {
-    return value == NA_INTEGER ? data::kMissing : static_cast<double>(value);
-  });
-  return result;
-}
-
-void set_column(data::Table& table, const std::string& name, SEXP values) {
-  const R_xlen_t size = Rf_xlength(values);
-  switch (TYPEOF(values)) {
-    case REALSXP:
-      table.set(name, std::vector<double>(REAL(values), REAL(values) + size));
-      return;
-    case INTSXP:
-      if (Rf_isFactor(values)) {
-        table.set(name, factor_column(values));
-      } else {
-        table.set(name, numbers_of_integers(INTEGER(values), size));
-      }
-      return;
-    case LGLSXP:
-      table.set(name, numbers_of_integers(LOGICAL(values), size));
-      return;
-    case STRSXP:
-      table.set(name, text_column(values));
-      return;
-    default:
-      throw std::invalid_argument("column '" + name + "' has an unknown type");
-  }
 }
 
 SEXP character(std::string_view text) {
@@ -107,62 +59,37 @@ cpp11::sexp vector_of(SEXPTYPE type, std::size_t size) {
   return cpp11::safe[Rf_allocVector](type, static_cast<R_xlen_t>(size));
 }
 
-cpp11::sexp numbers_of_array(const ordered_json& array) {
-  cpp11::sexp result = vector_of(REALSXP, array.size());
-  double* place = REAL(result);
-  for (const ordered_json& element : array) {
-    *place++ = element.is_null() ? NA_REAL : element.get<double>();
-  }
-  return result;
-}
-
-cpp11::sexp texts_of_array(const ordered_json& array) {
-  cpp11::sexp result = vector_of(STRSXP, array.size());
-  R_xlen_t place = 0;
-  for (const ordered_json& element : array) {
-    SET_STRING_ELT(
-        result,
-        place++,
-        element.is_null() ? NA_STRING : character(element.get_ref<const std::string&>()));
-  }
-  return result;
-}
-
-cpp11::sexp truths_of_array(const ordered_json& array) {
-  cpp11::sexp result = vector_of(LGLSXP, array.size());
-  int* place = LOGICAL(result);
-  for (const ordered_json& element : array) {
-    *place++ = element.is_null() ? NA_LOGICAL : static_cast<int>(element.get<bool>());
-  }
-  return result;
-}
-
 cpp11::sexp array_of(const ordered_json& array) {
+  const auto filled = [&](SEXPTYPE type, const auto& set) {
+    cpp11::sexp result = vector_of(type, array.size());
+    for (std::size_t i = 0; i < array.size(); ++i) set(result, static_cast<R_xlen_t>(i), array[i]);
+    return result;
+  };
   if (all_of_kind(array, [](const ordered_json& e) { return e.is_number(); })) {
-    return numbers_of_array(array);
+    return filled(REALSXP, [](SEXP result, R_xlen_t i, const ordered_json& element) {
+      REAL(result)[i] = element.is_null() ? NA_REAL : element.get<double>();
+    });
   }
   if (all_of_kind(array, [](const ordered_json& e) { return e.is_string(); })) {
-    return texts_of_array(array);
+    return filled(STRSXP, [](SEXP result, R_xlen_t i, const ordered_json& element) {
+      SEXP text = element.is_null() ? NA_STRING : character(element.get_ref<const std::string&>());
+      SET_STRING_ELT(result, i, text);
+    });
   }
   if (all_of_kind(array, [](const ordered_json& e) { return e.is_boolean(); })) {
-    return truths_of_array(array);
+    return filled(LGLSXP, [](SEXP result, R_xlen_t i, const ordered_json& element) {
+      LOGICAL(result)[i] = element.is_null() ? NA_LOGICAL : static_cast<int>(element.get<bool>());
+    });
   }
-  cpp11::sexp result = vector_of(VECSXP, array.size());
-  R_xlen_t place = 0;
-  for (const ordered_json& element : array) SET_VECTOR_ELT(result, place++, value_of(element));
-  return result;
+  return filled(VECSXP, [](SEXP result, R_xlen_t i, const ordered_json& element) {
+    SET_VECTOR_ELT(result, i, value_of(element));
+  });
 }
 
 cpp11::sexp object_of(const ordered_json& object) {
-  cpp11::sexp result = vector_of(VECSXP, object.size());
-  cpp11::sexp names = vector_of(STRSXP, object.size());
-  R_xlen_t place = 0;
-  for (const auto& [name, value] : object.items()) {
-    SET_VECTOR_ELT(result, place, value_of(value));
-    SET_STRING_ELT(names, place++, character(name));
-  }
-  cpp11::safe[Rf_setAttrib](result, R_NamesSymbol, names);
-  return result;
+  NamedList result;
+  for (const auto& [name, value] : object.items()) result.add(name, value_of(value));
+  return result.list();
 }
 
 [[noreturn]] void refuse_missing() { throw UsageError("must not be a missing value"); }
@@ -218,7 +145,12 @@ data::Table table_of(const cpp11::list& columns) {
   const std::vector<std::string> names = texts_of(Rf_getAttrib(columns, R_NamesSymbol));
   data::Table table(columns.size() > 0 ? static_cast<std::size_t>(Rf_xlength(columns[0])) : 0);
   for (R_xlen_t i = 0; i < columns.size(); ++i) {
-    set_column(table, names[static_cast<std::size_t>(i)], columns[i]);
+    const std::string& name = names[static_cast<std::size_t>(i)];
+    if (TYPEOF(columns[i]) == STRSXP) {
+      table.set(name, text_column(columns[i]));
+    } else {
+      table.set(name, numbers_of(columns[i]));
+    }
   }
   return table;
 }

@@ -13,8 +13,8 @@
 
 namespace silvafit::r {
 
-/// Columns of a data frame as a table: numbers, integers and logical values are numbers, factors
-/// and texts are text. The R functions have turned all other classes into these.
+/// Columns of a data frame as a table: numbers and texts. The R functions have turned all other
+/// classes into these.
 data::Table table_of(const cpp11::list& columns);
 
 /// A path, or a table in memory from a list of columns.

@@ -7,6 +7,8 @@
 namespace silvafit::r {
 
 SEXP words_of_messages(SEXP texts);
+/// The most similar of some names, or "".
+SEXP nearest_name(SEXP name, SEXP names);
 
 /// An analysis by its name (study/analyses.hpp).
 /// \param table    a path, columns of a data frame, or NULL

@@ -36,6 +36,7 @@ constexpr int count(SEXP (*)(Arguments...)) {
 
 extern "C" __attribute__((visibility("default"))) void R_init_silvafit(DllInfo* dll) {
   static const R_CallMethodDef kEntries[] = {SILVAFIT_ENTRY(words_of_messages),
+                                             SILVAFIT_ENTRY(nearest_name),
                                              SILVAFIT_ENTRY(analysis),
                                              SILVAFIT_ENTRY(setting_list),
                                              SILVAFIT_ENTRY(formula_of_model),

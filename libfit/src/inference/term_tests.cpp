@@ -69,13 +69,16 @@ Tested tested_coefficients(const FittedModel& fit) {
 /// The test of combinations of coefficients.
 /// \param at  of the coefficients that are the columns
 /// \param of  of those whose degrees of freedom count
+/// \param values  of the combinations; none: 0
 TermTest tested(std::string term,
                 const Eigen::MatrixXd& combinations,
                 const std::vector<Index>& at,
                 const std::vector<Index>& of,
-                const FittedModel& fit) {
+                const FittedModel& fit,
+                const Eigen::VectorXd& values = {}) {
   TermTest test{.term = std::move(term), .numerator_df = static_cast<int>(combinations.rows())};
-  const Eigen::VectorXd value = combinations * fit.estimate(at);
+  Eigen::VectorXd value = combinations * fit.estimate(at);
+  if (values.size() > 0) value -= values;
   const Eigen::MatrixXd covariance =
       combinations * fit.covariance(at, at) * combinations.transpose();
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
@@ -148,7 +151,9 @@ TermTest joint_test(const FittedModel& fit, const std::vector<std::size_t>& term
   return test_of_terms("combined", terms, unit(all), all, fit);
 }
 
-TermTest joint_test(const FittedModel& fit, const Eigen::MatrixXd& combinations) {
+TermTest joint_test(const FittedModel& fit,
+                    const Eigen::MatrixXd& combinations,
+                    const Eigen::VectorXd& values) {
   std::vector<Index> at;
   const Eigen::VectorXd errors = fit.standard_errors();
   for (Index k = 0; k < combinations.cols(); ++k) {
@@ -160,7 +165,7 @@ TermTest joint_test(const FittedModel& fit, const Eigen::MatrixXd& combinations)
     at.push_back(k);
   }
   if (at.empty()) throw UsageError("a combination has no coefficient other than 0");
-  return tested("combined", combinations(Eigen::all, at), at, at, fit);
+  return tested("combined", combinations(Eigen::all, at), at, at, fit, values);
 }
 
 }  // namespace silvafit::fit

@@ -9,6 +9,7 @@
 #include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -99,6 +100,7 @@ class TableOrder {
     std::ranges::sort(order_, {}, [&](Index i) { return rows[static_cast<std::size_t>(i)]; });
   }
   void apply(VectorXd& values) const { values = values(order_).eval(); }
+  void apply(MatrixXd& values) const { values = values(order_, order_).eval(); }
   template <typename Value>
   void apply(std::vector<Value>& values) const {
     std::vector<Value> sorted;
@@ -115,19 +117,29 @@ LevelResiduals level(const VectorXd& observed, VectorXd fitted, const VectorXd& 
   return {.fitted = std::move(fitted), .raw = raw, .standardized = raw.cwiseQuotient(deviation)};
 }
 
+/// A fit at its estimates with random effects, on the rows of a table in the model's order.
+struct Linearized {
+  Linearized(const FittedModel& fit, const data::Table& table) : model(fit.specification, table) {
+    effects = coefficient_effects(fit, model);
+    NonlinearModel::Workspace workspace;
+    model.evaluate(effects.colwise() + fit.estimate, conditional, &slopes, workspace);
+    deviation = fit.residual_sd(conditional, table.select(model.rows()));
+  }
+
+  NonlinearModel model;
+  MatrixXd effects{};      ///< (p x G)
+  VectorXd conditional{};  ///< (N)
+  MatrixXd slopes{};       ///< (N x p)
+  VectorXd deviation{};    ///< (N)
+};
+
 }  // namespace
 
 Residuals residuals(const FittedModel& fit, const data::Table& table) {
-  const NonlinearModel model(fit.specification, table);
-  const data::Table rows = table.select(model.rows());
+  auto [model, effects, conditional, slopes, deviation] = Linearized(fit, table);
   NonlinearModel::Workspace workspace;
   VectorXd population;
   model.evaluate(fit.estimate, population, nullptr, workspace);
-  const MatrixXd effects = coefficient_effects(fit, model);
-  VectorXd conditional;
-  MatrixXd slopes;
-  model.evaluate(effects.colwise() + fit.estimate, conditional, &slopes, workspace);
-  const VectorXd deviation = fit.residual_sd(conditional, rows);
 
   Residuals result{.rows = model.rows(), .group = group_labels(model)};
   result.observed = model.response();
@@ -168,6 +180,37 @@ Residuals residuals(const FittedModel& fit, const data::Table& table) {
   order.apply(result.observed);
   order.apply(result.normalized);
   order.apply(result.marginal);
+  return result;
+}
+
+MatrixXd response_covariance(const FittedModel& fit, const data::Table& table, bool is_marginal) {
+  const Linearized at(fit, table);
+  const NonlinearModel& model = at.model;
+  if (model.crossed() != nullptr) {
+    throw UsageError("all responses of crossed groups depend on each other");
+  }
+  const Index count = model.observations();
+  MatrixXd root = MatrixXd::Identity(count, count);
+  if (const auto& correlation = fit.variance.correlation; correlation && count > 1) {
+    const auto correlated = CorrelatedRows::of(model, &*correlation);
+    correlated->change(correlated->factors(*correlation),
+                       root,
+                       [](const CorrelationFactor& factor, MatrixXd& part) { factor.color(part); });
+  }
+  root = at.deviation.asDiagonal() * root;
+  MatrixXd result = root * root.transpose();
+  const std::vector<MatrixXd> covariances = covariances_of(fit);
+  const std::vector<std::vector<Index>> places = model.random_coefficients();
+  for (std::size_t t = 0; is_marginal && t < places.size(); ++t) {
+    for (Index k = 0; k < model.group_count(t); ++k) {
+      const Index begin = model.group_begin(model.first_group(t, k));
+      const bool is_last = k + 1 == model.group_count(t);
+      const Index end = is_last ? count : model.group_begin(model.first_group(t, k + 1));
+      const MatrixXd z = at.slopes(Eigen::seq(begin, end - 1), places[t]);
+      result.block(begin, begin, end - begin, end - begin) += z * covariances[t] * z.transpose();
+    }
+  }
+  TableOrder(model.rows()).apply(result);
   return result;
 }
 

@@ -18,31 +18,6 @@ namespace {
 using data::JsonReader;
 using nlohmann::ordered_json;
 
-std::vector<stand::Point> points_of(const JsonReader& ring) {
-  std::vector<stand::Point> points;
-  for (const JsonReader& point : ring.items()) {
-    const Eigen::VectorXd place = point.vector(2);
-    points.push_back({place[0], place[1]});
-  }
-  return points;
-}
-
-/// Polygons as lists of rings, the outer one first; rings are lists of points.
-stand::NamedWindow window_of(const JsonReader& json) {
-  std::vector<stand::Polygon> polygons;
-  for (const JsonReader& rings : json.at("polygons").items()) {
-    stand::Polygon polygon;
-    for (const JsonReader& ring : rings.items()) {
-      polygon.outer.empty() ? polygon.outer = points_of(ring)
-                            : polygon.holes.emplace_back(points_of(ring));
-    }
-    polygons.push_back(std::move(polygon));
-  }
-  stand::NamedWindow result{.plot = {}, .window = stand::Window(polygons)};
-  if (const auto plot = json.find("plot"); plot && !plot->is_null()) result.plot = plot->label();
-  return result;
-}
-
 /// Puts texts, and lists of texts, into words.
 void put_words(ordered_json& json, Front front) {
   if (json.is_string()) json = with_setting_names(json.get_ref<const std::string&>(), front);
@@ -88,6 +63,7 @@ const std::map<std::string_view, Read, std::less<>>& reads() {
       {"compare", &compare_work},
       {"simulate", &simulate_work},
       {"residuals", &residuals_work},
+      {"covariance", &covariance_work},
       {"term_tests", &term_tests_work},
       {"calibrate", &calibrate_work}};
   return all;
@@ -128,7 +104,18 @@ std::size_t AnalysisCall::number(std::string_view key, std::size_t otherwise) {
 void AnalysisCall::complete(UnitSettings& units) {
   const auto windows = find("windows");
   if (!windows) return;
-  for (const JsonReader& window : windows->items()) units.windows.push_back(window_of(window));
+  data::TextColumn wkt;
+  for (const std::string& text : windows->at("wkt").texts()) wkt.append(text);
+  auto table = std::make_shared<data::Table>(wkt.size());
+  table->set("wkt", std::move(wkt));
+  if (const auto plots = windows->find("plot")) {
+    data::TextColumn labels;
+    for (const JsonReader& plot : plots->items()) {
+      plot.is_null() ? labels.append_missing() : labels.append(plot.label());
+    }
+    table->set("plot", std::move(labels));
+  }
+  units.windows = stand::windows_of_table(std::shared_ptr<const data::Table>(std::move(table)));
 }
 
 void AnalysisCall::complete(SamplingSettings& sampling) const {

@@ -90,6 +90,7 @@ AnalysisWork cross_validate_work(AnalysisCall& call);
 AnalysisWork compare_work(AnalysisCall& call);
 AnalysisWork simulate_work(AnalysisCall& call);
 AnalysisWork residuals_work(AnalysisCall& call);
+AnalysisWork covariance_work(AnalysisCall& call);
 AnalysisWork term_tests_work(AnalysisCall& call);
 AnalysisWork calibrate_work(AnalysisCall& call);
 

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Fits, and what is derived from them.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <functional>
 #include <numeric>
 
 #include "fronts/call.hpp"
+#include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/comparison.hpp"
@@ -232,6 +236,42 @@ AnalysisResult result_of(const fit::Residuals& found,
   return {.tables = {{"rows", std::move(rows)}}, .rows = found.rows};
 }
 
+/// What the predictions of groups are that are not in the fit, with the first of their labels;
+/// empty if there are none.
+std::string note_on_new_groups(const std::vector<fit::RandomEffects>& terms,
+                               const Table& table,
+                               const std::vector<bool>& is_new) {
+  const auto count = std::ranges::count(is_new, true);
+  if (count == 0 || terms.empty()) return {};
+  std::vector<std::string> names;
+  std::vector<data::TextColumn> columns;
+  for (const fit::RandomEffects& term : terms) {
+    names.push_back(term.group_name());
+    if (!term.is_crossed) columns.push_back(table.labels(term.group));
+  }
+  std::vector<std::string> shown;
+  for (std::size_t row = 0; row < is_new.size() && !terms[0].is_crossed; ++row) {
+    if (!is_new[row]) continue;
+    std::vector<std::string> parts;
+    for (const data::TextColumn& column : columns) {
+      parts.emplace_back(column.is_missing(row) ? "missing" : column[row]);
+    }
+    const std::string label = fmt::format("{}", fmt::join(parts, " / "));
+    if (std::ranges::find(shown, label) != shown.end()) continue;
+    constexpr std::size_t kMostShown = 5;
+    shown.push_back(shown.size() < kMostShown ? label : "...");
+    if (shown.size() > kMostShown) break;
+  }
+  return fmt::format(
+      "{} of groups that are not in the fit ({}{}): their predictions have {}; `new_groups` has "
+      "other "
+      "choices",
+      count == 1 ? "1 row is" : fmt::format("{} rows are", count),
+      fmt::join(names, terms[0].is_crossed ? " or " : "/"),
+      shown.empty() ? "" : fmt::format(" {}", fmt::join(shown, ", ")),
+      shown.empty() ? "the effects of the known groups only" : "random effects 0");
+}
+
 Table table_of_prediction(const fit::Prediction& found, fit::IntervalKind kind) {
   Table table(static_cast<std::size_t>(found.value.size()));
   table.set("value", numbers(found.value));
@@ -239,7 +279,6 @@ Table table_of_prediction(const fit::Prediction& found, fit::IntervalKind kind) 
   add_if_known("upper", found.upper, table);
   const bool is_mean = kind == fit::IntervalKind::kConfidence;
   add_if_known("standard_error", is_mean ? found.mean_error : found.prediction_error, table);
-  table.set("is_new_group", numbers(found.is_new_group, std::identity()));
   if (!found.calibrated_from.empty()) {
     table.set("calibrated_from", numbers(found.calibrated_from, std::identity()));
   }
@@ -263,14 +302,39 @@ AnalysisWork fit_work(AnalysisCall& call) {
   };
 }
 
+/// Calibration is by the measured response, so that a missing column, text or an infinite value is
+/// an error.
+void check_measured(const fit::FittedModel& fit, const Table& table) {
+  const std::string& response = fit.specification.formula.left;
+  const auto fail = [&](const char* what) { throw InputError(what, {.column = response}); };
+  if (!table.has(response)) {
+    fail("calibration needs this column, with a missing value where it was not measured");
+  }
+  if (!table.is_numeric(response)) {
+    const data::TextColumn& column = table.text(response);
+    for (std::size_t row = 0; row < column.size(); ++row) {
+      if (!column.is_missing(row)) fail("this column has text, but calibration needs numbers");
+    }
+  } else if (std::ranges::any_of(table.numbers(response),
+                                 [](double value) { return std::isinf(value); })) {
+    fail("a value is infinite; a missing value marks where the response was not measured");
+  }
+}
+
 AnalysisWork predict_work(AnalysisCall& call) {
   const auto words = call.read_with_threads<PredictionSettings>();
   fit::PredictionOptions options = prediction_options(words);
   options.threads = words.threads;
   return [fit = &call.fit(), table = call.table(), options, level = level_of(words.level)](
              const AnalysisCallbacks& /*callbacks*/) {
+    if (level == fit::Level::kCalibrated) check_measured(*fit, table_of(table));
     const fit::Prediction found = fit::predict(*fit, table_of(table), level, options);
-    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, options.interval_kind)}}};
+    const std::string note =
+        level == fit::Level::kConditional
+            ? note_on_new_groups(fit->specification.random, table_of(table), found.is_new_group)
+            : "";
+    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, options.interval_kind)}},
+                          .json = json_text(ordered_json{{"new_groups", note}})};
   };
 }
 
@@ -356,8 +420,18 @@ AnalysisWork residuals_work(AnalysisCall& call) {
   };
 }
 
+/// Argument: `marginal`.
+AnalysisWork covariance_work(AnalysisCall& call) {
+  return [fit = &call.fit(), table = call.table(), is_marginal = call.truth("marginal")](
+             const AnalysisCallbacks& /*callbacks*/) {
+    return AnalysisResult{.tables = {{"covariance",
+                                      table_of_columns(fit::response_covariance(
+                                          *fit, table_of(table), is_marginal))}}};
+  };
+}
+
 /// Arguments: `sequential`; or, tested together, `terms` by their numbers from 0, or `combinations`
-/// of the coefficients, a list of rows.
+/// of the coefficients, a list of rows, and `values` that they are compared with.
 AnalysisWork term_tests_work(AnalysisCall& call) {
   std::vector<fit::TermTest> tests;
   if (const auto rows = call.find("combinations")) {
@@ -367,7 +441,10 @@ AnalysisWork term_tests_work(AnalysisCall& call) {
       combinations.row(static_cast<Eigen::Index>(i)) =
           list[i].vector(combinations.cols()).transpose();
     }
-    tests = {fit::joint_test(call.fit(), combinations)};
+    const auto values = call.find("values");
+    tests = {fit::joint_test(call.fit(),
+                             combinations,
+                             values ? values->vector(combinations.rows()) : Eigen::VectorXd())};
   } else if (const auto terms = call.find("terms")) {
     std::vector<std::size_t> places;
     for (const double place : terms->numbers()) places.push_back(static_cast<std::size_t>(place));
@@ -389,6 +466,7 @@ AnalysisWork calibrate_work(AnalysisCall& call) {
                                         .threads = words.threads};
   return
       [fit = &call.fit(), table = call.table(), options](const AnalysisCallbacks& /*callbacks*/) {
+        check_measured(*fit, table_of(table));
         const fit::Calibration found = fit::calibrate(*fit, table_of(table), options);
         const fit::CalibratedEffects& last = found.random.back();
         Table groups(last.labels.size());

@@ -394,20 +394,27 @@ Names text_columns(const ModelLibrary& library) {
   return columns;
 }
 
-Names columns_read(const ModelLibrary& library) {
-  Names columns = text_columns(library);
+Names columns_read(const fit::ModelSpecification& specification) {
+  Names columns = specification.label_columns();
   const auto add = [&columns](const std::string& name) {
     if (!name.empty() && !contains(columns, name)) columns.push_back(name);
   };
+  std::ranges::for_each(specification.predictors(), add);
+  for (const fit::VarianceFactor& factor : specification.variance.factors) add(factor.column);
+  if (const auto& correlation = specification.correlation) {
+    std::ranges::for_each(correlation->columns, add);
+  }
+  return columns;
+}
+
+Names columns_read(const ModelLibrary& library) {
+  Names columns = text_columns(library);
+  const auto add = [&columns](const std::string& name) {
+    if (!contains(columns, name)) columns.push_back(name);
+  };
   for (const LibraryModel& model : library.models) {
     std::ranges::for_each(fit::response_columns(model.response), add);
-    std::ranges::for_each(model.fit.specification.predictors(), add);
-    for (const fit::VarianceFactor& factor : model.fit.specification.variance.factors) {
-      add(factor.column);
-    }
-    if (const auto& correlation = model.fit.specification.correlation) {
-      std::ranges::for_each(correlation->columns, add);
-    }
+    std::ranges::for_each(columns_read(model.fit.specification), add);
   }
   return columns;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Colorings of trees. All scales are distinguishable with color vision deficiencies, and also increase or decrease in lightness.
+import { roundUp } from "../format.js";
 import { predictions, residualOf, RESPONSES, treeCount } from "./data.js";
 
 /** Colors of Okabe and Ito, with a slightly lighter black. */
@@ -25,12 +26,6 @@ export function along(scale, share) {
   const below = Math.min(scale.length - 2, Math.floor(place));
   const [a, b] = [rgb(scale[below]), rgb(scale[below + 1])];
   return hexOf(a.map((value, index) => value + (place - below) * (b[index] - value)));
-}
-
-/** 1, 2 or 5 times a power of ten, not below the value. */
-export function roundUp(value) {
-  const power = 10 ** Math.floor(Math.log10(value));
-  return [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= value * (1 - 1e-9));
 }
 
 const everyTree = () => true;
@@ -140,39 +135,26 @@ const hasValues = (values) => values.some((value) => value !== null);
 
 /** Groups of colorings available for these data: `{label, choices: [{value, text, make}]}`; the first one is the neutral one. `make` counts the trees that pass its test. */
 export function colorings(data) {
-  const groups = [{ label: null, choices: [{ value: "natural", text: "Natural", make: () => null }] }];
-  if (treeCount(data) === 0) return groups;
-  groups[0].choices.push({ value: "species", text: "Species", make: (passes = everyTree) => speciesColoring(data, passes) });
-  if (hasValues(data.trees.layer)) groups[0].choices.push({ value: "layer", text: "Layer", make: (passes = everyTree) => layerColoring(data, passes) });
-  const sizes = Object.keys(SIZES).filter((name) => hasValues(data.trees[name]));
-  if (sizes.length > 0) {
-    groups.push({ label: "Observed size", choices: sizes.map((name) => ({ value: `size-${name}`, text: SIZES[name][0], make: (passes = everyTree) => sizeColoring(data, name, passes) })) });
-  }
-  const indices = Object.keys(INDICES).filter((index) => hasValues(data.trees[index]));
-  if (indices.length > 0) {
-    groups.push({ label: "Structural index", choices: indices.map((index) => ({ value: index, text: INDICES[index], make: (passes = everyTree) => indexColoring(data, index, passes) })) });
-  }
-  if (data.columns.length > 0) {
-    const choices = data.columns.map((column) => ({ value: `column-${column.name}`, text: column.name, make: (passes = everyTree) => columnColoring(data, column, passes) }));
-    groups.push({ label: "Other column", choices });
-  }
-  if (predictions(data).length > 0) {
-    const choices = Object.keys(RESPONSES).map((response) => ({
-      value: `shown-${response}`,
-      text: `Residual ${response}, as shown`,
-      make: (passes = everyTree) => residualColoring(data, null, response, passes),
-    }));
-    groups.push({ label: "Residual of the sizes shown", choices });
-  }
-  for (const variant of predictions(data)) {
-    const responses = Object.keys(RESPONSES).filter((response) => variant[response].some((_, tree) => residualOf(data, variant, response, tree) !== null));
-    if (responses.length === 0) continue;
-    const choices = responses.map((response) => ({
-      value: `${variant.name}-${response}`,
-      text: `Residual ${response}, ${variant.title}`,
-      make: (passes = everyTree) => residualColoring(data, variant, response, passes),
-    }));
-    groups.push({ label: `Residual, ${variant.title}`, choices });
-  }
-  return groups;
+  const choice = (value, text, make) => ({ value, text, make: (passes = everyTree) => make(passes) });
+  const known = (names) => Object.keys(names).filter((name) => hasValues(data.trees[name]));
+  const hasResiduals = (variant) => (response) => variant[response].some((_, tree) => residualOf(data, variant, response, tree) !== null);
+  const responses = Object.keys(RESPONSES);
+  const general = [choice("natural", "Natural", () => null)];
+  if (treeCount(data) === 0) return [{ label: null, choices: general }];
+  general.push(choice("species", "Species", (passes) => speciesColoring(data, passes)));
+  if (hasValues(data.trees.layer)) general.push(choice("layer", "Layer", (passes) => layerColoring(data, passes)));
+  return [
+    { label: null, choices: general },
+    { label: "Observed size", choices: known(SIZES).map((name) => choice(`size-${name}`, SIZES[name][0], (passes) => sizeColoring(data, name, passes))) },
+    { label: "Structural index", choices: known(INDICES).map((index) => choice(index, INDICES[index], (passes) => indexColoring(data, index, passes))) },
+    { label: "Other column", choices: data.columns.map((column) => choice(`column-${column.name}`, column.name, (passes) => columnColoring(data, column, passes))) },
+    {
+      label: "Residual of the sizes shown",
+      choices: predictions(data).length === 0 ? [] : responses.map((response) => choice(`shown-${response}`, `Residual ${response}, as shown`, (passes) => residualColoring(data, null, response, passes))),
+    },
+    ...predictions(data).map((variant) => ({
+      label: `Residual, ${variant.title}`,
+      choices: responses.filter(hasResiduals(variant)).map((response) => choice(`${variant.name}-${response}`, `Residual ${response}, ${variant.title}`, (passes) => residualColoring(data, variant, response, passes))),
+    })),
+  ].filter(({ choices }) => choices.length > 0);
 }

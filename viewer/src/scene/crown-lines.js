@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Crown curves as lines: vertical through the stem in four directions, and around the widest crown. One draw call per preset.
-import { BufferAttribute, BufferGeometry, DoubleSide, Float32BufferAttribute, InstancedBufferAttribute, InstancedBufferGeometry, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, RingGeometry } from "three";
+import { BufferAttribute, BufferGeometry, DoubleSide, Float32BufferAttribute, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, RingGeometry } from "three";
 import { treeLineMaterial } from "./materials.js";
-import { unitCrown } from "./models.js";
+import { listed, unitCrown } from "./models.js";
 import { sharedSpace } from "./crown.js";
 import { KIND } from "./shape.js";
 
@@ -38,12 +38,10 @@ export function crownLines(data, { stand }, trees, material) {
     const own = trees.filter((tree) => stand.trees[tree] && data.trees.preset[tree] === index);
     if (own.length === 0) return [];
     const points = unitLines(preset);
-    const geometry = new InstancedBufferGeometry();
+    const geometry = new BufferGeometry();
     geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
     geometry.setAttribute("treeKind", new BufferAttribute(new Float32Array(points.length / 3).fill(KIND.crown), 1));
-    geometry.setAttribute("treeIndex", new InstancedBufferAttribute(new Float32Array(own), 1));
-    geometry.instanceCount = own.length;
-    const lines = new LineSegments(geometry, material);
+    const lines = new LineSegments(listed(geometry, own), material);
     lines.frustumCulled = false;
     lines.layers.set(stand.layers.own);
     return [lines];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The crown curve, as in libtree's crown.hpp: up(x) = H - (H - Hc)(x/R)^up, down(x) = Hb + (Hc - Hb)(x/R)^down.
+import { quadtree } from "d3-quadtree";
 
 /** Crown radius towards (x east, z south): between the four measured ones by cos^2 and sin^2 of the azimuth [m]. */
 export function radiusTowards(crown, x, z) {
@@ -31,67 +32,33 @@ export function facing(first, second) {
   return { distance: Math.hypot(x, z), radii: radiusTowards(first.crown, x, z) + radiusTowards(second.crown, -x, -z) };
 }
 
-/** Trees in cells of a horizontal grid, by the reach of their crowns: level l contains those that reach between 2^(l - 1) and 2^l meters. */
-class ReachGrid {
-  /** @param {({crown: object, place: object} | null)[]} trees */
-  constructor(trees) {
-    this.levelOf = trees.map((tree) => tree && Math.ceil(Math.log2(Math.max(0.1, tree.crown.east, tree.crown.west, tree.crown.south, tree.crown.north))));
-    this.levels = new Map();
-    trees.forEach((tree, index) => {
-      if (!tree) return;
-      const level = this.levelOf[index];
-      if (!this.levels.has(level)) this.levels.set(level, new Map());
-      const cells = this.levels.get(level);
-      const [column, row] = this.cellOf(tree.place, level);
-      const key = this.keyOf(column, row);
-      if (!cells.has(key)) cells.set(key, []);
-      cells.get(key).push(index);
-    });
-  }
-
-  /** Two trees of a level, or one of it and a smaller one, can only overlap in the same or adjacent cells. */
-  cellOf({ x, z }, level) {
-    const side = 2 ** (level + 1);
-    return [Math.floor(x / side), Math.floor(z / side)];
-  }
-
-  keyOf(column, row) {
-    return column * 0x4000000 + row;
-  }
-
-  /** Calls use for trees of a level that may overlap a tree of it, or a smaller one. */
-  eachNear(place, level, use) {
-    const cells = this.levels.get(level);
-    const [column, row] = this.cellOf(place, level);
-    for (let dx = -1; dx <= 1; ++dx) {
-      for (let dz = -1; dz <= 1; ++dz) cells.get(this.keyOf(column + dx, row + dz))?.forEach(use);
-    }
-  }
-}
-
 /**
- * Pairs of trees whose facing radii add up to more than their distance. Each tree is compared with those of its own size and larger:
- * one wide crown needs one test by each of the others, not a search among all.
+ * Pairs of trees whose facing radii add up to more than their distance. Each tree is compared with those of its own reach or less: one
+ * wide crown needs one test by each of the others, not a search of each among all.
  * @param {({crown: object, place: {x: number, y: number, z: number}} | null)[]} trees
  * @returns {{first: number, second: number, distance: number, radii: number}[]}
  */
 export function overlappingPairs(trees) {
-  const grid = new ReachGrid(trees);
-  const levels = [...grid.levels.keys()];
+  const reach = trees.map((tree) => tree && Math.max(tree.crown.east, tree.crown.west, tree.crown.south, tree.crown.north));
+  const places = quadtree([...trees.keys()].filter((index) => trees[index]), (index) => trees[index].place.x, (index) => trees[index].place.z);
   const pairs = [];
+  const compare = (index, other) => {
+    // Two of one reach would find each other twice.
+    if (reach[other] > reach[index] || (reach[other] === reach[index] && other <= index)) return;
+    const [first, second] = index < other ? [index, other] : [other, index];
+    const { distance, radii } = facing(trees[first], trees[second]);
+    if (distance < radii) pairs.push({ first, second, distance, radii });
+  };
   trees.forEach((tree, index) => {
     if (!tree) return;
-    for (const level of levels.filter((one) => one >= grid.levelOf[index])) {
-      grid.eachNear(tree.place, level, (other) => {
-        // Two of one level would find each other twice.
-        if (level === grid.levelOf[index] && other <= index) return;
-        const [first, second] = index < other ? [index, other] : [other, index];
-        const { distance, radii } = facing(trees[first], trees[second]);
-        if (distance < radii) pairs.push({ first, second, distance, radii });
-      });
-    }
+    const { x, z } = tree.place;
+    const far = 2 * reach[index];
+    places.visit((node, west, north, east, south) => {
+      for (let leaf = node.length ? null : node; leaf; leaf = leaf.next) compare(index, leaf.data);
+      return west > x + far || east < x - far || north > z + far || south < z - far;
+    });
   });
-  return pairs;
+  return pairs.sort((a, b) => a.first - b.first || a.second - b.second);
 }
 
 /** Points of a crown's surface: rings from the crown base up, each of `sides` points, around the stem base. */

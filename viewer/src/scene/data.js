@@ -47,20 +47,11 @@ export function crownOf(data, variant, tree) {
   };
 }
 
-/** Bytes of a text in base64. */
-function bytesOf(base64) {
-  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(base64);
-  const text = atob(base64);
-  const bytes = new Uint8Array(text.length);
-  for (let index = 0; index < text.length; ++index) bytes[index] = text.charCodeAt(index);
-  return bytes;
-}
-
 /** A GLB from a text in base64, of the file itself or compressed by zlib. @returns {Promise<ArrayBuffer>} */
 export async function glbOf(base64) {
-  const bytes = bytesOf(base64);
-  if (base64.startsWith("Z2xUR")) return bytes.buffer;
-  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
+  const file = await fetch(`data:application/octet-stream;base64,${base64}`);
+  const isPlain = base64.startsWith("Z2xUR");
+  return isPlain ? file.arrayBuffer() : new Response(file.body.pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
 }
 
 /** The measured and predicted sizes. */

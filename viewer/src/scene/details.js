@@ -1,34 +1,24 @@
 // SPDX-License-Identifier: MIT
 // The data of the selected tree, as a table.
 import { element } from "../dom.js";
-import { decimals } from "../format.js";
-import { predictions, presetOf, residualOf, speciesOf, treeName } from "./data.js";
+import { capital, columnName, decimals } from "../format.js";
+import { predictions, presetOf, residualOf, RESPONSES, speciesOf, treeName } from "./data.js";
 
-const RESPONSES = [
-  ["h", "Height"],
-  ["hcb", "Crown base"],
-  ["cw", "Crown width"],
-];
-const INDICES = [
-  ["W", "Uniform angle W"],
-  ["M", "Mingling M"],
-  ["U", "Dominance U"],
-  ["C", "Crowding C"],
-];
+const NAMES = Object.entries(RESPONSES).map(([response, name]) => [response, capital(name)]);
 
 const number = (value) => element("td", { class: "number" }, value === null ? "–" : decimals(value, 2));
-const row = (title, valueOf) => element("tr", {}, element("th", { scope: "row" }, title), ...RESPONSES.map(([response]) => number(valueOf(response))));
+const row = (title, valueOf) => element("tr", {}, element("th", { scope: "row" }, title), ...NAMES.map(([response]) => number(valueOf(response))));
 
 /** Observed and predicted sizes, each prediction with its residual below. */
 function sizesTable(data, tree) {
-  const head = element("tr", {}, element("th", { scope: "col" }, "[m]"), ...RESPONSES.map(([, title]) => element("th", { scope: "col", class: "number" }, title)));
+  const head = element("tr", {}, element("th", { scope: "col" }, "[m]"), ...NAMES.map(([, title]) => element("th", { scope: "col", class: "number" }, title)));
   const rows = predictions(data).flatMap((variant) => [row(variant.title, (response) => variant[response][tree]), row("– residual", (response) => residualOf(data, variant, response, tree))]);
   return element("table", { class: "sizes" }, element("thead", {}, head), element("tbody", {}, row("Observed", (response) => data.trees[response][tree]), ...rows));
 }
 
 /** The label of a tree in one line. */
 export function cardText(data, tree) {
-  const sizes = RESPONSES.filter(([response]) => data.trees[response][tree] !== null).map(([response, title]) => `${title.toLowerCase()} ${decimals(data.trees[response][tree], 2)} m`);
+  const sizes = NAMES.filter(([response]) => data.trees[response][tree] !== null).map(([response, title]) => `${title.toLowerCase()} ${decimals(data.trees[response][tree], 2)} m`);
   return [`Chosen: ${treeName(data, tree)}`, speciesOf(data, tree), ...sizes].filter((text) => text !== "").join(", ");
 }
 
@@ -43,7 +33,7 @@ export function details(data, tree) {
     ["Preset", presetOf(data, tree).title],
     ["DBH", data.trees.dbh[tree] === null ? "–" : `${decimals(data.trees.dbh[tree], 1)} cm`],
     ["Layer", layer === null ? "–" : data.layers[layer]],
-    ...INDICES.filter(([index]) => data.trees[index][tree] !== null).map(([index, title]) => [title, decimals(data.trees[index][tree], 2)]),
+    ...["W", "M", "U", "C"].filter((index) => data.trees[index][tree] !== null).map((index) => [`${capital(columnName(index))} ${index}`, decimals(data.trees[index][tree], 2)]),
   ];
   if (data.trees.core[tree] !== null) facts.push(["Core tree", data.trees.core[tree] ? "yes" : "no"]);
   return [

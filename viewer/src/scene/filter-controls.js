@@ -2,16 +2,10 @@
 // Controls of the shown trees.
 import { element } from "../dom.js";
 import { residualsOf } from "./filters.js";
-import { choice } from "./panel.js";
+import { choice, numberField } from "./panel.js";
 
 const listed = (names, all) => [{ label: null, choices: [{ value: "", text: all }, ...names.map((name, index) => ({ value: String(index), text: name || "none" }))] }];
 const indexOf = (value) => (value === "" ? null : Number(value));
-
-function limit(id, label, change, min = null) {
-  const input = element("input", { type: "number", id, min, step: "any", inputmode: "decimal" });
-  input.addEventListener("change", () => change(input.value === "" ? null : input.valueAsNumber));
-  return element("p", { class: "control" }, element("label", { for: id }, label), input);
-}
 
 /**
  * @param {object} data  of the page
@@ -25,13 +19,13 @@ export function filterControls(data, change) {
     element("summary", { id: "filters-summary" }, "Shown trees"),
     ...(data.species.length > 1 ? [choice("only-species", "Species", listed(data.species, "all"), (value) => change({ species: indexOf(value) }))] : []),
     ...(data.layers.length > 1 ? [choice("only-layer", "Layer", listed(data.layers, "all"), (value) => change({ layer: indexOf(value) }))] : []),
-    limit("least-height", "Height from [m]", (least) => change({ least }), "0"),
-    limit("most-height", "Height to [m]", (most) => change({ most }), "0"),
+    numberField("least-height", "Height from [m]", (least) => change({ least }), "0"),
+    numberField("most-height", "Height to [m]", (most) => change({ most }), "0"),
     ...(residuals.length > 0
       ? [
           choice("only-residual", "Residual of", listed(residuals, "none"), (value) => change({ residual: indexOf(value) })),
-          limit("lowest-residual", "Residual from [m]", (lowest) => change({ lowest })),
-          limit("highest-residual", "Residual to [m]", (highest) => change({ highest })),
+          numberField("lowest-residual", "Residual from [m]", (lowest) => change({ lowest })),
+          numberField("highest-residual", "Residual to [m]", (highest) => change({ highest })),
         ]
       : []),
   );

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The ground with plot boundaries, a scale bar on it, and a north arrow.
 import { BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, Plane, PlaneGeometry, RepeatWrapping, SRGBColorSpace, Sprite, SpriteMaterial, Vector3 } from "three";
-import { roundUp } from "./colors.js";
+import { roundUp } from "../format.js";
 import { outlinedPlots } from "./data.js";
 import { Heights } from "./heights.js";
 

@@ -1,29 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Convex hulls of points, and the intersection area of two of them.
+import { polygonArea, polygonHull } from "d3-polygon";
 
 const turn = ([ax, ay], [bx, by], [cx, cy]) => (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
 
-/** Corners of the convex hull, counterclockwise (Andrew 1979). @param {number[][]} corners */
-export function hullOf(corners) {
-  const sorted = [...corners].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
-  const half = (order) => {
-    const kept = [];
-    for (const corner of order) {
-      while (kept.length > 1 && turn(kept.at(-2), kept.at(-1), corner) <= 0) kept.pop();
-      kept.push(corner);
-    }
-    return kept.slice(0, -1);
-  };
-  return [...half(sorted), ...half(sorted.reverse())];
-}
+/** Corners of the convex hull, counterclockwise; none without an area. @param {number[][]} corners */
+export const hullOf = (corners) => (polygonHull(corners) ?? []).reverse();
 
-/** Area of a polygon, counterclockwise. */
-export function areaOf(polygon) {
-  const [origin] = polygon;
-  let twice = 0;
-  for (let index = 1; index + 1 < polygon.length; ++index) twice += turn(origin, polygon[index], polygon[index + 1]);
-  return twice / 2;
-}
+/** Area of a polygon. */
+export const areaOf = (polygon) => Math.abs(polygonArea(polygon));
 
 /** The part of a convex polygon to the left of a line. */
 function leftOf(polygon, from, to) {

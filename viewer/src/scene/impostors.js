@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Impostors: trees that are far away are drawn as one quad each, with pictures of a tree of their preset from the directions of the upper
 // half of an octahedron. The page draws the pictures itself when it first needs them.
-import { Color, DoubleSide, InstancedBufferAttribute, InstancedBufferGeometry, LinearFilter, LinearMipmapLinearFilter, Mesh, MeshBasicMaterial, MeshStandardMaterial, OrthographicCamera, Scene, ShaderChunk, Vector3, Vector4, WebGLRenderTarget } from "three";
+import { Color, DoubleSide, LinearFilter, LinearMipmapLinearFilter, Mesh, MeshBasicMaterial, MeshStandardMaterial, OrthographicCamera, Scene, ShaderChunk, Vector3, Vector4, WebGLRenderTarget } from "three";
+import { listed } from "./models.js";
 import { BOTH_SIDES, COLOR, COLOR_PARS, COVERAGE, isCutOut, placeTrees } from "./materials.js";
 import { READ_TREE, TEXEL } from "./shape.js";
 
@@ -122,16 +123,6 @@ function pictured(material, uniforms, functions) {
   return plain;
 }
 
-/** Part of a model as it is drawn once, for one tree. */
-function alone(geometry, tree) {
-  const own = new InstancedBufferGeometry();
-  own.setIndex(geometry.index);
-  for (const [name, attribute] of Object.entries(geometry.attributes)) own.setAttribute(name, attribute);
-  own.setAttribute("treeIndex", new InstancedBufferAttribute(new Float32Array([tree]), 1));
-  own.instanceCount = 1;
-  return own;
-}
-
 /** The finest level that is small enough, or the coarsest. */
 const levelOf = ({ levels, triangles }) => levels[Math.max(0, triangles.findIndex((count, level) => count <= MOST_TRIANGLES || level === levels.length - 1))];
 
@@ -150,7 +141,7 @@ export function drawViews(renderer, model, tree, uniforms, functions) {
   target.scissorTest = true;
   const scene = new Scene();
   for (const { geometry, material } of levelOf(model)) {
-    const mesh = new Mesh(alone(geometry, tree.index), pictured(material, uniforms, functions));
+    const mesh = new Mesh(listed(geometry, [tree.index]), pictured(material, uniforms, functions));
     mesh.frustumCulled = false;
     scene.add(mesh);
   }

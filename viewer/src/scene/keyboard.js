@@ -5,20 +5,17 @@ const CLICK_PX = 6;
 
 const click = (id) => () => document.getElementById(id)?.click();
 
-/**
- * Shortcuts while the view has the focus; panel.js lists them.
- * @param {{setMode: (mode: string) => void, showKeys: () => void, chooseNone: () => void}} act
- */
-export function listenToKeys(canvas, act) {
+/** Shortcuts of a page while its view has the focus; panel.js lists them. */
+export function listenToKeys(canvas, page) {
   const actions = {
-    1: () => act.setMode("orbit"),
-    2: () => act.setMode("walk"),
+    1: () => page.setMode("orbit"),
+    2: () => page.setMode("walk"),
     f: click("whole"),
     c: click("crowns"),
     o: click("overlaps"),
     p: click("save"),
-    "?": act.showKeys,
-    Escape: act.chooseNone,
+    "?": () => page.dialog.showModal(),
+    Escape: () => page.list && page.choose(null),
   };
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;

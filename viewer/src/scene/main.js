@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The page of `silvafit view`.
 import { Color } from "three";
-import { element } from "../dom.js";
+import { save } from "../csv.js";
+import { element, section } from "../dom.js";
 import { onThemeChange, startTheme } from "../theme.js";
 import { colorings } from "./colors.js";
 import { controls, walkingPad } from "./controls.js";
-import { counted, plotsCoincide, readData, treeCount, treeName } from "./data.js";
+import { counted, plotsCoincide, readData, treeCount } from "./data.js";
 import { cardText, details } from "./details.js";
 import { ALL, isNarrow, passesOf, residualsOf } from "./filters.js";
 import { showFilter } from "./filter-controls.js";
@@ -20,6 +21,7 @@ import { pick } from "./pick.js";
 import { Player } from "./player.js";
 import { ProfileDialog } from "./profile-dialog.js";
 import { savedPicture } from "./saved-picture.js";
+import "../base.css";
 import "./scene.css";
 import { loadStand } from "./sides.js";
 import { timeControls } from "./time-controls.js";
@@ -116,7 +118,7 @@ class Page {
     this.figures = element("div", { class: "overlay figures", id: "figures", hidden: true });
     // If the panel is hidden, the card shows the selected tree.
     this.card = element("div", { class: "overlay card", hidden: true });
-    this.pad = walkingPad({ press: (code) => this.moves.press(code), release: (code) => this.moves.release(code) });
+    this.pad = walkingPad(this);
     const hide = button("hide-panel", "Hide controls", () => this.togglePanel(hide));
     this.hideButton = hide;
     hide.classList.add("hide-panel");
@@ -155,7 +157,7 @@ class Page {
     const trees =
       count > 0
         ? [
-            element("section", { id: "colors", "aria-labelledby": "colors-title" }, element("h2", { id: "colors-title" }, "Colors"), this.colorChoice(), this.legendPart),
+            section("colors", "Colors", {}, this.colorChoice(), this.legendPart),
             this.detailsSection,
             this.list.node,
           ]
@@ -177,34 +179,15 @@ class Page {
   }
 
   controls() {
-    const parts = controls(this.data, this.shownPlot, {
-      setMode: (mode) => {
-        this.setMode(mode);
-        // Keys walk immediately.
-        if (mode === "walk") this.canvas.focus();
-      },
-      frame: () => this.frame(),
-      save: () => this.save(),
-      link: () => this.link(),
-      setFilter: (change) => this.setFilter(change),
-      showKeys: () => this.dialog.showModal(),
-      showProfile: () => this.profile.open(),
-      setVariant: (side, name) => this.setVariant(side, name),
-      setPlot: (plot) => this.setPlot(plot),
-      setDetail: (detail) => {
-        this.view.detail = detail;
-        this.view.invalidate();
-      },
-      setMarks: (change) => this.setMarks(change),
-      setShadows: (isOn) => this.view.setShadows(isOn),
-      setFigures: (isOn) => (this.figures.hidden = !isOn),
-    });
-    this.modeButtons = parts.modeButtons;
-    this.overlapNote = parts.overlapNote;
-    this.scaleNote = parts.scaleNote;
-    this.linkNote = parts.linkNote;
-    if (parts.filters) showFilter(parts.filters, this.filtered);
-    return parts.node;
+    const { node, filters, ...parts } = controls(this.data, this.shownPlot, this);
+    Object.assign(this, parts);
+    if (filters) showFilter(filters, this.filtered);
+    return node;
+  }
+
+  setDetail(detail) {
+    this.view.detail = detail;
+    this.view.invalidate();
   }
 
   colorChoice() {
@@ -398,9 +381,7 @@ class Page {
       colors: { paper: cssColor("--paper"), text: cssColor("--text"), mark: cssColor("--mark") },
     };
     const blob = await savedPicture(this.view, shown, Number(this.main.querySelector("#picture-size").value));
-    const link = element("a", { href: URL.createObjectURL(blob), download: "silvafit-view.png" });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    save("silvafit-view.png", blob);
   }
 
   /** Colors of the theme. */
@@ -434,11 +415,7 @@ class Page {
       this.layNames();
     }).observe(this.picture);
     listenToClicks(this.canvas, (clientX, clientY) => this.pickAt(clientX, clientY));
-    listenToKeys(this.canvas, {
-      setMode: (mode) => this.setMode(mode),
-      showKeys: () => this.dialog.showModal(),
-      chooseNone: () => treeCount(this.data) > 0 && this.choose(null),
-    });
+    listenToKeys(this.canvas, this);
   }
 
   pickAt(clientX, clientY) {
@@ -452,10 +429,10 @@ class Page {
 const hasWebGl = () => document.createElement("canvas").getContext("webgl2") !== null;
 
 startTheme();
-const data = readData();
-const page = new Page(data);
-/** For other scripts and tests: draws immediately, and returns what was drawn and where trees are on the canvas. */
+const page = new Page(readData());
+/** For other scripts and tests: the page, and a function that draws immediately and returns what was drawn. */
 window.silvafitView = {
+  page,
   ready: page.start().catch((error) => {
     page.sayTrouble(`The 3D view cannot be drawn: ${error.message}`);
     page.view = null;
@@ -464,18 +441,4 @@ window.silvafitView = {
     page.view.draw();
     return page.view.stats;
   },
-  /** The middle of a tree's crown on the canvas [CSS pixels]. */
-  whereIs(tree, side = 0) {
-    const { crown, place } = page.view.sides[side].bodies[tree];
-    return page.view.onCanvas({ ...place, y: place.y + (crown.hcb + crown.h) / 2 }, side);
-  },
-  camera: () => page.view.camera.position.toArray(),
-  chosen: () => page.chosen,
-  groundAt: (x, z) => page.moves.groundAt(x, z),
-  hasObject: (name) => page.view.scene.getObjectByName(name) !== undefined,
-  /** Corners of the scale bar, the arrow and their labels on the canvas [CSS pixels]. */
-  whereIsScale: () => page.ground.markCorners().map((corner) => page.view.onCanvas(corner)),
-  /** Names of the plots whose boundaries are drawn. */
-  outlined: () => page.ground.outlined.map(({ name }) => name),
-  names: () => Array.from({ length: treeCount(data) }, (_, tree) => treeName(data, tree)),
 };

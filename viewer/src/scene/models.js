@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Models from the GLB in the page, and stand-ins (crown curve and stem) for trees that are far away.
-import { BufferAttribute, BufferGeometry, LoadingManager, MeshStandardMaterial } from "three";
+import { BufferAttribute, BufferGeometry, DynamicDrawUsage, InstancedBufferAttribute, InstancedBufferGeometry, LoadingManager, MeshStandardMaterial } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { MeshoptDecoder } from "three/examples/jsm/libs/meshopt_decoder.module.js";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import { surfaceRings } from "./crown.js";
 import { glbOf } from "./data.js";
 import { KIND, toUnit } from "./shape.js";
 
@@ -119,16 +120,16 @@ function ringGeometry(rings, kind) {
 }
 
 /** The crown curve of a preset in normalized coordinates. */
-export function unitCrown({ up, down }, sides, steps) {
-  return Array.from({ length: 2 * steps + 1 }, (_, step) => {
-    const below = step <= steps;
-    const share = below ? step / steps : (2 * steps - step) / steps;
-    const height = below ? 1 + share ** down : 3 - share ** up;
-    return Array.from({ length: sides }, (_, side) => {
-      const angle = (2 * Math.PI * side) / sides;
-      return [share * Math.cos(angle), height, share * Math.sin(angle)];
-    });
-  });
+export const unitCrown = ({ up, down }, sides, steps) => surfaceRings({ hcb: 1, hc: 2, h: 3, east: 1, west: 1, south: 1, north: 1, up, down }, sides, steps);
+
+/** A geometry that is drawn once for each tree of a list, of as many numbers as there is space for. */
+export function listed(geometry, trees) {
+  const own = new InstancedBufferGeometry();
+  own.setIndex(geometry.index);
+  for (const [name, attribute] of Object.entries(geometry.attributes)) own.setAttribute(name, attribute);
+  own.setAttribute("treeIndex", new InstancedBufferAttribute(new Float32Array(trees), 1).setUsage(DynamicDrawUsage));
+  own.instanceCount = trees.length;
+  return own;
 }
 
 /** A quad, whose corners are at -1 and 1. */

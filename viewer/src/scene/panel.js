@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The panel of controls: labeled, in order of use.
 import { element } from "../dom.js";
-import { themeSwitch } from "../theme.js";
 
 /**
  * A labeled select element.
@@ -12,6 +11,13 @@ export function choice(id, label, groups, change) {
   const select = element("select", { id }, ...groups.flatMap((group) => (group.label === null ? optionsOf(group) : [element("optgroup", { label: group.label }, ...optionsOf(group))])));
   select.addEventListener("change", () => change(select.value));
   return element("p", { class: "control" }, element("label", { for: id }, label), select);
+}
+
+/** A labeled field; `change` gets null if it is empty. */
+export function numberField(id, label, change, min = null) {
+  const input = element("input", { type: "number", id, min, step: "any", inputmode: "decimal" });
+  input.addEventListener("change", () => change(Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : null));
+  return element("p", { class: "control" }, element("label", { for: id }, label), input);
 }
 
 export function check(id, label, isOn, change) {
@@ -40,14 +46,11 @@ const KEYS = [
 
 /** The list of keys and gestures. */
 export function keysDialog() {
-  const dialog = element(
+  return element(
     "dialog",
     { id: "keys", "aria-labelledby": "keys-title" },
     element("h2", { id: "keys-title" }, "Mouse, keys and touch"),
     element("dl", {}, ...KEYS.flatMap(([key, text]) => [element("dt", {}, key), element("dd", {}, text)])),
     element("form", { method: "dialog" }, element("button", { type: "submit" }, "Close")),
   );
-  return dialog;
 }
-
-export { themeSwitch };

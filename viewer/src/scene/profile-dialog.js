@@ -1,25 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The dialog with the cross-section: its strip, the drawing with its scale, and the distance of two points.
-import { element } from "../dom.js";
-import { decimals } from "../format.js";
+import { save } from "../csv.js";
+import { element, svg } from "../dom.js";
+import { decimals, roundUp } from "../format.js";
 import { treeName } from "./data.js";
-import { button, choice } from "./panel.js";
-import { distanceOf, profileOf, stepOf, usualStrip } from "./profile.js";
-
-const SVG = "http://www.w3.org/2000/svg";
-
-function shape(tag, attributes, ...children) {
-  const node = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, String(value));
-  node.append(...children);
-  return node;
-}
-
-function numberInput(id, label, least, change) {
-  const input = element("input", { type: "number", id, min: least, step: "any", inputmode: "decimal" });
-  input.addEventListener("change", () => Number.isFinite(input.valueAsNumber) && change(input.valueAsNumber));
-  return { input, node: element("p", { class: "control" }, element("label", { for: id }, label), input) };
-}
+import { button, choice, numberField } from "./panel.js";
+import { distanceOf, profileOf, usualStrip } from "./profile.js";
 
 const cssOf = (linear) => `rgb(${linear.map((value) => Math.round(255 * Math.min(1, value) ** (1 / 2.2))).join(" ")})`;
 
@@ -32,14 +18,14 @@ export class ProfileDialog {
     this.measured = element("p", { class: "quiet", role: "status", id: "profile-distance" });
     this.picture = element("div", { class: "profile-picture" });
     this.count = element("p", { class: "quiet", id: "profile-count" });
-    this.middle = numberInput("profile-middle", "Middle of the strip, coordinate [m]", null, (middle) => this.change({ middle }));
-    this.width = numberInput("profile-width", "Width of the strip [m]", "0", (width) => this.change({ width }));
+    this.middle = numberField("profile-middle", "Middle of the strip, coordinate [m]", (middle) => middle !== null && this.change({ middle }));
+    this.width = numberField("profile-width", "Width of the strip [m]", (width) => width !== null && this.change({ width }), "0");
     const directions = [{ value: "east", text: "west to east" }, { value: "north", text: "south to north" }];
     this.node = element(
       "dialog",
       { id: "profile", "aria-labelledby": "profile-title" },
       element("h2", { id: "profile-title" }, "Cross-section"),
-      element("div", { class: "profile-controls" }, choice("profile-direction", "Direction", [{ label: null, choices: directions }], (direction) => this.turn(direction)), this.middle.node, this.width.node),
+      element("div", { class: "profile-controls" }, choice("profile-direction", "Direction", [{ label: null, choices: directions }], (direction) => this.turn(direction)), this.middle, this.width),
       this.picture,
       this.count,
       this.measured,
@@ -66,8 +52,8 @@ export class ProfileDialog {
 
   draw() {
     const { variant, passes, colorOf } = this.shown();
-    this.middle.input.value = this.strip.middle;
-    this.width.input.value = this.strip.width;
+    this.middle.querySelector("input").value = this.strip.middle;
+    this.width.querySelector("input").value = this.strip.width;
     const trees = profileOf(this.data, variant, this.strip, passes);
     this.points = [];
     this.count.textContent = `${trees.length} trees. Height and distance have the same scale.`;
@@ -83,9 +69,9 @@ export class ProfileDialog {
     const margin = Math.max(top, (right - left) / 3) / 10;
     this.frame = { left, right, top, margin };
     const view = [left - 2 * margin, -top - margin, right - left + 3 * margin, top + 3 * margin];
-    const drawing = shape("svg", { viewBox: view.join(" "), role: "img", "aria-label": `Cross-section of ${trees.length} trees`, class: "profile-drawing" });
+    const drawing = svg("svg", { viewBox: view.join(" "), role: "img", "aria-label": `Cross-section of ${trees.length} trees`, class: "profile-drawing" });
     drawing.append(this.scale(), ...trees.map((tree) => this.tree(tree, colorOf)));
-    this.marks = shape("g", { class: "profile-marks" });
+    this.marks = svg("g", { class: "profile-marks" });
     drawing.append(this.marks);
     drawing.addEventListener("click", ({ clientX, clientY }) => this.mark(new DOMPoint(clientX, clientY).matrixTransform(drawing.getScreenCTM().inverse())));
     this.svg = drawing;
@@ -96,20 +82,20 @@ export class ProfileDialog {
   scale() {
     const { left, right, top, margin } = this.frame;
     const lines = [];
-    const add = (x1, y1, x2, y2) => lines.push(shape("line", { x1, y1, x2, y2, class: "profile-line" }));
-    const label = (x, y, text, anchor) => lines.push(shape("text", { x, y, "text-anchor": anchor, "font-size": 0.5 * margin, class: "profile-label" }, text));
-    const up = stepOf(top, 8);
+    const add = (x1, y1, x2, y2) => lines.push(svg("line", { x1, y1, x2, y2, class: "profile-line" }));
+    const label = (x, y, text, anchor) => lines.push(svg("text", { x, y, "text-anchor": anchor, "font-size": 0.5 * margin, class: "profile-label" }, text));
+    const up = roundUp(top / 8);
     for (let height = 0; height <= top; height += up) {
       add(left - 0.3 * margin, -height, right, -height);
       label(left - 0.4 * margin, -height + 0.2 * margin, `${decimals(height, up < 1 ? 1 : 0)} m`, "end");
     }
-    const along = stepOf(right - left, 12);
+    const along = roundUp((right - left) / 12);
     for (let at = Math.ceil(left / along) * along; at <= right; at += along) {
       add(at, 0, at, 0.3 * margin);
       label(at, 0.9 * margin, decimals(at, along < 1 ? 1 : 0), "middle");
     }
     label((left + right) / 2, 1.6 * margin, this.strip.direction === "east" ? "east [m]" : "north [m]", "middle");
-    return shape("g", {}, ...lines);
+    return svg("g", {}, ...lines);
   }
 
   tree({ tree, at, outline, stem }, colorOf) {
@@ -117,21 +103,21 @@ export class ProfileDialog {
     const fill = colorOf ? colorOf(tree) : cssOf(preset.leaf);
     const crown = outline.map(([x, y]) => `${(at + x).toFixed(3)},${(-y).toFixed(3)}`).join(" ");
     const pole = `${at - stem.radius},0 ${at + stem.radius},0 ${at},${-stem.height}`;
-    return shape(
+    return svg(
       "g",
       { class: "profile-tree" },
-      shape("title", {}, treeName(this.data, tree)),
-      shape("polygon", { points: pole, fill: cssOf(preset.bark) }),
-      shape("polygon", { points: crown, fill, "fill-opacity": 0.55, stroke: "currentColor", "stroke-width": 0.05 }),
+      svg("title", {}, treeName(this.data, tree)),
+      svg("polygon", { points: pole, fill: cssOf(preset.bark) }),
+      svg("polygon", { points: crown, fill, "fill-opacity": 0.55, stroke: "currentColor", "stroke-width": 0.05 }),
     );
   }
 
   mark({ x, y }) {
     if (this.points.length === 2) this.points = [];
     this.points.push([x, -y]);
-    const dots = this.points.map(([px, py]) => shape("circle", { cx: px, cy: -py, r: 0.15 * this.frame.margin, class: "profile-dot" }));
+    const dots = this.points.map(([px, py]) => svg("circle", { cx: px, cy: -py, r: 0.15 * this.frame.margin, class: "profile-dot" }));
     const [first, second] = this.points;
-    const line = second ? [shape("line", { x1: first[0], y1: -first[1], x2: second[0], y2: -second[1], class: "profile-measure" })] : [];
+    const line = second ? [svg("line", { x1: first[0], y1: -first[1], x2: second[0], y2: -second[1], class: "profile-measure" })] : [];
     this.marks.replaceChildren(...line, ...dots);
     if (!second) return;
     const { horizontal, vertical, straight } = distanceOf(first, second);
@@ -142,10 +128,8 @@ export class ProfileDialog {
   save() {
     if (!this.svg?.isConnected) return;
     const copy = this.svg.cloneNode(true);
-    copy.setAttribute("xmlns", SVG);
-    copy.prepend(shape("style", {}, ".profile-line{stroke:#999;stroke-width:.05}.profile-measure{stroke:#c00;stroke-width:.1}.profile-dot{fill:#c00}text{font-family:sans-serif}"));
-    const link = element("a", { href: URL.createObjectURL(new Blob([copy.outerHTML], { type: "image/svg+xml" })), download: "silvafit-cross-section.svg" });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    copy.setAttribute("xmlns", copy.namespaceURI);
+    copy.prepend(svg("style", {}, ".profile-line{stroke:#999;stroke-width:.05}.profile-measure{stroke:#c00;stroke-width:.1}.profile-dot{fill:#c00}text{font-family:sans-serif}"));
+    save("silvafit-cross-section.svg", new Blob([copy.outerHTML], { type: "image/svg+xml" }));
   }
 }

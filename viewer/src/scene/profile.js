@@ -67,9 +67,3 @@ export function distanceOf([x1, y1], [x2, y2]) {
   const vertical = Math.abs(y2 - y1);
   return { horizontal, vertical, straight: Math.hypot(horizontal, vertical) };
 }
-
-/** The distance of lines of the scale, 1, 2 or 5 times a power of ten, so that there are at most `most`. */
-export function stepOf(extent, most) {
-  const power = 10 ** Math.floor(Math.log10(extent / most));
-  return [1, 2, 5, 10].map((factor) => factor * power).find((step) => extent / step <= most);
-}

@@ -59,15 +59,6 @@ export function toUnit(positions, normals, model, kind) {
   }
 }
 
-/** The same as the shader below, for one point: for tests and measurements. */
-export function fromUnit([x, y, z], tree, kind) {
-  const quarter = [[x, z], [-z, x], [-x, -z], [z, -x]][tree.turn];
-  const onStem = y < 1 ? y * BREAST_HEIGHT_M : BREAST_HEIGHT_M + (y - 1) * (tree.h - BREAST_HEIGHT_M);
-  const height = kind === KIND.stem ? onStem : y < 1 ? y * tree.hcb : y < 2 ? tree.hcb + (y - 1) * (tree.hc - tree.hcb) : tree.hc + (y - 2) * (tree.h - tree.hc);
-  const sideways = kind === KIND.stem ? tree.girth : kind === KIND.pole ? tree.stemRadius : radiusTowards(tree, ...quarter);
-  return [quarter[0] * sideways, height, quarter[1] * sideways];
-}
-
 /** A rotation by a multiple of 90 degrees for each tree, so that neighbors with one model look different. */
 export const turnOf = (tree) => ((tree * 2654435761) >>> 16) & 3;
 

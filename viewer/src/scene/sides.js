@@ -20,44 +20,14 @@ export function bodiesOf(data, variant) {
   });
 }
 
-/** A stand with models from the program. */
-class GrownStand {
-  static async load(data) {
-    const stand = new GrownStand();
-    stand.data = data;
-    Object.assign(stand, await grownModels(data));
-    stand.standIns = data.presets.map(standInOf);
-    stand.rest = null;
-    return stand;
-  }
-
-  /** @param {number} side  0 or 1 */
-  side(variant, side) {
-    const { data } = this;
-    const bodies = bodiesOf(data, variant);
-    const texture = new TreeTexture(bodies.length);
-    const trees = bodies.map((body, tree) => {
-      const model = variant.model[tree];
-      if (body === null || model === null) return null;
-      texture.setSizes(tree, body.place, body.crown, data.trees.dbh[tree] / data.models.shapes[model].dbh, data.trees.dbh[tree]);
-      return { model, place: body.place, height: body.crown.h, reach: reachOf(body.crown) };
-    });
-    return { variant, bodies, stand: new Stand(trees, this.models, this.standIns, texture, layersOf(side)) };
-  }
-}
-
-/** A scene of a GLB file: trees with measurements get colors and can be selected, everything else is shown unchanged. */
-class PlacedStand {
-  static async load(data) {
-    const stand = new PlacedStand();
-    const gltf = await parseGlb(data.scene);
-    stand.data = data;
-    stand.standIns = data.presets.map(standInOf);
-    gltf.scene.updateMatrixWorld(true);
-    stand.collect(gltf);
-    stand.rest = gltf.scene;
-    stand.animations = gltf.animations;
-    return stand;
+/** The trees of a GLB file that have measurements: their models, and the matrices that place them. Everything else is shown unchanged. */
+class PlacedTrees {
+  constructor(data, { scene, animations, parser }) {
+    this.data = data;
+    this.rest = scene;
+    this.animations = animations;
+    scene.updateMatrixWorld(true);
+    this.collect({ scene, parser });
   }
 
   collect({ scene, parser }) {
@@ -122,20 +92,25 @@ class PlacedStand {
     }
     return known.get(key);
   }
+}
 
-  side(variant, side) {
-    const { data } = this;
+/** What is drawn: the models of a page, its ground, the rest of a scene with animations, and a function that makes a side, 0 or 1, of a variant. */
+export async function loadStand(data) {
+  const loaded = data.models ? { ...(await grownModels(data)), rest: null } : new PlacedTrees(data, await parseGlb(data.scene));
+  const { models, placed } = loaded;
+  const standIns = data.presets.map(standInOf);
+  const side = (variant, number) => {
     const bodies = variant ? bodiesOf(data, variant) : [];
     const texture = new TreeTexture(bodies.length);
     const trees = bodies.map((body, tree) => {
-      const placed = this.placed[tree];
-      if (body === null || placed === null) return null;
-      texture.setSizes(tree, body.place, body.crown, 1, data.trees.dbh[tree]);
-      texture.setMatrix(tree, placed.matrix);
-      return { model: placed.model, place: body.place, height: body.crown.h, reach: reachOf(body.crown) };
+      const { model = null, matrix } = placed ? placed[tree] ?? {} : { model: variant.model[tree] };
+      if (body === null || model === null) return null;
+      const dbh = data.trees.dbh[tree];
+      texture.setSizes(tree, body.place, body.crown, placed ? 1 : dbh / data.models.shapes[model].dbh, dbh);
+      if (placed) texture.setMatrix(tree, matrix);
+      return { model, place: body.place, height: body.crown.h, reach: reachOf(body.crown) };
     });
-    return { variant, bodies, stand: new Stand(trees, this.models, this.standIns, texture, layersOf(side), true) };
-  }
+    return { variant, bodies, stand: new Stand(trees, models, standIns, texture, layersOf(number), Boolean(placed)) };
+  };
+  return { ground: loaded.ground, rest: loaded.rest, animations: loaded.animations, side };
 }
-
-export const loadStand = (data) => (data.models ? GrownStand.load(data) : PlacedStand.load(data));

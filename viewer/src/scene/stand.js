@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // One side of the view: all trees of a variant, drawn by model and level of detail; a drawn tree costs one number per frame.
-import { Box3, DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, Sphere, Vector3 } from "three";
+import { Box3, Group, Mesh, Sphere, Vector3 } from "three";
 import { detailFactor, levelFor } from "./levels.js";
 import { drawViews, impostorMaterial } from "./impostors.js";
+import { listed } from "./models.js";
 import { placingOf, treeDepthMaterial, treeMaterial } from "./materials.js";
 
 const CELL_M = 16;
@@ -10,24 +11,12 @@ const CELL_M = 16;
 const MOST_CASTING = 1_000_000;
 const sphere = new Sphere();
 
-/** A geometry that is drawn once per number of a list. */
-function listed(geometry, capacity) {
-  const own = new InstancedBufferGeometry();
-  own.setIndex(geometry.index);
-  for (const [name, attribute] of Object.entries(geometry.attributes)) own.setAttribute(name, attribute);
-  const trees = new InstancedBufferAttribute(new Float32Array(capacity), 1);
-  trees.setUsage(DynamicDrawUsage);
-  own.setAttribute("treeIndex", trees);
-  own.instanceCount = 0;
-  return own;
-}
-
 /** Meshes that draw the same list of trees: the parts of one level of one model. */
 class Batch {
   constructor(parts, capacity, triangles, isPlaced, side) {
     this.triangles = triangles;
     this.count = 0;
-    this.meshes = parts.map((part) => side.meshOf(part, listed(part.geometry, capacity), isPlaced));
+    this.meshes = parts.map((part) => side.meshOf(part, listed(part.geometry, new Float32Array(capacity)), isPlaced));
   }
 
   begin() {
@@ -131,7 +120,7 @@ export class Stand {
       const members = this.trees.flatMap((tree, index) => (tree && shapeOf(tree) === number ? [index] : []));
       if (members.length === 0) return [];
       return parts.map((part) => {
-        const mesh = new Mesh(listed(part.geometry, members.length), this.materialOf(part, isPlaced));
+        const mesh = new Mesh(listed(part.geometry, members), this.materialOf(part, isPlaced));
         mesh.customDepthMaterial = depthOf(part.material);
         mesh.frustumCulled = false;
         mesh.castShadow = true;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The slider and the button of an animated scene.
-import { element } from "../dom.js";
+import { element, section } from "../dom.js";
 import { button } from "./panel.js";
 
 /**
@@ -49,10 +49,10 @@ export function timeControls(player, changed) {
     show(wanted);
   });
   tell();
-  return element(
-    "section",
-    { id: "times", "aria-labelledby": "times-title" },
-    element("h2", { id: "times-title" }, "Growth"),
+  return section(
+    "times",
+    "Growth",
+    {},
     element("p", { class: "control" }, element("label", { for: "time" }, "Time"), slider, clock),
     element("p", { class: "buttons" }, play),
   );

@@ -2,10 +2,10 @@
 // The list of trees: search, sorting, paging.
 import { element } from "../dom.js";
 import { decimals } from "../format.js";
+import { comparison } from "../sort.js";
 import { counted, speciesOf, treeCount, treeName } from "./data.js";
 
 const PAGE = 50;
-const byText = new Intl.Collator("en", { numeric: true }).compare;
 
 function columnsOf(data) {
   const { trees } = data;
@@ -71,11 +71,11 @@ export class TreeList {
     const wanted = this.search.value.trim().toLowerCase();
     const { column, rising } = this.sorted;
     const { value, isNumber } = this.columns[column];
-    const sign = rising ? 1 : -1;
-    const compare = isNumber ? (a, b) => sign * ((value(a) ?? -Infinity) - (value(b) ?? -Infinity)) || a - b : (a, b) => sign * byText(value(a), value(b)) || a - b;
-    this.trees = Array.from({ length: treeCount(this.data) }, (_, tree) => tree)
+    const all = Array.from({ length: treeCount(this.data) }, (_, tree) => tree);
+    const order = comparison(all.map(value), !isNumber);
+    this.trees = all
       .filter((tree) => this.passes(tree) && (wanted === "" || `${treeName(this.data, tree)} ${speciesOf(this.data, tree)}`.toLowerCase().includes(wanted)))
-      .sort(compare);
+      .sort((a, b) => order(a, b, rising ? 1 : -1) || a - b);
     this.page = 0;
     this.draw();
   }

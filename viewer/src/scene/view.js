@@ -201,27 +201,17 @@ export class View {
   /** Distance from the center, in a direction, at which a box and other points just fit into a side of the view. */
   distanceToFit(box, center, direction, others = []) {
     const corners = [box.min, box.max].flatMap(({ x }) => [box.min, box.max].flatMap(({ y }) => [box.min, box.max].map(({ z }) => new Vector3(x, y, z))));
-    corners.push(...others);
-    const camera = this.camera.clone();
-    const fits = (distance) => {
-      camera.position.copy(center).addScaledVector(direction, distance);
-      camera.lookAt(center);
-      camera.updateMatrixWorld();
-      return corners.every((corner) => {
-        const { x, y, z } = corner.clone().project(camera);
-        return Math.abs(x) < 0.92 && Math.abs(y) < 0.88 && z < 1 && z > -1;
-      });
-    };
     this.aim(this.rectangles()[0]);
-    Object.assign(camera, { aspect: this.camera.aspect, fov: this.camera.fov, far: 1e6 });
-    camera.updateProjectionMatrix();
-    let [near, far] = [0, 4 * box.getSize(new Vector3()).length() + 4];
-    for (let step = 0; step < 24; ++step) {
-      const middle = (near + far) / 2;
-      if (fits(middle)) far = middle;
-      else near = middle;
-    }
-    return far;
+    const tall = Math.tan((this.camera.fov * Math.PI) / 360);
+    const right = new Vector3(0, 1, 0).cross(direction).normalize();
+    const up = direction.clone().cross(right);
+    // A corner that is so far aside, and nearer than the center by its part along the direction, is at the margin of the view.
+    const needed = (corner) => {
+      const from = corner.clone().sub(center);
+      const aside = Math.max(Math.abs(from.dot(right)) / (0.92 * tall * this.camera.aspect), Math.abs(from.dot(up)) / (0.88 * tall), this.camera.near);
+      return from.dot(direction) + aside;
+    };
+    return Math.max(...[...corners, ...others].map(needed));
   }
 
   draw() {

@@ -62,7 +62,7 @@ wrong(impute(stand, minimum_trees = "few"), "minimum_trees")
 
 # Calibration is by measured numbers.
 new <- data.frame(Seed = "new", age = c(5, 10), height = c("12", NA))
-expect_true(grepl("'height' has text", message_of_error(predict(fit, new, level = "calibrated"))))
+expect_true(grepl("height.*has text", message_of_error(predict(fit, new, level = "calibrated"))))
 new$height <- c(Inf, NA)
 expect_true(grepl("infinite", message_of_error(predict(fit, new, level = "calibrated"))))
 new$height <- NA

@@ -23,6 +23,52 @@ expect_equal(attr(getResponse(ours), "label"), attr(getResponse(theirs), "label"
 for (part in list(getGroupsFormula, getResponseFormula, getCovariateFormula)) expect_equal(deparse(part(ours)), deparse(part(theirs)))
 expect_equal(getVarCov(ours)[1, 1], VarCorr(ours)$Seed[1, 1])
 
+# Covariance of the responses of groups, in linear models, where nlme has it: given the random effects, and marginal
+linear <- lme(distance ~ age, Orthodont, random = ~ age, method = "ML", control = lmeControl(msTol = 1e-12, tolerance = 1e-12))
+own_linear <- silvafit(distance ~ a + b * age, Orthodont, random = a + b ~ 1 | Subject)
+for (type in c("random.effects", "conditional", "marginal")) same(unclass(getVarCov(own_linear, "M05", type = type)), unclass(getVarCov(linear, "M05", type = type)))
+correlated <- lme(distance ~ age, Orthodont, random = ~ 1, correlation = corCAR1(form = ~ age), weights = varPower(), method = "ML", control = lmeControl(msTol = 1e-12, tolerance = 1e-12))
+own_correlated <- silvafit(distance ~ a + b * age, Orthodont, random = a ~ 1, correlation = corCAR1(form = ~ age), weights = varPower())
+same(unclass(getVarCov(own_correlated, "F02", type = "marginal")), unclass(getVarCov(correlated, "F02", type = "marginal")), 1e-3)
+# Of a nonlinear model by hand: the derivative of the asymptote is 1 - exp(-exp(lrc) age).
+slope <- 1 - exp(-exp(fixef(ours)[["lrc"]]) * c(3, 5, 10, 15, 20, 25))
+expect_equal(unclass(getVarCov(ours, "301", type = "marginal"))[["301"]], VarCorr(ours)$Seed[1, 1] * outer(slope, slope) + diag(sigma(ours)^2, 6), tolerance = 1e-9, check.attributes = FALSE)
+expect_error(getVarCov(ours, "999", type = "marginal"), "no row of the fit is of Seed 999", class = "silvafit_usage_error")
+expect_equal(c(isBalanced(ours), isBalanced(ours, countOnly = TRUE)), c(isBalanced(Loblolly), TRUE))
+expect_false(isBalanced(silvafit(asymptotic, Loblolly[-1, ], random = Asym ~ 1)))
+expect_equal(as.vector(getCovariate(ours)), as.vector(getCovariate(Loblolly)))
+expect_equal(getCovariate(ours, ~ age), Loblolly$age)
+
+# VarCorr() is printed as by nlme, but for the last digits of estimates.
+digits_of <- function(object) gsub(" +", " ", gsub("[0-9.]+", "#", capture.output(print(object))))
+expect_equal(digits_of(getVarCov(own_linear, 2:3, type = "marginal")), digits_of(getVarCov(linear, 2:3, type = "marginal")))
+expect_equal(digits_of(VarCorr(update(ours, random = list(Seed = pdSymm(Asym + R0 ~ 1))))),
+             gsub("pdSymm", "pdLogChol", digits_of(VarCorr(update(theirs, random = list(Seed = pdSymm(Asym + R0 ~ 1)))))))
+expect_equal(digits_of(VarCorr(update(ours, random = pdDiag(Asym + R0 ~ 1)))), digits_of(VarCorr(update(theirs, random = pdDiag(Asym + R0 ~ 1)))))
+
+# Profiles: the limits of lme4's profiles of the same linear model, and the exact ones
+profiled <- profile(own_linear, c("a", "b", "sigma"))
+same(unclass(confint(profiled)), unclass(confint(own_linear, c("a", "b", "sigma"), method = "profile")), 1e-4)
+if (requireNamespace("lme4", quietly = TRUE)) {
+  limits <- suppressWarnings(confint(profile(lme4::lmer(distance ~ age + (age | Subject), Orthodont, REML = FALSE), which = "beta_"), level = 0.9))
+  same(confint(profiled, 1:2, level = 0.9), limits, 1e-4)
+}
+squares <- silvafit(distance ~ a + b * age, Orthodont)
+line <- lm(distance ~ age, Orthodont)
+# The profile of a linear model is a straight line, so that its limits are those of lm().
+same(confint(profile(squares), c("a", "b")), confint(line), 1e-5)
+expect_error(profile(squares, "c"), "available parameters are a, b, sigma", class = "silvafit_usage_error")
+grDevices::pdf(NULL)
+expect_silent(plot(profiled))
+invisible(grDevices::dev.off())
+
+# Leverages and Cook's distances are those of lm(), also with known weights.
+same(hatvalues(squares), hatvalues(line), 1e-9)
+same(cooks.distance(squares), cooks.distance(line), 1e-9)
+weighted <- silvafit(distance ~ a + b * age, Orthodont, variance = "power(age, delta = 0.5)")
+same(cooks.distance(weighted), cooks.distance(lm(distance ~ age, Orthodont, weights = 1 / age)), 1e-6)
+expect_error(cooks.distance(ours), "update(fit, subset", fixed = TRUE, class = "silvafit_usage_error")
+
 # Levels and types
 expect_equal(fitted(ours, level = 0:1), fitted(theirs, level = 0:1), tolerance = 1e-5)
 expect_equal(as.vector(fitted(ours, level = "Seed")), as.vector(fitted(theirs)), tolerance = 1e-5)

@@ -29,6 +29,24 @@ if (there("parameters")) {
   expect_equal(parameters$p, unname(table[, "p-value"]), tolerance = 1e-5)
   expect_equal(parameters$CI_low, unname(table[, "Value"] - stats::qt(0.975, table[, "DF"]) * table[, "Std.Error"]), tolerance = 1e-5)
 }
+if (there("parameters") && there("lme4")) {
+  linear <- lme4::lmer(distance ~ age + (1 | Subject), data = nlme::Orthodont, REML = FALSE)
+  ours <- as.data.frame(parameters::model_parameters(fit))
+  expected <- suppressMessages(as.data.frame(parameters::model_parameters(linear)))
+  for (column in c("Coefficient", "Effects", "Group")) expect_equal(ours[[column]], expected[[column]], tolerance = 1e-5, info = column)
+  expect_equal(ours$Parameter[3:4], c("SD (a)", "SD (Observations)"))
+  random <- parameters::model_parameters(fit, effects = "random")
+  expect_equal(as.data.frame(random)$CI_low, unname(confint(fit)[3:4, 1]))
+  expect_true(any(grepl("SD \\(a: Subject\\)", capture.output(print(random)))))
+  if (there("performance")) {
+    second <- lme4::lmer(distance ~ age + (age | Subject), data = nlme::Orthodont, REML = FALSE)
+    compared <- performance::compare_performance(fit, update(fit, random = a + b ~ 1 | Subject))
+    expected <- suppressMessages(performance::compare_performance(linear, second))
+    expect_equal(compared$Name[1], "fit")
+    for (column in setdiff(names(expected), c("Name", "Model"))) expect_equal(compared[[column]], expected[[column]], tolerance = 1e-4, info = column)
+    expect_equal(performance::compare_performance(fit, linear)$Model, c("silvafit", "lmerMod"))
+  }
+}
 if (there("lmtest")) {
   tested <- lmtest::coeftest(fit)
   expect_equal(unname(tested[, 1:3]), unname(table[, c("Value", "Std.Error", "t-value")]), tolerance = 1e-6)

@@ -36,9 +36,12 @@ std::vector<TermTest> term_tests(const FittedModel& fit, TermOrder order = TermO
 /// \throws UsageError if there is no such term
 TermTest joint_test(const FittedModel& fit, const std::vector<std::size_t>& terms);
 
-/// The test that linear combinations of coefficients are 0.
+/// The test that linear combinations of coefficients are 0, or have the given values.
 /// \param combinations  (combinations x coefficients)
+/// \param values        (combinations), or none
 /// \throws UsageError if one contains a coefficient without a standard error
-TermTest joint_test(const FittedModel& fit, const Eigen::MatrixXd& combinations);
+TermTest joint_test(const FittedModel& fit,
+                    const Eigen::MatrixXd& combinations,
+                    const Eigen::VectorXd& values = {});
 
 }  // namespace silvafit::fit

@@ -56,7 +56,7 @@ using AnalysisWork = std::function<AnalysisResult(const AnalysisCallbacks&)>;
 
 /// Reads the arguments of an analysis: structural_units, stand_summary, stand_growth, impute,
 /// predict_library, study, grow, view, fit, predict, intervals, bootstrap, cross_validate, compare,
-/// simulate, residuals, term_tests, calibrate.
+/// simulate, residuals, covariance, term_tests, calibrate.
 /// \throws UsageError that names an argument that is unknown or whose value cannot be used
 AnalysisWork prepare_analysis(std::string_view name, AnalysisInput input);
 

@@ -79,6 +79,8 @@ std::vector<std::string> text_columns(const ModelLibrary& library);
 /// Columns of a table that the models read: those, responses, covariates, and what variance
 /// functions read.
 std::vector<std::string> columns_read(const ModelLibrary& library);
+/// Those of one model, but for the response.
+std::vector<std::string> columns_read(const fit::ModelSpecification& specification);
 
 /// Predicts each response of the library with the model for the tree's species. Only models that
 /// have converged are used; of several for the same species and response, the one of lowest AIC.
