@@ -13,8 +13,8 @@ class EffectLayout;
 
 /// The columns of X that form Z, for each term of random effects.
 struct RandomColumns {
-  std::vector<std::vector<Eigen::Index>> terms{};      ///< (q) of each
-  std::vector<Eigen::Index> cluster_begin{};           ///< (C + 1) first group of each cluster
+  std::vector<std::vector<Eigen::Index>> terms{};  ///< (q) of each
+  std::vector<Eigen::Index> cluster_begin{};       ///< (C + 1) first group of each cluster
   /// The places of effects; null of nested terms.
   std::shared_ptr<const EffectLayout> crossed{};
   std::vector<std::vector<Eigen::Index>> of_groups{};  ///< (G) the group of each term it is in
