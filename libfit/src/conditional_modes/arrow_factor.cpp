@@ -67,11 +67,11 @@ void ArrowFactor::resize(Index s, Index q, Index m) {
   memory_.resize(static_cast<std::size_t>(m * (q * q + 2 * s * q) + s * s));
 }
 
-template <class DesignOf>
-bool ArrowFactor::compute_with(const DesignOf& design_of,
-                               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-                               double ridge) {
-  resize(design_of(0).shared, design_of(0).own(), curvatures.cols());
+bool ArrowFactor::compute(const GroupPriors& priors,
+                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+                          Index first,
+                          double ridge) {
+  resize(priors.design(first).shared, priors.design(first).own(), curvatures.cols());
   product_ = 1.0;
   log_determinant_ = 0.0;
   smallest_pivot_ = std::numeric_limits<double>::infinity();
@@ -79,7 +79,7 @@ bool ArrowFactor::compute_with(const DesignOf& design_of,
   complement.setZero();
   complement.diagonal().setConstant(1.0 + ridge);
   for (Index k = 0; k < m_; ++k) {
-    const RandomDesign& design = design_of(k);
+    const RandomDesign& design = priors.design(first + k);
     const SmallMatrix curvature = unpacked(curvatures.col(k).data(), design.joint.rows());
     const auto own = design.joint.rightCols(q_);
     const SmallMatrix curved = curvature.lazyProduct(own);
@@ -99,22 +99,6 @@ bool ArrowFactor::compute_with(const DesignOf& design_of,
     complement -= coupling.lazyProduct(solved);
   }
   return factorize(group(m_), s_, product_, log_determinant_, smallest_pivot_);
-}
-
-bool ArrowFactor::compute(const RandomDesign& design,
-                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-                          double ridge) {
-  const auto same = [&design](Index) -> const RandomDesign& { return design; };
-  return compute_with(same, curvatures, ridge);
-}
-
-bool ArrowFactor::compute(std::span<const RandomDesign* const> designs,
-                          const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-                          double ridge) {
-  const auto own = [&designs](Index k) -> const RandomDesign& {
-    return *designs[static_cast<std::size_t>(k)];
-  };
-  return compute_with(own, curvatures, ridge);
 }
 
 void ArrowFactor::solve(Eigen::Ref<Eigen::VectorXd> z) const {

@@ -3,22 +3,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 #include <vector>
 
-#include "model/small_matrix.hpp"
+#include "conditional_modes/group_priors.hpp"
 
 namespace silvafit::fit {
-
-/// How spherical random effects change the r coefficients that are random in some term: those of a
-/// group change by joint * (u, v), with v its q effects of the last term and u the s effects of the
-/// terms before it, which all groups of its cluster share.
-struct RandomDesign {
-  SmallMatrix joint{};      ///< (r x s + q)
-  Eigen::Index shared = 0;  ///< s
-
-  Eigen::Index own() const { return joint.cols() - shared; }  ///< q
-};
 
 /// The Cholesky factor of H = I + Lambda' A Lambda for (u, v_1 .. v_m) of a cluster, the order of
 /// EffectLayout. H is an arrow matrix, since groups of a cluster are connected only through u. With
@@ -29,15 +18,12 @@ struct RandomDesign {
 class ArrowFactor {
  public:
   /// \param curvatures  (r (r + 1) / 2 x m) lower triangles by columns of the matrices A_k
+  /// \param first       the cluster's first group among those of the priors
   /// \param ridge       added to the diagonal
   /// \returns false if H is not positive definite
-  bool compute(const RandomDesign& design,
+  bool compute(const GroupPriors& priors,
                const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-               double ridge = 0.0);
-  /// The same if the random effects of groups change the coefficients differently.
-  /// \param designs  (m) of each group of the cluster; all share the number of effects
-  bool compute(std::span<const RandomDesign* const> designs,
-               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+               Eigen::Index first = 0,
                double ridge = 0.0);
 
   double log_determinant() const;
@@ -58,11 +44,6 @@ class ArrowFactor {
   double* group(Eigen::Index k) { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
   const double* group(Eigen::Index k) const { return memory_.data() + k * (q_ * q_ + 2 * s_ * q_); }
   void resize(Eigen::Index s, Eigen::Index q, Eigen::Index m);
-  /// \param design_of  the design of a group, by its number
-  template <class DesignOf>
-  bool compute_with(const DesignOf& design_of,
-                    const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-                    double ridge);
 
   Eigen::Index s_ = 0;
   Eigen::Index q_ = 0;

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "conditional_modes/rounded_decrement.hpp"
-
 namespace silvafit::fit {
 namespace {
 
@@ -20,6 +18,8 @@ constexpr double kModeDecrement = 1e-18;
 // Below this, Newton's steps converge without a line search, and rounding of the objective may hide
 // their descent: a mean that is the difference of large terms has eleven digits left.
 constexpr double kSettledDecrement = 1e-9;
+// A Newton decrement below this that no longer falls is rounding.
+constexpr double kRoundedDecrement = 1e-12;
 // If modes only have to be distinguished from known ones.
 constexpr double kRoughDecrement = 1e-8;
 constexpr int kModeSteps = 100;
@@ -34,7 +34,7 @@ constexpr Index kGapRows = 128;
 
 ClusterModes::ClusterModes(const NonlinearModel& model,
                            const EffectLayout& layout,
-                           const ObservationSums& sums,
+                           const GroupSums& sums,
                            Index first,
                            Index last)
     : model_(model),
@@ -82,7 +82,7 @@ void ClusterModes::end(VectorXd& modes) {
 bool ClusterModes::search(const GroupPriors& priors,
                           VectorXd& modes,
                           MatrixXd& effects,
-                          ObservationSums::Workspace& workspace,
+                          GroupSums::Workspace& workspace,
                           const VectorXd* known) {
   begin(modes);
   for (int step = 0; evaluate_open(priors, effects, workspace); ++step) {
@@ -100,7 +100,7 @@ bool ClusterModes::search(const GroupPriors& priors,
 void ClusterModes::search_each(const GroupPriors& priors,
                                VectorXd& modes,
                                MatrixXd& effects,
-                               ObservationSums::Workspace& workspace) {
+                               GroupSums::Workspace& workspace) {
   begin(modes);
   for (int step = 0; evaluate_open(priors, effects, workspace); ++step) {
     for (Index c = 0; c < cluster_count(); ++c) {
@@ -113,7 +113,7 @@ void ClusterModes::search_each(const GroupPriors& priors,
   end(modes);
 }
 
-void ClusterModes::take(const MatrixXd& effects, ObservationSums::Workspace& workspace) {
+void ClusterModes::take(const MatrixXd& effects, GroupSums::Workspace& workspace) {
   sums_.density(begin_, end_, effects, density_, workspace, weights());
   for (Cluster& cluster : clusters_) {
     cluster.is_done = true;
@@ -133,7 +133,7 @@ void ClusterModes::place_effects(const GroupPriors& priors, Index cluster, Matri
 /// Sums at the trial modes of all clusters whose search has not ended; false if there are none.
 bool ClusterModes::evaluate_open(const GroupPriors& priors,
                                  MatrixXd& effects,
-                                 ObservationSums::Workspace& workspace) {
+                                 GroupSums::Workspace& workspace) {
   const auto is_done = [&](Index c) { return clusters_[static_cast<std::size_t>(c)].is_done; };
   const auto first_row = [&](Index c) { return model_.group_begin(begin_ + group_begin(c)); };
   bool any = false;
@@ -298,11 +298,11 @@ bool ClusterModes::factorize(const GroupPriors& priors, Index c) {
   Cluster& cluster = clusters_[static_cast<std::size_t>(c)];
   EffectFactor& hessian = cluster.hessian;
   const Index first = begin_ + group_begin(c);
-  cluster.is_convex = priors.factorize(pattern(c), first, curvatures(c), 0.0, hessian);
+  cluster.is_convex = hessian.compute(pattern(c), priors, curvatures(c), first);
   if (cluster.is_convex) return true;
   constexpr double kLargestRidge = 1e12;
   for (double ridge = 1e-2; ridge < kLargestRidge; ridge *= 4.0) {
-    if (priors.factorize(pattern(c), first, curvatures(c), ridge, hessian)) return true;
+    if (hessian.compute(pattern(c), priors, curvatures(c), first, ridge)) return true;
   }
   return false;
 }

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "conditional_modes/effect_factor.hpp"
 #include "conditional_modes/effect_layout.hpp"
-#include "conditional_modes/group_priors.hpp"
 #include "conditional_modes/observation_sums.hpp"
 
 namespace silvafit::fit {
@@ -20,7 +20,7 @@ class ClusterModes {
   /// Clusters [first, last) of the model.
   ClusterModes(const NonlinearModel& model,
                const EffectLayout& layout,
-               const ObservationSums& sums,
+               const GroupSums& sums,
                Eigen::Index first,
                Eigen::Index last);
 
@@ -33,16 +33,16 @@ class ClusterModes {
   bool search(const GroupPriors& priors,
               Eigen::VectorXd& modes,
               Eigen::MatrixXd& effects,
-              ObservationSums::Workspace& workspace,
+              GroupSums::Workspace& workspace,
               const Eigen::VectorXd* known = nullptr);
   /// The same for each cluster separately; is_found() tells whether its search succeeded.
   void search_each(const GroupPriors& priors,
                    Eigen::VectorXd& modes,
                    Eigen::MatrixXd& effects,
-                   ObservationSums::Workspace& workspace);
+                   GroupSums::Workspace& workspace);
   /// Uses given effects as the modes; without the standard normal effects that they consist of.
   /// \param effects  (r x G)
-  void take(const Eigen::MatrixXd& effects, ObservationSums::Workspace& workspace);
+  void take(const Eigen::MatrixXd& effects, GroupSums::Workspace& workspace);
 
   Eigen::Index first_cluster() const { return first_; }
   Eigen::Index first_group() const { return begin_; }
@@ -145,7 +145,7 @@ class ClusterModes {
   void end(Eigen::VectorXd& modes);
   bool evaluate_open(const GroupPriors& priors,
                      Eigen::MatrixXd& effects,
-                     ObservationSums::Workspace& workspace);
+                     GroupSums::Workspace& workspace);
   void place_effects(const GroupPriors& priors, Eigen::Index cluster, Eigen::MatrixXd& effects);
   bool advance(const GroupPriors& priors, Eigen::Index cluster, const Eigen::VectorXd* known);
   int step_limit() const;
@@ -167,7 +167,7 @@ class ClusterModes {
 
   const NonlinearModel& model_;
   const EffectLayout& layout_;
-  const ObservationSums& sums_;
+  const GroupSums& sums_;
   Eigen::Index first_;
   Eigen::Index last_;
   Eigen::Index begin_;

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "conditional_modes/arrow_factor.hpp"
@@ -18,12 +17,9 @@ class EffectFactor {
  public:
   /// \param pattern  of crossed groups, or null
   bool compute(const SparsePattern* pattern,
-               const RandomDesign& design,
+               const GroupPriors& priors,
                const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-               double ridge = 0.0);
-  bool compute(const SparsePattern* pattern,
-               std::span<const RandomDesign* const> designs,
-               const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
+               Eigen::Index first = 0,
                double ridge = 0.0);
 
   double log_determinant() const {
@@ -53,12 +49,6 @@ class EffectFactor {
     bool is_factorized = false;
     bool is_inverted = false;
   };
-  template <class DesignOf>
-  bool compute_sparse(const SparsePattern& pattern,
-                      const DesignOf& design_of,
-                      bool is_shared,
-                      const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-                      double ridge);
 
   ArrowFactor arrow_;
   std::unique_ptr<Sparse> sparse_;

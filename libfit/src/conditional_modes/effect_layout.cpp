@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "conditional_modes/effect_layout.hpp"
 
-#include "model/crossed_groups.hpp"
+#include "model/model_groups.hpp"
 
 namespace silvafit::fit {
 
@@ -15,23 +15,7 @@ EffectLayout::EffectLayout(const NonlinearModel& model)
     shared_ += counts_.empty() ? 0 : counts_.back();
     counts_.push_back(static_cast<Index>(term.coefficients.size()));
   }
-  model.crossed() != nullptr ? place_crossed(model) : place_nested(model);
-}
-
-void EffectLayout::place_nested(const NonlinearModel& model) {
-  Index place = 0;
-  for (Index c = 0; c < model.cluster_count(); ++c) {
-    for (std::size_t t = 0; t < terms(); ++t) {
-      const bool is_last = t + 1 == terms();
-      const Index groups = is_last ? model.cluster_begin(c + 1) - model.cluster_begin(c) : 1;
-      for (Index k = 0; k < groups; ++k, place += counts_[t]) places_[t].push_back(place);
-    }
-    cluster_begin_.push_back(place);
-  }
-}
-
-void EffectLayout::place_crossed(const NonlinearModel& model) {
-  const CrossedGroups& groups = *model.crossed();
+  const ModelGroups& groups = model.groups();
   Index place = 0;
   for (Index c = 0; c < model.cluster_count(); ++c) {
     const auto number = static_cast<std::size_t>(c);
@@ -39,20 +23,22 @@ void EffectLayout::place_crossed(const NonlinearModel& model) {
       const Index count = groups.cluster_begin[t][number + 1] - groups.cluster_begin[t][number];
       for (Index k = 0; k < count; ++k, place += counts_[t]) places_[t].push_back(place);
     }
-    const Index first = model.cluster_begin(c);
-    const Index cells = model.cluster_begin(c + 1) - first;
-    Eigen::MatrixXi of_cells(joint_count(), cells);
-    for (Index k = 0; k < cells; ++k) {
-      Index row = 0;
-      for (std::size_t t = 0; t < terms(); ++t) {
-        const Index begin = at(t, model.group_of(t, first + k)) - cluster_begin_.back();
-        for (Index i = 0; i < counts_[t]; ++i) of_cells(row++, k) = static_cast<int>(begin + i);
-      }
-    }
-    patterns_.push_back(
-        std::make_shared<const SparsePattern>(place - cluster_begin_.back(), of_cells));
+    if (groups.is_crossed) add_pattern(model, c, place - cluster_begin_.back());
     cluster_begin_.push_back(place);
   }
+}
+
+void EffectLayout::add_pattern(const NonlinearModel& model, Index cluster, Index size) {
+  const Index first = model.cluster_begin(cluster);
+  Eigen::MatrixXi of_cells(joint_count(), model.cluster_begin(cluster + 1) - first);
+  for (Index k = 0; k < of_cells.cols(); ++k) {
+    Index row = 0;
+    for (std::size_t t = 0; t < terms(); ++t) {
+      const Index begin = at(t, model.group_of(t, first + k)) - cluster_begin_.back();
+      for (Index i = 0; i < counts_[t]; ++i) of_cells(row++, k) = static_cast<int>(begin + i);
+    }
+  }
+  patterns_.push_back(std::make_shared<const SparsePattern>(size, of_cells));
 }
 
 std::vector<MatrixXd> EffectLayout::by_term(const VectorXd& effects) const {

@@ -76,8 +76,8 @@ class EffectLayout {
 
  private:
   Eigen::Index own(Eigen::Index k) const { return shared_ + k * counts_.back(); }
-  void place_nested(const NonlinearModel& model);
-  void place_crossed(const NonlinearModel& model);
+  /// \param size  of the cluster, whose effects have their places already
+  void add_pattern(const NonlinearModel& model, Eigen::Index cluster, Eigen::Index size);
 
   std::vector<Eigen::Index> counts_;               ///< (q) of each term
   Eigen::Index shared_ = 0;                        ///< effects of the terms before the last

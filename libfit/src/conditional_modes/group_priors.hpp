@@ -3,44 +3,40 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 #include <utility>
 #include <vector>
 
-#include "conditional_modes/effect_factor.hpp"
+#include "model/small_matrix.hpp"
 
 namespace silvafit::fit {
+
+/// How spherical random effects change the r coefficients that are random in some term: those of a
+/// group change by joint * (u, v), with v its q effects of the last term and u the s effects of the
+/// terms before it, which all groups of its cluster share.
+struct RandomDesign {
+  SmallMatrix joint{};      ///< (r x s + q)
+  Eigen::Index shared = 0;  ///< s
+
+  Eigen::Index own() const { return joint.cols() - shared; }  ///< q
+};
 
 /// The effects b of group g are offset_g + design_g z_g with independent standard normal effects
 /// z_g of all terms. The designs and offsets must outlive this object.
 class GroupPriors {
  public:
   /// The distribution of the model: the same design for all groups, without an offset.
-  explicit GroupPriors(const RandomDesign& design) : shared_(&design) {}
+  GroupPriors(const RandomDesign& design) : shared_(&design) {}  // NOLINT: also a prior
   /// \param designs  (G) all with the same number of effects
   /// \param offsets  (r x G)
   GroupPriors(std::vector<const RandomDesign*> designs, const Eigen::MatrixXd& offsets)
       : designs_(std::move(designs)), offsets_(&offsets) {}
 
+  bool is_shared() const { return shared_ != nullptr; }
   const RandomDesign& design(Eigen::Index group) const {
-    return shared_ != nullptr ? *shared_ : *designs_[static_cast<std::size_t>(group)];
+    return is_shared() ? *shared_ : *designs_[static_cast<std::size_t>(group)];
   }
   /// Null where all are zero.
   const Eigen::MatrixXd* offsets() const { return offsets_; }
-
-  /// Factorizes the Hessian of a cluster with groups [first, first + number of curvatures).
-  /// \param pattern  of crossed groups, or null
-  bool factorize(const SparsePattern* pattern,
-                 Eigen::Index first,
-                 const Eigen::Ref<const Eigen::MatrixXd>& curvatures,
-                 double ridge,
-                 EffectFactor& factor) const {
-    if (shared_ != nullptr) return factor.compute(pattern, *shared_, curvatures, ridge);
-    const std::span<const RandomDesign* const> all(designs_);
-    const auto count = static_cast<std::size_t>(curvatures.cols());
-    return factor.compute(
-        pattern, all.subspan(static_cast<std::size_t>(first), count), curvatures, ridge);
-  }
 
  private:
   const RandomDesign* shared_ = nullptr;

@@ -29,12 +29,12 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
                                  Curvature curvature,
                                  std::vector<Index> random,
                                  bool with_slopes)
-    : model_(model),
+    : GroupSums(std::move(random)),
+      model_(model),
       variance_(variance),
-      random_(std::move(random)),
-      r_(static_cast<Index>(random_.size())),
+      r_(random_count()),
       effect_of_(static_cast<std::size_t>(model.coefficient_count()), -1) {
-  for (Index k = 0; k < r_; ++k) effect_of_[static_cast<std::size_t>(random_[k])] = k;
+  for (Index k = 0; k < r_; ++k) effect_of_[static_cast<std::size_t>(this->random()[k])] = k;
   store_indicators();
   // A quantity with a single stratum, its reference, needs a column of zeros in place of
   // indicators.
@@ -43,9 +43,9 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
   }
   ObservationTerms terms;
   if (with_slopes) {
-    terms = observation_terms(model, variance, curvature, random_);
+    terms = observation_terms(model, variance, curvature, this->random());
   } else {
-    static_cast<ModeTerms&>(terms) = mode_terms(model, variance, curvature, random_);
+    static_cast<ModeTerms&>(terms) = mode_terms(model, variance, curvature, this->random());
   }
   has_approximation_ = !terms.approximation.empty();
   holds_weights_ = !terms.own_weight.empty();
@@ -288,10 +288,6 @@ void ObservationSums::run(const Task& task,
     sums.middleCols(first_group - values.first, static_cast<Index>(segments)) +=
         Eigen::Map<const MatrixXd>(workspace.sums.data(), width, static_cast<Index>(segments));
   }
-}
-
-Index ObservationSums::density_count() const {
-  return static_cast<Index>(density_.outputs) - (holds_weights_ ? 1 : 0);
 }
 
 void ObservationSums::density(Index first,

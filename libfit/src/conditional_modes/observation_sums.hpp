@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "conditional_modes/observation_terms.hpp"
@@ -26,11 +27,10 @@ struct HeldWeights {
   Eigen::VectorXd own{};   ///< of the point of the last evaluation
 };
 
-/// Which terms of ObservationTerms are summed, and where each is among a group's sums.
+/// Sums over the rows of each group, from which the modes of random effects follow.
 ///
-/// p coefficients, r random ones, m + 1 parameters of the variance; triangles are lower ones by
-/// columns.
-class ObservationSums {
+/// p coefficients, r random ones, o others; triangles are lower ones by columns.
+class GroupSums {
  public:
   /// Scratch memory of one caller.
   struct Workspace {
@@ -43,6 +43,54 @@ class ObservationSums {
     std::vector<double*> output_columns{};
   };
 
+  virtual ~GroupSums() = default;
+  GroupSums(const GroupSums&) = delete;
+  GroupSums& operator=(const GroupSums&) = delete;
+
+  Eigen::Index random_count() const { return static_cast<Eigen::Index>(random_.size()); }
+  const std::vector<Eigen::Index>& random() const { return random_; }
+  bool has_approximation() const { return has_approximation_; }
+  bool holds_weights() const { return holds_weights_; }
+  /// See ObservationTerms::others.
+  const std::vector<Eigen::Index>& others() const { return others_; }
+  /// Number of the sums of density().
+  Eigen::Index density_count() const {
+    const Eigen::Index r = random_count();
+    return 1 + r + r * (r + 1) / 2 * (has_approximation_ ? 2 : 1) + (holds_weights_ ? 1 : 0);
+  }
+  /// Of density (1), by_random (r), curvature (triangle), approximation (triangle, if any), with
+  /// held weights then of density with a point's own ones (1), for groups [first, last): one column
+  /// a group.
+  /// \param effects  (r x G) random effects b of all groups
+  /// \param weights  of these groups' rows at least; null unless holds_weights()
+  virtual void density(Eigen::Index first,
+                       Eigen::Index last,
+                       const Eigen::MatrixXd& effects,
+                       Eigen::MatrixXd& sums,
+                       Workspace& workspace,
+                       HeldWeights* weights = nullptr) const = 0;
+  /// Of other_random (o r).
+  virtual void mixed(Eigen::Index first,
+                     Eigen::Index last,
+                     const Eigen::MatrixXd& effects,
+                     Eigen::MatrixXd& sums,
+                     Workspace& workspace) const = 0;
+
+ protected:
+  explicit GroupSums(std::vector<Eigen::Index> random) : random_(std::move(random)) {}
+
+  bool has_approximation_ = false;
+  bool holds_weights_ = false;
+  std::vector<Eigen::Index> others_;
+
+ private:
+  std::vector<Eigen::Index> random_;
+};
+
+/// Which terms of ObservationTerms are summed, and where each is among a group's sums; m + 1
+/// parameters of the variance.
+class ObservationSums : public GroupSums {
+ public:
   /// \param with_slopes  whether slopes() and total() are needed, which held weights do not have
   ObservationSums(const NonlinearModel& model,
                   const VarianceModel& variance,
@@ -50,35 +98,20 @@ class ObservationSums {
                   std::vector<Eigen::Index> random,
                   bool with_slopes = true);
 
-  Eigen::Index random_count() const { return r_; }
-  const std::vector<Eigen::Index>& random() const { return random_; }
-  bool has_approximation() const { return has_approximation_; }
-  bool holds_weights() const { return holds_weights_; }
-  /// See ObservationTerms::others.
-  const std::vector<Eigen::Index>& others() const { return others_; }
-
   /// Sets the point at which all sums are evaluated from now on.
   void set_point(const ObservationPoint& point);
 
-  /// Number of the sums of density().
-  Eigen::Index density_count() const;
-  /// Of density (1), by_random (r), curvature (triangle), approximation (triangle, if any), with
-  /// held weights then of density with a point's own ones (1), for groups [first, last): one column
-  /// a group.
-  /// \param effects  (r x G) random effects b of all groups
-  /// \param weights  of these groups' rows at least; null unless holds_weights()
   void density(Eigen::Index first,
                Eigen::Index last,
                const Eigen::MatrixXd& effects,
                Eigen::MatrixXd& sums,
                Workspace& workspace,
-               HeldWeights* weights = nullptr) const;
-  /// Of other_random (o r).
+               HeldWeights* weights = nullptr) const override;
   void mixed(Eigen::Index first,
              Eigen::Index last,
              const Eigen::MatrixXd& effects,
              Eigen::MatrixXd& sums,
-             Workspace& workspace) const;
+             Workspace& workspace) const override;
   /// Of density (1), density_by_fixed (p), density_by_variance (m + 1).
   void slopes(Eigen::Index first,
               Eigen::Index last,
@@ -151,12 +184,8 @@ class ObservationSums {
 
   const NonlinearModel& model_;
   const VarianceModel& variance_;
-  std::vector<Eigen::Index> random_;
   Eigen::Index r_ = 0;
   std::vector<Eigen::Index> effect_of_;  ///< (p) number of b of a coefficient, -1 for none
-  bool has_approximation_ = false;
-  bool holds_weights_ = false;
-  std::vector<Eigen::Index> others_;
   std::vector<VaryingParameter> varying_;
   Task density_;
   Task mixed_;

@@ -2,6 +2,7 @@
 #include "conditional_modes/random_places.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace silvafit::fit {
 namespace {
@@ -18,8 +19,8 @@ std::vector<Index> united(const std::vector<std::vector<Index>>& lists) {
 
 }  // namespace
 
-RandomPlaces::RandomPlaces(const NonlinearModel& model)
-    : terms(model.random_coefficients()), all(united(terms)) {
+RandomPlaces::RandomPlaces(std::vector<std::vector<Index>> of_terms)
+    : terms(std::move(of_terms)), all(united(terms)) {
   for (const std::vector<Index>& term : terms) {
     std::vector<Index>& places = rows.emplace_back();
     for (const Index value : term) places.push_back(std::ranges::find(all, value) - all.begin());
@@ -30,6 +31,18 @@ std::vector<Eigen::MatrixXd> RandomPlaces::no_effects(const NonlinearModel& mode
   std::vector<Eigen::MatrixXd> result;
   for (std::size_t t = 0; t < terms.size(); ++t) {
     result.emplace_back(Eigen::MatrixXd::Zero(q(t), model.group_count(t)));
+  }
+  return result;
+}
+
+SmallMatrix RandomPlaces::joint(const std::vector<Eigen::MatrixXd>& factors) const {
+  Index effects = 0;
+  for (const Eigen::MatrixXd& factor : factors) effects += factor.cols();
+  SmallMatrix result = SmallMatrix::Zero(r(), effects);
+  Index column = 0;
+  for (std::size_t t = 0; t < factors.size(); ++t) {
+    add_placed(factors[t], rows[t], column, result);
+    column += factors[t].cols();
   }
   return result;
 }

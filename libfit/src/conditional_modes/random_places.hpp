@@ -17,12 +17,16 @@ struct RandomPlaces {
   std::vector<Eigen::Index> all{};                 ///< (r) of all terms, ascending
   std::vector<std::vector<Eigen::Index>> rows{};   ///< (q) places of each term in `all`
 
-  explicit RandomPlaces(const NonlinearModel& model);
+  explicit RandomPlaces(const NonlinearModel& model) : RandomPlaces(model.random_coefficients()) {}
+  explicit RandomPlaces(std::vector<std::vector<Eigen::Index>> of_terms);
   Eigen::Index r() const { return static_cast<Eigen::Index>(all.size()); }
   /// Number of effects of a term.
   Eigen::Index q(std::size_t term) const { return static_cast<Eigen::Index>(terms[term].size()); }
   /// A matrix of random effects for each term, zero.
   std::vector<Eigen::MatrixXd> no_effects(const NonlinearModel& model) const;
+  /// (r x all effects of a group) how independent effects of all terms change the coefficients.
+  /// \param factors  (q x q) of each term
+  SmallMatrix joint(const std::vector<Eigen::MatrixXd>& factors) const;
 };
 
 /// Adds the rows of a factor where its effects are among the random coefficients.

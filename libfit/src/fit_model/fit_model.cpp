@@ -8,7 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "conditional_modes/effect_posteriors.hpp"
 #include "fit_model/constrained_fit.hpp"
 #include "fit_model/doubts.hpp"
 #include "fit_model/integration_method.hpp"
@@ -16,7 +15,7 @@
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
-#include "likelihood/correlated_effects.hpp"
+#include "likelihood/effect_posteriors.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/crossed_checks.hpp"
@@ -153,9 +152,7 @@ void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
 void keep_uncertainty(const NonlinearModel& model, FittedModel& fit) {
   if (!fit.has_random_effects() || !(fit.sigma > 0.0)) return;
   if (!fit.random.back().effects.allFinite()) return;
-  std::vector<EffectPosterior> described = fit.variance.correlation
-                                               ? describe_correlated_effects(model, fit)
-                                               : describe_effects(model, fit);
+  std::vector<EffectPosterior> described = describe_effects(model, fit);
   for (std::size_t t = 0; t < described.size(); ++t) {
     fit.random[t].uncertainty = std::move(described[t].uncertainty);
   }

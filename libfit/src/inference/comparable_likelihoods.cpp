@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace silvafit::fit {
@@ -14,6 +15,17 @@ bool has_same_fixed_effects(const FittedModel& a, const FittedModel& b) {
 }
 
 }  // namespace
+
+bool is_at_bound(const FittedModel& fit, const std::string& coefficient) {
+  return fit.convergence.has(Evidence::Kind::kLowerBound, coefficient) ||
+         fit.convergence.has(Evidence::Kind::kUpperBound, coefficient);
+}
+
+int count_without_bounded(const FittedModel& fit) {
+  const auto bounded = std::ranges::count_if(
+      fit.coefficient_names, [&](const std::string& name) { return is_at_bound(fit, name); });
+  return std::max(0, fit.parameter_count - static_cast<int>(bounded));
+}
 
 bool has_usable_likelihood(const FittedModel& fit) {
   return fit.convergence.converged() && std::isfinite(fit.log_likelihood);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Whether the likelihoods of two fits can be compared.
+// Whether the likelihoods of two fits can be compared, and how many parameters count.
 #pragma once
 
 #include <string>
@@ -7,6 +7,13 @@
 #include "silvafit/fit/fitted_model.hpp"
 
 namespace silvafit::fit {
+
+/// Whether the estimate of a coefficient is at its bound. It counts as a parameter of the fit, but
+/// has no variance.
+bool is_at_bound(const FittedModel& fit, const std::string& coefficient);
+
+/// Parameters of a fit as if coefficients at their bounds had been held there.
+int count_without_bounded(const FittedModel& fit);
 
 /// Whether a fit has converged to a finite log-likelihood.
 bool has_usable_likelihood(const FittedModel& fit);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "inference/coefficients_at_bounds.hpp"
 #include "inference/comparable_likelihoods.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"

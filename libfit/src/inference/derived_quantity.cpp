@@ -82,7 +82,8 @@ std::vector<DerivedValue> derived_values(const FittedModel& fit) {
   const std::vector<std::string>& names = fit.coefficient_names;
   const Eigen::MatrixXd covariance = fixed_covariance(fit);
   for (const DerivedQuantity& quantity : fit.specification.derived) {
-    DerivedValue& one = result.emplace_back(quantity.at(names, fit.estimate), kNaN, kNaN);
+    DerivedValue& one =
+        result.emplace_back(DerivedValue{quantity.at(names, fit.estimate), kNaN, kNaN});
     const VectorXd gradient = quantity.gradient(names, fit.estimate);
     // Of a coefficient that is not identifiable the error is NaN, also times a gradient of 0.
     std::vector<Index> used;

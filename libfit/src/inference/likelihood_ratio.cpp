@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "inference/coefficients_at_bounds.hpp"
 #include "inference/comparable_likelihoods.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/nesting.hpp"
@@ -37,19 +36,14 @@ std::string general_note(const Nesting& nesting) {
 }
 
 /// The reference distribution of a likelihood ratio.
-ChiBarSquared reference_of(const Nesting& nesting,
-                           int freedom,
-                           const std::optional<Eigen::MatrixXd>& variances,
-                           std::string& note) {
+ChiBarSquared reference_of(const Nesting& nesting, int freedom, std::string& note) {
   note = general_note(nesting);
   const int edges = nesting.correlated_effects + nesting.independent_effects;
   if (edges == 0) return {.base = freedom};
   if (nesting.correlated_effects == 0) {
-    const bool is_known = variances.has_value() && variances->rows() == edges;
-    ChiBarSquared result =
-        is_known ? correlated_variances(*variances) : independent_variances(edges);
+    ChiBarSquared result = independent_variances(edges);
     result.base = freedom - edges;
-    if (edges > 1 && !is_known) add(note, "the weights assume independent variance estimates");
+    if (edges > 1) add(note, "the weights assume independent variance estimates");
     return result;
   }
   if (edges == 1) {
@@ -80,9 +74,7 @@ bool ends_below(double statistic) {
 
 }  // namespace
 
-NestedTest likelihood_ratio_test(const FittedModel& larger,
-                                 const FittedModel& smaller,
-                                 const std::optional<Eigen::MatrixXd>& variances) {
+NestedTest likelihood_ratio_test(const FittedModel& larger, const FittedModel& smaller) {
   if (!has_usable_likelihood(smaller) || !(has_usable_likelihood(larger) || is_exact(larger))) {
     throw UsageError("a fit has not converged");
   }
@@ -98,7 +90,7 @@ NestedTest likelihood_ratio_test(const FittedModel& larger,
     throw UsageError("the models have the same number of parameters");
   }
   test.p_chi_squared = ChiBarSquared{.base = test.degrees_of_freedom}.upper_tail(test.statistic);
-  test.reference = reference_of(how, test.degrees_of_freedom, variances, test.note);
+  test.reference = reference_of(how, test.degrees_of_freedom, test.note);
   test.p = test.reference.upper_tail(test.statistic);
   if (ends_below(test.statistic)) {
     add(test.note,

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/fit/likelihood_ratio.hpp"
 
-#include <Eigen/LU>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -12,7 +11,6 @@
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/fit/comparison.hpp"
-#include "silvafit/fit/covariance_of_variances.hpp"
 
 using namespace silvafit;
 using namespace silvafit::fit;
@@ -107,34 +105,6 @@ TEST_CASE("independent variances have binomial weights") {
   CHECK(independent_variances(1).text() == "1/2 chi-squared(0) + 1/2 chi-squared(1)");
 }
 
-TEST_CASE("weights of correlated variances agree with closed forms and with the quadrant") {
-  Eigen::Matrix2d two;
-  two << 1.0, 0.5, 0.5, 1.0;
-  // P(both positive) = 1/4 + asin(1/2)/(2 pi) = 1/3 for the correlation 1/2.
-  CHECK(correlated_variances(two).weights[2] == Approx(1.0 / 3.0).epsilon(1e-12));
-  CHECK(correlated_variances(two).weights[1] == 0.5);
-  // Three with equal correlations of 1/2: P(all positive) = 1/8 + 3 asin(1/2)/(4 pi) = 1/4, and the
-  // weights of odd and of even numbers add up to one half each (Silvapulle and Sen 2005).
-  Eigen::Matrix3d three = Eigen::Matrix3d::Constant(0.5);
-  three.diagonal().setOnes();
-  constexpr int kDraws = 100000;
-  const ChiBarSquared simulated = correlated_variances(three, 7, kDraws);
-  const double error = std::sqrt(0.25 * 0.75 / kDraws);
-  CHECK(simulated.weights[3] == Approx(0.25).margin(4.0 * error));
-  CHECK(simulated.weights[1] == Approx(0.25).margin(4.0 * error));
-  CHECK(simulated.weights[0] + simulated.weights[2] == Approx(0.5).margin(5.0 * error));
-  CHECK_THROWS_AS(correlated_variances(Eigen::Matrix2d::Ones()), UsageError);
-  Eigen::Matrix2d unknown = two;
-  unknown(0, 1) = unknown(1, 0) = std::nan("");
-  CHECK_THROWS_AS(correlated_variances(unknown), UsageError);
-  // Nearly one variance, but for rounding: some are positive in half of all cases, or all are.
-  Eigen::Matrix3d alike = Eigen::Matrix3d::Constant(1.0 - 1e-13);
-  alike.diagonal().setOnes();
-  const ChiBarSquared nearly = correlated_variances(alike, 7, kDraws);
-  CHECK(nearly.weights[0] + nearly.weights[1] + nearly.weights[2] + nearly.weights[3] ==
-        Approx(1.0).epsilon(1e-9));
-}
-
 TEST_CASE("one variance has the half-and-half mixture, a further effect that of Stram and Lee") {
   const data::Table table = lines(0.4);
   const FittedModel none = fitted(table, {}, "");
@@ -205,43 +175,12 @@ TEST_CASE("a larger model that fits exactly has p = 0, one that is not more like
   CHECK(refusal(larger, smaller).find("has not converged") != std::string::npos);
 }
 
-TEST_CASE("several independent variances have binomial weights, or those of their covariance") {
+TEST_CASE("several independent variances have binomial weights") {
   const data::Table table = lines(0.5);
   const FittedModel none = fitted(table, {}, "");
   const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
   CHECK(likelihood_ratio_test(both, none).reference.weights ==
         std::vector<double>{0.25, 0.5, 0.25});
-  const Eigen::MatrixXd covariance = covariance_of_variances(both, none, table);
-  REQUIRE(covariance.rows() == 2);
-  // With V = s^2 I, z_a of ones and z_b = x, which is centered in each plot: tr(z_a z_a' z_b z_b')
-  // is zero, so that only sigma ties the two variances together. Per plot the informations are
-  // n^2/2, Sxx^2/2, N/2 and, with sigma, n/2 and Sxx/2, all over s^4.
-  const double n = kTrees;
-  const double sxx = 42.0;  // of -3.5 to 3.5
-  Eigen::Matrix3d information;
-  information << n * n, 0.0, n, 0.0, sxx * sxx, sxx, n, sxx, n;
-  const double fourth = std::pow(none.sigma, 4);
-  const Eigen::Matrix3d inverse = (0.5 * kPlots / fourth * information).inverse();
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) CHECK(covariance(i, j) == Approx(inverse(i, j)).epsilon(1e-9));
-  }
-  const NestedTest test = likelihood_ratio_test(both, none, covariance);
-  CHECK(test.reference.weights == correlated_variances(covariance).weights);
-  CHECK(test.note.empty());
-}
-
-TEST_CASE("variances that are not identifiable have no covariance") {
-  data::Table table = lines(0.5);
-  const FittedModel none = fitted(table, {}, "");
-  const FittedModel both = fitted(table, {}, "a + b | plot", "none", Covariance::kDiagonal);
-  // At x = 0 the mean does not depend on b, at x = 1 it depends on a and b alike.
-  table.set("x", std::vector<double>(table.rows(), 0.0));
-  CHECK_THROWS_AS(covariance_of_variances(both, none, table), NumericalError);
-  CHECK_THROWS_WITH(covariance_of_variances(both, none, table),
-                    Contains("the variance of b is not identifiable"));
-  table.set("x", std::vector<double>(table.rows(), 1.0));
-  CHECK_THROWS_AS(covariance_of_variances(both, none, table), NumericalError);
-  CHECK_THROWS_WITH(covariance_of_variances(both, none, table), Contains("not identifiable"));
 }
 
 TEST_CASE("there is no test, and a reason, where models or data do not allow one") {

@@ -224,11 +224,6 @@ NaturalParameter derived_parameter(const SurfaceSetting& setting,
   return result;
 }
 
-/// (p) the coefficients at x.
-VectorXd coefficients_at(const SurfaceLayout& layout, const VectorXd& x) {
-  return layout.frame().beta * x.head(layout.beta_count());
-}
-
 VectorXd residual_correlation(const SurfaceLayout& layout,
                               const VarianceModel& variance,
                               const VectorXd& x) {
@@ -266,7 +261,7 @@ double NaturalParameter::value(const SurfaceLayout& layout,
     case Form::kCoefficient:
       return weights.dot(x.head(weights.size()));
     case Form::kDerived:
-      return derived->at(coefficients, coefficients_at(layout, x));
+      return derived->at(coefficients, layout.beta(x));
     case Form::kCoordinate:
       return scale * x[coordinate];
     case Form::kIdentity:
@@ -349,8 +344,7 @@ VectorXd NaturalParameter::hold(const SurfaceLayout& layout,
 }
 
 VectorXd NaturalParameter::derived_slopes(const SurfaceLayout& layout, const VectorXd& x) const {
-  return layout.frame().beta.transpose() *
-         derived->gradient(coefficients, coefficients_at(layout, x));
+  return layout.beta_gradient(derived->gradient(coefficients, layout.beta(x)));
 }
 
 void NaturalParameter::hold_derived(const SurfaceLayout& layout, double value, VectorXd& x) const {
@@ -358,7 +352,7 @@ void NaturalParameter::hold_derived(const SurfaceLayout& layout, double value, V
   constexpr int kMostSteps = 50;
   constexpr double kRounding = 1e-13;
   for (int step = 0; step < kMostSteps; ++step) {
-    const double excess = derived->at(coefficients, coefficients_at(layout, x)) - value;
+    const double excess = derived->at(coefficients, layout.beta(x)) - value;
     const double change = excess / derived_slopes(layout, x)[coordinate];
     x[coordinate] -= change;
     if (!(std::abs(change) > kRounding * std::max(1.0, std::abs(x[coordinate])))) return;

@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-#include "inference/coefficients_at_bounds.hpp"
+#include "inference/comparable_likelihoods.hpp"
 #include "inference/grouping_agreement.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "silvafit/data/table.hpp"

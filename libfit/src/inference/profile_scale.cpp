@@ -44,13 +44,11 @@ double ProfileScale::to(double value) const {
     case Form::kSquare:
     case Form::kOdds:
       return std::isinf(value) ? high : std::atan(std::sqrt(value / reference));
-    case Form::kResidual:
-      return to_symmetric(parameter, value);
-    case Form::kExponential:
-    case Form::kSigma:
-      return std::log(value);
-    default:
+    case Form::kDeviation:
+    case Form::kIdentity:
       return value;
+    default:
+      return to_symmetric(parameter, value);
   }
 }
 
@@ -61,13 +59,11 @@ double ProfileScale::from(double t) const {
     case Form::kSquare:
     case Form::kOdds:
       return t >= high ? kInfinity : reference * std::pow(std::tan(t), 2);
-    case Form::kResidual:
-      return from_symmetric(parameter, t);
-    case Form::kExponential:
-    case Form::kSigma:
-      return std::exp(t);
-    default:
+    case Form::kDeviation:
+    case Form::kIdentity:
       return t;
+    default:
+      return from_symmetric(parameter, t);
   }
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "silvafit/data/program.hpp"
+#include "model/row_program.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -48,22 +48,16 @@ data::Program second_derivatives(const NonlinearModel& model) {
   return {outputs, inputs};
 }
 
-/// Evaluates the second derivatives of some rows.
-/// \param result  (rows x K(K+1)/2)
-void evaluate(const NonlinearModel& model,
-              const data::Program& program,
-              const MatrixXd& parameters,
-              Index begin,
-              data::Program::Workspace& workspace,
-              MatrixXd& result) {
+/// (rows x K(K+1)/2) the second derivatives of some rows.
+MatrixXd evaluate(const NonlinearModel& model,
+                  const data::Program& program,
+                  const MatrixXd& parameters,
+                  Index begin) {
   std::vector<const double*> inputs;
   for (Index k = 0; k < parameters.cols(); ++k) inputs.push_back(parameters.col(k).data());
   const MatrixXd& columns = model.variable_values();
   for (Index k = 0; k < columns.cols(); ++k) inputs.push_back(columns.col(k).data() + begin);
-  result.resize(parameters.rows(), static_cast<Index>(program.output_count()));
-  std::vector<double*> outputs;
-  for (Index k = 0; k < result.cols(); ++k) outputs.push_back(result.col(k).data());
-  program.evaluate(inputs, static_cast<std::size_t>(parameters.rows()), outputs, workspace);
+  return values_of(program, inputs, parameters.rows());
 }
 
 }  // namespace
@@ -72,18 +66,12 @@ MatrixXd residual_curvature(const NonlinearModel& model,
                             const VectorXd& coefficients,
                             const VectorXd& residuals) {
   const data::Program program = second_derivatives(model);
-  data::Program::Workspace workspace;
-  MatrixXd second;
   const Index p = coefficients.size();
   MatrixXd result = MatrixXd::Zero(p, p);
   for (Index begin = 0; begin < model.observations(); begin += kBlock) {
     const Index rows = std::min(kBlock, model.observations() - begin);
-    evaluate(model,
-             program,
-             parameter_values(model, coefficients, begin, rows),
-             begin,
-             workspace,
-             second);
+    const MatrixXd second =
+        evaluate(model, program, parameter_values(model, coefficients, begin, rows), begin);
     for (Index i = 0; i < p; ++i) {
       VectorXd moved = residuals.segment(begin, rows);
       model.design().differentiate(i, begin, rows, moved.data(), moved.data());

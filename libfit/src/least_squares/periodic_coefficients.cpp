@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "silvafit/data/program.hpp"
+#include "model/row_program.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -34,13 +34,7 @@ class RowValues {
     for (std::size_t k = 0; k < parameters_; ++k) inputs.push_back(&values[k]);
     const Eigen::MatrixXd& columns = model_.variable_values();
     for (Index k = 0; k < columns.cols(); ++k) inputs.push_back(columns.col(k).data());
-    VectorXd result(columns.rows());
-    data::Program::Workspace workspace;
-    program.evaluate(inputs,
-                     static_cast<std::size_t>(columns.rows()),
-                     std::array<double* const, 1>{result.data()},
-                     workspace);
-    return result;
+    return values_of(program, inputs, columns.rows());
   }
 
  private:

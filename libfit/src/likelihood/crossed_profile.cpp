@@ -21,34 +21,6 @@ using Eigen::VectorXd;
 
 using CellProducts = std::function<MatrixXd(Index)>;
 
-/// The columns with effects in any term, and the rows of each term among them.
-struct EffectColumnsOf {
-  std::vector<Index> all{};
-  std::vector<std::vector<Index>> rows{};
-
-  explicit EffectColumnsOf(const RandomColumns& random) {
-    for (const auto& term : random.terms) all.insert(all.end(), term.begin(), term.end());
-    std::ranges::sort(all);
-    all.erase(std::unique(all.begin(), all.end()), all.end());
-    for (const auto& term : random.terms) {
-      std::vector<Index>& places = rows.emplace_back();
-      for (const Index column : term) {
-        places.push_back(std::ranges::find(all, column) - all.begin());
-      }
-    }
-  }
-
-  SmallMatrix joint(const RelativeFactors& factors, Index effects) const {
-    SmallMatrix result = SmallMatrix::Zero(std::ssize(all), effects);
-    Index column = 0;
-    for (std::size_t t = 0; t < factors.size(); ++t) {
-      add_placed(factors[t], rows[t], column, result);
-      column += factors[t].cols();
-    }
-    return result;
-  }
-};
-
 /// The effects of one cluster, eliminated.
 struct ClusterElimination {
   EffectFactor factor{};
@@ -68,8 +40,8 @@ class Elimination {
         factors_(factors),
         width_(width),
         products_(std::move(products)),
-        columns_(random),
-        design_{.joint = columns_.joint(factors, layout_.joint_count())},
+        columns_(random.terms),
+        design_{.joint = columns_.joint(factors)},
         clusters_(random.cluster_begin.size() - 1) {}
 
   /// \returns false if a matrix cannot be factorized
@@ -199,7 +171,7 @@ class Elimination {
       floored.push_back(with_floor(t, is_floored));
     }
     if (is_floored) {
-      design_.joint = columns_.joint(floored, layout_.joint_count());
+      design_.joint = columns_.joint(floored);
       for (std::size_t c = 0; c < clusters_.size(); ++c) {
         EffectFactor& factor = clusters_[c].factor;
         const SparsePattern* const pattern = layout_.pattern(static_cast<Index>(c));
@@ -273,7 +245,7 @@ class Elimination {
   const RelativeFactors& factors_;
   Index width_;
   CellProducts products_;
-  EffectColumnsOf columns_;
+  RandomPlaces columns_;
   RandomDesign design_;
   std::vector<ClusterElimination> clusters_;
   VectorXd spherical_;

@@ -15,9 +15,10 @@ using Eigen::VectorXd;
 class LeastSquaresSurface : public LikelihoodSurface {
  public:
   explicit LeastSquaresSurface(const SurfaceSetting& setting)
-      : model_(setting.model),
-        variance_(setting.variance),
-        layout_(setting.model, setting.variance, setting.frame, setting.estimate.size()) {
+      : LikelihoodSurface(
+            {setting.model, setting.variance, setting.frame, setting.estimate.size()}),
+        model_(setting.model),
+        variance_(setting.variance) {
     model_.evaluate(setting.estimate, fitted_, nullptr, workspace_);
     double log_sigma = setting.log_sigma;
     if (setting.fit.method == Method::kOrdinary) {
@@ -56,18 +57,13 @@ class LeastSquaresSurface : public LikelihoodSurface {
     return value;
   }
 
-  const SurfaceLayout& layout() const override { return layout_; }
-  const VectorXd& optimum() const override { return optimum_; }
-
  private:
   const NonlinearModel& model_;
   const VarianceModel& variance_;
-  SurfaceLayout layout_;
   NonlinearModel::Workspace workspace_;
   VectorXd fitted_;  ///< (N) at the estimates, for the weights
   VectorXd mean_;
   MatrixXd jacobian_;
-  VectorXd optimum_;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <memory>
 #include <stop_token>
 #include <string>
+#include <utility>
 
 #include "likelihood/surface_layout.hpp"
 #include "model/variance_weights.hpp"
@@ -44,16 +45,20 @@ struct SurfaceSetting {
 /// F(x) = -log-likelihood. One surface belongs to one thread.
 class LikelihoodSurface {
  public:
+  explicit LikelihoodSurface(SurfaceLayout layout) : layout_(std::move(layout)) {}
   virtual ~LikelihoodSurface() = default;
-  LikelihoodSurface() = default;
   LikelihoodSurface(const LikelihoodSurface&) = delete;
   LikelihoodSurface& operator=(const LikelihoodSurface&) = delete;
 
   /// The value and, unless null, the exact gradient; infinite where there is none.
   virtual double value(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) = 0;
-  virtual const SurfaceLayout& layout() const = 0;
+  const SurfaceLayout& layout() const { return layout_; }
   /// The estimates.
-  virtual const Eigen::VectorXd& optimum() const = 0;
+  const Eigen::VectorXd& optimum() const { return optimum_; }
+
+ protected:
+  SurfaceLayout layout_;
+  Eigen::VectorXd optimum_;
 };
 
 /// A new surface: for the methods of the marginal likelihood that likelihood; for lb, and gnls by

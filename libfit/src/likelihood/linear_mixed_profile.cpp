@@ -257,16 +257,6 @@ class Evaluation {
   ProfileSums sums_;
 };
 
-/// (G) the cluster of each group.
-std::vector<Index> clusters_of_groups(const RandomColumns& random) {
-  std::vector<Index> result;
-  for (std::size_t cluster = 0; cluster + 1 < random.cluster_begin.size(); ++cluster) {
-    result.resize(static_cast<std::size_t>(random.cluster_begin[cluster + 1]),
-                  static_cast<Index>(cluster));
-  }
-  return result;
-}
-
 template <int kGroup>
 LinearMixedProfile profile_of_width(const LinearMixedModel& model,
                                     const RelativeFactors& factors,
@@ -321,7 +311,6 @@ VectorXd expected_squares(const LinearMixedModel& model,
   for (std::size_t t = 0; t < factors.size(); ++t) {
     effects.emplace_back(factors[t] * at.spherical[t]);
   }
-  const std::vector<Index> cluster_of = clusters_of_groups(model.random);
   VectorXd result(moments.groups());
   const auto fill = [&](Index begin, Index end) {
     VectorXd combination(p + 1);
@@ -330,12 +319,7 @@ VectorXd expected_squares(const LinearMixedModel& model,
       combination.head(p) = -at.coefficients;
       combination[p] = 1.0;
       for (std::size_t t = effects.size(); t-- > 0;) {
-        const bool is_last = t + 1 == effects.size();
-        const auto number = static_cast<std::size_t>(group);
-        const bool is_crossed = model.random.crossed != nullptr;
-        const Index of = is_crossed ? model.random.of_groups[t][number]
-                         : is_last  ? group
-                                    : cluster_of[number];
+        const Index of = model.random.of_groups[t][static_cast<std::size_t>(group)];
         Index row = 0;
         for (const Index column : model.random.terms[t]) {
           combination[column] -= effects[t](row++, of);

@@ -15,10 +15,9 @@ class EffectLayout;
 struct RandomColumns {
   std::vector<std::vector<Eigen::Index>> terms{};  ///< (q) of each
   std::vector<Eigen::Index> cluster_begin{};       ///< (C + 1) first group of each cluster
-  /// Of crossed terms, else null and empty: the places of effects, and by term the group that each
-  /// of the model's groups is in.
+  /// The places of effects; null of nested terms.
   std::shared_ptr<const EffectLayout> crossed{};
-  std::vector<std::vector<Eigen::Index>> of_groups{};
+  std::vector<std::vector<Eigen::Index>> of_groups{};  ///< (G) the group of each term it is in
 };
 
 /// L with Psi / sigma^2 = L L', (q x q), lower triangular, of each term.

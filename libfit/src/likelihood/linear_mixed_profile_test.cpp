@@ -30,7 +30,10 @@ struct Example {
 
   /// \param of_clusters  columns of the effects of clusters; none: one term
   explicit Example(const std::vector<Index>& of_clusters = {}) {
-    if (!of_clusters.empty()) random.terms = {of_clusters, {0, 2}};
+    if (!of_clusters.empty()) {
+      random.terms = {of_clusters, {0, 2}};
+      random.of_groups = {{0, 0, 0, 1}, {0, 1, 2, 3}};
+    }
     silvafit::Random numbers(11);
     for (Index i = 0; i < 23; ++i) {
       design(i, 0) = 1.0;

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "conditional_modes/effect_layout.hpp"
-#include "model/crossed_groups.hpp"
+#include "model/model_groups.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "silvafit/data/row_sums.hpp"
 
@@ -48,10 +48,8 @@ Linearizer::Linearizer(const NonlinearModel& model, const VarianceModel& varianc
   for (Index c = 0; c <= model.cluster_count(); ++c) {
     random_.cluster_begin.push_back(model.cluster_begin(c));
   }
-  if (model.crossed() != nullptr) {
-    random_.crossed = std::make_shared<const EffectLayout>(model);
-    random_.of_groups = model.crossed()->of_cells;
-  }
+  random_.of_groups = model.groups().of_cells;
+  if (model.crossed() != nullptr) random_.crossed = std::make_shared<const EffectLayout>(model);
   for (auto columns = random_.terms.rbegin(); columns != random_.terms.rend(); ++columns) {
     for (const Index column : *columns) {
       if (std::ranges::find(effect_columns_, column) == effect_columns_.end()) {
@@ -376,6 +374,9 @@ void Linearizer::linearize_chunk(const LinearizationPoint& point,
   for (std::size_t block = chunks_[chunk]; block < chunks_[chunk + 1]; ++block) {
     const std::size_t first = blocks_[block];
     const std::size_t last = blocks_[block + 1];
+    const bool is_needed =
+        segments_[last - 1].group >= point.first_group && segments_[first].group < point.last_group;
+    if (!is_needed) continue;
     evaluate_block(point, expand, first, last, scratch, result);
     for (std::size_t s = first; s < last; ++s) {
       const Segment& segment = segments_[s];
@@ -432,7 +433,7 @@ bool Linearizer::linearize(const LinearizationPoint& point,
              : GroupMoments(width, model_.group_count(), 0, {});
   result.mean.resize(model_.observations());
   result.weight.resize(varies ? model_.observations() : 0);
-  result.squares.resize(model_.group_count());
+  result.squares.setZero(model_.group_count());
   result.squares_before.setZero(model_.group_count());
   result.variance = point.variance;
   scratch_.resize(worker_count(model_.threads()));

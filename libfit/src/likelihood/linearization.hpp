@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -26,6 +27,9 @@ struct LinearizationPoint {
   /// (p x p) M; empty for the identity. A column with random effects is a combination of such
   /// columns only.
   Eigen::MatrixXd mixing{};
+  /// The groups whose sums are needed, those before the last one; the others' are zero.
+  Eigen::Index first_group = 0;
+  Eigen::Index last_group = std::numeric_limits<Eigen::Index>::max();
 };
 
 /// The model around a point.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Cross products of groups whose residuals are correlated: of the rows L^-1 G^-1 [X w].
+#include <algorithm>
 #include <cmath>
 
 #include "likelihood/linearization.hpp"
@@ -120,12 +121,13 @@ bool Linearizer::add_correlated(const LinearizationPoint& point,
     return false;
   }
   constexpr Index kPartGroups = 64;
-  const Index groups = model_.group_count();
+  const Index groups = std::min(model_.group_count(), point.last_group) - point.first_group;
   const auto parts = static_cast<std::size_t>((groups + kPartGroups - 1) / kPartGroups);
   std::vector<VectorXd> sums(parts, VectorXd::Zero(result.model.moments.terms()));
   parallel_for(parts, model_.threads(), [&](std::size_t part) {
-    const Index begin = static_cast<Index>(part) * kPartGroups;
-    for (Index group = begin; group < std::min(begin + kPartGroups, groups); ++group) {
+    const Index begin = point.first_group + static_cast<Index>(part) * kPartGroups;
+    const Index end = std::min(begin + kPartGroups, point.first_group + groups);
+    for (Index group = begin; group < end; ++group) {
       add_correlated_group(group, expand, before, result, sums[part]);
       finish_group(group, point, result);
     }

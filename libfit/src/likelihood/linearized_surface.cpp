@@ -24,12 +24,12 @@ MatrixXd mixing_of(const CoefficientFrame& frame) {
 class LinearizedSurface : public LikelihoodSurface {
  public:
   explicit LinearizedSurface(const SurfaceSetting& setting)
-      : model_(setting.model),
+      : LikelihoodSurface({setting.model,
+                           setting.variance,
+                           setting.frame,
+                           setting.fit.reml ? 0 : setting.estimate.size()}),
+        model_(setting.model),
         is_restricted_(setting.fit.reml),
-        layout_(setting.model,
-                setting.variance,
-                setting.frame,
-                is_restricted_ ? 0 : setting.estimate.size()),
         linearizer_(setting.model, setting.variance),
         point_{.coefficients = setting.estimate,
                .effects = coefficient_effects(setting.fit, setting.model),
@@ -76,9 +76,6 @@ class LinearizedSurface : public LikelihoodSurface {
     return at.minus_log_likelihood;
   }
 
-  const SurfaceLayout& layout() const override { return layout_; }
-  const VectorXd& optimum() const override { return optimum_; }
-
  private:
   /// Computes the weights at other variance parameters, with the mean and Jacobian of the
   /// estimates.
@@ -91,11 +88,9 @@ class LinearizedSurface : public LikelihoodSurface {
 
   const NonlinearModel& model_;
   bool is_restricted_;
-  SurfaceLayout layout_;
   Linearizer linearizer_;
   LinearizationPoint point_;
   Linearization at_;
-  VectorXd optimum_;
   bool is_valid_ = false;
 };
 

@@ -81,8 +81,8 @@ MarginalValue MarginalBlock::value(const MarginalPoint& point,
                                    ObservationSums::Workspace& workspace,
                                    bool with_gradient) {
   MarginalValue result = MarginalValue::zero(point);
-  if (!modes_.search(GroupPriors(design), modes, effects, workspace) ||
-      !factorize_determinants(design) || !has_clear_modes()) {
+  if (!modes_.search(design, modes, effects, workspace) || !factorize_determinants(design) ||
+      !has_clear_modes()) {
     result.minus_log_likelihood = std::numeric_limits<double>::infinity();
     return result;
   }
@@ -106,7 +106,7 @@ bool MarginalBlock::find_modes(const RandomDesign& design,
                                ObservationSums::Workspace& workspace,
                                const VectorXd* known,
                                VectorXd& objectives) {
-  if (!modes_.search(GroupPriors(design), modes, effects, workspace, known)) return false;
+  if (!modes_.search(design, modes, effects, workspace, known)) return false;
   if (!factorize_determinants(design) || !has_clear_modes()) return false;
   for (Index c = 0; c < modes_.cluster_count(); ++c) {
     objectives[modes_.first_cluster() + c] =

@@ -66,14 +66,8 @@ void MarginalLikelihood::add_block(const QuadratureRule* rule, Index first, Inde
 }
 
 RandomDesign MarginalLikelihood::design_of(const MarginalPoint& point) const {
-  RandomDesign design{.joint = SmallMatrix::Zero(places_.r(), layout_.joint_count()),
-                      .shared = layout_.joint_count() - layout_.count(layout_.terms() - 1)};
-  Index column = 0;
-  for (std::size_t t = 0; t < layout_.terms(); ++t) {
-    add_placed(point.factors[t], places_.rows[t], column, design.joint);
-    column += layout_.count(t);
-  }
-  return design;
+  return {.joint = places_.joint(point.factors),
+          .shared = layout_.joint_count() - layout_.count(layout_.terms() - 1)};
 }
 
 void MarginalLikelihood::set_modes(VectorXd modes) {

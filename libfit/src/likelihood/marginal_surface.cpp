@@ -20,12 +20,14 @@ Curvature curvature_of(Method method) {
 class MarginalSurface : public LikelihoodSurface {
  public:
   explicit MarginalSurface(const SurfaceSetting& setting)
-      : likelihood_(setting.model,
+      : LikelihoodSurface(
+            {setting.model, setting.variance, setting.frame, setting.frame.beta.cols()}),
+        likelihood_(setting.model,
                     setting.variance,
                     curvature_of(setting.fit.method),
                     setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1),
-        coordinates_(setting.model, setting.variance, setting.frame),
-        optimum_(setting.coordinates(coordinates_.layout(), setting.log_sigma)) {
+        coordinates_(setting.model, setting.variance, setting.frame) {
+    optimum_ = setting.coordinates(layout_, setting.log_sigma);
     const MarginalPoint point = coordinates_.point(optimum_);
     likelihood_.set_modes(
         likelihood_.layout().from_terms(coordinates_.spherical(optimum_, effects_of(setting.fit))));
@@ -44,13 +46,9 @@ class MarginalSurface : public LikelihoodSurface {
     return value.minus_log_likelihood;
   }
 
-  const SurfaceLayout& layout() const override { return coordinates_.layout(); }
-  const VectorXd& optimum() const override { return optimum_; }
-
  private:
   MarginalLikelihood likelihood_;
   MarginalCoordinates coordinates_;
-  VectorXd optimum_;
   VectorXd modes_;
 };
 

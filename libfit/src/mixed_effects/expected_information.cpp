@@ -9,7 +9,7 @@
 #include "conditional_modes/effect_layout.hpp"
 #include "likelihood/crossed_profile.hpp"
 #include "model/correlated_rows.hpp"
-#include "model/crossed_groups.hpp"
+#include "model/model_groups.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "silvafit/base/constants.hpp"
 

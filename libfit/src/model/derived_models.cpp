@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "model/crossed_groups.hpp"
 #include "model/held_coefficients.hpp"
+#include "model/model_groups.hpp"
 #include "silvafit/fit/nonlinear_model.hpp"
 
 namespace silvafit::fit {
@@ -17,9 +17,7 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
   NonlinearModel part = *this;
   part.rows_.clear();
   part.lines_.clear();
-  part.group_labels_.clear();
   part.group_begin_.clear();
-  part.cluster_labels_.clear();
   part.cluster_begin_.clear();
   for (Strata& strata : part.strata_) strata.of_rows.clear();
   Index group = 0;
@@ -31,14 +29,10 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
     while (i >= group_begin_[static_cast<std::size_t>(group) + 1]) ++group;
     while (group >= cluster_begin_[static_cast<std::size_t>(cluster) + 1]) ++cluster;
     if (cluster != last_cluster) {
-      if (!cluster_labels_.empty()) {
-        part.cluster_labels_.push_back(cluster_labels_[static_cast<std::size_t>(cluster)]);
-      }
-      part.cluster_begin_.push_back(static_cast<Index>(part.group_labels_.size()));
+      part.cluster_begin_.push_back(std::ssize(cells));
       last_cluster = cluster;
     }
     if (group != last_group) {
-      part.group_labels_.push_back(group_labels_[static_cast<std::size_t>(group)]);
       part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
       cells.push_back(group);
       last_group = group;
@@ -50,11 +44,8 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
     }
   }
   part.group_begin_.push_back(static_cast<Index>(part.rows_.size()));
-  part.cluster_begin_.push_back(static_cast<Index>(part.group_labels_.size()));
-  if (crossed_) {
-    part.crossed_ =
-        std::make_shared<const CrossedGroups>(crossed_->part(cells, part.cluster_begin_));
-  }
+  part.cluster_begin_.push_back(std::ssize(cells));
+  part.take_groups(groups_->part(cells, part.cluster_begin_));
   part.response_ = response_(observations);
   part.columns_ = columns_(observations, Eigen::all);
   part.design_ = design_.part(observations);
@@ -100,11 +91,9 @@ NonlinearModel NonlinearModel::with_random_effects(std::vector<RandomEffects> te
   NonlinearModel model = *this;
   model.specification_.random = std::move(terms);
   if (!model.specification_.random.empty()) return model;
-  model.group_labels_.assign(1, {});
   model.group_begin_ = {0, observations()};
-  model.cluster_labels_.clear();
-  model.crossed_.reset();
   model.cluster_begin_ = {0, 1};
+  model.take_groups({});
   model.compile();
   return model;
 }

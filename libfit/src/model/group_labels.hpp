@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -47,6 +48,14 @@ class GroupLabels {
     }
   }
 
+  /// The columns of each term, the coarsest first.
+  const std::vector<std::vector<data::TextColumn>>& columns() const { return terms_; }
+  /// Whether a row has no group in some term.
+  bool is_missing(std::size_t row) const {
+    return std::ranges::any_of(terms_, [row](const auto& columns) {
+      return std::ranges::any_of(columns, [row](const auto& of) { return of.is_missing(row); });
+    });
+  }
   /// The label in a term.
   std::string of(std::size_t term, std::size_t row) const {
     std::vector<std::string_view> labels;

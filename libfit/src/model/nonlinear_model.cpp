@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "model/crossed_groups.hpp"
+#include "model/model_groups.hpp"
 #include "model/small_matrix.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -165,19 +165,6 @@ std::vector<std::string> strata_columns(const ModelSpecification& specification)
   return names;
 }
 
-/// The column of a grouping, its groups numbered in the order of their first appearance.
-class Grouping {
- public:
-  Grouping(const data::Table& table, const std::string& column) : labels_(table.labels(column)) {}
-
-  bool is_missing(std::size_t row) const { return labels_.is_missing(row); }
-  std::size_t code(std::size_t row) const { return labels_.code(row); }
-  const std::string& label_of(std::size_t row) const { return labels_.levels()[code(row)]; }
-
- private:
-  data::TextColumn labels_;
-};
-
 /// Each stratum has its own variance parameters, and the time of a fit is proportional to the
 /// square of their number.
 void require_few_strata(const NonlinearModel::Strata& strata, const Place& place) {
@@ -241,11 +228,11 @@ void NonlinearModel::choose_rows(const data::Table& table) {
     }
   }
   file_ = table.file();
-  if (are_crossed(specification_.random)) {
-    sort_by_cell(table, complete);
-  } else {
-    sort_by_group(table, complete);
-  }
+  CellRows cells = cell_rows(specification_, table, complete);
+  rows_ = std::move(cells.rows);
+  group_begin_ = std::move(cells.cell_begin);
+  cluster_begin_ = std::move(cells.cluster_begin);
+  take_groups(std::move(cells.groups));
   lines_.reserve(rows_.size());
   for (const std::size_t row : rows_) {
     lines_.push_back(static_cast<std::uint32_t>(table.line(row)));
@@ -258,52 +245,20 @@ void NonlinearModel::choose_rows(const data::Table& table) {
   }
 }
 
-void NonlinearModel::sort_by_group(const data::Table& table, const std::vector<bool>& complete) {
-  std::vector<Grouping> terms;
-  for (const RandomEffects& term : specification_.random) terms.emplace_back(table, term.group);
-  for (std::size_t row = 0; row < complete.size(); ++row) {
-    const auto is_missing = [row](const Grouping& term) { return term.is_missing(row); };
-    if (complete[row] && std::ranges::none_of(terms, is_missing)) rows_.push_back(row);
+void NonlinearModel::take_groups(ModelGroups groups) {
+  group_labels_.clear();
+  for (Index cell = 0; cell + 1 < std::ssize(group_begin_); ++cell) {
+    group_labels_.push_back(groups.cell_label(cell));
   }
-  // The first term in which two rows are in different groups; past the end if there is none.
-  const auto first_difference = [&terms](std::size_t a, std::size_t b) {
-    return std::ranges::find_if(
-        terms, [a, b](const Grouping& term) { return term.code(a) != term.code(b); });
-  };
-  std::ranges::stable_sort(rows_, [&](std::size_t a, std::size_t b) {
-    const auto term = first_difference(a, b);
-    return term != terms.end() && term->code(a) < term->code(b);
-  });
-  const bool is_nested = terms.size() > 1;
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const auto term = i == 0 ? terms.begin() : first_difference(rows_[i - 1], rows_[i]);
-    if (i > 0 && term == terms.end()) continue;
-    if (!is_nested || term == terms.begin()) {
-      cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
-      if (is_nested) cluster_labels_.push_back(terms.front().label_of(rows_[i]));
-    }
-    const std::string label = terms.empty() ? std::string() : terms.back().label_of(rows_[i]);
-    group_labels_.push_back(is_nested ? nested_label(cluster_labels_.back(), label) : label);
-    group_begin_.push_back(static_cast<Index>(i));
-  }
-  group_begin_.push_back(static_cast<Index>(rows_.size()));
-  cluster_begin_.push_back(static_cast<Index>(group_labels_.size()));
+  groups_ = std::make_shared<const ModelGroups>(std::move(groups));
 }
 
-void NonlinearModel::sort_by_cell(const data::Table& table, const std::vector<bool>& complete) {
-  CellRows cells = cell_rows(specification_, table, complete);
-  rows_ = std::move(cells.rows);
-  group_begin_ = std::move(cells.cell_begin);
-  cluster_begin_ = std::move(cells.cluster_begin);
-  for (Index cell = 0; cell + 1 < std::ssize(group_begin_); ++cell) {
-    group_labels_.push_back(cells.groups.cell_label(cell));
-  }
-  crossed_ = std::make_shared<const CrossedGroups>(std::move(cells.groups));
+const ModelGroups* NonlinearModel::crossed() const {
+  return groups_->is_crossed ? groups_.get() : nullptr;
 }
 
 const std::vector<std::string>& NonlinearModel::group_labels(std::size_t term) const {
-  if (crossed_) return crossed_->labels[term];
-  return is_last(term) ? group_labels_ : cluster_labels_;
+  return groups_->labels[term];
 }
 
 void NonlinearModel::load_strata(const data::Table& table) {
@@ -401,9 +356,7 @@ std::vector<std::string> NonlinearModel::random_kinks() const {
 }
 
 Index NonlinearModel::group_of(std::size_t term, Index group) const {
-  if (crossed_) return crossed_->of_cells[term][static_cast<std::size_t>(group)];
-  if (is_last(term)) return group;
-  return std::ranges::upper_bound(cluster_begin_, group) - cluster_begin_.begin() - 1;
+  return groups_->of_cells[term][static_cast<std::size_t>(group)];
 }
 
 Index NonlinearModel::coefficient_index(std::string_view name) const {

@@ -2,6 +2,7 @@
 // Programs over the rows of data, with the sources of their inputs.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <set>
 #include <string>
@@ -40,6 +41,19 @@ auto row_program(const std::vector<data::Expression>& outputs, const SourceOf& s
     inputs.push_back({.name = name, .is_scalar = result.sources.back().is_scalar()});
   }
   result.program = data::Program(outputs, inputs);
+  return result;
+}
+
+/// (rows x outputs) the values of a program.
+/// \param inputs  of the program, each of all rows or a scalar
+inline Eigen::MatrixXd values_of(const data::Program& program,
+                                 const std::vector<const double*>& inputs,
+                                 Eigen::Index rows) {
+  Eigen::MatrixXd result(rows, static_cast<Eigen::Index>(program.output_count()));
+  std::vector<double*> outputs;
+  for (Eigen::Index k = 0; k < result.cols(); ++k) outputs.push_back(result.col(k).data());
+  data::Program::Workspace workspace;
+  program.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace);
   return result;
 }
 

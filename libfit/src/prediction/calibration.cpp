@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "conditional_modes/effect_posteriors.hpp"
-#include "likelihood/correlated_effects.hpp"
+#include "likelihood/effect_posteriors.hpp"
 #include "model/covariance_factor.hpp"
 #include "model/group_labels.hpp"
 #include "silvafit/base/constants.hpp"
@@ -158,8 +157,7 @@ class Calibrator {
     number_groups(model);
     EffectPriors priors = priors_of_new_groups(model, fit_);
     if (seen_ != SeenGroups::kNew) fill_priors(model, priors);
-    take_over(fit_.variance.correlation ? find_correlated_effects(model, fit_, priors)
-                                        : find_effects(model, fit_, priors, threads));
+    take_over(find_effects(model, fit_, priors, threads));
   }
 
  private:

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -100,25 +101,6 @@ class SetBuilder {
   MatrixXd identity_;
 };
 
-/// First set of each term, the last term's first; then that of the population.
-class SetNumbers {
- public:
-  /// \param counts  groups of each term
-  explicit SetNumbers(const std::vector<Index>& counts) : begins_(counts.size()) {
-    for (std::size_t t = counts.size(); t-- > 0;) {
-      begins_[t] = population_;
-      population_ += counts[t];
-    }
-  }
-  Index of(std::size_t term, Index group) const { return begins_[term] + group; }
-  Index population() const { return population_; }
-  Index count() const { return population_ + 1; }
-
- private:
-  std::vector<Index> begins_;
-  Index population_ = 0;
-};
-
 void require_uncertainty(const FittedModel& fit) {
   if (fit.random.back().uncertainty.is_known()) return;
   throw UsageError(
@@ -126,264 +108,212 @@ void require_uncertainty(const FittedModel& fit) {
       "need; an older version of silvafit wrote it; fit the model again");
 }
 
-/// The set for rows of unknown groups.
-class NewGroupRows {
+/// The groups whose effects are estimated.
+class KnownGroups {
  public:
-  NewGroupRows(const FittedModel& fit,
-               const data::Table& table,
-               NewGroups choice,
-               bool is_calibrated,
-               CoefficientSets& result)
-      : fit_(fit), table_(table), choice_(choice), is_calibrated_(is_calibrated), result_(result) {}
+  explicit KnownGroups(const FittedModel& fit) : fit_(fit) {}
+  virtual ~KnownGroups() = default;
+  KnownGroups(const KnownGroups&) = delete;
+  KnownGroups& operator=(const KnownGroups&) = delete;
 
-  void mark(std::size_t row, std::string_view label, Index set) {
-    mark(row, fit_.specification.random.back().group, label, set);
-  }
-  void mark(std::size_t row, const std::string& column, std::string_view label, Index set) {
-    if (choice_ == NewGroups::kError) refuse_group(table_, row, column, label, is_calibrated_);
-    result_.is_new_group[row] = true;
-    result_.is_missing[row] = choice_ == NewGroups::kMissing;
-    result_.set_of_row[row] = set;
-    result_.is_marginal[static_cast<std::size_t>(set)] = choice_ == NewGroups::kMarginal;
-  }
-
- private:
-  const FittedModel& fit_;
-  const data::Table& table_;
-  NewGroups choice_;
-  bool is_calibrated_;
-  CoefficientSets& result_;
-};
-
-/// Numbers in the fit of the groups that a group is in, by the labels of nested groups.
-class FittedGroups {
- public:
-  explicit FittedGroups(const FittedModel& fit) : fit_(fit) {
-    if (fit.random.size() == 2) clusters_ = numbered(outer_parts(fit.random.front().labels));
-  }
-
-  /// The group of a term, and the one of the term before that it is in, if the fit has it.
-  std::vector<KnownEffects> with(std::size_t term, Index group) const {
-    std::vector<KnownEffects> result{known(term, group)};
-    if (term == 0) return result;
-    const std::string& label = fit_.random[term].labels[static_cast<std::size_t>(group)];
-    const auto found = clusters_.find(std::string(nested_parts(label).outer));
-    if (found != clusters_.end()) result.push_back(known(term - 1, found->second));
+  /// The group of a row in each term, -1 where it is unknown.
+  virtual std::vector<Index> of_row(std::size_t row) const = 0;
+  /// The effects of groups by term, those of the last term first.
+  virtual std::vector<KnownEffects> effects(const std::vector<Index>& groups) const {
+    std::vector<KnownEffects> result;
+    for (std::size_t t = groups.size(); t-- > 0;) {
+      if (groups[t] < 0) continue;
+      const EstimatedEffects& of = fit_.random[t];
+      result.push_back({t, of.effects, of.uncertainty, groups[t]});
+    }
     return result;
   }
 
-  KnownEffects known(std::size_t term, Index group) const {
-    const EstimatedEffects& of = fit_.random[term];
-    return {.term = term, .effects = of.effects, .uncertainty = of.uncertainty, .group = group};
-  }
-
  private:
   const FittedModel& fit_;
-  LabelNumbers clusters_;
 };
 
-/// Sets of the groups of the fit.
-void add_conditional(const FittedModel& fit,
-                     const data::Table& table,
-                     const PredictionOptions& options,
-                     bool with_covariances,
-                     CoefficientSets& result) {
-  if (with_covariances) require_uncertainty(fit);
-  std::vector<Index> counts;
-  std::vector<LabelNumbers> numbers;
-  for (const EstimatedEffects& term : fit.random) {
-    counts.push_back(std::ssize(term.labels));
-    numbers.push_back(numbered(term.labels));
-  }
-  const SetNumbers sets(counts);
-  SetBuilder builder(fit, sets.count(), with_covariances, result);
-  const FittedGroups groups(fit);
-  for (std::size_t t = 0; t < counts.size(); ++t) {
-    for (Index k = 0; k < counts[t]; ++k) builder.set(sets.of(t, k), groups.with(t, k));
-  }
-  const GroupLabels labels(fit.specification, table);
-  NewGroupRows new_rows(fit, table, options.new_groups, false, result);
-  const auto set_row = [&](std::size_t row) {
-    const std::size_t last = counts.size() - 1;
-    for (std::size_t t = counts.size(); t-- > 0;) {
-      const std::string label = labels.of(t, row);
-      const auto found = numbers[t].find(label);
-      if (label.empty() || found == numbers[t].end()) continue;
-      const Index set = sets.of(t, found->second);
-      if (t < last) return new_rows.mark(row, labels.of(last, row), set);
-      result.set_of_row[row] = set;
-      return;
-    }
-    new_rows.mark(row, labels.of(last, row), sets.population());
-  };
-  for (std::size_t row = 0; row < table.rows(); ++row) set_row(row);
-}
-
-/// Sets of the combinations of the fit's groups in the rows of a table.
-void add_crossed(const FittedModel& fit,
-                 const data::Table& table,
-                 const PredictionOptions& options,
-                 bool with_covariances,
-                 CoefficientSets& result) {
-  if (with_covariances) {
-    throw UsageError(
-        "standard errors and intervals of predictions with crossed random effects, or with more "
-        "than two levels of groups, are available at the population `level` only");
-  }
-  std::vector<LabelNumbers> numbers;
-  for (const EstimatedEffects& term : fit.random) numbers.push_back(numbered(term.labels));
-  const GroupLabels labels(fit.specification, table);
-  std::map<std::vector<Index>, Index> sets;  // by group of each term, -1 for unknown ones
-  std::vector<std::vector<Index>> groups_of_set;
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    std::vector<Index> groups;
-    for (std::size_t t = 0; t < numbers.size(); ++t) {
-      const auto found = numbers[t].find(labels.of(t, row));
-      groups.push_back(found == numbers[t].end() ? -1 : found->second);
-    }
-    const auto [place, is_new] = sets.emplace(groups, std::ssize(groups_of_set));
-    if (is_new) groups_of_set.push_back(groups);
-    result.set_of_row[row] = place->second;
-  }
-  SetBuilder builder(fit, std::ssize(groups_of_set), false, result);
-  const FittedGroups known(fit);
-  for (std::size_t set = 0; set < groups_of_set.size(); ++set) {
-    std::vector<KnownEffects> effects;
-    for (std::size_t t = numbers.size(); t-- > 0;) {
-      const Index group = groups_of_set[set][t];
-      if (group >= 0) effects.push_back(known.known(t, group));
-    }
-    if (!effects.empty()) builder.set(static_cast<Index>(set), effects);
-  }
-  NewGroupRows new_rows(fit, table, options.new_groups, false, result);
-  for (std::size_t row = 0; row < table.rows(); ++row) {
-    const Index set = result.set_of_row[row];
-    const std::vector<Index>& groups = groups_of_set[static_cast<std::size_t>(set)];
-    const auto unknown = std::ranges::find(groups, -1);
-    if (unknown == groups.end()) continue;
-    if (options.new_groups == NewGroups::kMarginal &&
-        std::ranges::count(groups, -1) < std::ssize(groups)) {
-      throw UsageError(
-          "the mean over new groups is not available where the fit has groups of other crossed "
-          "terms; choose `new_groups` population, missing or error");
-    }
-    const auto term = static_cast<std::size_t>(unknown - groups.begin());
-    new_rows.mark(row, fit.specification.random[term].group, labels.of(term, row), set);
-  }
-}
-
-/// Sets of the groups of the table.
-class CalibratedSets {
+/// Those of the fit.
+class FittedGroups : public KnownGroups {
  public:
-  CalibratedSets(const FittedModel& fit,
-                 const data::Table& table,
-                 const PredictionOptions& options,
-                 bool with_covariances,
-                 CoefficientSets& result)
-      : fitted_(fit),
-        seen_(options.seen_groups),
-        result_(result),
-        calibration_(calibrate(
-            fit, table, {.seen_groups = options.seen_groups, .threads = options.threads})),
-        terms_(calibration_.random),
-        sets_(group_counts(terms_)),
-        builder_(fit, sets_.count(), with_covariances, result),
-        new_rows_(fit, table, options.new_groups, true, result) {}
+  FittedGroups(const FittedModel& fit, const GroupLabels& labels)
+      : KnownGroups(fit), labels_(labels) {
+    for (const EstimatedEffects& term : fit.random) numbers_.push_back(numbered(term.labels));
+  }
 
-  void add() {
-    find_known();
-    for (std::size_t t = 0; t < terms_.size(); ++t) {
-      for (std::size_t k = 0; k < is_known_[t].size(); ++k) {
-        if (is_known_[t][k]) builder_.set(sets_.of(t, static_cast<Index>(k)), effects_of(t, k));
-      }
+  std::vector<Index> of_row(std::size_t row) const override {
+    std::vector<Index> result;
+    for (std::size_t t = 0; t < numbers_.size(); ++t) {
+      const auto found = numbers_[t].find(labels_.of(t, row));
+      result.push_back(found == numbers_[t].end() ? -1 : found->second);
     }
-    const std::size_t rows = terms_.back().group_of_row.size();
-    result_.calibrated_from.assign(rows, 0);
-    for (std::size_t row = 0; row < rows; ++row) set_row(row);
+    return result;
   }
 
  private:
-  static std::vector<Index> group_counts(const std::vector<CalibratedEffects>& terms) {
-    std::vector<Index> counts;
-    for (const CalibratedEffects& term : terms) counts.push_back(std::ssize(term.labels));
-    return counts;
-  }
+  const GroupLabels& labels_;
+  std::vector<LabelNumbers> numbers_;
+};
 
-  bool is_last(std::size_t term) const { return term + 1 == terms_.size(); }
-
-  /// The groups with trees in the table or, if these are used, in the fit.
-  void find_known() {
+/// Those with trees in the table or, if these are used, in the fit.
+class CalibratedGroups : public KnownGroups {
+ public:
+  CalibratedGroups(const FittedModel& fit, const Calibration& calibration, SeenGroups seen)
+      : KnownGroups(fit), calibration_(calibration), terms_(calibration.random), seen_(seen) {
     for (std::size_t t = 0; t < terms_.size(); ++t) {
       for (const Index fitted : terms_[t].fitted_group) {
-        is_known_[t].push_back(seen_ != SeenGroups::kNew && fitted >= 0);
+        is_known_[t].push_back(seen != SeenGroups::kNew && fitted >= 0);
       }
     }
     const CalibratedEffects& last = terms_.back();
     for (std::size_t g = 0; g < last.labels.size(); ++g) {
-      if (calibration_.measured[g] == 0) continue;
+      if (calibration.measured[g] == 0) continue;
       is_known_.back()[g] = true;
       const Index before = last.coarser_group[g];
       if (before >= 0) is_known_[terms_.size() - 2][static_cast<std::size_t>(before)] = true;
     }
   }
 
-  /// Whether a group keeps the effects of the fit, without those of its further trees.
-  bool keeps_fitted(std::size_t group) const {
-    return seen_ == SeenGroups::kFitted && terms_.back().fitted_group[group] >= 0;
-  }
-
-  /// The effects of a group and of those that it is in.
-  std::vector<KnownEffects> effects_of(std::size_t term, std::size_t group) const {
-    // A known group without further trees keeps the fit's effects of all terms.
-    if (is_last(term) && keeps_fitted(group)) {
-      return fitted_.with(term, terms_[term].fitted_group[group]);
+  std::vector<Index> of_row(std::size_t row) const override {
+    std::vector<Index> result(terms_.size(), -1);
+    std::size_t t = terms_.size();
+    Index group = -1;
+    while (group < 0 && t-- > 0) {
+      const Index own = terms_[t].group_of_row[row];
+      if (own >= 0 && is_known_[t][static_cast<std::size_t>(own)]) group = own;
     }
-    std::vector<KnownEffects> result;
-    for (auto k = static_cast<Index>(group); k >= 0; --term) {
-      const CalibratedEffects& of = terms_[term];
-      result.push_back(
-          {.term = term, .effects = of.effects, .uncertainty = of.uncertainty, .group = k});
-      k = of.coarser_group[static_cast<std::size_t>(k)];
+    for (; group >= 0; --t) {
+      result[t] = group;
+      group = terms_[t].coarser_group[static_cast<std::size_t>(group)];
     }
     return result;
   }
 
-  void set_row(std::size_t row) {
-    const Index own = terms_.back().group_of_row[row];
-    for (std::size_t t = terms_.size(); t-- > 0;) {
-      const Index g = terms_[t].group_of_row[row];
-      if (g < 0 || !is_known_[t][static_cast<std::size_t>(g)]) continue;
-      if (!is_last(t)) return new_rows_.mark(row, label_of(own), sets_.of(t, g));
-      result_.set_of_row[row] = sets_.of(t, g);
-      const auto k = static_cast<std::size_t>(g);
-      result_.calibrated_from[row] = keeps_fitted(k) ? -1 : calibration_.measured[k];
-      return;
+  std::vector<KnownEffects> effects(const std::vector<Index>& groups) const override {
+    // A known group without further trees keeps the fit's effects of all terms.
+    const bool is_kept = groups.back() >= 0 && keeps_fitted(groups.back());
+    std::vector<Index> fitted;
+    std::vector<KnownEffects> result;
+    for (std::size_t t = groups.size(); t-- > 0;) {
+      const CalibratedEffects& of = terms_[t];
+      if (groups[t] >= 0) result.push_back({t, of.effects, of.uncertainty, groups[t]});
+      fitted.insert(fitted.begin(),
+                    groups[t] < 0 ? -1 : of.fitted_group[static_cast<std::size_t>(groups[t])]);
     }
-    new_rows_.mark(row, label_of(own), sets_.population());
+    return is_kept ? KnownGroups::effects(fitted) : result;
   }
 
-  std::string label_of(Index group) const {
-    return group < 0 ? std::string() : terms_.back().labels[static_cast<std::size_t>(group)];
+  /// As Prediction::calibrated_from.
+  Index measured(Index group) const {
+    if (group < 0) return 0;
+    return keeps_fitted(group) ? -1 : calibration_.measured[static_cast<std::size_t>(group)];
   }
 
-  FittedGroups fitted_;
-  SeenGroups seen_;
-  CoefficientSets& result_;
-  Calibration calibration_;
+ private:
+  /// Whether a group keeps the effects of the fit, without those of its further trees.
+  bool keeps_fitted(Index group) const {
+    return seen_ == SeenGroups::kFitted &&
+           terms_.back().fitted_group[static_cast<std::size_t>(group)] >= 0;
+  }
+
+  const Calibration& calibration_;
   const std::vector<CalibratedEffects>& terms_;
-  SetNumbers sets_;
-  SetBuilder builder_;
-  NewGroupRows new_rows_;
+  SeenGroups seen_;
   std::vector<std::vector<bool>> is_known_{terms_.size()};  ///< by group of each term
 };
 
-void add_calibrated(const FittedModel& fit,
-                    const data::Table& table,
-                    const PredictionOptions& options,
-                    bool with_covariances,
-                    CoefficientSets& result) {
-  if (with_covariances && options.seen_groups != SeenGroups::kNew) require_uncertainty(fit);
-  CalibratedSets(fit, table, options, with_covariances, result).add();
+/// The first crossed term, or the last of nested ones, in which the group is unknown; none if the
+/// effects of all terms are known.
+std::optional<std::size_t> unknown_term(const FittedModel& fit, const std::vector<Index>& groups) {
+  const std::size_t last = groups.size() - 1;
+  if (!are_crossed(fit.specification.random)) {
+    return groups.back() < 0 ? std::optional(last) : std::nullopt;
+  }
+  const auto unknown = static_cast<std::size_t>(std::ranges::find(groups, -1) - groups.begin());
+  return unknown <= last ? std::optional(unknown) : std::nullopt;
+}
+
+/// Sets of the combinations of groups in the rows of a table.
+/// \returns (sets) the groups of each
+std::vector<std::vector<Index>> add_sets(const FittedModel& fit,
+                                         const KnownGroups& known,
+                                         std::size_t rows,
+                                         bool with_covariances,
+                                         CoefficientSets& result) {
+  std::map<std::vector<Index>, Index> sets;
+  std::vector<std::vector<Index>> groups_of_set;
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto [place, is_new] = sets.emplace(known.of_row(row), std::ssize(groups_of_set));
+    if (is_new) groups_of_set.push_back(place->first);
+    result.set_of_row[row] = place->second;
+  }
+  SetBuilder builder(fit, std::ssize(groups_of_set), with_covariances, result);
+  for (std::size_t set = 0; set < groups_of_set.size(); ++set) {
+    const std::vector<KnownEffects> effects = known.effects(groups_of_set[set]);
+    if (!effects.empty()) builder.set(static_cast<Index>(set), effects);
+  }
+  return groups_of_set;
+}
+
+/// Marks the rows with unknown groups.
+void mark_new(const FittedModel& fit,
+              const data::Table& table,
+              const GroupLabels& labels,
+              const std::vector<std::vector<Index>>& groups_of_set,
+              NewGroups choice,
+              bool is_calibrated,
+              CoefficientSets& result) {
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const auto set = static_cast<std::size_t>(result.set_of_row[row]);
+    const std::vector<Index>& groups = groups_of_set[set];
+    const std::optional<std::size_t> term = unknown_term(fit, groups);
+    if (!term) continue;
+    if (choice == NewGroups::kMarginal && are_crossed(fit.specification.random) &&
+        std::ranges::count(groups, -1) < std::ssize(groups)) {
+      throw UsageError(
+          "the mean over new groups is not available where the fit has groups of other crossed "
+          "terms; choose `new_groups` population, missing or error");
+    }
+    if (choice == NewGroups::kError) {
+      const std::string& column = fit.specification.random[*term].group;
+      refuse_group(table, row, column, labels.of(*term, row), is_calibrated);
+    }
+    result.is_new_group[row] = true;
+    result.is_missing[row] = choice == NewGroups::kMissing;
+    result.is_marginal[set] = choice == NewGroups::kMarginal;
+  }
+}
+
+/// Sets of the groups of the fit, or of the table.
+void add_groups(const FittedModel& fit,
+                const data::Table& table,
+                bool is_calibrated,
+                const PredictionOptions& options,
+                bool with_covariances,
+                CoefficientSets& result) {
+  if (with_covariances && !is_calibrated && are_crossed(fit.specification.random)) {
+    throw UsageError(
+        "standard errors and intervals of predictions with crossed random effects, or with more "
+        "than two levels of groups, are available at the population `level` only");
+  }
+  const bool uses_fit = !is_calibrated || options.seen_groups != SeenGroups::kNew;
+  if (with_covariances && uses_fit) require_uncertainty(fit);
+  const GroupLabels labels(fit.specification, table);
+  std::vector<std::vector<Index>> groups_of_set;
+  if (is_calibrated) {
+    const Calibration calibration =
+        calibrate(fit, table, {.seen_groups = options.seen_groups, .threads = options.threads});
+    const CalibratedGroups known(fit, calibration, options.seen_groups);
+    groups_of_set = add_sets(fit, known, table.rows(), with_covariances, result);
+    for (const Index set : result.set_of_row) {
+      result.calibrated_from.push_back(
+          known.measured(groups_of_set[static_cast<std::size_t>(set)].back()));
+    }
+  } else {
+    const FittedGroups known(fit, labels);
+    groups_of_set = add_sets(fit, known, table.rows(), with_covariances, result);
+  }
+  mark_new(fit, table, labels, groups_of_set, options.new_groups, is_calibrated, result);
 }
 
 }  // namespace
@@ -416,11 +346,9 @@ CoefficientSets coefficient_sets(const FittedModel& fit,
   if (!fit.has_random_effects() || level == Level::kPopulation || level == Level::kMarginal) {
     const SetBuilder builder(fit, 1, with_covariances, result);
     result.is_marginal[0] = level == Level::kMarginal && fit.has_random_effects();
-  } else if (level == Level::kConditional) {
-    const auto add = are_crossed(fit.specification.random) ? add_crossed : add_conditional;
-    add(fit, table, options, with_covariances, result);
   } else {
-    add_calibrated(fit, table, options, with_covariances, result);
+    const bool is_calibrated = level == Level::kCalibrated;
+    add_groups(fit, table, is_calibrated, options, with_covariances, result);
   }
   return result;
 }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "conditional_modes/quadrature_rule.hpp"
-#include "model/covariance_factor.hpp"
+#include "prediction/prediction_rules.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
@@ -21,15 +21,6 @@ using Eigen::VectorXd;
 
 // Points of a rule in all variables together; more would take minutes for 1e5 trees.
 constexpr double kMostNodes = 20000.0;
-
-/// Columns of a root that are not zero.
-MatrixXd without_zeros(const MatrixXd& root) {
-  std::vector<Index> kept;
-  for (Index k = 0; k < root.cols(); ++k) {
-    if (!root.col(k).isZero(0.0)) kept.push_back(k);
-  }
-  return root(Eigen::all, kept);
-}
 
 /// Arguments moved by b.
 MatrixXd moved(const RowMean& mean, const MatrixXd& arguments, const VectorXd& b) {
@@ -129,7 +120,7 @@ MarginalMean marginal_mean(const RowMean& mean,
                            const MatrixXd& covariance,
                            double accuracy,
                            bool with_gradient) {
-  const MatrixXd root = without_zeros(covariance_factor(covariance));
+  const MatrixXd root = root_without_zeros(covariance);
   if (root.cols() == 0) {
     return with_rule(mean, arguments, MatrixXd::Zero(root.rows(), 1), 1, with_gradient);
   }

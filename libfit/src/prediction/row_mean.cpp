@@ -5,16 +5,14 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/row_program.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
-namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-}  // namespace
 
 RowMean::RowMean(const ModelSpecification& specification,
                  const data::Table& table,
@@ -80,12 +78,7 @@ MatrixXd RowMean::run(const data::Program& program, const MatrixXd& arguments) c
     inputs[static_cast<std::size_t>(parameters_ + uncertain_[k])] =
         arguments.col(parameters_ + static_cast<Index>(k)).data();
   }
-  MatrixXd result(rows_, static_cast<Index>(program.output_count()));
-  std::vector<double*> outputs;
-  for (Index k = 0; k < result.cols(); ++k) outputs.push_back(result.col(k).data());
-  data::Program::Workspace workspace;
-  program.evaluate(inputs, static_cast<std::size_t>(rows_), outputs, workspace);
-  return result;
+  return values_of(program, inputs, rows_);
 }
 
 VectorXd RowMean::mean(const MatrixXd& arguments) const {

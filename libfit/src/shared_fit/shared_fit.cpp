@@ -10,9 +10,9 @@
 #include <string>
 #include <utility>
 
-#include "conditional_modes/effect_posteriors.hpp"
 #include "fit_model/doubts.hpp"
 #include "fit_model/integration_method.hpp"
+#include "likelihood/effect_posteriors.hpp"
 #include "marginal_likelihood/marginal_search.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"

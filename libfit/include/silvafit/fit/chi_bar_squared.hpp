@@ -2,8 +2,6 @@
 // Mixtures of chi-squared distributions: the reference of tests of variances that may be zero.
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -24,16 +22,5 @@ struct ChiBarSquared {
 
 /// Of k variances that are tested together, whose estimates are independent: binomial weights.
 ChiBarSquared independent_variances(int k);
-
-/// Of k variances whose unconstrained estimates have a covariance (up to a factor): the probability
-/// that i of them are positive after projection on the quadrant in the metric of its inverse. In
-/// closed form for k <= 2, else simulated.
-/// \param covariance  (k x k) positive definite
-/// \param draws       of the simulation
-/// \throws UsageError if the matrix is not square and positive definite, or k > 12
-/// Source: Silvapulle and Sen 2005, Constrained Statistical Inference, chapter 3.
-ChiBarSquared correlated_variances(const Eigen::Ref<const Eigen::MatrixXd>& covariance,
-                                   std::uint64_t seed = 1,
-                                   int draws = 100000);
 
 }  // namespace silvafit::fit

@@ -2,8 +2,6 @@
 // Likelihood-ratio tests of nested fits, with mixture references for variances at zero.
 #pragma once
 
-#include <Eigen/Core>
-#include <optional>
 #include <string>
 
 #include "silvafit/fit/chi_bar_squared.hpp"
@@ -24,14 +22,11 @@ struct NestedTest {
 
 /// The test of two fits to the same observations by the same method. If the larger model fits all
 /// observations exactly, the statistic is infinite and p is 0.
-/// \param variances  covariance of the tested variances if there are several independent effects
-///   (see covariance_of_variances); without it they are treated as independent
+/// The variances of several independent effects are treated as independently estimated.
 /// \throws UsageError if there is no such test: the fits did not converge, are not nested, have
 ///   other data or methods, or are by restricted likelihood with other fixed effects
 /// Source: Self and Liang 1987, J. Am. Stat. Assoc. 82, 605-610; Stram and Lee 1994, Biometrics 50,
 /// 1171-1177.
-NestedTest likelihood_ratio_test(const FittedModel& larger,
-                                 const FittedModel& smaller,
-                                 const std::optional<Eigen::MatrixXd>& variances = std::nullopt);
+NestedTest likelihood_ratio_test(const FittedModel& larger, const FittedModel& smaller);
 
 }  // namespace silvafit::fit

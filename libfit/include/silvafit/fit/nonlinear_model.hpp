@@ -22,7 +22,7 @@
 
 namespace silvafit::fit {
 
-struct CrossedGroups;
+struct ModelGroups;
 
 /// The mean function f(phi; data) of a model on the rows of a table, with phi linear in the
 /// coefficients.
@@ -98,8 +98,9 @@ class NonlinearModel {
   /// Number of terms of random effects. The groups of each consist of groups of the next, those of
   /// the last are the model's groups; unless they are crossed.
   std::size_t term_count() const { return specification_.random.size(); }
+  const ModelGroups& groups() const { return *groups_; }
   /// The groups of crossed terms, or null.
-  const CrossedGroups* crossed() const { return crossed_.get(); }
+  const ModelGroups* crossed() const;
   Eigen::Index group_count(std::size_t term) const {
     return static_cast<Eigen::Index>(group_labels(term).size());
   }
@@ -183,8 +184,8 @@ class NonlinearModel {
  private:
   bool is_last(std::size_t term) const { return term + 1 == term_count(); }
   void choose_rows(const data::Table& table);
-  void sort_by_group(const data::Table& table, const std::vector<bool>& complete);
-  void sort_by_cell(const data::Table& table, const std::vector<bool>& complete);
+  /// Those of the current rows.
+  void take_groups(ModelGroups groups);
   void load_columns(const data::Table& table);
   void load_levels(const data::Table& table);
   void load_strata(const data::Table& table);
@@ -211,8 +212,7 @@ class NonlinearModel {
   std::map<std::string, std::set<std::string>> levels_;
   std::vector<std::string> group_labels_;
   std::vector<Eigen::Index> group_begin_;
-  std::vector<std::string> cluster_labels_;  ///< of the first of two nested terms
-  std::shared_ptr<const CrossedGroups> crossed_;
+  std::shared_ptr<const ModelGroups> groups_;
   std::vector<Eigen::Index> cluster_begin_;
   std::vector<Strata> strata_;
   Eigen::VectorXd response_;

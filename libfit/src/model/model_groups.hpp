@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The groups of terms of random effects that are not one or two nested levels.
+// The groups of the terms of random effects.
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -13,8 +12,10 @@
 namespace silvafit::fit {
 
 /// Cells are sets of rows that are in the same group of every term; they are the groups of the
-/// model. Clusters are sets of cells that no group connects to others.
-struct CrossedGroups {
+/// model, with one or two nested terms those of the last. Clusters are sets of cells that no group
+/// connects to others: the groups of the first of nested terms.
+struct ModelGroups {
+  bool is_crossed = false;                                 ///< see RandomEffects::is_crossed
   std::vector<std::vector<std::string>> labels{};          ///< (G) of each term
   std::vector<std::vector<Eigen::Index>> of_cells{};       ///< (cells) group in each term
   std::vector<std::vector<Eigen::Index>> cluster_begin{};  ///< (clusters + 1) first group, by term
@@ -22,15 +23,15 @@ struct CrossedGroups {
   /// The same of some of the cells.
   /// \param cells          in ascending order
   /// \param cluster_cells  (clusters + 1) first of them in each cluster
-  CrossedGroups part(const std::vector<Eigen::Index>& cells,
-                     const std::vector<Eigen::Index>& cluster_cells) const;
+  ModelGroups part(const std::vector<Eigen::Index>& cells,
+                   const std::vector<Eigen::Index>& cluster_cells) const;
   /// What identifies a cell: the label of the term whose groups are the cells, or those of all.
   std::string cell_label(Eigen::Index cell) const;
 };
 
 /// Rows in the order of clusters and cells.
 struct CellRows {
-  CrossedGroups groups{};
+  ModelGroups groups{};
   std::vector<std::size_t> rows{};
   std::vector<Eigen::Index> cell_begin{};     ///< (cells + 1)
   std::vector<Eigen::Index> cluster_begin{};  ///< (clusters + 1) first cell

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "conditional_modes/effect_posteriors.hpp"
+#include "likelihood/effect_posteriors.hpp"
 
+#include <memory>
 #include <utility>
 
 #include "conditional_modes/cluster_modes.hpp"
 #include "conditional_modes/random_places.hpp"
+#include "likelihood/correlated_sums.hpp"
 #include "model/covariance_factor.hpp"
 #include "model/variance_weights.hpp"
 #include "result/earlier_fit.hpp"
@@ -67,7 +69,7 @@ struct Setting {
   const EffectPriors& priors;
   const RandomPlaces& places;
   const EffectLayout& layout;
-  const ObservationSums& sums;
+  const GroupSums& sums;
   const GroupPriors& designs;
   bool is_linearized = false;  ///< conditional covariances are those of the linearized model
 };
@@ -100,11 +102,10 @@ class BlockPosteriors {
  private:
   bool factorize(Index c, bool is_exact) {
     const Index first = modes_.first_group() + modes_.group_begin(c);
-    return shared_.designs.factorize(modes_.pattern(c),
-                                     first,
-                                     is_exact ? modes_.curvatures(c) : modes_.approximations(c),
-                                     0.0,
-                                     factor_);
+    return factor_.compute(modes_.pattern(c),
+                           shared_.designs,
+                           is_exact ? modes_.curvatures(c) : modes_.approximations(c),
+                           first);
   }
 
   /// (r x p) the derivative of a group's slope by the coefficients, effects held.
@@ -123,8 +124,7 @@ class BlockPosteriors {
 
   /// The column of a group in matrices of a term.
   Index column(std::size_t term, const GroupPlace& at) const {
-    if (shared_.model.crossed() != nullptr) return shared_.model.group_of(term, at.group);
-    return term + 1 == shared_.layout.terms() ? at.group : at.cluster;
+    return shared_.model.group_of(term, at.group);
   }
 
   /// (s + q x columns) numbers of all terms that belong to a group.
@@ -242,9 +242,24 @@ ObservationPoint point_of(const NonlinearModel& model,
           .log_sigma = variance.log_scale_of(residual.variance, residual.sigma)};
 }
 
-/// First clusters of blocks, and the end of the last block.
+std::unique_ptr<const GroupSums> sums_at_estimates(const NonlinearModel& model,
+                                                   const VarianceModel& variance,
+                                                   const FittedModel& fit,
+                                                   const std::vector<Index>& random) {
+  const ObservationPoint point = point_of(model, variance, fit);
+  if (variance.correlated() != nullptr) {
+    return std::make_unique<CorrelatedSums>(model, variance, point, random);
+  }
+  auto sums =
+      std::make_unique<ObservationSums>(model, variance, curvature_of(fit.method), random, false);
+  sums->set_point(point);
+  return sums;
+}
+
+/// First clusters of blocks, and the end of the last block; correlated residuals have one.
 std::vector<Index> blocks_of(const NonlinearModel& model) {
   std::vector<Index> result{0};
+  if (model.specification().correlation) return {0, model.cluster_count()};
   for (Index c = 0; c < model.cluster_count(); ++c) {
     const Index rows = model.group_begin(model.cluster_begin(c + 1)) -
                        model.group_begin(model.cluster_begin(result.back()));
@@ -263,11 +278,11 @@ std::vector<EffectPosterior> run(const NonlinearModel& model,
                                  std::vector<double> typical = {}) {
   const RandomPlaces places(model);
   const EffectLayout layout(model);
-  VarianceData data = VarianceData::of(model);
+  const auto& correlation = fit.variance.correlation;
+  VarianceData data = VarianceData::of(model, correlation ? &*correlation : nullptr);
   data.typical = std::move(typical);
   const VarianceModel variance(model.specification().variance, std::move(data));
-  ObservationSums sums(model, variance, curvature_of(fit.method), places.all, false);
-  sums.set_point(point_of(model, variance, fit));
+  const std::unique_ptr<const GroupSums> sums = sums_at_estimates(model, variance, fit, places.all);
   std::vector<RandomDesign> designs;
   for (const MatrixXd& root : priors.roots) designs.push_back(design_of(root, places));
   std::vector<const RandomDesign*> of_groups;
@@ -280,7 +295,7 @@ std::vector<EffectPosterior> run(const NonlinearModel& model,
                        .priors = priors,
                        .places = places,
                        .layout = layout,
-                       .sums = sums,
+                       .sums = *sums,
                        .designs = group_priors,
                        .is_linearized = fit.method == Method::kLindstromBates};
   std::vector<EffectPosterior> result = empty_posteriors(model, places);
@@ -288,7 +303,7 @@ std::vector<EffectPosterior> run(const NonlinearModel& model,
   MatrixXd effects = known != nullptr ? *known : MatrixXd(places.r(), model.group_count());
   parallel_for(blocks.size() - 1, threads, [&](std::size_t b) {
     ObservationSums::Workspace workspace;
-    ClusterModes modes(model, layout, sums, blocks[b], blocks[b + 1]);
+    ClusterModes modes(model, layout, *sums, blocks[b], blocks[b + 1]);
     if (known != nullptr) {
       modes.take(effects, workspace);
     } else {

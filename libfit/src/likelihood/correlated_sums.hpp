@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// Sums over the groups of a model whose residuals are correlated: those of penalized least squares.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "conditional_modes/observation_sums.hpp"
+#include "likelihood/linearization.hpp"
+
+namespace silvafit::fit {
+
+/// The squares of the rows of each group over two, whitened by the correlation and with held
+/// weights, and their derivatives in the model linear around the effects: those of lb. One caller
+/// at a time.
+class CorrelatedSums : public GroupSums {
+ public:
+  /// \param variance  with the correlation; outlives this object, as the model does
+  /// \param random    coefficients with random effects in any grouping, ascending
+  CorrelatedSums(const NonlinearModel& model,
+                 const VarianceModel& variance,
+                 const ObservationPoint& point,
+                 std::vector<Eigen::Index> random);
+
+  void density(Eigen::Index first,
+               Eigen::Index last,
+               const Eigen::MatrixXd& effects,
+               Eigen::MatrixXd& sums,
+               Workspace& workspace,
+               HeldWeights* weights) const override;
+  void mixed(Eigen::Index first,
+             Eigen::Index last,
+             const Eigen::MatrixXd& effects,
+             Eigen::MatrixXd& sums,
+             Workspace& workspace) const override;
+
+ private:
+  void linearize(Eigen::Index first,
+                 Eigen::Index last,
+                 const Eigen::MatrixXd& effects,
+                 const Linearization& before) const;
+  Eigen::Map<const Eigen::MatrixXd> products(Eigen::Index group) const;
+
+  mutable Linearizer linearizer_;
+  mutable LinearizationPoint point_;
+  mutable Linearization at_;
+  double precision_ = 1.0;
+};
+
+}  // namespace silvafit::fit
