@@ -264,13 +264,12 @@ AnalysisWork fit_work(AnalysisCall& call) {
 }
 
 AnalysisWork predict_work(AnalysisCall& call) {
-  const auto words = call.read_with_threads<PredictionSettings>();
-  fit::PredictionOptions options = prediction_options(words);
-  options.threads = words.threads;
-  return [fit = &call.fit(), table = call.table(), options, level = level_of(words.level)](
+  const auto settings = call.read_with_threads<PredictionSettings>();
+  return [fit = &call.fit(), table = call.table(), settings](
              const AnalysisCallbacks& /*callbacks*/) {
-    const fit::Prediction found = fit::predict(*fit, table_of(table), level, options);
-    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, options.interval_kind)}}};
+    const fit::Prediction found =
+        fit::predict(*fit, table_of(table), settings.level, prediction_options(settings));
+    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, settings.interval_kind)}}};
   };
 }
 
@@ -384,9 +383,9 @@ AnalysisWork term_tests_work(AnalysisCall& call) {
 
 /// The random effects of the groups of the last term, with the labels of these.
 AnalysisWork calibrate_work(AnalysisCall& call) {
-  const auto words = call.read_with_threads<PredictionSettings>();
-  const fit::CalibrationOptions options{.seen_groups = seen_groups_of(words.seen_groups),
-                                        .threads = words.threads};
+  const auto settings = call.read_with_threads<PredictionSettings>();
+  const fit::CalibrationOptions options{.seen_groups = settings.seen_groups,
+                                        .threads = settings.threads};
   return
       [fit = &call.fit(), table = call.table(), options](const AnalysisCallbacks& /*callbacks*/) {
         const fit::Calibration found = fit::calibrate(*fit, table_of(table), options);
