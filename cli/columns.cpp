@@ -51,21 +51,15 @@ std::string values_of(const stand::DescribedColumn& column) {
 
 ordered_json json_of(const stand::TableDescription& description) {
   ordered_json columns = ordered_json::array();
-  const auto number = [](double value) {
-    return std::isnan(value) ? ordered_json(nullptr) : ordered_json(value);
-  };
-  const auto text = [](const std::string& value) {
-    return value.empty() ? ordered_json(nullptr) : ordered_json(value);
-  };
   for (const stand::DescribedColumn& column : description.columns) {
     ordered_json entry{{"column", column.name},
-                       {"read_as", text(column.read_as)},
-                       {"source", text(column.source)},
-                       {"unit", text(column.unit)},
+                       {"read_as", text_or_null(column.read_as)},
+                       {"source", text_or_null(column.source)},
+                       {"unit", text_or_null(column.unit)},
                        {"missing", column.missing}};
     if (column.is_numeric) {
-      entry["lowest"] = number(column.lowest);
-      entry["highest"] = number(column.highest);
+      entry["lowest"] = number_or_null(column.lowest);
+      entry["highest"] = number_or_null(column.highest);
       entry["impossible"] = column.impossible;
     } else {
       entry["texts"] = column.different;

@@ -18,7 +18,7 @@
 #include "silvafit/base/system.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/study/setting_names.hpp"
-#include "standard_streams.hpp"
+#include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {

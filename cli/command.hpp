@@ -40,6 +40,13 @@ struct CommonOptions {
 /// Adds --json, --quiet, --threads and --seed to a subcommand.
 void add_common_options(CLI::App& command, CommonOptions& options);
 
+/// Adds an option for a file or folder to write.
+template <typename Path>
+CLI::Option* add_output_option(
+    CLI::App& command, const char* name, Path& path, const char* help, const char* type = "FILE") {
+  return command.add_option(name, path, help)->type_name(type)->group("Output");
+}
+
 /// Appends a working example to the text of --help.
 void add_example(CLI::App& command, const std::string& example);
 

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "outline.hpp"
+#include "command_tree.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/near_names.hpp"
 #include "silvafit/base/paths.hpp"
@@ -20,21 +20,11 @@
 namespace silvafit::cli {
 namespace {
 
-std::vector<const CLI::App*> commands_below(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App*) { return true; });
-}
-
-std::vector<std::string> names_of(const std::vector<const CLI::App*>& commands) {
+std::vector<std::string> command_names(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> names;
   names.reserve(commands.size());
   for (const CLI::App* command : commands) names.push_back(command->get_name());
   return names;
-}
-
-/// `silvafit library`
-std::string words_of(const CLI::App& app) {
-  const CLI::App* above = app.get_parent();
-  return above == nullptr ? app.get_name() : words_of(*above) + " " + app.get_name();
 }
 
 /// A table in place of a command.
@@ -133,7 +123,7 @@ void require_command(const CLI::App& program, const std::vector<std::string>& wo
     const auto found = std::ranges::find(commands, word, &CLI::App::get_name);
     if (found == commands.end()) {
       refuse_table(word);
-      const std::vector<std::string> names = names_of(commands);
+      const std::vector<std::string> names = command_names(commands);
       throw UsageError(fmt::format("unknown command '{}'{} The commands are {}; see {} --help",
                                    word,
                                    suggestion(word, names, "."),
@@ -147,7 +137,7 @@ void require_command(const CLI::App& program, const std::vector<std::string>& wo
   throw UsageError(
       fmt::format("a command is needed after {0}. The commands are {1}; see {0} --help",
                   words_of(*app),
-                  fmt::join(names_of(commands), ", ")));
+                  fmt::join(command_names(commands), ", ")));
 }
 
 std::string unexpected_words(const CLI::App& program) {

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "command.hpp"
-#include "library_named.hpp"
 #include "output_files.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/comparison.hpp"
@@ -66,7 +65,8 @@ Subject& subject_of(const study::LibraryModel& model, std::vector<Subject>& subj
 
 NamedFits read_fits(const std::vector<std::string>& files) {
   NamedFits result;
-  for (const std::string& file : files) result.libraries.push_back(library_named(file));
+  for (const std::string& file : files)
+    result.libraries.push_back(study::find_library(file, data_directory() / "models"));
   for (std::size_t f = 0; f < files.size(); ++f) {
     const study::ModelLibrary& library = result.libraries[f];
     for (std::size_t i = 0; i < library.models.size(); ++i) {

@@ -1,242 +1,147 @@
 // SPDX-License-Identifier: MIT
-// silvafit completion SHELL: completion scripts for commands, options and their values.
+// silvafit completion SHELL: a script that asks the program itself what may be typed next.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "command.hpp"
-#include "outline.hpp"
+#include "command_tree.hpp"
 #include "standard_output.hpp"
 
 namespace silvafit::cli {
 namespace {
 
-// The words of a command without the program's name.
-std::string path_of(const CommandOutline& command) {
-  return joined({command.words.begin() + 1, command.words.end()});
+/// Without offered words, or if none of them fits, shells complete the names of files.
+constexpr char kBash[] = R"sh(# Completion for bash, written by `silvafit completion bash`.
+_silvafit() {
+  mapfile -t COMPREPLY < <(silvafit completion bash -- "${COMP_WORDS[@]:1:COMP_CWORD}" 2> /dev/null)
 }
-
-void replace_all(std::string& text, const std::string& what, const std::string& with) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += with.size()) {
-    text.replace(at, what.size(), with);
-  }
-}
-
-// ---------------------------------------------------------------- bash
-
-std::string bash_words(const CommandOutline& command) {
-  std::vector<std::string> words;
-  for (const CommandOutline& below : command.commands) words.push_back(below.words.back());
-  for (const OptionOutline& option : command.options) {
-    words.insert(words.end(), option.names.begin(), option.names.end());
-  }
-  return joined(words);
-}
-
-// The patterns of `case` for all names of an option: "fit -o"|"fit --out"
-std::string bash_pattern(const CommandOutline& command, const OptionOutline& option) {
-  std::vector<std::string> patterns;
-  for (const std::string& name : option.names) {
-    patterns.push_back(fmt::format("\"{} {}\"", path_of(command), name));
-  }
-  return joined(patterns, "|");
-}
-
-std::string bash_completion(const CommandOutline& program) {
-  std::string paths;
-  std::string values;
-  std::string words;
-  for (const CommandOutline* command : all_commands(program)) {
-    if (command != &program) {
-      const std::vector<std::string> above(command->words.begin() + 1, command->words.end() - 1);
-      paths += fmt::format(
-          "{}\"{} {}\"", paths.empty() ? "" : "|", joined(above), command->words.back());
-    }
-    words += fmt::format("    \"{}\") words=\"{}\" ;;\n", path_of(*command), bash_words(*command));
-    for (const OptionOutline& option : command->options) {
-      if (option.value.empty()) continue;
-      values += fmt::format(
-          "    {}) words=\"{}\" ;;\n", bash_pattern(*command, option), joined(option.choices));
-    }
-  }
-  return fmt::format(R"(# Completion for bash, written by `silvafit completion bash`.
-_silvafit() {{
-  local word=${{COMP_WORDS[COMP_CWORD]}} previous=${{COMP_WORDS[COMP_CWORD - 1]}} command= words= i
-  COMPREPLY=()
-  # Bash splits --option=value into three words.
-  if [[ $word == "=" ]]; then
-    word=
-  elif [[ $previous == "=" ]]; then
-    previous=${{COMP_WORDS[COMP_CWORD - 2]}}
-  fi
-  for ((i = 1; i < COMP_CWORD; i++)); do
-    case "$command ${{COMP_WORDS[i]}}" in
-    {}) command="${{command:+$command }}${{COMP_WORDS[i]}}" ;;
-    esac
-  done
-  # The value of an option: one of these words, or a file where there are none.
-  case "$command $previous" in
-{}    *)
-  case "$command" in
-{}  esac ;;
-  esac
-  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
-}}
 complete -o default -F _silvafit silvafit
-)",
-                     paths,
-                     values,
-                     words);
+)sh";
+
+constexpr char kZsh[] = R"sh(#compdef silvafit
+# Completion for zsh, written by `silvafit completion zsh`.
+_silvafit() {
+  local -a offered
+  offered=(${(f)"$(silvafit completion zsh -- "${(@)words[2,CURRENT]}" 2> /dev/null)"})
+  if (( $#offered )); then
+    _describe silvafit offered
+  else
+    _files
+  fi
 }
-
-// ---------------------------------------------------------------- zsh
-
-std::string in_single_quotes(std::string text) {
-  replace_all(text, "'", "'\\''");
-  return "'" + text + "'";
-}
-
-std::string zsh_escaped(std::string text) {
-  for (const char* special : {"\\", "[", "]", ":"}) {
-    replace_all(text, special, std::string("\\") + special);
-  }
-  return text;
-}
-
-// The value of an option or argument: `:VALUE:(wald profile)` or `:VALUE:_files`.
-std::string zsh_value(const OptionOutline& option) {
-  const std::string action =
-      option.choices.empty() ? "_files" : fmt::format("({})", joined(option.choices));
-  return fmt::format(":{}:{}", zsh_escaped(option.value), action);
-}
-
-std::string zsh_function(const CommandOutline& command) {
-  std::string specifications;
-  for (const OptionOutline& option : command.options) {
-    for (const std::string& name : option.names) {
-      const std::string text = fmt::format("{}{}[{}]{}",
-                                           option.repeatable ? "*" : "",
-                                           name,
-                                           zsh_escaped(option.description),
-                                           option.value.empty() ? "" : zsh_value(option));
-      specifications += " \\\n    " + in_single_quotes(text);
-    }
-  }
-  const std::string name = joined(command.words, "_");
-  if (command.commands.empty()) {
-    return fmt::format(
-        "_{}() {{\n  _arguments{} \\\n    '*:file:_files'\n}}\n", name, specifications);
-  }
-  std::string commands;
-  std::string branches;
-  for (const CommandOutline& below : command.commands) {
-    const std::string& word = below.words.back();
-    commands += "    " + in_single_quotes(word + ":" + below.description) + "\n";
-    branches += fmt::format("      {}) _{}_{} ;;\n", word, name, word);
-  }
-  return fmt::format(R"(_{0}() {{
-  local context state line
-  local -a commands
-  commands=(
-{1}  )
-  _arguments -C{2} \
-    '1: :->command' '*:: :->rest'
-  case $state in
-    command) _describe command commands ;;
-    rest)
-      case $words[1] in
-{3}      esac ;;
-  esac
-}}
-)",
-                     name,
-                     commands,
-                     specifications,
-                     branches);
-}
-
-std::string zsh_completion(const CommandOutline& program) {
-  std::string text =
-      "#compdef silvafit\n# Completion for zsh, written by `silvafit completion zsh`.\n";
-  for (const CommandOutline* command : all_commands(program)) text += zsh_function(*command);
-  return text + R"(if [ "$funcstack[1]" = "_silvafit" ]; then
+if [ "$funcstack[1]" = "_silvafit" ]; then
   _silvafit "$@"
 else
   compdef _silvafit silvafit
 fi
-)";
+)sh";
+
+constexpr char kFish[] = R"sh(# Completion for fish, written by `silvafit completion fish`.
+function __silvafit_offered
+  set -l typed (commandline -opc) (commandline -ct)
+  set -l offered (silvafit completion fish -- $typed[2..-1] 2> /dev/null)
+  if test (count $offered) -gt 0
+    printf '%s\n' $offered
+  else
+    __fish_complete_path (commandline -ct)
+  end
+end
+complete -c silvafit -f -a '(__silvafit_offered)'
+)sh";
+
+/// A word that may be typed, and what it means.
+struct Offer {
+  std::string word{};
+  std::string meaning{};
+};
+
+/// The values of an option by one of its names; none if it is no option with a value.
+const CLI::Option* option_with_value(const CLI::App& command, const std::string& name) {
+  const CLI::Option* const option =
+      name.starts_with("-") ? command.get_option_no_throw(name) : nullptr;
+  return option == nullptr || value_of(*option).empty() ? nullptr : option;
 }
 
-// ---------------------------------------------------------------- fish
+std::vector<Offer> choices_with(const std::string& before, const CLI::Option& option) {
+  std::vector<Offer> offers;
+  for (const std::string& choice : choices_of(option)) offers.push_back({before + choice});
+  return offers;
+}
 
-// The condition under which words of a command are offered.
-std::string fish_condition(const CommandOutline& command) {
-  std::string condition;
-  for (std::size_t i = 1; i < command.words.size(); ++i) {
-    condition += fmt::format(
-        "{}__fish_seen_subcommand_from {}", condition.empty() ? "" : "; and ", command.words[i]);
+/// What may follow these words; of the last one, which may be empty, all that is typed is at hand.
+std::vector<Offer> offers_after(const CLI::App& program, std::vector<std::string>& words) {
+  if (words.empty()) words.emplace_back();
+  // Bash makes three words of --option=value.
+  if (words.back() == "=") words.emplace_back();
+  if (words.size() > 2 && words[words.size() - 2] == "=") words.erase(words.end() - 2);
+  const CLI::App* command = &program;
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    const std::vector<const CLI::App*> below = commands_below(*command);
+    const auto found = std::ranges::find(below, words[i], &CLI::App::get_name);
+    if (found != below.end()) command = *found;
   }
-  if (command.commands.empty()) return condition;
-  std::vector<std::string> below;
-  for (const CommandOutline& next : command.commands) below.push_back(next.words.back());
-  return fmt::format("{}{}__fish_seen_subcommand_from {}",
-                     condition,
-                     condition.empty() ? "not " : "; and not ",
-                     joined(below));
-}
-
-std::string fish_option(const OptionOutline& option) {
-  std::string text;
-  for (const std::string& name : option.names) {
-    const bool is_long = name.rfind("--", 0) == 0;
-    text += is_long ? " -l " + name.substr(2) : " -s " + name.substr(1);
+  if (words.size() > 1) {
+    const CLI::Option* const option = option_with_value(*command, words[words.size() - 2]);
+    if (option != nullptr) return choices_with("", *option);
   }
-  if (!option.value.empty()) text += option.choices.empty() ? " -r -F" : " -x";
-  if (!option.choices.empty()) text += fmt::format(" -a '{}'", joined(option.choices));
-  return text;
-}
-
-// Within single quotes, fish needs a backslash only before quotes and backslashes.
-std::string in_fish_quotes(std::string text) {
-  replace_all(text, "\\", "\\\\");
-  replace_all(text, "'", "\\'");
-  return "'" + text + "'";
-}
-
-std::string fish_completion(const CommandOutline& program) {
-  std::string text = "# Completion for fish, written by `silvafit completion fish`.\n";
-  for (const CommandOutline* command : all_commands(program)) {
-    const std::string start = fmt::format("complete -c silvafit -n '{}'", fish_condition(*command));
-    for (const CommandOutline& below : command->commands) {
-      text += fmt::format(
-          "{} -f -a {} -d {}\n", start, below.words.back(), in_fish_quotes(below.description));
+  const std::size_t sign = words.back().find('=');
+  if (sign != std::string::npos) {
+    const CLI::Option* const option = option_with_value(*command, words.back().substr(0, sign));
+    return option == nullptr ? std::vector<Offer>()
+                             : choices_with(words.back().substr(0, sign + 1), *option);
+  }
+  std::vector<Offer> offers;
+  for (const CLI::App* const below : commands_below(*command)) {
+    offers.push_back({below->get_name(), below->get_description()});
+  }
+  if (!words.back().starts_with("-")) return offers;
+  for (const CLI::Option* const option : command->get_options()) {
+    if (option->get_group().empty()) continue;
+    for (const std::string& name : names_of(*option)) {
+      offers.push_back({name, option->get_description()});
     }
-    for (const OptionOutline& option : command->options) {
-      text += fmt::format(
-          "{}{} -d {}\n", start, fish_option(option), in_fish_quotes(option.description));
-    }
   }
-  return text;
+  return offers;
+}
+
+void print_offers(const CLI::App& program,
+                  std::vector<std::string> words,
+                  const std::string& shell) {
+  for (Offer& offer : offers_after(program, words)) {
+    if (!offer.word.starts_with(words.back())) continue;
+    if (shell == "fish") offer.word += "\t" + offer.meaning;
+    // zsh reads the meaning after a colon.
+    if (shell == "zsh") offer.word += ":" + offer.meaning;
+    fmt::print("{}\n", offer.word);
+  }
 }
 
 }  // namespace
 
 void add_completion_command(CLI::App& program) {
   const auto shell = std::make_shared<std::string>();
+  const auto words = std::make_shared<std::vector<std::string>>();
   const auto common = std::make_shared<CommonOptions>();
   CLI::App& command =
       *program.add_subcommand("completion", "Print the completion script for a shell");
   command.add_option("shell", *shell, "The shell")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+  CLI::Option* const typed = command.add_option("words",
+                                                *words,
+                                                "After --: a command line, of which all words are "
+                                                "printed that may come next; the scripts use "
+                                                "this");
+  typed->type_name("-- WORD ...");
   add_common_options(command, *common);
   add_example(command, "silvafit completion bash");
-  command.callback([&program, shell, common] {
-    const CommandOutline whole = outline(program);
-    const std::string text = *shell == "bash"  ? bash_completion(whole)
-                             : *shell == "zsh" ? zsh_completion(whole)
-                                               : fish_completion(whole);
+  command.callback([&program, shell, words, common, typed] {
+    if (typed->count() > 0) return print_offers(program, *words, *shell);
+    const std::string text = *shell == "bash" ? kBash : *shell == "zsh" ? kZsh : kFish;
     if (common->json) {
       print_json_value({{"schema", "silvafit-completion/1"},
                         {"silvafit", version()},

@@ -31,7 +31,6 @@
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "standard_output.hpp"
-#include "standard_streams.hpp"
 #include "table_output.hpp"
 
 namespace silvafit::cli {

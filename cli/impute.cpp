@@ -80,9 +80,7 @@ void add_impute_command(CLI::App& program) {
   each_setting(arguments->impute, SettingOptions(command, "Imputation"));
   add_reading_options(command, arguments->reading);
   add_digits_option(command, arguments->digits);
-  command.add_option("--out", arguments->out, kTableOutputHelp)
-      ->type_name("FILE")
-      ->group(kOutputSection);
+  add_output_option(command, "--out", arguments->out, kTableOutputHelp);
   command.add_flag("--stream", arguments->stream, kStreamHelp);
   add_common_options(command, arguments->common);
   add_example(command, "silvafit impute inventory.csv --response h --by species --out filled.csv");

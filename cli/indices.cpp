@@ -87,15 +87,12 @@ void add_indices_command(CLI::App& program) {
   add_unit_options(command, arguments->options.units);
   add_window_layer_option(command, arguments->table);
   add_sampling_options(command, arguments->options.sampling, arguments->plots);
-  command.add_option("--out", arguments->out, kTableOutputHelp)
-      ->type_name("FILE")
-      ->group(kOutputSection);
-  command
-      .add_option("--excluded",
-                  arguments->excluded,
-                  "Write the skipped rows, with the reason, to this CSV file")
-      ->type_name("FILE.csv")
-      ->group(kOutputSection);
+  add_output_option(command, "--out", arguments->out, kTableOutputHelp);
+  add_output_option(command,
+                    "--excluded",
+                    arguments->excluded,
+                    "Write the skipped rows, with the reason, to this CSV file",
+                    "FILE.csv");
   command.add_flag(
       "--stream",
       arguments->options.stream,

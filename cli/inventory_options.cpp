@@ -89,7 +89,8 @@ void refuse_idle_unit_options(const CLI::App& command,
   const auto is_made = [&further](stand::FurtherIndex index) {
     return std::ranges::find(further, index) != further.end();
   };
-  refuse_idle(command, "--buffer", settings.edge == "buffer", "--edge buffer");
+  refuse_idle(
+      command, "--buffer", settings.edge == stand::EdgeCorrection::kBuffer, "--edge buffer");
   refuse_idle(
       command, "--competition-radius", is_made(stand::FurtherIndex::kHegyi), "--further Hegyi");
   refuse_idle(
@@ -113,14 +114,14 @@ void add_prediction_options(CLI::App& command, study::PredictionSettings& settin
 
 void refuse_idle_prediction_options(const CLI::App& command,
                                     const study::PredictionSettings& settings) {
-  const bool is_calibrated = settings.level == "calibrated";
+  const bool is_calibrated = settings.level == fit::Level::kCalibrated;
   refuse_idle(command,
               "--interval-kind",
               settings.interval > 0.0 || settings.standard_errors,
               "--interval or --standard-errors");
   refuse_idle(command,
               "--new-groups",
-              is_calibrated || settings.level == "conditional",
+              is_calibrated || settings.level == fit::Level::kConditional,
               "--level conditional or calibrated");
   refuse_idle(command, "--seen-groups", is_calibrated, "--level calibrated");
 }

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "command.hpp"
-#include "library_named.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
 #include "silvafit/base/error.hpp"
@@ -61,7 +60,8 @@ void show(const ShowArguments& arguments) {
     }
     return;
   }
-  const study::ModelLibrary library = library_named(arguments.library);
+  const study::ModelLibrary library =
+      study::find_library(arguments.library, data_directory() / "models");
   if (arguments.common.json) {
     print_text("{}", study::to_json(library));
   } else {
@@ -96,8 +96,8 @@ void make_scenes(const SceneArguments& arguments) {
   if (arguments.common.json && arguments.out.empty()) {
     throw UsageError("--json prints a summary; name the file of the trees with --out");
   }
-  const study::Scenes scenes =
-      study::scenes_of(library_named(arguments.library), arguments.options);
+  const study::Scenes scenes = study::scenes_of(
+      study::find_library(arguments.library, data_directory() / "models"), arguments.options);
   if (arguments.out.empty()) {
     data::write_csv_table(scenes.trees, std::cout);
     finish_standard_output();

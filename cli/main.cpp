@@ -23,7 +23,6 @@
 #include "silvafit/base/system.hpp"
 #include "silvafit/base/text.hpp"
 #include "standard_output.hpp"
-#include "standard_streams.hpp"
 
 namespace silvafit::cli {
 namespace {

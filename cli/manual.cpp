@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "command.hpp"
-#include "outline.hpp"
+#include "command_tree.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "standard_output.hpp"
 
@@ -42,60 +42,76 @@ std::string upper(std::string text) {
   return text;
 }
 
-std::string page_name(const CommandOutline& command) { return joined(command.words, "-"); }
+std::string page_name(const CLI::App& command) { return words_of(command, "-"); }
 
-std::string synopsis(const CommandOutline& command) {
-  std::string text = ".B " + plain(joined(command.words)) + "\n[\\fIoptions\\fR]";
-  if (!command.commands.empty()) text += " \\fIcommand\\fR ...";
-  for (const OptionOutline& argument : command.arguments) {
-    const std::string value = italic(argument.value);
-    text += argument.required ? " " + value
-                              : fmt::format(" [{}{}]", value, argument.repeatable ? " ..." : "");
+/// The options, or the arguments without names of their own, of a command.
+std::vector<const CLI::Option*> listed(const CLI::App& command, bool are_arguments) {
+  return command.get_options([are_arguments](const CLI::Option* option) {
+    return !option->get_group().empty() && option->get_positional() == are_arguments;
+  });
+}
+
+std::string synopsis(const CLI::App& command) {
+  std::string text = ".B " + plain(words_of(command)) + "\n[\\fIoptions\\fR]";
+  if (!commands_below(command).empty()) text += " \\fIcommand\\fR ...";
+  for (const CLI::Option* argument : listed(command, true)) {
+    const std::string value = italic(value_of(*argument));
+    const bool is_repeatable = argument->get_items_expected_max() > 1;
+    text += argument->get_required() ? " " + value
+                                     : fmt::format(" [{}{}]", value, is_repeatable ? " ..." : "");
   }
   return text + "\n";
 }
 
-std::string explained(const OptionOutline& option) {
-  std::string text = plain(option.description);
-  if (!option.choices.empty())
-    text += fmt::format(". One of: {}", plain(joined(option.choices, ", ")));
-  if (!option.default_value.empty())
-    text += fmt::format(" (default: {})", plain(option.default_value));
+std::string explained(const CLI::Option& option) {
+  std::string text = plain(option.get_description());
+  const std::vector<std::string> choices = choices_of(option);
+  if (!choices.empty()) text += ". One of: " + plain(fmt::format("{}", fmt::join(choices, ", ")));
+  const std::string otherwise = option.get_default_str();
+  if (!otherwise.empty()) text += fmt::format(" (default: {})", plain(otherwise));
   return text + "\n";
 }
 
-std::string list_of(const std::string& heading, const std::vector<OptionOutline>& options) {
+std::string list_of(const std::string& heading, const std::vector<const CLI::Option*>& options) {
   std::string text;
-  for (const OptionOutline& option : options) {
+  for (const CLI::Option* option : options) {
+    std::vector<std::string> names = names_of(*option);
+    if (option->get_positional()) names = {option->get_name(true)};
     std::string tag;
-    for (const std::string& name : option.names) tag += (tag.empty() ? "" : ", ") + bold(name);
-    if (!option.value.empty()) tag += " " + italic(option.value);
-    text += fmt::format(".TP\n{}\n{}", tag, explained(option));
+    for (const std::string& name : names) tag += (tag.empty() ? "" : ", ") + bold(name);
+    const std::string value = value_of(*option);
+    if (!value.empty()) tag += " " + italic(value);
+    text += fmt::format(".TP\n{}\n{}", tag, explained(*option));
   }
   return text.empty() ? text : fmt::format("{}\n{}", heading, text);
 }
 
-std::string example_of(const CommandOutline& command) {
-  if (command.example.empty()) return "";
-  return fmt::format(".SH EXAMPLE\n.nf\n{}.fi\n", plain(command.example));
+std::string example_of(const CLI::App& command, const char* heading) {
+  const std::string footer = command.get_footer();
+  const std::string before = "Example:\n";
+  if (!footer.starts_with(before)) return "";
+  std::string text = fmt::format("{}\n.nf\n", heading);
+  for (std::string& line : CLI::detail::split(footer.substr(before.size()), '\n')) {
+    text += plain(CLI::detail::ltrim(line) + "\n");
+  }
+  return text + ".fi\n";
 }
 
 // Each command of the program has a page; commands below a command have a section in its page.
-std::string section_of(const CommandOutline& command) {
-  return fmt::format(
-      ".SH {}\n{}.PP\n{}.\n{}{}{}",
-      plain(upper(joined(command.words))),
-      synopsis(command),
-      plain(command.description),
-      list_of(".SS Arguments", command.arguments),
-      list_of(".SS Options", command.options),
-      command.example.empty() ? "" : ".SS Example\n.nf\n" + plain(command.example) + ".fi\n");
+std::string section_of(const CLI::App& command) {
+  return fmt::format(".SH {}\n{}.PP\n{}.\n{}{}{}",
+                     plain(upper(words_of(command))),
+                     synopsis(command),
+                     plain(command.get_description()),
+                     list_of(".SS Arguments", listed(command, true)),
+                     list_of(".SS Options", listed(command, false)),
+                     example_of(command, ".SS Example"));
 }
 
-std::string table_of_commands(const CommandOutline& command) {
+std::string table_of_commands(const CLI::App& command) {
   std::string text;
-  for (const CommandOutline& below : command.commands) {
-    text += fmt::format(".TP\n{}\n{}\n", bold(joined(below.words)), plain(below.description));
+  for (const CLI::App* below : commands_below(command)) {
+    text += fmt::format(".TP\n{}\n{}\n", bold(words_of(*below)), plain(below->get_description()));
   }
   return text.empty() ? text : ".SH COMMANDS\n" + text;
 }
@@ -120,40 +136,41 @@ const char* const kEnvironment =
     "instead "
     "of those in the program\n";
 
-std::string see_also(const CommandOutline& program, const CommandOutline& command) {
+std::string see_also(const CLI::App& command) {
+  const CLI::App* const program = command.get_parent();
+  const std::vector<const CLI::App*> others =
+      program == nullptr ? commands_below(command) : std::vector{program};
   std::string text;
-  const auto add = [&](const CommandOutline& other) {
-    if (&other == &command) return;
-    text += fmt::format("{}.BR {} (1)", text.empty() ? "" : ",\n", plain(page_name(other)));
-  };
-  if (&program == &command) {
-    for (const CommandOutline& below : program.commands) add(below);
-  } else {
-    add(program);
+  for (const CLI::App* other : others) {
+    text += fmt::format("{}.BR {} (1)", text.empty() ? "" : ",\n", plain(page_name(*other)));
   }
   return ".SH SEE ALSO\n" + text + "\n";
 }
 
-std::string page(const CommandOutline& program, const CommandOutline& command) {
-  std::string text = fmt::format(".TH {} 1 \"\" \"silvafit {}\" \"User Commands\"\n.nh\n",
-                                 plain(upper(page_name(command))),
-                                 version());
-  std::string summary = command.description;
+std::string page(const CLI::App& command) {
+  std::string summary = command.get_description();
   if (summary.ends_with('.')) summary.pop_back();
-  text += fmt::format(".SH NAME\n{} \\- {}\n.SH SYNOPSIS\n{}",
-                      plain(page_name(command)),
-                      plain(summary),
-                      synopsis(command));
-  text += fmt::format(".SH DESCRIPTION\n{}.\n", plain(summary));
-  if (&program == &command) {
+  const std::string name = page_name(command);
+  std::string text = fmt::format(
+      ".TH {0} 1 \"\" \"silvafit {1}\" \"User Commands\"\n.nh\n.SH NAME\n{2} \\- {3}\n"
+      ".SH SYNOPSIS\n{4}.SH DESCRIPTION\n{3}.\n",
+      plain(upper(name)),
+      version(),
+      plain(name),
+      plain(summary),
+      synopsis(command));
+  const bool is_program = command.get_parent() == nullptr;
+  if (is_program) {
     text += ".PP\nResults go to standard output, notes to standard error.\n";
     text += table_of_commands(command);
   }
-  text += list_of(".SH ARGUMENTS", command.arguments) + list_of(".SH OPTIONS", command.options);
-  if (&program != &command) {
-    for (const CommandOutline& below : command.commands) text += section_of(below);
+  text += list_of(".SH ARGUMENTS", listed(command, true));
+  text += list_of(".SH OPTIONS", listed(command, false));
+  if (!is_program) {
+    for (const CLI::App* below : commands_below(command)) text += section_of(*below);
   }
-  return text + example_of(command) + exit_statuses() + kEnvironment + see_also(program, command);
+  return text + example_of(command, ".SH EXAMPLE") + exit_statuses() + kEnvironment +
+         see_also(command);
 }
 
 }  // namespace
@@ -168,15 +185,14 @@ void add_manual_command(CLI::App& program) {
   add_common_options(command, *common);
   add_example(command, "silvafit manual --out man/man1");
   command.callback([&program, folder, common] {
-    const CommandOutline whole = outline(program);
     require_writable_folder(*folder);
     std::vector<std::string> files;
-    const auto write = [&](const CommandOutline& one) {
-      files.push_back(page_name(one) + ".1");
-      write_file(std::filesystem::path(*folder) / files.back(), page(whole, one));
-    };
-    write(whole);
-    for (const CommandOutline& below : whole.commands) write(below);
+    std::vector<const CLI::App*> documented = commands_below(program);
+    documented.insert(documented.begin(), &program);
+    for (const CLI::App* one : documented) {
+      files.push_back(page_name(*one) + ".1");
+      write_file(std::filesystem::path(*folder) / files.back(), page(*one));
+    }
     if (!common->json) return;
     print_json_value({{"schema", "silvafit-manual/1"},
                       {"silvafit", version()},

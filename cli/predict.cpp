@@ -8,7 +8,6 @@
 #include "command.hpp"
 #include "help.hpp"
 #include "inventory_options.hpp"
-#include "library_named.hpp"
 #include "output_files.hpp"
 #include "row_output.hpp"
 #include "silvafit/base/error.hpp"
@@ -58,7 +57,8 @@ void run(const CLI::App& command, PredictArguments arguments) {
   refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
                     {{"--out", arguments.out}});
   require_table_output(arguments.out);
-  const study::ModelLibrary library = library_named(arguments.library);
+  const study::ModelLibrary library =
+      study::find_library(arguments.library, data_directory() / "models");
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   arguments.settings.threads = arguments.common.threads;
   arguments.settings.equations.models = data_directory() / "models";
@@ -113,9 +113,7 @@ void add_predict_command(CLI::App& program) {
   add_reading_options(
       command, reading, {"columns", "missing", "fill_down", "case_sensitive", "trust_units"});
   add_equation_options(command, arguments->settings.equations);
-  command.add_option("--out", arguments->out, kTableOutputHelp)
-      ->type_name("FILE")
-      ->group(kOutputSection);
+  add_output_option(command, "--out", arguments->out, kTableOutputHelp);
   command.add_flag("--stream", arguments->stream, kStreamHelp);
   add_common_options(command, arguments->common);
   add_example(command,

@@ -40,15 +40,13 @@ struct StandArguments {
   CommonOptions common{};
 };
 
-using Tables = std::vector<std::pair<std::string, data::Table>>;
-
 bool is_folder(const std::string& out) { return !out.empty() && !is_layer_output(out); }
 
 /// Writes tables as sheets of a workbook, or as CSV files into a folder.
-void write_tables(const std::string& out, Tables tables) {
+void write_tables(const std::string& out, const Tables& tables) {
   if (is_layer_output(out)) {
     std::vector<source::Layer> sheets;
-    for (auto& [name, table] : tables) sheets.push_back({.name = name, .table = std::move(table)});
+    for (const auto& [name, table] : tables) sheets.push_back({.name = name, .table = table});
     return source::write_layers(out, sheets, std::nullopt);
   }
   for (const auto& [name, table] : tables) {
@@ -77,12 +75,13 @@ void run_tables(const StandArguments& arguments,
       study::stand_summary(trees.table, options, callbacks(arguments.common, progress), write);
   progress.clear();
   if (is_folder(arguments.out) && !folder) folder.emplace(arguments.out);
-  if (!arguments.out.empty()) write_tables(arguments.out, study::tables_of(summary));
+  const Tables tables = study::tables_of(summary);
+  if (!arguments.out.empty()) write_tables(arguments.out, tables);
   if (rows) rows->finish();
   if (arguments.common.json) {
     print_json_value(study::json_of(summary));
   } else {
-    print_stand(summary);
+    print_stand(summary, tables);
   }
   if (arguments.report.empty()) return;
   study::write_stand_page(summary,
@@ -101,11 +100,12 @@ void run_growth(const StandArguments& arguments,
       study::stand_growth(trees.table, options, callbacks(arguments.common, progress));
   std::optional<ResultFolder> folder;
   if (is_folder(arguments.out)) folder.emplace(arguments.out);
-  if (!arguments.out.empty()) write_tables(arguments.out, stand::tables_of(summary.report));
+  const Tables tables = stand::tables_of(summary.report);
+  if (!arguments.out.empty()) write_tables(arguments.out, tables);
   if (arguments.common.json) {
     print_json_value(study::json_of(summary));
   } else {
-    print_growth(summary.report);
+    print_growth(summary.report, tables);
   }
 }
 
@@ -175,19 +175,17 @@ void add_stand_command(CLI::App& program, std::string command_line) {
                    arguments->growth,
                    "Growth between repeated measurements instead of stand tables: increments, "
                    "ingrowth, mortality and cut; needs a column year or date");
-  command
-      .add_option("--out",
-                  arguments->out,
-                  "Write the tables as CSV files to this folder, or as sheets of a workbook "
-                  "(.xlsx, .ods)")
-      ->type_name("DIR")
-      ->group(kOutputSection);
-  command
-      .add_option("--report",
-                  arguments->report,
-                  "Write a page with the stand table, diameters, height curves and the map")
-      ->type_name("FILE.html")
-      ->group(kOutputSection);
+  add_output_option(command,
+                    "--out",
+                    arguments->out,
+                    "Write the tables as CSV files to this folder, or as sheets of a workbook "
+                    "(.xlsx, .ods)",
+                    "DIR");
+  add_output_option(command,
+                    "--report",
+                    arguments->report,
+                    "Write a page with the stand table, diameters, height curves and the map",
+                    "FILE.html");
   command.add_flag(
       "--stream",
       arguments->options.stream,

@@ -18,136 +18,77 @@
 namespace silvafit::cli {
 namespace {
 
-void print_areas(const stand::StandReport& report) {
-  std::vector<std::string> header{"plot",
-                                  "trees",
-                                  "ha",
-                                  "N/ha",
-                                  "G m2/ha",
-                                  "QMD cm",
-                                  "mean h",
-                                  "dom. h",
-                                  "cover %",
-                                  "R",
-                                  "R Donnelly"};
-  for (const std::string& name : report.quantities) header.push_back(name + "/ha");
-  TextTable table(header);
-  const auto add = [&table](const std::string& name,
-                            const stand::StandFigures& figures,
-                            const std::optional<stand::ClarkEvans>& pattern) {
-    std::vector<std::string> row{name,
-                                 std::to_string(figures.trees),
-                                 rounded(figures.area_ha, 4),
-                                 rounded(figures.stems_per_ha),
-                                 rounded(figures.basal_area_m2_per_ha),
-                                 rounded(figures.quadratic_mean_dbh_cm),
-                                 rounded(figures.mean_height_m),
-                                 rounded(figures.dominant_height_m),
-                                 rounded(figures.crown_cover_percent),
-                                 pattern ? rounded(pattern->R, 3) : "-",
-                                 pattern ? rounded(pattern->R_donnelly, 3) : "-"};
-    for (const double per_ha : figures.quantities_per_ha) row.push_back(rounded(per_ha));
-    table.add(std::move(row));
-  };
-  for (const stand::AreaReport& area : report.areas) {
-    add(name_or(area.area.name, "stand"), area.figures, area.clark_evans);
+using Shown = std::vector<ShownColumn>;
+
+void add_quantities(const stand::StandReport& report, const char* error, Shown& columns) {
+  for (const std::string& name : report.quantities) {
+    columns.push_back({name + "_per_ha", name + "/ha", 1, error[0] == 0 ? "" : name + error});
   }
-  if (report.areas.size() > 1) add("all", report.all, std::nullopt);
+}
+
+void print_areas(const stand::StandReport& report, const data::Table& plots) {
+  Shown columns{{"plot", "plot", 0, "", "stand"},
+                {"trees", "trees", 0},
+                {"area_ha", "ha", 4},
+                {"stems_per_ha", "N/ha"},
+                {"basal_area_m2_per_ha", "G m2/ha"},
+                {"quadratic_mean_dbh_cm", "QMD cm"},
+                {"mean_height_m", "mean h"},
+                {"dominant_height_m", "dom. h"},
+                {"crown_cover_percent", "cover %"},
+                {"clark_evans_R", "R", 3},
+                {"clark_evans_R_donnelly", "R Donnelly", 3}};
+  add_quantities(report, "", columns);
+  TextTable table(columns);
+  table.add(plots);
+  if (report.areas.size() > 1) {
+    stand::StandReport all;
+    all.quantities = report.quantities;
+    all.areas.push_back({.area = {.name = "all"}, .figures = report.all});
+    table.add(stand::tables_of(all).front().second);
+  }
   print_text("Plots (dominant height: the {} thickest trees per ha)\n",
              report.dominant_trees_per_ha);
   table.print();
 }
 
 /// Estimates with standard errors, of strata or of kinds of trees.
-class EstimateTable {
- public:
-  EstimateTable(const stand::StandReport& report, std::vector<std::string> labels)
-      : has_totals_(std::isfinite(report.strata.back().area_ha)),
-        table_(header(report, std::move(labels))) {}
-
-  void add(std::vector<std::string> row, const stand::StratumFigures& figures) {
-    row.push_back(std::to_string(figures.trees));
-    row.push_back(per_ha(figures.stems));
-    row.push_back(per_ha(figures.basal_area_m2, 2));
-    row.push_back(text_of(figures.quadratic_mean_dbh_cm));
-    row.push_back(text_of(figures.mean_height_m));
-    for (const stand::Estimate& quantity : figures.quantities) row.push_back(per_ha(quantity));
-    if (has_totals_) {
-      row.push_back(rounded(figures.area_ha, 2));
-      row.push_back(total(figures.stems));
-      row.push_back(total(figures.basal_area_m2));
-      for (const stand::Estimate& quantity : figures.quantities) row.push_back(total(quantity));
+void print_estimates(const stand::StandReport& report, Shown columns, const data::Table& rows) {
+  columns.insert(columns.end(),
+                 {{"trees", "trees", 0},
+                  {"stems_per_ha", "N/ha", 1, "stems_per_ha_se"},
+                  {"basal_area_m2_per_ha", "G m2/ha", 2, "basal_area_m2_per_ha_se"},
+                  {"quadratic_mean_dbh_cm", "QMD cm", 1, "quadratic_mean_dbh_cm_se"},
+                  {"mean_height_m", "mean h", 1, "mean_height_m_se"}});
+  add_quantities(report, "_per_ha_se", columns);
+  if (std::isfinite(report.strata.back().area_ha)) {
+    columns.push_back({"area_ha", "ha", 2});
+    columns.push_back({"stems_total", "N", 0, "stems_total_se"});
+    columns.push_back({"basal_area_m2_total", "G m2", 0, "basal_area_m2_total_se"});
+    for (const std::string& name : report.quantities) {
+      columns.push_back({name + "_total", name, 0, name + "_total_se"});
     }
-    table_.add(std::move(row));
   }
-  void print() const { table_.print(); }
-
- private:
-  std::vector<std::string> header(const stand::StandReport& report,
-                                  std::vector<std::string> names) const {
-    names.insert(names.end(), {"trees", "N/ha", "G m2/ha", "QMD cm", "mean h"});
-    for (const std::string& name : report.quantities) names.push_back(name + "/ha");
-    if (!has_totals_) return names;
-    names.insert(names.end(), {"ha", "N", "G m2"});
-    names.insert(names.end(), report.quantities.begin(), report.quantities.end());
-    return names;
-  }
-  static std::string per_ha(const stand::Estimate& estimate, int digits = 1) {
-    return with_error(estimate.per_ha, estimate.standard_error, digits);
-  }
-  static std::string total(const stand::Estimate& estimate) {
-    return with_error(estimate.total, estimate.total_standard_error, 0);
-  }
-  static std::string text_of(const stand::Mean& mean) {
-    return with_error(mean.value, mean.standard_error);
-  }
-
-  bool has_totals_;
-  TextTable table_;
-};
-
-void print_strata(const stand::StandReport& report) {
-  EstimateTable table(report, {"stratum", "plots"});
-  for (const stand::StratumFigures& stratum : report.strata) {
-    const bool is_all = stratum.kind == stand::StratumFigures::Kind::kAll;
-    table.add({is_all ? "all" : name_or(stratum.name, "(none)"), std::to_string(stratum.plots)},
-              stratum);
-  }
-  print_text("Strata, with standard errors over plots\n");
+  TextTable table(columns);
+  table.add(rows);
   table.print();
 }
 
-void print_domains(const stand::StandReport& report) {
-  if (report.by.empty()) return;
-  EstimateTable table(report, report.by);
-  for (const stand::DomainFigures& domain : report.domains) {
-    std::vector<std::string> labels;
-    for (const std::string& label : domain.labels) labels.push_back(name_or(label, "(none)"));
-    table.add(std::move(labels), domain.figures);
-  }
-  print_text("Trees by {}, with standard errors over plots\n", fmt::join(report.by, " and "));
-  table.print();
-}
-
-void print_species(const stand::StandReport& report) {
-  std::vector<std::string> header{"species", "N/ha"};
+void print_species(const stand::StandReport& report, const data::Table& species) {
+  Shown columns{{"species", "species", 0, "", "(none)"}, {"stems_per_ha", "N/ha"}};
   const std::size_t layers = report.species.empty() ? 0 : report.species.front().layers.size();
-  for (std::size_t i = layers; i > 0; --i) header.push_back("IV " + report.layers.name_of(i - 1));
-  header.insert(header.end(), {"IV %", "dbh cm", "h m", "G m2", "dom. h"});
-  TextTable table(header);
-  for (const stand::SpeciesRow& row : report.species) {
-    std::vector<std::string> cells{name_or(row.species, "(none)"),
-                                   rounded(row.figures.stems_per_ha)};
-    for (std::size_t i = layers; i > 0; --i) {
-      cells.push_back(with_error(row.layers[i - 1].value, row.layers[i - 1].plot_sd, 2));
-    }
-    cells.push_back(with_error(row.all.value, row.all.plot_sd, 2));
-    cells.push_back(with_error(row.figures.mean_dbh_cm, row.figures.sd_dbh_cm, 2));
-    cells.push_back(with_error(row.figures.mean_height_m, row.figures.sd_height_m, 2));
-    cells.push_back(rounded(row.basal_area_m2, 2));
-    cells.push_back(rounded(row.figures.dominant_height_m));
-    table.add(std::move(cells));
+  for (std::size_t i = layers; i > 0; --i) {
+    const std::string name = report.layers.name_of(i - 1);
+    columns.push_back({name + "_importance", "IV " + name, 2, name + "_importance_plot_sd"});
   }
+  columns.insert(columns.end(),
+                 {{"importance", "IV %", 2, "importance_plot_sd"},
+                  {"mean_dbh_cm", "dbh cm", 2, "sd_dbh_cm"},
+                  {"mean_height_m", "h m", 2, "sd_height_m"},
+                  {"basal_area_m2", "G m2", 2},
+                  {"dominant_height_m", "dom. h"}});
+  TextTable table(columns);
+  table.add(species);
   print_text(
       "Species (IV: importance value in %, +- standard deviation over plots; frequency from {})\n",
       report.quadrat_m > 0.0 ? fmt::format("quadrats of {} m", report.quadrat_m) : "plots");
@@ -213,29 +154,16 @@ void print_joint(const stand::StandReport& report) {
 
 using stand::GrowthPart;
 
-constexpr std::array<GrowthPart, 8> kShownParts{GrowthPart::kStart,
-                                                GrowthPart::kEnd,
-                                                GrowthPart::kNetChange,
-                                                GrowthPart::kSurvivorGrowth,
-                                                GrowthPart::kIngrowth,
-                                                GrowthPart::kMortality,
-                                                GrowthPart::kCut,
-                                                GrowthPart::kNotFound};
-
-/// Column headings; changes are per year.
-std::vector<std::string> header_of(std::vector<std::string> first) {
-  for (const char* name : {"start",
-                           "end",
-                           "net /yr",
-                           "survivors /yr",
-                           "ingrowth /yr",
-                           "mortality /yr",
-                           "cut /yr",
-                           "not found /yr"}) {
-    first.emplace_back(name);
-  }
-  return first;
-}
+/// With column headings; changes are per year.
+constexpr std::array<std::pair<GrowthPart, const char*>, 8> kShownParts{
+    {{GrowthPart::kStart, "start"},
+     {GrowthPart::kEnd, "end"},
+     {GrowthPart::kNetChange, "net /yr"},
+     {GrowthPart::kSurvivorGrowth, "survivors /yr"},
+     {GrowthPart::kIngrowth, "ingrowth /yr"},
+     {GrowthPart::kMortality, "mortality /yr"},
+     {GrowthPart::kCut, "cut /yr"},
+     {GrowthPart::kNotFound, "not found /yr"}}};
 
 void print_fates(const stand::GrowthReport& report) {
   std::map<std::string_view, std::size_t> trees;
@@ -245,28 +173,28 @@ void print_fates(const stand::GrowthReport& report) {
   print_text("\n\n");
 }
 
-void print_growth_of_plots(const stand::GrowthReport& report, std::size_t value) {
-  TextTable table(header_of({"plot", "from", "to", "years"}));
-  for (const stand::PlotGrowth& plot : report.plots) {
-    std::vector<std::string> row{plot.plot, plot.from, plot.to, rounded(plot.years)};
-    for (const GrowthPart part : kShownParts) {
-      row.push_back(rounded(plot.values[value][static_cast<std::size_t>(part)], 2));
-    }
-    table.add(std::move(row));
+void print_growth_of_plots(const std::string& value, const data::Table& plots) {
+  Shown columns{{"plot", "plot"}, {"from", "from"}, {"to", "to"}, {"years", "years"}};
+  for (const auto& [part, title] : kShownParts) {
+    columns.push_back({fmt::format("{}_{}", value, stand::name_of(part)), title, 2});
   }
-  print_text("{} per ha, by plot\n", report.values[value]);
+  TextTable table(columns);
+  table.add(plots);
+  print_text("{} per ha, by plot\n", value);
   table.print();
 }
 
 void print_growth_of_strata(const stand::GrowthReport& report, std::size_t value) {
   if (report.strata.empty()) return;
-  TextTable table(header_of({"stratum", "period", "plots"}));
+  std::vector<std::string> header{"stratum", "period", "plots"};
+  for (const auto& [part, title] : kShownParts) header.emplace_back(title);
+  TextTable table(header);
   for (const stand::StratumGrowth& stratum : report.strata) {
     const bool is_all = stratum.kind == stand::StratumFigures::Kind::kAll;
     std::vector<std::string> row{is_all ? "all" : name_or(stratum.name, "(none)"),
                                  std::to_string(stratum.period),
                                  std::to_string(stratum.plots)};
-    for (const GrowthPart part : kShownParts) {
+    for (const auto& [part, title] : kShownParts) {
       const stand::Estimate& estimate = stratum.values[value][static_cast<std::size_t>(part)];
       row.push_back(with_error(estimate.per_ha, estimate.standard_error, 2));
     }
@@ -276,69 +204,70 @@ void print_growth_of_strata(const stand::GrowthReport& report, std::size_t value
   table.print();
 }
 
-void print_thinning(const stand::Thinning& thinning) {
-  TextTable table({"plot",
-                   "N/ha",
-                   "removed",
-                   "after",
-                   "G m2/ha",
-                   "removed",
-                   "after",
-                   "QMD cm",
-                   "removed",
-                   "after",
-                   "dom. h",
-                   "after"});
-  const auto add = [&table](const stand::ThinningFigures& plot, const std::string& name) {
-    std::vector<std::string> row{name};
-    for (double stand::StandFigures::*const value : {&stand::StandFigures::stems_per_ha,
-                                                     &stand::StandFigures::basal_area_m2_per_ha,
-                                                     &stand::StandFigures::quadratic_mean_dbh_cm}) {
-      for (const stand::StandFigures* const stage : {&plot.before, &plot.removed, &plot.after}) {
-        row.push_back(rounded(stage->*value));
-      }
-    }
-    row.push_back(rounded(plot.before.dominant_height_m));
-    row.push_back(rounded(plot.after.dominant_height_m));
-    table.add(std::move(row));
-  };
-  for (const stand::ThinningFigures& plot : thinning.plots) add(plot, name_or(plot.name, "stand"));
-  if (thinning.plots.size() > 1) add(thinning.all, "all");
+void print_thinning(data::Table plots) {
+  Shown columns{{"plot", "plot", 0, "", "stand"}};
+  using Titled = std::pair<const char*, const char*>;
+  for (const auto& [value, title] : {Titled{"stems_per_ha", "N/ha"},
+                                     Titled{"basal_area_m2_per_ha", "G m2/ha"},
+                                     Titled{"quadratic_mean_dbh_cm", "QMD cm"}}) {
+    columns.push_back({fmt::format("{}_before", value), title});
+    columns.push_back({fmt::format("{}_removed", value), "removed"});
+    columns.push_back({fmt::format("{}_after", value), "after"});
+  }
+  columns.push_back({"dominant_height_m_before", "dom. h"});
+  columns.push_back({"dominant_height_m_after", "after"});
+  // The last row has all plots together.
+  if (plots.rows() == 2) plots = plots.select(std::vector<std::size_t>{0});
+  TextTable table(columns);
+  table.add(plots);
   print_text("Thinning: before, removed trees, after\n");
   table.print();
 }
 
-void print_sites(const std::vector<study::SiteIndex>& sites) {
-  TextTable table({"plot", "age", "dom. h", "site index m"});
-  for (const study::SiteIndex& site : sites) {
-    table.add({name_or(site.plot, "stand"),
-               rounded(site.age),
-               rounded(site.dominant_m),
-               rounded(site.at_base_age)});
-  }
+void print_sites(const data::Table& sites) {
+  TextTable table(Shown{{"plot", "plot", 0, "", "stand"},
+                        {"age", "age"},
+                        {"dominant_height_m", "dom. h"},
+                        {"site_index_m", "site index m"}});
+  table.add(sites);
   print_text("Site index\n");
   table.print();
 }
 
 }  // namespace
 
-void print_stand(const study::StandSummary& summary) {
+void print_stand(const study::StandSummary& summary, const Tables& tables) {
   const stand::StandReport& report = summary.report;
-  print_areas(report);
-  print_strata(report);
-  print_domains(report);
-  print_species(report);
+  const auto find = [&tables](const std::string& name) {
+    const auto found = std::ranges::find(tables, name, [](const auto& each) { return each.first; });
+    return found == tables.end() ? nullptr : &found->second;
+  };
+  print_areas(report, *find("plots"));
+  print_text("Strata, with standard errors over plots\n");
+  print_estimates(
+      report, {{"stratum", "stratum", 0, "", "(none)"}, {"plots", "plots", 0}}, *find("strata"));
+  if (const data::Table* domains = find("domains")) {
+    Shown labels;
+    for (const std::string& name : report.by) labels.push_back({name, name, 0, "", "(none)"});
+    print_text("Trees by {}, with standard errors over plots\n", fmt::join(report.by, " and "));
+    data::Table rows = *domains;
+    std::vector<double> areas;
+    for (const stand::DomainFigures& one : report.domains) areas.push_back(one.figures.area_ha);
+    rows.set("area_ha", std::move(areas));
+    print_estimates(report, labels, rows);
+  }
+  print_species(report, *find("species"));
   print_diameters(report);
-  if (summary.thinning) print_thinning(*summary.thinning);
-  if (!summary.sites.empty()) print_sites(summary.sites);
+  if (const data::Table* thinning = find("thinning")) print_thinning(*thinning);
+  if (const data::Table* sites = find("sites")) print_sites(*sites);
   print_structure(report);
   print_joint(report);
 }
 
-void print_growth(const stand::GrowthReport& report) {
+void print_growth(const stand::GrowthReport& report, const Tables& tables) {
   print_fates(report);
   for (std::size_t value = 0; value < report.values.size(); ++value) {
-    print_growth_of_plots(report, value);
+    print_growth_of_plots(report.values[value], tables[1].second);
     print_growth_of_strata(report, value);
   }
 }

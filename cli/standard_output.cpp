@@ -36,6 +36,11 @@ void finish_standard_output() {
   }
 }
 
+void write_to_standard_error(std::string_view text) noexcept {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
+}
+
 void print_json_value(const ordered_json& value, int indent) {
   print_text("{}\n", json_text(value, indent));
 }

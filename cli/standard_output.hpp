@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Results on standard output: checks that they were written, and JSON.
+// Results on standard output: checks that they were written, and JSON; notes on standard error.
 #pragma once
 
 #include <fmt/format.h>
@@ -43,6 +43,10 @@ class VisibleTables : private std::stringbuf {
 /// disk was full only at its last lines.
 /// \throws IoError if standard output could not be written
 void finish_standard_output();
+
+/// Writes a text unchanged to standard error. A failure is ignored: it does not stop the work or
+/// change the exit status.
+void write_to_standard_error(std::string_view text) noexcept;
 
 /// Prints a value and a line end.
 /// \param indent  blanks per level; -1: all in one line

@@ -290,16 +290,12 @@ void add_study_command(CLI::App& program, std::string command_line) {
       "study", "Run all steps: indices, models at three levels, library, predictions, report");
   add_inventory_options(
       *command, arguments->inventory, arguments->settings.reading, arguments->table);
-  command->add_option("--out", arguments->out, "Folder for the results")
-      ->type_name("DIR")
-      ->group(kOutputSection);
-  command
-      ->add_option("--workbook",
-                   arguments->workbook,
-                   "Also write the tables as sheets of this workbook (.xlsx, .ods), or the trees "
-                   "and plots as layers (.gpkg, .fgb)")
-      ->type_name("FILE")
-      ->group(kOutputSection);
+  add_output_option(*command, "--out", arguments->out, "Folder for the results", "DIR");
+  add_output_option(*command,
+                    "--workbook",
+                    arguments->workbook,
+                    "Also write the tables as sheets of this workbook (.xlsx, .ods), or the trees "
+                    "and plots as layers (.gpkg, .fgb)");
   command
       ->add_option("--config",
                    arguments->configuration,

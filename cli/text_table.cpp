@@ -23,6 +23,25 @@ std::string name_or(const std::string& name, const char* otherwise) {
   return name.empty() ? otherwise : name;
 }
 
+TextTable::TextTable(std::vector<ShownColumn> columns) : columns_(std::move(columns)) {
+  std::vector<std::string>& header = rows_.emplace_back();
+  for (const ShownColumn& column : columns_) header.push_back(column.title);
+}
+
+void TextTable::add(const data::Table& table) {
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    std::vector<std::string>& cells = rows_.emplace_back();
+    for (const ShownColumn& shown : columns_) {
+      if (!table.is_numeric(shown.column)) {
+        cells.push_back(name_or(std::string(table.text(shown.column)[row]), shown.otherwise));
+      } else {
+        const double error = shown.error.empty() ? NAN : table.numbers(shown.error)[row];
+        cells.push_back(with_error(table.numbers(shown.column)[row], error, shown.digits));
+      }
+    }
+  }
+}
+
 void TextTable::print() const {
   std::vector<std::size_t> widths(rows_.front().size(), 0);
   for (const auto& row : rows_) {

@@ -16,7 +16,6 @@
 #include "command.hpp"
 #include "grow_command.hpp"
 #include "inventory_options.hpp"
-#include "library_named.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
@@ -30,8 +29,6 @@
 
 namespace silvafit::cli {
 namespace {
-
-using nlohmann::ordered_json;
 
 struct PlanArguments {
   std::string inventory{};
@@ -53,10 +50,6 @@ struct MergeArguments {
   std::string out{};
   CommonOptions common{};
 };
-
-ordered_json number_or_null(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
 
 /// The remedy for trees whose halo was too small.
 std::string advice_on_halo(std::size_t marked, double halo_m, double now_m) {
@@ -142,7 +135,7 @@ study::TileResult run_predict(const RunArguments& arguments,
   add_digits_option(command, digits);
   parse_words(command, std::move(words));
   refuse_idle_prediction_options(command, settings);
-  const study::ModelLibrary library = library_named(name);
+  const study::ModelLibrary library = study::find_library(name, data_directory() / "models");
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   std::error_code ignored;
   const bool is_file = std::filesystem::is_regular_file(name, ignored);

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Shells complete what --help lists: each command, each option and each value of a short list."""
 
-import re
+import os
 import shutil
 import subprocess
 import unittest
+from pathlib import Path
 
 from command_line import all_commands, choices_of, commands_below, options_of
 from silvafit_program import PROGRAM, ProgramTest
@@ -22,9 +23,15 @@ done
 # zsh's own functions work in its line editor alone: here they print what they are given.
 ZSH = r"""
 compdef() { : }
-_arguments() { print -rl -- "$@" }
-_describe() { print -rl -- "COMMANDS" "${(P@)2}" }
+_describe() { print -rl -- "${(P@)2}" }
+_files() { print -rl -- FILES }
 source completion
+while read -rA words; do
+  [ "${words[-1]}" = EMPTY ] && words[-1]=
+  CURRENT=$#words
+  _silvafit
+  print END
+done
 """
 
 
@@ -36,7 +43,14 @@ class Completion(ProgramTest):
 
     def shell(self, *arguments, text=""):
         done = subprocess.run(
-            arguments, cwd=self.folder, input=text, capture_output=True, text=True, timeout=60, check=False
+            arguments,
+            cwd=self.folder,
+            env={**os.environ, "PATH": f"{Path(PROGRAM).parent}:{os.environ['PATH']}"},
+            input=text,
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
         )
         self.assertEqual((done.returncode, done.stderr), (0, ""), arguments)
         return done.stdout
@@ -80,15 +94,28 @@ class Completion(ProgramTest):
         offered = self.bash([("fit", "study", "--formu"), ("fit", "--formula", "EMPTY")])
         self.assertEqual(offered, [["--formula"], []])
 
-    def test_zsh_has_each_option_of_each_command(self):
+    def zsh(self, lines):
+        """For each line of words: what is offered, with its meaning."""
+        typed = "".join(" ".join(("silvafit", *words)) + "\n" for words in lines)
+        printed = self.shell("zsh", "-f", "-c", ZSH, text=typed)
+        return [part.splitlines() for part in printed.split("END\n")[:-1]]
+
+    def test_zsh_completes_each_option_of_each_command(self):
         self.completion("zsh")
+        offered = self.zsh([(*command, "-") for command in self.commands])
+        for command, lines in zip(self.commands, offered, strict=True):
+            self.assertEqual(sorted(line.split(":")[0] for line in lines), sorted(options_of(command)), command)
+            self.assertNotIn("", [line.split(":")[1] for line in lines], command)
+
+    def test_zsh_completes_values_in_both_spellings_and_else_files(self):
+        self.completion("zsh")
+        lines, expected = [("fit", "EMPTY"), ("fit", "--formula", "EMPTY")], [["FILES"], ["FILES"]]
         for command in self.commands:
-            function = "_".join(("_silvafit", *command))
-            printed = self.shell("zsh", "-f", "-c", f"{ZSH}\n{function}")
-            names = re.findall(r"^\*?(--?[a-z][a-z-]*)\[", printed, re.MULTILINE)
-            self.assertEqual(sorted(names), sorted(options_of(command)), command)
             for option, choices in choices_of(command).items():
-                self.assertRegex(printed, rf"(?m)^\*?{option}\[.*:\({' '.join(choices)}\)$")
+                lines += [(*command, option, "EMPTY"), (*command, f"{option}={choices[0]}")]
+                expected += [[f"{word}:" for word in choices]]
+                expected += [[f"{option}={word}:" for word in choices if word.startswith(choices[0])]]
+        self.assertEqual(self.zsh(lines), expected)
 
     def test_fish_completes_each_option_of_each_command(self):
         self.completion("fish")
@@ -99,6 +126,12 @@ class Completion(ProgramTest):
             words = [line.split("\t")[0] for line in printed.splitlines()]
             wanted = [name for name in options_of(command) if name.startswith("--")]
             self.assertEqual(sorted(words), sorted(wanted), command)
+
+    def test_fish_completes_files_where_no_word_is_offered(self):
+        self.completion("fish")
+        self.write("inventory.csv", "")
+        script = "source completion; complete --do-complete 'silvafit study inv'"
+        self.assertEqual(self.shell("fish", "--no-config", "-c", script).split("\t")[0].strip(), "inventory.csv")
 
     def test_as_json_the_script_is_a_text(self):
         result = self.run_json("completion", "bash")

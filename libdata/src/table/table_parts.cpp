@@ -50,18 +50,24 @@ class GroupNumbers {
  public:
   std::size_t number_of(const std::vector<std::string_view>& fields,
                         const std::vector<std::size_t>& columns) {
+    label_.clear();
+    // Labels of blanks are one group for any number of blanks.
+    for (const std::size_t column : columns) label_.append(trimmed(fields[column])) += '\0';
+    // Most rows are of the group above them.
+    if (!numbers_.empty() && label_ == last_label_) return last_;
     Fingerprint hash;
-    for (const std::size_t column : columns) {
-      // Labels of blanks are one group for any number of blanks.
-      hash.add(trimmed(fields[column]));
-      if (columns.size() > 1) hash.add({"", 1});
-    }
-    return numbers_.try_emplace(hash.value(), numbers_.size()).first->second;
+    hash.add(label_);
+    last_label_ = label_;
+    last_ = numbers_.try_emplace(hash.value(), numbers_.size()).first->second;
+    return last_;
   }
   std::size_t size() const { return numbers_.size(); }
 
  private:
   std::unordered_map<std::uint64_t, std::size_t> numbers_{};
+  std::string label_{};
+  std::string last_label_{};
+  std::size_t last_ = 0;
 };
 
 }  // namespace
@@ -105,6 +111,7 @@ struct TableParts::State {
   std::optional<ExternalSort> sorted{};
 
   // The row that comes next.
+  std::vector<std::string_view> next_fields{};
   std::string record{};
   std::size_t line = 0;
   std::size_t group = 0;
@@ -166,17 +173,17 @@ bool TableParts::State::read_row() {
     line = key.second;
     return true;
   }
-  std::vector<std::string_view> fields;
-  if (!reader->next(fields)) return false;
+  if (!reader->next(next_fields)) return false;
   record.clear();
-  append_record(fields, separator, record);
+  append_record(next_fields, separator, record);
   line = reader->line();
   if (options.group.empty()) return true;
   known_groups = groups.size();
-  group = groups.number_of(fields, options.group);
+  group = groups.number_of(next_fields, options.group);
+  if (!options.refuse_group) return true;
   label.clear();
   for (const std::size_t column : options.group) {
-    label.append(column == options.group.front() ? "" : "-").append(trimmed(fields[column]));
+    label.append(column == options.group.front() ? "" : "-").append(trimmed(next_fields[column]));
   }
   return true;
 }

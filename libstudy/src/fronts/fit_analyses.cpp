@@ -322,18 +322,18 @@ void check_measured(const fit::FittedModel& fit, const Table& table) {
 }
 
 AnalysisWork predict_work(AnalysisCall& call) {
-  const auto words = call.read_with_threads<PredictionSettings>();
-  fit::PredictionOptions options = prediction_options(words);
-  options.threads = words.threads;
-  return [fit = &call.fit(), table = call.table(), options, level = level_of(words.level)](
+  const auto settings = call.read_with_threads<PredictionSettings>();
+  return [fit = &call.fit(), table = call.table(), settings](
              const AnalysisCallbacks& /*callbacks*/) {
+    const fit::Level level = settings.level;
     if (level == fit::Level::kCalibrated) check_measured(*fit, table_of(table));
-    const fit::Prediction found = fit::predict(*fit, table_of(table), level, options);
+    const fit::Prediction found =
+        fit::predict(*fit, table_of(table), level, prediction_options(settings));
     const std::string note =
         level == fit::Level::kConditional
             ? note_on_new_groups(fit->specification.random, table_of(table), found.is_new_group)
             : "";
-    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, options.interval_kind)}},
+    return AnalysisResult{.tables = {{"rows", table_of_prediction(found, settings.interval_kind)}},
                           .json = json_text(ordered_json{{"new_groups", note}})};
   };
 }
@@ -461,9 +461,9 @@ AnalysisWork term_tests_work(AnalysisCall& call) {
 
 /// The random effects of the groups of the last term, with the labels of these.
 AnalysisWork calibrate_work(AnalysisCall& call) {
-  const auto words = call.read_with_threads<PredictionSettings>();
-  const fit::CalibrationOptions options{.seen_groups = seen_groups_of(words.seen_groups),
-                                        .threads = words.threads};
+  const auto settings = call.read_with_threads<PredictionSettings>();
+  const fit::CalibrationOptions options{.seen_groups = settings.seen_groups,
+                                        .threads = settings.threads};
   return
       [fit = &call.fit(), table = call.table(), options](const AnalysisCallbacks& /*callbacks*/) {
         check_measured(*fit, table_of(table));

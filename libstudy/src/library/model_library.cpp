@@ -294,6 +294,13 @@ std::vector<std::string> published_libraries(const std::filesystem::path& models
 
 ModelLibrary find_library(const std::string& name_or_file,
                           const std::filesystem::path& models_directory) {
+  if (kind_of(name_or_file) == PathKind::kFolder) {
+    const std::filesystem::path inside = std::filesystem::path(name_or_file) / "library.json";
+    throw InputError(is_there(inside)
+                         ? fmt::format("is a folder; its library is {}", inside.string())
+                         : "is a folder without a library.json of a study",
+                     {.file = name_or_file});
+  }
   if (is_there(name_or_file)) return read_library(name_or_file);
   const std::vector<std::string> names = published_libraries(models_directory);
   if (std::ranges::find(names, name_or_file) != names.end()) {

@@ -51,21 +51,21 @@ TEST_CASE("a library is read back from its file and written with the same bytes"
 
 TEST_CASE("a library stores how the structural indices of its study were computed") {
   ModelLibrary written = library();
-  written.inventory.units = {.per = "stand",
+  written.inventory.units = {.per = stand::SearchScope::kStand,
                              .neighbors = 6,
                              .alpha = std::vector<std::string>{"60", "SM=72"},
-                             .dominance = "h",
-                             .crowding = "facing",
+                             .dominance = stand::SizeMeasure::kHeight,
+                             .crowding = stand::CrownReach::kFacingRadii,
                              .competition_radius_m = 7.5,
                              .open_grown = "0.7 + 0.16*dbh"};
   const test::ScratchFile file(to_json(written), ".json");
   const auto units = read_library(file.path()).inventory.units;
   REQUIRE(units.has_value());
-  CHECK(units->per == "stand");
+  CHECK(units->per == stand::SearchScope::kStand);
   CHECK(units->neighbors == 6U);
   CHECK(units->alpha == std::vector<std::string>{"60", "SM=72"});
-  CHECK(units->dominance == "h");
-  CHECK(units->crowding == "facing");
+  CHECK(units->dominance == stand::SizeMeasure::kHeight);
+  CHECK(units->crowding == stand::CrownReach::kFacingRadii);
   CHECK(units->competition_radius_m == 7.5);
   CHECK(units->open_grown == "0.7 + 0.16*dbh");
   const test::ScratchFile without(to_json(library()), ".json");

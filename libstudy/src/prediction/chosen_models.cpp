@@ -73,13 +73,13 @@ Candidates& candidates_of(const LibraryModel& model, std::vector<Candidates>& al
 
 /// Models of the role, in the order of the library.
 std::vector<Candidates> all_candidates(const ModelLibrary& library,
-                                       const PredictResponsesOptions& options,
+                                       const std::string& role,
                                        Names& notes) {
   std::vector<Candidates> result;
   std::set<std::string> roles;
   for (const LibraryModel& model : library.models) {
     roles.insert(model.role);
-    if (is_of_role(model, options.role)) {
+    if (is_of_role(model, role)) {
       Candidates& candidates = candidates_of(model, result);
       if (model.fit.convergence.converged()) {
         candidates.models.push_back(&model);
@@ -93,7 +93,7 @@ std::vector<Candidates> all_candidates(const ModelLibrary& library,
     if (library.models.empty()) throw InputError("the library has no models");
     throw UsageError(
         fmt::format("the library has no converged model with the role {}; available: {}",
-                    options.role,
+                    role,
                     fmt::join(roles, ", ")));
   }
   for (const Candidates& each : result) {
@@ -257,15 +257,16 @@ bool ResponseModels::is_by_species() const {
 
 ChosenModels choose_models(const ModelLibrary& library,
                            const data::Table& table,
-                           const PredictResponsesOptions& options) {
+                           const std::string& role) {
+  const std::string wanted = role.empty() ? "nlme" : role;
   ChosenModels result;
-  std::vector<Candidates> all = all_candidates(library, options, result.notes);
+  std::vector<Candidates> all = all_candidates(library, wanted, result.notes);
   put_best_first(all);
   std::vector<Candidates> with_stand_ins = all;
-  add_stand_ins(library, options.role, with_stand_ins);
+  add_stand_ins(library, wanted, with_stand_ins);
   put_best_first(with_stand_ins);
   choose(table, with_stand_ins);
-  if (options.other_roles) {
+  if (role.empty()) {
     all = with_stand_ins;
   } else {
     choose(table, all);

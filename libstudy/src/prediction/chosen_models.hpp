@@ -34,12 +34,13 @@ struct ChosenModels {
 
 /// Of each response and species the model of the role that converged and has the lowest AIC. Where
 /// the table lacks a column of it, and no other response predicts that column, the next one that
-/// does not need it (if the options allow one of another role); if there is none, no model.
+/// does not need it; if there is none, no model.
+/// \param role  empty: nlme, and simpler ones where the table lacks a column
 /// \throws UsageError if the library has no model of the role that converged; InputError if the
 ///   library is empty, or columns are missing for all of its models
 ChosenModels choose_models(const ModelLibrary& library,
                            const data::Table& table,
-                           const PredictResponsesOptions& options);
+                           const std::string& role);
 
 /// The responses in an order of prediction: those that others need come first.
 std::vector<std::size_t> order_of(const std::vector<ResponseModels>& models);

@@ -28,8 +28,10 @@ bool contains(const Names& names, const std::string& name) {
 /// Predicts the responses in turn, and replaces missing values that later ones need.
 class Predictor {
  public:
-  Predictor(const data::Table& table, const PredictResponsesOptions& options)
-      : table_(table), options_(options), flags_(table.rows()) {}
+  Predictor(const data::Table& table,
+            const PredictionSettings& settings,
+            const Catalogue* catalogue)
+      : table_(table), settings_(settings), catalogue_(catalogue), flags_(table.rows()) {}
 
   PredictedResponse predict(const ResponseModels& models) {
     if (is_calibrated()) fit::add_response(models.response, table_);
@@ -115,12 +117,12 @@ class Predictor {
   };
 
   std::vector<double> missing() const { return std::vector<double>(table_.rows(), data::kMissing); }
-  bool is_calibrated() const { return options_.level == fit::Level::kCalibrated; }
-  bool wants_errors() const { return options_.interval.has_value() || options_.standard_errors; }
+  bool is_calibrated() const { return settings_.level == fit::Level::kCalibrated; }
+  bool wants_errors() const { return settings_.interval > 0.0 || settings_.standard_errors; }
 
   PredictedResponse empty_response(const std::string& response) const {
     PredictedResponse result{.response = response, .value = missing()};
-    if (options_.interval) result.lower = result.upper = missing();
+    if (settings_.interval > 0.0) result.lower = result.upper = missing();
     if (wants_errors()) result.standard_error = missing();
     if (is_calibrated()) result.trees = missing();
     return result;
@@ -141,7 +143,7 @@ class Predictor {
         added.mean_variance[at] = std::pow(errors.mean[rows[i]], 2);
         added.tree_variance[at] = std::pow(errors.tree[rows[i]], 2);
         const bool has_error = std::isfinite(added.tree_variance[at]);
-        if (!options_.interval || !has_error || !filled_.at(column)[rows[i]]) continue;
+        if (settings_.interval == 0.0 || !has_error || !filled_.at(column)[rows[i]]) continue;
         flag(rows[i],
              fmt::format(
                  "{} interval includes the error of {}", fit.specification.formula.left, column));
@@ -177,7 +179,7 @@ class Predictor {
     data::Table part = table_.select(rows);
     require_domain_of(fit, part);
     const bool has_groups =
-        options_.level == fit::Level::kConditional || options_.level == fit::Level::kCalibrated;
+        settings_.level == fit::Level::kConditional || settings_.level == fit::Level::kCalibrated;
     const bool by_group = has_groups && fit.has_random_effects();
     if (is_calibrated() && by_group) hide_responses(fit, rows, part);
     if (by_group) {
@@ -187,16 +189,10 @@ class Predictor {
     unify_spelling(fit, part);
     flag_columns(fit, part, rows);
     flag_levels(fit, part, rows);
-    const fit::Prediction prediction = fit::predict(fit,
-                                                    part,
-                                                    options_.level,
-                                                    {.new_groups = options_.new_groups,
-                                                     .seen_groups = options_.seen_groups,
-                                                     .interval = options_.interval,
-                                                     .interval_kind = options_.interval_kind,
-                                                     .standard_errors = wants_errors(),
-                                                     .uncertain = uncertain_columns(fit, rows),
-                                                     .threads = options_.threads});
+    fit::PredictionOptions how = prediction_options(settings_);
+    how.standard_errors = wants_errors();
+    how.uncertain = uncertain_columns(fit, rows);
+    const fit::Prediction prediction = fit::predict(fit, part, settings_.level, how);
     marginal_difference_ = std::max(marginal_difference_, prediction.marginal_difference);
     store(fit, rows, prediction, result);
     flag_spread(fit, rows, prediction);
@@ -217,8 +213,8 @@ class Predictor {
   }
 
   void require_domain_of(const fit::FittedModel& fit, const data::Table& part) const {
-    if (options_.catalogue == nullptr) return;
-    const std::vector<BaseModel>& models = options_.catalogue->models();
+    if (catalogue_ == nullptr) return;
+    const std::vector<BaseModel>& models = catalogue_->models();
     const auto model = std::ranges::find(models, fit.model, &BaseModel::id);
     if (model == models.end()) return;
     require_domain_of_covariates(*model, part);
@@ -229,8 +225,8 @@ class Predictor {
              const std::vector<std::size_t>& rows,
              const fit::Prediction& prediction,
              PredictedResponse& result) {
-    const bool is_mean = options_.interval_kind == fit::IntervalKind::kConfidence;
-    const bool is_spread_unknown = options_.level == fit::Level::kMarginal &&
+    const bool is_mean = settings_.interval_kind == fit::IntervalKind::kConfidence;
+    const bool is_spread_unknown = settings_.level == fit::Level::kMarginal &&
                                    fit.has_random_effects() &&
                                    !fit.random.back().covariance.allFinite();
     Errors& errors = errors_.at(result.response);
@@ -240,7 +236,7 @@ class Predictor {
       const double value = prediction.value[at];
       if (std::isinf(value)) flag(row, fit.specification.formula.left + " not finite");
       const bool is_wanted =
-          options_.new_groups != fit::NewGroups::kMissing || !prediction.is_new_group[i];
+          settings_.new_groups != fit::NewGroups::kMissing || !prediction.is_new_group[i];
       if (std::isnan(value) && is_spread_unknown) {
         flag(row,
              fmt::format("no marginal {}: the covariance matrix of the random effects is unknown",
@@ -258,7 +254,7 @@ class Predictor {
           flag_no_spread(fit, row, "variances unknown");
         }
       }
-      if (options_.interval) {
+      if (settings_.interval > 0.0) {
         result.lower[row] = prediction.lower[at];
         result.upper[row] = prediction.upper[at];
       }
@@ -273,7 +269,7 @@ class Predictor {
   void flag_spread(const fit::FittedModel& fit,
                    const std::vector<std::size_t>& rows,
                    const fit::Prediction& prediction) {
-    if (!wants_errors() || options_.interval_kind == fit::IntervalKind::kConfidence) return;
+    if (!wants_errors() || settings_.interval_kind == fit::IntervalKind::kConfidence) return;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool has_value = std::isfinite(prediction.value[static_cast<Eigen::Index>(i)]);
       if (!has_value || prediction.residual_gap[i].empty()) continue;
@@ -285,7 +281,7 @@ class Predictor {
     flag(row,
          fmt::format("no {} {}: {}",
                      fit.specification.formula.left,
-                     options_.interval ? "interval" : "standard error",
+                     settings_.interval > 0.0 ? "interval" : "standard error",
                      reason));
   }
 
@@ -374,7 +370,8 @@ class Predictor {
   }
 
   data::Table table_;
-  PredictResponsesOptions options_;
+  const PredictionSettings& settings_;
+  const Catalogue* catalogue_;
   data::TextColumn species_;
   std::map<std::string, std::vector<bool>> filled_;
   std::map<std::string, Errors> errors_;  ///< by response
@@ -383,6 +380,16 @@ class Predictor {
 };
 
 }  // namespace
+
+fit::PredictionOptions prediction_options(const PredictionSettings& settings) {
+  fit::PredictionOptions options{.new_groups = settings.new_groups,
+                                 .seen_groups = settings.seen_groups,
+                                 .interval_kind = settings.interval_kind,
+                                 .standard_errors = settings.standard_errors,
+                                 .threads = settings.threads};
+  if (settings.interval != 0.0) options.interval = settings.interval;
+  return options;
+}
 
 Names text_columns(const ModelLibrary& library) {
   Names columns{"species"};
@@ -428,13 +435,14 @@ std::string note_on_marginal_means(double marginal_difference) {
 
 PredictedResponses predict_responses(const ModelLibrary& library,
                                      const data::Table& table,
-                                     const PredictResponsesOptions& options) {
+                                     const PredictionSettings& settings,
+                                     const Catalogue* catalogue) {
   PredictedResponses result;
-  ChosenModels chosen = choose_models(library, table, options);
+  ChosenModels chosen = choose_models(library, table, settings.role);
   result.notes = std::move(chosen.notes);
   result.unused = std::move(chosen.unused);
   const std::vector<ResponseModels>& models = chosen.responses;
-  Predictor predictor(table, options);
+  Predictor predictor(table, settings, catalogue);
   result.responses.resize(models.size());
   for (const std::size_t i : order_of(models)) {
     const std::string& response = models[i].response;

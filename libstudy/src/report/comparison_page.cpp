@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "report/report_fit.hpp"
-#include "report/report_repeat.hpp"
+#include "report/report_json.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/json_values.hpp"

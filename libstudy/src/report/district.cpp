@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "report/table_json.hpp"
+#include "report/report_json.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/prediction.hpp"

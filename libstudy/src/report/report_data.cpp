@@ -14,11 +14,8 @@
 #include <vector>
 
 #include "report/district.hpp"
-#include "report/left_out_json.hpp"
-#include "report/report_fit.hpp"
+#include "report/report_json.hpp"
 #include "report/report_map.hpp"
-#include "report/report_repeat.hpp"
-#include "report/table_json.hpp"
 #include "silvafit/base/json_text.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"

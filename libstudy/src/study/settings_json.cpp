@@ -207,12 +207,6 @@ Json SettingsWriter::json_of(const Setting<const LevelCriteria>& setting) {
           {"variance", criterion_text(criteria.variance)}};
 }
 
-Json settings_json(const StudyConfiguration& settings) {
-  SettingsWriter writer;
-  each_setting(settings, writer);
-  return writer.json();
-}
-
 UnitSettings read_unit_settings(const JsonReader& json) {
   UnitSettings settings;
   each_setting(settings,

@@ -108,7 +108,11 @@ class SettingsWriter {
  private:
   template <typename T>
   static Json json_of(const data::Setting<const T>& setting) {
-    return setting.value;
+    if constexpr (data::HasWords<T>::value) {
+      return data::word_of(setting);
+    } else {
+      return setting.value;
+    }
   }
   static Json json_of(const data::Setting<const bool>& setting);
   static Json json_of(const data::Setting<const std::string>& setting);
@@ -118,8 +122,13 @@ class SettingsWriter {
   Json json_ = Json::object();
 };
 
-/// Every key of study.json with its value.
-nlohmann::ordered_json settings_json(const StudyConfiguration& settings);
+/// Every key of a list with its value.
+template <typename Settings>
+nlohmann::ordered_json settings_json(const Settings& settings) {
+  SettingsWriter writer;
+  each_setting(settings, writer);
+  return writer.json();
+}
 
 /// Reads the keys of the search and of the indices, if present; other keys are ignored.
 /// \throws InputError that names file and key where a value cannot be used

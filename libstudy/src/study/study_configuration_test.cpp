@@ -25,7 +25,7 @@ TEST_CASE("an empty configuration has the default settings") {
   CHECK(configuration.study.responses == StudyOptions{}.responses);
   CHECK(configuration.study.criteria.covariates == Criterion::kBic);
   CHECK(configuration.units.window.empty());
-  CHECK(configuration.units.edge == "buffer");
+  CHECK(configuration.units.edge == stand::EdgeCorrection::kBuffer);
 }
 
 TEST_CASE("a candidate that is not in the catalogue is an error with its key") {
@@ -70,9 +70,9 @@ TEST_CASE("a configuration may have all keys, and comments") {
   CHECK(study.compared_trees == 5000);
   CHECK(configuration.reading.columns == std::vector<std::string>{"dbh=DBH_cm"});
   CHECK_THAT(configuration.units.window, Catch::Matchers::EndsWith("/plots.geojson"));
-  CHECK(configuration.units.edge == "hanisch");
+  CHECK(configuration.units.edge == stand::EdgeCorrection::kHanisch);
   CHECK(configuration.units.buffer_m == 3.0);
-  CHECK(configuration.units.per == "stand");
+  CHECK(configuration.units.per == stand::SearchScope::kStand);
   CHECK(configuration.units.neighbors == 6U);
   CHECK(study.period == "year");
   const SamplingSettings& sampling = configuration.sampling;

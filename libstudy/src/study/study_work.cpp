@@ -148,7 +148,8 @@ data::Table with_columns(const data::Table& table, const std::vector<std::string
   return part;
 }
 
-/// Columns that the variance functions of level 3 read.
+}  // namespace
+
 std::vector<std::string> variance_columns(const StudyOptions& options) {
   std::vector<std::string> names;
   for (const std::string& text : options.variance_functions) {
@@ -160,8 +161,6 @@ std::vector<std::string> variance_columns(const StudyOptions& options) {
   }
   return names;
 }
-
-}  // namespace
 
 std::string Work::objection_to_curves(const fit::FittedModel& fit) const {
   if (!plausibility) return "";

@@ -38,6 +38,9 @@ struct Work {
   std::string objection_to_curves(const fit::FittedModel& fit) const;
 };
 
+/// Columns that the variance functions of level 3 read.
+std::vector<std::string> variance_columns(const StudyOptions& options);
+
 /// The number of trees for messages: "10", or "10 core trees of 80 measured".
 std::string tree_counts(const Work& work);
 

@@ -5,34 +5,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
-#include "study/words.hpp"
 
 namespace silvafit::study {
 namespace {
-
-constexpr std::array<Word<stand::EdgeCorrection>, 4> kEdges{
-    {{"buffer", stand::EdgeCorrection::kBuffer},
-     {"hanisch", stand::EdgeCorrection::kHanisch},
-     {"torus", stand::EdgeCorrection::kTorus},
-     {"none", stand::EdgeCorrection::kNone}}};
-constexpr std::array<Word<stand::SearchScope>, 2> kScopes{
-    {{"plot", stand::SearchScope::kPlot}, {"stand", stand::SearchScope::kStand}}};
-constexpr std::array<Word<stand::SizeMeasure>, 3> kSizes{{{"dbh", stand::SizeMeasure::kDbh},
-                                                          {"h", stand::SizeMeasure::kHeight},
-                                                          {"cw", stand::SizeMeasure::kCrownWidth}}};
-constexpr std::array<Word<stand::CrownReach>, 2> kReaches{
-    {{"mean", stand::CrownReach::kMeanWidth}, {"facing", stand::CrownReach::kFacingRadii}}};
-constexpr std::array<Word<stand::DeadTrees>, 3> kDead{{{"leave-out", stand::DeadTrees::kLeaveOut},
-                                                       {"neighbors", stand::DeadTrees::kNeighbors},
-                                                       {"include", stand::DeadTrees::kInclude}}};
-
-constexpr std::array<Word<bool>, 2> kAreas{{{"plot", false}, {"part", true}}};
 
 double number_in(std::string_view text, const char* field, std::string_view what) {
   double value = 0.0;
@@ -81,14 +61,13 @@ std::vector<stand::NamedWindow> given_windows(const UnitSettings& settings) {
 }  // namespace
 
 stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
-  stand::SamplingDesign design{
-      .basal_area_factor = settings.angle_count,
-      .smallest_dbh_cm = settings.smallest_dbh_cm,
-      .expansion = settings.expansion,
-      .is_expansion_of_part = meaning_of(settings.expansion_area, kAreas, "`expansion_area`"),
-      .subplots = settings.subplots,
-      .subplot = settings.subplot,
-      .corrects_slope = settings.slope_correction};
+  stand::SamplingDesign design{.basal_area_factor = settings.angle_count,
+                               .smallest_dbh_cm = settings.smallest_dbh_cm,
+                               .expansion = settings.expansion,
+                               .is_expansion_of_part = settings.expansion_area,
+                               .subplots = settings.subplots,
+                               .subplot = settings.subplot,
+                               .corrects_slope = settings.slope_correction};
   constexpr std::string_view kWhat = "DBH=RADIUS, such as 7=4,30=12 (cm and m)";
   for (const std::string& part : settings.circles) {
     const std::size_t sign = part.find('=');
@@ -105,11 +84,6 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
   }
   stand::check_design(design);
   return design;
-}
-
-bool has_design(const SamplingSettings& settings) {
-  return settings.plots || !settings.plots_file.empty() || !settings.circles.empty() ||
-         settings.angle_count != 0.0 || !settings.expansion.empty();
 }
 
 std::vector<std::string> columns_of(const SamplingSettings& settings) {
@@ -144,7 +118,7 @@ stand::InventoryOptions inventory_options(const ReadingSettings& settings,
   options.trust_units = settings.trust_units;
   options.missing = settings.missing;
   options.fill_down = settings.fill_down;
-  options.dead = meaning_of(settings.dead, kDead, "`dead`");
+  options.dead = settings.dead;
   options.status_codes = status_codes(settings);
   options.case_sensitive = settings.case_sensitive;
   return options;
@@ -171,18 +145,17 @@ std::vector<stand::FurtherIndex> further_indices(const UnitSettings& settings) {
 }
 
 stand::StructuralUnitOptions unit_options(const UnitSettings& settings, unsigned threads) {
-  stand::StructuralUnitOptions options{
-      .neighbors = settings.neighbors,
-      .edge = meaning_of(settings.edge, kEdges, "`edge`"),
-      .buffer_m = settings.buffer_m,
-      .scope = meaning_of(settings.per, kScopes, "`per`"),
-      .windows = given_windows(settings),
-      .size = meaning_of(settings.dominance, kSizes, "`dominance`"),
-      .reach = meaning_of(settings.crowding, kReaches, "`crowding`"),
-      .further = further_indices(settings),
-      .competition_radius_m = settings.competition_radius_m,
-      .open_grown_crown = settings.open_grown,
-      .threads = threads};
+  stand::StructuralUnitOptions options{.neighbors = settings.neighbors,
+                                       .edge = settings.edge,
+                                       .buffer_m = settings.buffer_m,
+                                       .scope = settings.per,
+                                       .windows = given_windows(settings),
+                                       .size = settings.dominance,
+                                       .reach = settings.crowding,
+                                       .further = further_indices(settings),
+                                       .competition_radius_m = settings.competition_radius_m,
+                                       .open_grown_crown = settings.open_grown,
+                                       .threads = threads};
   set_limit_angles(settings.alpha, options);
   return options;
 }

@@ -9,7 +9,9 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/stand/stand_json.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "study/settings_json.hpp"
 #include "workflow/flow.hpp"
 
 namespace silvafit::study {
@@ -142,16 +144,18 @@ ordered_json json_of(const IndicesSummary& summary) {
     species[one.species] = stand::json_of(one, summary.further);
   }
   const UnitSettings& settings = summary.settings;
+  const ordered_json words = settings_json(settings);
   return {{"schema", "silvafit-indices/1"},
           {"silvafit", SILVAFIT_VERSION},
           {"inventory", summary.inventory},
           {"excluded", summary.excluded_trees},
           {"neighbors", settings.neighbors},
           {"alpha_deg", summary.alpha0_deg},
-          {"edge", settings.edge},
+          {"edge", words["edge"]},
           {"buffer_m",
-           settings.edge == "buffer" ? ordered_json(settings.buffer_m) : ordered_json(nullptr)},
-          {"per", settings.per},
+           settings.edge == stand::EdgeCorrection::kBuffer ? ordered_json(settings.buffer_m)
+                                                           : ordered_json(nullptr)},
+          {"per", words["per"]},
           {"all", stand::json_of(summary.summaries.all(), summary.further)},
           {"species", std::move(species)},
           {"recognized", summary.recognized},

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -15,9 +14,10 @@
 
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/tree_table.hpp"
-#include "study/words.hpp"
+#include "study/settings_json.hpp"
 #include "workflow/flow.hpp"
 #include "workflow/repeated_rows.hpp"
 
@@ -25,44 +25,6 @@ namespace silvafit::study {
 namespace {
 
 using nlohmann::ordered_json;
-
-constexpr std::array<Word<fit::Level>, 4> kLevels{{{"population", fit::Level::kPopulation},
-                                                   {"conditional", fit::Level::kConditional},
-                                                   {"calibrated", fit::Level::kCalibrated},
-                                                   {"marginal", fit::Level::kMarginal}}};
-constexpr std::array<Word<fit::SeenGroups>, 3> kSeenGroups{
-    {{"fitted", fit::SeenGroups::kFitted},
-     {"new", fit::SeenGroups::kNew},
-     {"combined", fit::SeenGroups::kCombined}}};
-constexpr std::array<Word<fit::IntervalKind>, 2> kIntervalKinds{
-    {{"prediction", fit::IntervalKind::kPrediction},
-     {"confidence", fit::IntervalKind::kConfidence}}};
-constexpr std::array<Word<fit::NewGroups>, 4> kNewGroups{
-    {{"population", fit::NewGroups::kPopulation},
-     {"marginal", fit::NewGroups::kMarginal},
-     {"missing", fit::NewGroups::kMissing},
-     {"error", fit::NewGroups::kError}}};
-
-std::optional<double> coverage_of(const PredictionSettings& settings) {
-  if (settings.interval == 0.0) return std::nullopt;
-  if (settings.interval > 0.0 && settings.interval < 1.0) return settings.interval;
-  throw UsageError(fmt::format("{} is not between 0 and 1, such as 0.95", settings.interval),
-                   {.column = "`coverage`"});
-}
-
-PredictResponsesOptions options_of(const PredictionSettings& settings, const Catalogue& catalogue) {
-  const fit::PredictionOptions words = prediction_options(settings);
-  return {.level = level_of(settings.level),
-          .new_groups = words.new_groups,
-          .seen_groups = words.seen_groups,
-          .interval = words.interval,
-          .interval_kind = words.interval_kind,
-          .standard_errors = words.standard_errors,
-          .threads = words.threads,
-          .role = settings.role.empty() ? "nlme" : settings.role,
-          .other_roles = settings.role.empty(),
-          .catalogue = &catalogue};
-}
 
 /// The species that a library's models are for, or distinguish; each once.
 std::vector<std::string> species_of(const ModelLibrary& library) {
@@ -160,11 +122,10 @@ class PredictionRun {
                 const PredictionSettings& settings)
       : library_(library),
         settings_(settings),
-        options_(options_of(settings, catalogue)),
+        catalogue_(catalogue),
         units_(library.inventory.units.value_or(UnitSettings{})),
         unknown_(library) {}
 
-  const PredictResponsesOptions& options() const { return options_; }
   const UnitSettings& units() const { return units_; }
 
   /// \param state  of earlier parts; null for a whole table, whose notes are reported at once
@@ -182,7 +143,7 @@ class PredictionRun {
                                            .state = state},
                                           note);
     TablePrediction result{.settings = settings_};
-    result.predictions = predict_responses(library_, read.observations(), options_);
+    result.predictions = predict_responses(library_, read.observations(), settings_, &catalogue_);
     give_to_copies(read.place, result.predictions);
     result.table = std::move(read.table);
     result.recognized = std::move(read.recognized);
@@ -202,7 +163,7 @@ class PredictionRun {
  private:
   const ModelLibrary& library_;
   const PredictionSettings& settings_;
-  PredictResponsesOptions options_;
+  const Catalogue& catalogue_;
   UnitSettings units_;
   UnknownSpecies unknown_;
   double marginal_difference_ = 0.0;
@@ -215,7 +176,7 @@ std::string column_of_groups(const ModelLibrary& library,
                              const PredictionSettings& settings) {
   std::set<std::string> coarsest;
   for (const LibraryModel& model : library.models) {
-    if (run.options().level != fit::Level::kCalibrated || !model.fit.has_random_effects()) continue;
+    if (settings.level != fit::Level::kCalibrated || !model.fit.has_random_effects()) continue;
     coarsest.insert(model.fit.specification.random.front().group);
   }
   // Indices requested by --columns are computed from the trees of a plot.
@@ -225,10 +186,11 @@ std::string column_of_groups(const ModelLibrary& library,
     if (!name.empty()) columns.set(name, std::vector<double>());
   }
   const bool needs_plots = !structure_names_in(settings.reading.columns, columns).empty();
-  if (needs_plots && run.units().per != "plot") {
-    throw UsageError("structural indices of the library are computed among all trees (`per=" +
-                         run.units().per + "`), so the file cannot be read in parts",
-                     {.column = "`stream`"});
+  if (needs_plots && run.units().per != stand::SearchScope::kPlot) {
+    throw UsageError(
+        "structural indices of the library are computed among all trees (`per=stand`), so the file "
+        "cannot be read in parts",
+        {.column = "`stream`"});
   }
   if (needs_plots && coarsest.empty()) coarsest.insert("plot");
   if (coarsest.size() > 1) {
@@ -284,20 +246,6 @@ ordered_json unused_json(const std::vector<UnusedModel>& models) {
 }
 
 }  // namespace
-
-fit::Level level_of(const std::string& word) { return meaning_of(word, kLevels, "`level`"); }
-fit::SeenGroups seen_groups_of(const std::string& word) {
-  return meaning_of(word, kSeenGroups, "`seen_groups`");
-}
-
-fit::PredictionOptions prediction_options(const PredictionSettings& settings) {
-  return {.new_groups = meaning_of(settings.new_groups, kNewGroups, "`new_groups`"),
-          .seen_groups = seen_groups_of(settings.seen_groups),
-          .interval = coverage_of(settings),
-          .interval_kind = meaning_of(settings.interval_kind, kIntervalKinds, "`interval`"),
-          .standard_errors = settings.standard_errors,
-          .threads = settings.threads};
-}
 
 PredictionSummary predict_trees(const data::TableSource& trees,
                                 const ModelLibrary& library,
@@ -384,13 +332,13 @@ ordered_json json_of(const PredictionSummary& summary, const std::string& out) {
   const PredictionSettings& settings = summary.settings;
   ordered_json predicted = ordered_json::object();
   for (const auto& [response, trees] : summary.predicted) predicted[response] = trees;
+  const ordered_json words = settings_json(settings);
   const bool has_interval = settings.interval > 0.0;
   return {{"schema", "silvafit-predict/1"},
           {"silvafit", SILVAFIT_VERSION},
-          {"level", settings.level},
+          {"level", words["level"]},
           {"interval", has_interval ? ordered_json(settings.interval) : ordered_json(nullptr)},
-          {"interval_kind",
-           has_interval ? ordered_json(settings.interval_kind) : ordered_json(nullptr)},
+          {"interval_kind", has_interval ? words["interval"] : ordered_json(nullptr)},
           {"out", text_or_null(out)},
           {"n", summary.trees},
           {"predicted", std::move(predicted)},

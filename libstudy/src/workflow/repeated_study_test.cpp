@@ -60,7 +60,7 @@ StudyConfiguration settings_of(const std::string& period) {
   settings.study.covariates = {"U", "stems_per_ha"};
   settings.study.minimum_trees = 50;
   settings.study.period = period;
-  settings.units.edge = "none";
+  settings.units.edge = stand::EdgeCorrection::kNone;
   settings.units.circle = "3,3,5";
   return settings;
 }
@@ -161,7 +161,7 @@ TEST_CASE("what cannot be a period is refused") {
   CHECK_THROWS_WITH(run(settings_of("plot")), Contains("another column than the groups"));
   CHECK_THROWS_WITH(run(settings_of("date")), Contains("unknown column 'date'"));
   StudyConfiguration stand = settings_of("campaign");
-  stand.units.per = "stand";
+  stand.units.per = stand::SearchScope::kStand;
   CHECK_THROWS_WITH(run(stand), Contains("`per=plot`"));
   StudyConfiguration number = settings_of("campaign");
   number.study.candidates["h"] = {"h ~ a + b*dbh + c*campaign"};

@@ -56,7 +56,7 @@ data::TableSource sampled_source(const std::string& text) {
       data::TableText{.name = "sampled.csv", .text = text, .separator = ','});
 }
 
-StudyRecord study_with_edge(const std::string& edge) {
+StudyRecord study_with_edge(stand::EdgeCorrection edge) {
   StudyConfiguration settings;
   settings.study.species = {"A"};
   settings.study.responses = {"h"};
@@ -81,7 +81,7 @@ std::map<std::string, double> stems_by_plot(const stand::Inventory& inventory) {
 }  // namespace
 
 TEST_CASE("figures of sampled plots have the expansion factors of their trees") {
-  const StudyRecord record = study_with_edge("hanisch");
+  const StudyRecord record = study_with_edge(stand::EdgeCorrection::kHanisch);
   const stand::Inventory& inventory = record.inventory.inventory;
   const auto stems = stems_by_plot(inventory);
   const std::span<const double> column = record.table.numbers("stems_per_ha");
@@ -99,7 +99,7 @@ TEST_CASE("figures of sampled plots have the expansion factors of their trees") 
 }
 
 TEST_CASE("core trees of sampled plots are where all counted trees are known") {
-  const StudyRecord record = study_with_edge("hanisch");
+  const StudyRecord record = study_with_edge(stand::EdgeCorrection::kHanisch);
   REQUIRE(record.units);
   const stand::Inventory& inventory = record.inventory.inventory;
   std::size_t core = 0;
@@ -117,7 +117,7 @@ TEST_CASE("core trees of sampled plots are where all counted trees are known") {
 
 TEST_CASE("without core trees a study skips structural units and uses all trees") {
   // A buffer of 5 m leaves nothing of a circle of 4 m.
-  const StudyRecord record = study_with_edge("buffer");
+  const StudyRecord record = study_with_edge(stand::EdgeCorrection::kBuffer);
   CHECK_FALSE(record.units);
   CHECK_THAT(record.sample->notes.back(), Contains("structural units are skipped"));
   REQUIRE(record.study.results.size() == 1);

@@ -74,7 +74,7 @@ class Sizes {
   }
 
  private:
-  PredictResponsesOptions how() const {
+  PredictionSettings how() const {
     return {.level = options_.group.empty() ? fit::Level::kPopulation : fit::Level::kConditional,
             .new_groups = fit::NewGroups::kError,
             .role = options_.role};

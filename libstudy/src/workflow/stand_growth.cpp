@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/study/stand_growth.hpp"
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "silvafit/study/indices.hpp"
+#include "workflow/flow.hpp"
 #include "workflow/stand_options.hpp"
 
 namespace silvafit::study {
@@ -12,7 +12,7 @@ namespace silvafit::study {
 GrowthSummary stand_growth(const data::TableSource& inventory,
                            const StandOptions& options,
                            const Callbacks& callbacks) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   const stand::StandReportOptions report = report_options(options);
   const stand::InventoryOptions reading{.keep = columns_of(options),
                                         .refuses_unread = true,
@@ -20,13 +20,16 @@ GrowthSummary stand_growth(const data::TableSource& inventory,
                                         .keeps_measurements = true};
   GrowthSummary summary{.inventory =
                             read_inventory(inventory, options.reading, reading, callbacks.note)};
-  const std::vector<std::string> on_equations =
-      add_quantities(options, summary.inventory.inventory);
-  summary.report = stand::growth_report(summary.inventory.inventory, report);
+  stand::Inventory& trees = summary.inventory.inventory;
+  QuantitiesOfParts quantities(options.equations);
+  if (!options.equations.equations.empty()) {
+    trees.quantities = quantities.add(stand::to_table(trees));
+  }
+  add_totals(options.totals, trees);
+  summary.report = stand::growth_report(trees, report);
   summary.notes = complete_notes(
-      report, on_equations, summary.inventory.notes, summary.report.notes, callbacks);
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  summary.seconds = elapsed.count();
+      report, quantities.notes(), summary.inventory.notes, summary.report.notes, callbacks);
+  summary.seconds = seconds_since(start);
   return summary;
 }
 

@@ -51,16 +51,6 @@ std::vector<std::string> columns_of(const StandOptions& options) {
   return columns;
 }
 
-std::vector<std::string> add_quantities(const StandOptions& options, stand::Inventory& inventory) {
-  TreeQuantities found;
-  if (!options.equations.equations.empty()) {
-    found = tree_quantities(stand::to_table(inventory), options.equations);
-    inventory.quantities = std::move(found.quantities);
-  }
-  add_totals(options.totals, inventory);
-  return std::move(found.notes);
-}
-
 void add_totals(const std::vector<std::string>& columns, stand::Inventory& inventory) {
   for (const std::string& column : columns) {
     const bool is_other = inventory.other.has(column);

@@ -16,10 +16,6 @@ stand::StandReportOptions report_options(const StandOptions& options);
 /// Columns of the inventory that are needed besides ours.
 std::vector<std::string> columns_of(const StandOptions& options);
 
-/// Adds the quantities of the equations to the trees.
-/// \return notes
-std::vector<std::string> add_quantities(const StandOptions& options, stand::Inventory& inventory);
-
 /// Adds columns of the file as quantities.
 /// \throws InputError if one is not a column of numbers
 void add_totals(const std::vector<std::string>& columns, stand::Inventory& inventory);

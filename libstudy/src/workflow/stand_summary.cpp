@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -19,8 +18,10 @@
 #include "silvafit/stand/stand_json.hpp"
 #include "silvafit/study/report_data.hpp"
 #include "silvafit/study/report_page.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/site_index.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "study/settings_json.hpp"
 #include "workflow/flow.hpp"
 #include "workflow/report_stand.hpp"
 #include "workflow/stand_options.hpp"
@@ -140,7 +141,7 @@ StandSummary stand_summary(const data::TableSource& inventory,
                            const StandOptions& options,
                            const Callbacks& callbacks,
                            const StandUnitSink& sink) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   if (options.stream && (!options.thinning.empty() || !options.site_index.empty())) {
     throw UsageError("a thinning and site indices need all trees in memory; omit `stream`",
                      {.column = "`stream`"});
@@ -175,8 +176,7 @@ StandSummary stand_summary(const data::TableSource& inventory,
   }
   summary.notes = complete_notes(
       report, quantities.notes(), summary.inventory.notes, summary.report.notes, callbacks);
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  summary.seconds = elapsed.count();
+  summary.seconds = seconds_since(start);
   return summary;
 }
 
@@ -262,12 +262,13 @@ void write_stand_page(StandSummary summary,
 }
 
 nlohmann::ordered_json json_of(const StandSummary& summary) {
+  const nlohmann::ordered_json words = settings_json(summary.settings);
   nlohmann::ordered_json result{{"schema", "silvafit-stand/1"},
                                 {"silvafit", SILVAFIT_VERSION},
                                 {"inventory", summary.inventory.inventory.file},
                                 {"excluded", summary.inventory.excluded_tree_count},
-                                {"edge", summary.settings.edge},
-                                {"per", summary.settings.per}};
+                                {"edge", words["edge"]},
+                                {"per", words["per"]}};
   result.update(stand::json_of(summary.report));
   if (summary.thinning) {
     const auto thinning_json = [&](const stand::ThinningFigures& plot) {

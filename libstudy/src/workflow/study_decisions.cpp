@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "silvafit/study/setting_list.hpp"
+#include "study/settings_json.hpp"
+
 namespace silvafit::study {
 namespace {
 
@@ -86,7 +89,8 @@ void add_level_decisions(const StudyRecord& record, Decisions& decisions) {
 std::string window_text(const UnitSettings& units) {
   if (!units.window.empty()) return std::filesystem::path(units.window).filename().string();
   if (!units.windows.empty()) return "given windows";
-  return fmt::format("convex hull of {}", units.per == "stand" ? "the stand" : "each plot");
+  return fmt::format("convex hull of {}",
+                     units.per == stand::SearchScope::kStand ? "the stand" : "each plot");
 }
 
 /// "circles 7=4, 30=12; table of plots plots.csv".
@@ -123,13 +127,16 @@ Decisions decisions_of(const StudyRecord& record) {
   }
   if (record.units) {
     const UnitSettings& units = record.settings.units;
+    const auto words = settings_json(units);
     decisions.emplace_back("Window", window_text(record));
-    decisions.emplace_back(
-        "Edge correction",
-        units.edge == "buffer" ? fmt::format("buffer of {} m", units.buffer_m) : units.edge);
-    decisions.emplace_back(
-        "Structural units",
-        fmt::format("{} nearest neighbors, searched in the {}", units.neighbors, units.per));
+    decisions.emplace_back("Edge correction",
+                           units.edge == stand::EdgeCorrection::kBuffer
+                               ? fmt::format("buffer of {} m", units.buffer_m)
+                               : words["edge"].get<std::string>());
+    decisions.emplace_back("Structural units",
+                           fmt::format("{} nearest neighbors, searched in the {}",
+                                       units.neighbors,
+                                       words["per"].get<std::string>()));
   }
   // Stand tables have no study.
   if (!record.study.stages.empty() || !record.study.results.empty()) {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "report/left_out_json.hpp"
+#include "report/report_json.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/fingerprint.hpp"
 #include "silvafit/base/io_error.hpp"
@@ -64,14 +64,14 @@ std::map<std::string, double> commonest_diameters(const StudyRecord& record) {
 
 /// Adds the predictions of one kind under names such as h_ols.
 void add_predictions(const ModelLibrary& library,
-                     const PredictResponsesOptions& options,
+                     const PredictionSettings& settings,
                      const std::string& suffix,
                      const data::Table& trees,
                      data::Table& target) {
   const bool has_role = std::ranges::any_of(
-      library.models, [&](const LibraryModel& model) { return model.role == options.role; });
+      library.models, [&](const LibraryModel& model) { return model.role == settings.role; });
   if (!has_role) return;
-  for (PredictedResponse& predicted : predict_responses(library, trees, options).responses) {
+  for (PredictedResponse& predicted : predict_responses(library, trees, settings).responses) {
     target.set(predicted.response + suffix, std::move(predicted.value));
   }
 }

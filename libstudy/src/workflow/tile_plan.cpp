@@ -16,6 +16,8 @@
 #include "silvafit/data/table_parts.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/species_spellings.hpp"
+#include "silvafit/study/setting_list.hpp"
+#include "study/settings_json.hpp"
 #include "workflow/tile_files.hpp"
 
 namespace silvafit::study {
@@ -127,6 +129,7 @@ class Planner {
     remove_earlier_plan();
     read();
     write_tiles();
+    plan_.settings.reading.trust_units = true;  // they were checked in the whole inventory
     plan_.version = SILVAFIT_VERSION;
     plan_.fingerprint = fingerprint_of_plan(plan_);
     write_file(plan_file(folder_), json_of(plan_).dump(2) + "\n");
@@ -346,16 +349,8 @@ bool read_plan(const nlohmann::json& json, TilePlan& plan) {
   plan.version = json.at("silvafit");
   plan.settings.size_m = json.at("size_m");
   plan.settings.halo_m = json.at("halo_m");
-  const nlohmann::json& reading = json.at("reading");
-  plan.settings.reading = {.columns = texts_of(reading.at("columns")),
-                           .trust_units = true,  // they were checked in the whole inventory
-                           .missing = texts_of(reading.at("missing")),
-                           .fill_down = texts_of(reading.at("fill_down")),
-                           .dead = reading.at("dead"),
-                           .alive_codes = texts_of(reading.at("alive_codes")),
-                           .dead_codes = texts_of(reading.at("dead_codes")),
-                           .cut_codes = texts_of(reading.at("cut_codes")),
-                           .case_sensitive = reading.at("case_sensitive")};
+  each_setting(plan.settings.reading,
+               SettingsReader(data::JsonReader::parse(json.at("reading").dump(), ""), {}));
   plan.rows = json.at("rows");
   plan.trees = json.at("trees");
   plan.has_plots = json.at("has_plots");
@@ -404,21 +399,12 @@ ordered_json json_of(const TilePlan& plan) {
                      {"halo", tile.neighbors},
                      {"fingerprint", tile.fingerprint}});
   }
-  const ReadingSettings& reading = plan.settings.reading;
   return {{"schema", kSchema},
           {"silvafit", plan.version},
           {"inventory", plan.inventory},
           {"size_m", plan.settings.size_m},
           {"halo_m", plan.settings.halo_m},
-          {"reading",
-           {{"columns", reading.columns},
-            {"missing", reading.missing},
-            {"fill_down", reading.fill_down},
-            {"dead", reading.dead},
-            {"alive_codes", reading.alive_codes},
-            {"dead_codes", reading.dead_codes},
-            {"cut_codes", reading.cut_codes},
-            {"case_sensitive", reading.case_sensitive}}},
+          {"reading", settings_json(plan.settings.reading)},
           {"header", plan.head.header},
           {"units", plan.head.layout.units},
           {"kinds", std::move(kinds)},
@@ -444,7 +430,7 @@ TilePlan read_tile_plan(const std::filesystem::path& folder) {
   bool is_plan = false;
   try {
     is_plan = read_plan(nlohmann::json::parse(read_file(file, kAnySize)), plan);
-  } catch (const nlohmann::json::exception&) {
+  } catch (const std::exception&) {
     is_plan = false;
   }
   if (!is_plan || plan.fingerprint != fingerprint_of_plan(plan)) {

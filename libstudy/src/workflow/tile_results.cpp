@@ -15,22 +15,22 @@
 #include "silvafit/base/fingerprint.hpp"
 #include "silvafit/data/ordered_rows.hpp"
 #include "silvafit/stand/structural_units.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/rows_with_columns.hpp"
+#include "silvafit/study/setting_list.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "study/settings_json.hpp"
 #include "workflow/tile_files.hpp"
 
 namespace silvafit::study {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
 
 /// Differences of distances that are due to rounding and are ignored in ties of neighbors.
 constexpr double kRoundingMeters = 1e-6;
-
-std::string key_of(const TilePlan& plan, const std::string& settings) {
-  return fingerprint(plan.fingerprint + " " SILVAFIT_VERSION " " + settings);
-}
 
 void require_tile(const TilePlan& plan, std::size_t tile) {
   if (tile < plan.tiles.size()) return;
@@ -138,38 +138,31 @@ std::string without_values(std::string_view header, const stand::Inventory& tree
   return row + '\n';
 }
 
-std::string words_of_ring(std::string_view kind, const std::vector<stand::Point>& ring) {
-  std::string words = fmt::format(" {}", kind);
-  for (const stand::Point& point : ring) words += fmt::format(" {} {}", point.x, point.y);
-  return words;
+ordered_json json_of(const std::vector<stand::Point>& ring) {
+  ordered_json points = ordered_json::array();
+  for (const stand::Point& point : ring) points.push_back({point.x, point.y});
+  return points;
 }
 
-std::string words_of(const UnitSettings& settings) {
-  std::string windows;
-  for (const stand::NamedWindow& window : settings.windows) {
-    windows += fmt::format("window {:?}", window.plot.value_or(""));
+ordered_json json_of(const std::vector<stand::NamedWindow>& windows) {
+  ordered_json list = ordered_json::array();
+  for (const stand::NamedWindow& window : windows) {
+    list.push_back(window.plot.value_or(""));
     for (const stand::Polygon& polygon : window.window.outline()) {
-      windows += words_of_ring("polygon", polygon.outer);
-      for (const auto& hole : polygon.holes) windows += words_of_ring("hole", hole);
+      list.push_back(json_of(polygon.outer));
+      for (const auto& hole : polygon.holes) list.push_back({{"hole", json_of(hole)}});
     }
   }
-  if (!settings.window.empty()) windows += read_file(settings.window);
-  return fmt::format("indices {} {} {} {} {} {} {} {} {} {} {}",
-                     windows,
-                     settings.circle,
-                     settings.edge,
-                     settings.buffer_m,
-                     settings.per,
-                     settings.neighbors,
-                     fmt::join(settings.alpha, ","),
-                     settings.dominance,
-                     settings.crowding,
-                     fmt::join(settings.further, ","),
-                     settings.competition_radius_m);
+  return list;
+}
+
+/// All that the results of a command depend on, besides the plan.
+std::string key_of(const TilePlan& plan, const std::string& command, const ordered_json& settings) {
+  return fingerprint(plan.fingerprint + " " SILVAFIT_VERSION " " + command + settings.dump());
 }
 
 void require_rows_alone(const PredictionSettings& settings, const TilePlan& plan) {
-  if (settings.level == "calibrated") {
+  if (settings.level == fit::Level::kCalibrated) {
     throw UsageError(
         "calibration needs all trees of a plot, which tiles would cut; use "
         "`silvafit predict` with `stream`",
@@ -200,7 +193,8 @@ TileResult tile_indices(const fs::path& folder,
   require_tile(plan, tile);
   const stand::StructuralUnitOptions options = options_of(plan, settings, threads);
   const fs::path file = result_file(folder, "indices", plan.tiles[tile]);
-  const std::string key = key_of(plan, words_of(settings));
+  const std::string key =
+      key_of(plan, "indices", {settings_json(settings), json_of(options.windows)});
   if (auto earlier = earlier_result(file, key)) return std::move(*earlier);
   const TileRows rows = read_tile(folder, plan, tile, false);
   const stand::CheckedInventory checked = stand::read_inventory(
@@ -240,17 +234,7 @@ TileResult tile_predictions(const fs::path& folder,
   require_tile(plan, tile);
   require_rows_alone(settings, plan);
   const fs::path file = result_file(folder, "predict", plan.tiles[tile]);
-  const std::string own_key = key_of(plan,
-                                     fmt::format("predict {} {} {} {} {} {} {} {} {}",
-                                                 key,
-                                                 settings.level,
-                                                 settings.new_groups,
-                                                 settings.seen_groups,
-                                                 settings.interval,
-                                                 settings.interval_kind,
-                                                 settings.standard_errors,
-                                                 settings.role,
-                                                 digits));
+  const std::string own_key = key_of(plan, "predict", {key, settings_json(settings), digits});
   if (auto earlier = earlier_result(file, own_key)) return std::move(*earlier);
   const TileRows rows = read_tile(folder, plan, tile, true);
   PredictionSettings own = settings;
@@ -284,7 +268,7 @@ TileResult tile_scene(const fs::path& folder,
     throw UsageError("a tile has one scene, of one level of detail and without other tiles' trees");
   }
   const fs::path file = result_file(folder, "grow", plan.tiles[tile]);
-  const std::string own_key = key_of(plan, "grow " + key);
+  const std::string own_key = key_of(plan, "grow", key);
   if (auto earlier = earlier_result(file, own_key)) return std::move(*earlier);
   const TileRows rows = read_tile(folder, plan, tile, true);
   GrowSettings own = settings;

@@ -216,7 +216,7 @@ void TableReader::read_status() {
   if (status.dead() + status.gone() + status.not_in_sample() == 0 && status.remarks().empty()) {
     return;
   }
-  const bool includes = wishes_.settings.dead == "include";
+  const bool includes = wishes_.settings.dead == stand::DeadTrees::kInclude;
   const bool are_left_out = wishes_.leaves_out_dead && !includes;
   const bool are_found = wishes_.finds_dead && !includes;
   note(fmt::format(

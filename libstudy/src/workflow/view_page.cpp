@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -17,6 +16,7 @@
 #include "silvafit/study/report_page.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "silvafit/tree/scene_reader.hpp"
+#include "workflow/flow.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -130,7 +130,7 @@ ViewPage write_view_page(const data::TableSource& source,
                          const fs::path& page,
                          const ViewPageSettings& settings,
                          const Callbacks& callbacks) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   ViewSource read(catalogue, settings, callbacks);
   ViewPage result{.file = page, .view = read.view_of(source)};
   write_report_page(page_template, result.view.data, read.title(), page);
@@ -138,8 +138,7 @@ ViewPage write_view_page(const data::TableSource& source,
   std::error_code unknown;
   const std::uintmax_t size = fs::file_size(page, unknown);
   result.bytes = unknown ? 0 : size;
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  result.seconds = seconds.count();
+  result.seconds = seconds_since(start);
   give_notes(notes_on(result.view.left_out), callbacks.note);
   give_notes(result.view.notes, callbacks.note);
   return result;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "report/report_json.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/stand/plots_at_times.hpp"
@@ -16,6 +17,7 @@
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "study/study_work.hpp"
 #include "workflow/report_stand.hpp"
 #include "workflow/study_decisions.hpp"
 
@@ -25,8 +27,7 @@ namespace {
 using nlohmann::ordered_json;
 
 /// Columns of the file that a study reads besides those of an inventory: covariates, the group,
-/// those of the sampling design, and the variables of user-defined formulas. Names that are not
-/// columns are parameters there.
+/// those of the sampling design and of variance functions.
 std::vector<std::string> other_columns(const StudyConfiguration& settings) {
   const StudyOptions& options = settings.study;
   constexpr std::size_t kMostCovariates = 8;
@@ -36,18 +37,13 @@ std::vector<std::string> other_columns(const StudyConfiguration& settings) {
                                  kMostCovariates),
                      {.column = "`covariates`"});
   }
-  std::vector<std::string> names = columns_of(settings.sampling);
-  for (const std::string& name : options.covariates) {
-    if (!is_structure_name(name)) names.push_back(name);
-  }
+  std::vector<std::string> names = options.covariates;
+  const std::vector<std::string> of_variance = variance_columns(options);
+  names.insert(names.end(), of_variance.begin(), of_variance.end());
+  std::erase_if(names, is_structure_name);
+  const std::vector<std::string> of_design = columns_of(settings.sampling);
+  names.insert(names.end(), of_design.begin(), of_design.end());
   if (options.group != "plot") names.push_back(options.group);
-  for (const std::string& text : options.variance_functions) {
-    for (const fit::VarianceFactor& factor : fit::parse_variance_function(text).factors) {
-      for (const std::string& name : {factor.column, factor.stratum}) {
-        if (!name.empty() && !is_structure_name(name)) names.push_back(name);
-      }
-    }
-  }
   return names;
 }
 
@@ -145,7 +141,7 @@ void check_period(const StudyConfiguration& settings) {
     throw UsageError("the periods need another column than the groups of the random effects",
                      {.column = "`period`"});
   }
-  if (settings.units.per == "stand") {
+  if (settings.units.per == stand::SearchScope::kStand) {
     throw UsageError(
         "with periods, neighbors are searched within each plot and time; use `per=plot`",
         {.column = "`per`"});
@@ -153,11 +149,11 @@ void check_period(const StudyConfiguration& settings) {
 }
 
 ordered_json left_out_json(const ResponseStudy& result) {
-  if (!result.left_out) return nullptr;
-  return {{"rmse_ols", number_or_null(result.left_out->rmse_ols)},
-          {"rmse_covariates", number_or_null(result.left_out->rmse_covariates)},
-          {"rmse_nlme", number_or_null(result.left_out->rmse_nlme)},
-          {"worse", result.left_out->is_worse}};
+  ordered_json json = left_out_object(result);
+  for (const char* key : {"folds", "trees", "r2_ols", "r2_covariates", "r2_nlme", "t"}) {
+    if (result.left_out) json.erase(key);
+  }
+  return json;
 }
 
 ordered_json result_json(const ResponseStudy& result) {

@@ -22,11 +22,11 @@ namespace silvafit::stand {
 
 /// Edge correction for trees near the boundary, whose true neighbors may be outside.
 enum class EdgeCorrection {
-  kNone,     ///< every tree inside the window is a core tree
   kBuffer,   ///< trees nearer than buffer_m to the boundary are used only as neighbors
   kHanisch,  ///< core trees are those whose n-th neighbor is nearer than the boundary, weighted by
              ///< the inverse of their probability of being core trees
   kTorus,    ///< opposite sides of a rectangular window are joined
+  kNone,     ///< every tree inside the window is a core tree
 };
 
 /// The size that U and T compare.

@@ -2,7 +2,6 @@
 // Predictions of all responses of a model library for the trees of a table.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,24 +9,31 @@
 #include "silvafit/fit/prediction.hpp"
 #include "silvafit/study/catalogue.hpp"
 #include "silvafit/study/model_library.hpp"
+#include "silvafit/study/tree_equations.hpp"
+#include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
 
-struct PredictResponsesOptions {
+/// Which models of a library predict, and how.
+struct PredictionSettings {
   fit::Level level = fit::Level::kPopulation;
   fit::NewGroups new_groups = fit::NewGroups::kPopulation;
   fit::SeenGroups seen_groups = fit::SeenGroups::kFitted;  ///< of calibrated predictions
-  std::optional<double> interval{};                        ///< coverage; none without
+  double interval = 0.0;                                   ///< coverage; 0: no intervals
   fit::IntervalKind interval_kind = fit::IntervalKind::kPrediction;
   bool standard_errors = false;
-  unsigned threads = 1;
-  /// Which of a study's models: ols, covariates or nlme. Models without a role always count.
-  std::string role = "nlme";
-  /// Whether a model of a plainer role predicts where the table lacks a column of the asked one.
-  bool other_roles = false;
-  /// Models of the catalogue do not predict outside their domain; null: domains are unknown.
-  const Catalogue* catalogue = nullptr;
+  /// Which of a study's models: ols, covariates or nlme; empty: nlme, or the next simpler model if
+  /// the table lacks a column. Models without a role always count.
+  std::string role{};
+  unsigned threads = 0;  ///< 0: as many as there are cores
+  // Of predict_table and predict_trees:
+  ReadingSettings reading{};
+  /// Volume, biomass and carbon of the trees, with predicted heights where none is measured.
+  EquationSettings equations{};
 };
+
+/// The settings of a single fit's predictions, besides the level.
+fit::PredictionOptions prediction_options(const PredictionSettings& settings);
 
 /// One response of N trees.
 struct PredictedResponse {
@@ -92,8 +98,10 @@ std::vector<std::string> columns_read(const fit::ModelSpecification& specificati
 /// \throws InputError if no model has its columns, if one of them holds text, or for groups
 ///   that the fits have not seen if the options say so; DomainError at the first covariate outside
 ///   the domain of its model; UsageError if the library has no model of the role
+/// \param catalogue  models do not predict outside their domain in it; null: domains are unknown
 PredictedResponses predict_responses(const ModelLibrary& library,
                                      const data::Table& table,
-                                     const PredictResponsesOptions& options = {});
+                                     const PredictionSettings& settings = {},
+                                     const Catalogue* catalogue = nullptr);
 
 }  // namespace silvafit::study

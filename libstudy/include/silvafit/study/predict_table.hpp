@@ -14,33 +14,8 @@
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/predict_responses.hpp"
-#include "silvafit/study/tree_equations.hpp"
-#include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
-
-/// PredictResponsesOptions in words, and how the table is read.
-struct PredictionSettings {
-  ReadingSettings reading{};
-  /// Volume, biomass and carbon of the trees, with predicted heights where none is measured.
-  EquationSettings equations{};
-  std::string level = "population";          ///< population, conditional, calibrated or marginal
-  std::string new_groups = "population";     ///< population, marginal, missing or error
-  std::string seen_groups = "fitted";        ///< of calibrated predictions: fitted, new or combined
-  double interval = 0.0;                     ///< coverage; 0: no intervals
-  std::string interval_kind = "prediction";  ///< prediction or confidence
-  bool standard_errors = false;
-  /// ols, covariates or nlme; empty: nlme, or the next simpler model if a column is missing.
-  std::string role{};
-  unsigned threads = 0;  ///< 0: as many as there are cores
-};
-
-/// The values of words of PredictionSettings.
-/// \throws UsageError that lists the words if there is no such word
-fit::Level level_of(const std::string& word);
-fit::SeenGroups seen_groups_of(const std::string& word);
-/// The settings of a single fit's predictions, except the level.
-fit::PredictionOptions prediction_options(const PredictionSettings& settings);
 
 struct TablePrediction {
   PredictionSettings settings{};

@@ -27,8 +27,8 @@ struct ReadingSettings {
   std::vector<std::string> columns{};  ///< `dbh=DBH_cm`: where columns come from
   bool trust_units = false;            ///< do not check whether columns or plots have another unit
   std::vector<std::string> missing{};  ///< further texts and numbers for missing values
-  std::vector<std::string> fill_down{};    ///< columns whose empty fields have the value above
-  std::string dead = "leave-out";          ///< leave-out, neighbors or include
+  std::vector<std::string> fill_down{};  ///< columns whose empty fields have the value above
+  stand::DeadTrees dead = stand::DeadTrees::kLeaveOut;
   std::vector<std::string> alive_codes{};  ///< values of the status column
   std::vector<std::string> dead_codes{};
   std::vector<std::string> cut_codes{};
@@ -41,13 +41,13 @@ struct UnitSettings {
   std::string window{};  ///< file of stand::read_windows
   std::string circle{};  ///< `x,y,radius` of every plot [m], instead of a window
   std::vector<stand::NamedWindow> windows{};  ///< in memory, instead of both
-  std::string edge = "buffer";                ///< buffer, hanisch, torus or none
+  stand::EdgeCorrection edge = stand::EdgeCorrection::kBuffer;
   double buffer_m = 5.0;
-  std::string per = "plot";  ///< search within each plot or the whole stand
+  stand::SearchScope per = stand::SearchScope::kPlot;
   std::size_t neighbors = 4;
-  std::vector<std::string> alpha{};    ///< limit angles of W [degrees]: `72`, `SM=60`
-  std::string dominance = "dbh";       ///< size that U and T compare: dbh, h or cw
-  std::string crowding = "mean";       ///< crowns in C: mean or facing
+  std::vector<std::string> alpha{};  ///< limit angles of W [degrees]: `72`, `SM=60`
+  stand::SizeMeasure dominance = stand::SizeMeasure::kDbh;
+  stand::CrownReach crowding = stand::CrownReach::kMeanWidth;
   std::vector<std::string> further{};  ///< CO, T, Hegyi, BAL, CCF, or all
   double competition_radius_m = 0.0;
   std::string open_grown{};  ///< for CCF: crown width [m], an expression of dbh
@@ -62,7 +62,7 @@ struct SamplingSettings {
   double angle_count = 0.0;                  ///< basal area factor [m2/ha]
   double smallest_dbh_cm = 0.0;              ///< of angle counts
   std::string expansion{};                   ///< column of the inventory [trees/ha]
-  std::string expansion_area = "plot";       ///< area of these hectares: plot, or its part
+  bool expansion_area = false;  ///< these hectares are those of the plot's part in the population
   std::size_t subplots = 1;
   std::string subplot{};  ///< column of the inventory
   bool slope_correction = false;
@@ -72,9 +72,6 @@ struct SamplingSettings {
 /// \throws UsageError if a text cannot be read or the design contradicts itself; else as
 ///   stand::read_plot_table
 stand::SamplingDesign sampling_design(const SamplingSettings& settings);
-
-/// Whether plots or trees are sampled by a design.
-bool has_design(const SamplingSettings& settings);
 
 /// Columns of the inventory that a design needs.
 std::vector<std::string> columns_of(const SamplingSettings& settings);
