@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -12,9 +10,9 @@
 #include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
-#include "model/simpler_model.hpp"
 #include "optimization/tolerances.hpp"
 #include "variance/variance_kind.hpp"
+#include "verdict/reducible.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -75,9 +73,7 @@ class Search {
     if (outcome.converged && engine_.has_unbounded_range(outcome.state)) {
       outcome.converged = false;
       outcome.obstacle = {.status = ConvergenceStatus::kNoMaximum,
-                          .text =
-                              "the range of the correlation grows without bound: use another "
-                              "`correlation`, or random effects in its place"};
+                          .cause = Finding::Kind::kRangeUnbounded};
     }
     outcome.converged = outcome.converged && outcome.log_likelihood > least_;
     if (is_better(outcome, best_)) best_ = std::move(outcome);
@@ -254,28 +250,23 @@ Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(start, mean, &jacobian, workspace);
+  Convergence result;
   if (is_exact(model, (model.response() - mean).squaredNorm())) {
-    return {
-        .status = ConvergenceStatus::kNoMaximum,
-        .verdict =
-            "Not converged: perfect fit by the fixed effects alone. Remove the random effects."};
+    result.conclude(ConvergenceStatus::kNoMaximum, {.kind = Finding::Kind::kPerfectByFixedEffects});
+    return result;
   }
   const std::vector<Index> confounded =
       jacobian.allFinite() ? JacobianFactors(jacobian).confounded() : std::vector<Index>();
   if (!confounded.empty() && !is_identifiable(model)) {
-    Convergence result{.status = ConvergenceStatus::kNotIdentifiable,
-                       .verdict = fmt::format(
-                           "Not converged: {} are not identifiable: their effects on the mean are "
-                           "linearly dependent. Remove one of them.",
-                           listed(model, confounded))};
-    result.add(Evidence::Kind::kNotIdentifiable, names_of(model, confounded));
+    result.conclude(ConvergenceStatus::kNotIdentifiable,
+                    {.kind = Finding::Kind::kConfounded, .names = names_of(model, confounded)},
+                    Evidence::Kind::kNotIdentifiable);
     return result;
   }
-  return {.status = ConvergenceStatus::kDiverged,
-          .verdict =
-              "Not converged: the first penalized least-squares step found no finite value. Use " +
-              simpler_model(model.specification()) +
-              ", or a model that fits the pooled data better."};
+  result.conclude(
+      ConvergenceStatus::kDiverged,
+      {.kind = Finding::Kind::kNoFirstStep, .reducible = reducible(model.specification())});
+  return result;
 }
 
 }  // namespace silvafit::fit

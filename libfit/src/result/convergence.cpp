@@ -102,6 +102,14 @@ std::string text_of(const Evidence& evidence) {
   return result;
 }
 
+void Convergence::conclude(ConvergenceStatus found,
+                           Finding reason,
+                           std::optional<EvidenceKind> named) {
+  status = found;
+  if (named) add(*named, reason.names);
+  findings = {std::move(reason)};
+}
+
 bool Convergence::converged() const {
   return status == ConvergenceStatus::kConverged || status == ConvergenceStatus::kBoundary ||
          status == ConvergenceStatus::kPerfectFit || status == ConvergenceStatus::kPublished;

@@ -29,16 +29,7 @@ void add_group_effects(const NonlinearModel& model,
                        const std::vector<MatrixXd>& effects,
                        MatrixXd& sum) {
   for (std::size_t t = rows.size(); t-- > 0;) {
-    for (Index g = 0; g < sum.cols() && model.crossed() != nullptr; ++g) {
-      sum(rows[t], g) += effects[t].col(model.group_of(t, g));
-    }
-    if (model.crossed() != nullptr) continue;
-    for (Index k = 0; k < model.group_count(t); ++k) {
-      for (Index g = model.first_group(t, k); g < model.first_group(t, k + 1); ++g) {
-        Index row = 0;
-        for (const Index place : rows[t]) sum(place, g) += effects[t](row++, k);
-      }
-    }
+    for (Index g = 0; g < sum.cols(); ++g) sum(rows[t], g) += effects[t].col(model.group_of(t, g));
   }
 }
 
