@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -11,6 +13,9 @@
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
 #include "optimization/tolerances.hpp"
+#include "result/estimated_terms.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
 #include "variance/variance_kind.hpp"
 #include "verdict/reducible.hpp"
 
@@ -155,6 +160,47 @@ bool has_same_curve(const NonlinearModel& model, const VectorXd& pooled, const V
   return squares(other) <= kMuchWorse * squares(pooled);
 }
 
+/// The reason why penalized least squares found no first step.
+Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(start, mean, &jacobian, workspace);
+  Convergence result;
+  if (is_exact(model, (model.response() - mean).squaredNorm())) {
+    result.conclude(ConvergenceStatus::kNoMaximum, {.kind = Finding::Kind::kPerfectByFixedEffects});
+    return result;
+  }
+  const std::vector<Index> confounded =
+      jacobian.allFinite() ? JacobianFactors(jacobian).confounded() : std::vector<Index>();
+  if (!confounded.empty() && !is_identifiable(model)) {
+    result.conclude(ConvergenceStatus::kNotIdentifiable,
+                    {.kind = Finding::Kind::kConfounded, .names = names_of(model, confounded)},
+                    Evidence::Kind::kNotIdentifiable);
+    return result;
+  }
+  result.conclude(
+      ConvergenceStatus::kDiverged,
+      {.kind = Finding::Kind::kNoFirstStep, .reducible = reducible(model.specification())});
+  return result;
+}
+
+MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, Convergence reason) {
+  MixedEffectsFit fit;
+  fit.estimate = start;
+  fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
+  fit.random = missing_terms(model);
+  fit.sigma = kNaN;
+  fit.log_likelihood = kNaN;
+  fit.observations = model.observations();
+  fit.fitted_population = VectorXd::Constant(model.observations(), kNaN);
+  fit.fitted_conditional = fit.fitted_population;
+  fit.residual_sd = fit.fitted_population;
+  fit.variance = VarianceEstimate::missing(model.specification().variance);
+  fit.convergence = std::move(reason);
+  return fit;
+}
+
 }  // namespace
 
 LindstromBatesSearch climb_lindstrom_bates(const NonlinearModel& model,
@@ -245,28 +291,27 @@ std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model
   return fit;
 }
 
-Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(start, mean, &jacobian, workspace);
-  Convergence result;
-  if (is_exact(model, (model.response() - mean).squaredNorm())) {
-    result.conclude(ConvergenceStatus::kNoMaximum, {.kind = Finding::Kind::kPerfectByFixedEffects});
-    return result;
+MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
+                                    const VectorXd& start,
+                                    const MixedEffectsOptions& options) {
+  if (start.size() != model.coefficient_count()) {
+    throw UsageError(fmt::format(
+        "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
   }
-  const std::vector<Index> confounded =
-      jacobian.allFinite() ? JacobianFactors(jacobian).confounded() : std::vector<Index>();
-  if (!confounded.empty() && !is_identifiable(model)) {
-    result.conclude(ConvergenceStatus::kNotIdentifiable,
-                    {.kind = Finding::Kind::kConfounded, .names = names_of(model, confounded)},
-                    Evidence::Kind::kNotIdentifiable);
-    return result;
+  MixedEffectsFit fit;
+  Obstacle obstacle;
+  bool is_valid = false;
+  {
+    // The memory of the search is as large as the data, and not needed for the convergence test.
+    const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
+    is_valid = search.outcome.is_valid;
+    if (model.specification().correlation) obstacle = search.outcome.obstacle;
+    if (is_valid) fit = search.engine->result(search.outcome);
   }
-  result.conclude(
-      ConvergenceStatus::kDiverged,
-      {.kind = Finding::Kind::kNoFirstStep, .reducible = reducible(model.specification())});
-  return result;
+  if (!is_valid) fit = failed(model, start, why_no_step(model, start));
+  describe(model, fit);
+  if (is_valid) judge(model, fit, Rounds::kAlternations, options.reml, obstacle);
+  return fit;
 }
 
 }  // namespace silvafit::fit
