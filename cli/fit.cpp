@@ -341,7 +341,7 @@ void report(const std::vector<fit::FittedModel>& fits,
   const bool any = std::ranges::any_of(
       fits, [](const fit::FittedModel& fit) { return fit.convergence.converged(); });
   if (!any) {
-    throw NoConvergedFit(fits.size() == 1 ? fits.front().convergence.verdict
+    throw NoConvergedFit(fits.size() == 1 ? fits.front().convergence.verdict()
                                           : "no model converged");
   }
 }

@@ -97,7 +97,7 @@ TEST_CASE("a constant that outgrows a steep power is not taken for a constant va
     const fit::FitResult result =
         fitted_by(table, kLogisticOfX, "b | plot", "constant-plus-power", method);
     const fit::FittedModel& fit = result.fit;
-    INFO(fit::method_text(method) << ": " << fit.convergence.verdict);
+    INFO(fit::method_text(method) << ": " << fit.convergence.verdict());
     // The reported estimates are those of the likelihood.
     const Eigen::VectorXd fitted_values = result.fitted_conditional;
     const Eigen::VectorXd by_row = fit.residual_sd(fitted_values, table.select(result.rows));
@@ -106,7 +106,7 @@ TEST_CASE("a constant that outgrows a steep power is not taken for a constant va
     }
     const bool is_constant = by_row.maxCoeff() < (1.0 + 1e-6) * by_row.minCoeff();
     const auto says = [&](const char* text) {
-      return fit.convergence.verdict.find(text) != std::string::npos;
+      return fit.convergence.verdict().find(text) != std::string::npos;
     };
     CHECK(says("the variance is constant") == is_constant);
     // Else it is that of a few observations, or lb says that it is far from the likelihood there.

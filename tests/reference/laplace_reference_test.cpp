@@ -52,7 +52,7 @@ bool is_comparable_with_tmb(const json& reference) {
 
 void check_against_tmb(const json& reference, const json& formula_of, const data::Table& table) {
   const fit::FittedModel fit = fitted_by_laplace(reference, formula_of, table).fit;
-  INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict);
+  INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict());
   CHECK(fit.convergence.converged());
   CHECK(fit.observations == reference["n"].get<int>());
   CHECK(fit.parameter_count == reference["df"].get<int>());

@@ -61,8 +61,8 @@ const std::vector<SubModelCase> kStudy{
 /// The same log-likelihood as R or a better one; where it is the same and R's own second algorithm
 /// agrees, the same estimates within R's tolerances.
 void check_against_nls(const json& reference, const LeastSquaresFit& fit, const Names& names = {}) {
-  INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict);
-  CHECK_FALSE(fit.convergence.verdict.empty());
+  INFO(reference["id"].get<std::string>() << ": " << fit.convergence.verdict());
+  CHECK_FALSE(fit.convergence.verdict().empty());
   REQUIRE(fit.observations == reference["n"].get<int>());
   const double log_likelihood = reference["logLik"].get<double>();
   CHECK(fit.log_likelihood > log_likelihood - 1e-6);

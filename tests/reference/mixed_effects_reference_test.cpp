@@ -172,7 +172,7 @@ TEST_CASE("rounding errors do not hide a fixed point", "[reference][slow]") {
       fit::specify_model("h ~ 1.3 + a*exp(-b*d^(-c))", {}, table);
   fit::add_random_effects(specification, "a + b + c | plot", table);
   const fit::FittedModel linearized = fit::fit_model(specification, table).fit;
-  INFO(linearized.convergence.verdict);
+  INFO(linearized.convergence.verdict());
   REQUIRE(linearized.convergence.converged());
   const fit::FittedModel marginal =
       fit::fit_model(specification, table, {.method = fit::Method::kInteraction}).fit;

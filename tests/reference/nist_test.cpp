@@ -30,7 +30,7 @@ fit::LeastSquaresFit from_start(const NistProblem& problem, const std::vector<do
 }
 
 void check_certified(const NistProblem& problem, const fit::LeastSquaresFit& fit) {
-  INFO(problem.name << ": " << fit.convergence.verdict);
+  INFO(problem.name << ": " << fit.convergence.verdict());
   CHECK(fit.convergence.converged());
   const fit::NonlinearModel model = model_of_problem(problem);
   // Lanczos1 is exact to 13 digits of the data: its residuals are at the rounding of doubles.
@@ -60,7 +60,7 @@ TEST_CASE("23 of the 27 problems of NIST need no start", "[reference]") {
     if (name == "Gauss1" || name == "Gauss2" || name == "Gauss3" || name == "ENSO") continue;
     const NistProblem problem = test::read_nist(name);
     const fit::LeastSquaresFit fit = fit_least_squares(model_of_problem(problem));
-    INFO(name << ": " << fit.convergence.verdict);
+    INFO(name << ": " << fit.convergence.verdict());
     CHECK(fit.convergence.converged());
     // By the sum of squares, because sums of exponentials may be in another order.
     CHECK(digits(fit.sum_of_squares, problem.sum_of_squares) > (name == "Lanczos1" ? 2.0 : 9.0));

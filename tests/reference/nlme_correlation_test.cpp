@@ -59,7 +59,7 @@ TEST_CASE("Correlated residuals have nlme's likelihood and parameters") {
     const data::Table table = table_of(reference);
     const fit::FitResult result = fit_of(reference, table);
     const fit::FittedModel& fit = result.fit;
-    INFO(fit.convergence.verdict);
+    INFO(fit.convergence.verdict());
     CHECK(fit.convergence.converged());
     const double expected = reference["log_likelihood"];
     CHECK(fit.log_likelihood > expected - 1e-4);

@@ -123,7 +123,7 @@ void check_fit(const json& reference) {
   const bool reml = reference["method"] == "REML";
   const fit::MixedEffectsFit ours =
       fit::fit_lindstrom_bates(model, fit::fit_least_squares(model, {}).estimate, {.reml = reml});
-  INFO(id << ": " << ours.convergence.verdict);
+  INFO(id << ": " << ours.convergence.verdict());
   CHECK(ours.convergence.converged());
 
   const json& exact = reference.contains("fixed_point") && !reference["fixed_point"].is_null()

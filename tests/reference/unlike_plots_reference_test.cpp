@@ -36,7 +36,7 @@ fit::FittedModel fitted_to_set(const json& reference, const fit::FitModelOptions
 constexpr double kNlme = 1e-6;
 
 void check_like_nlme(const fit::FittedModel& fit, const json& reference) {
-  INFO(reference["set"] << ": " << fit.convergence.verdict);
+  INFO(reference["set"] << ": " << fit.convergence.verdict());
   REQUIRE(fit.convergence.converged());
   // The likelihood is flat at its top.
   CHECK(fit.log_likelihood ==
@@ -71,7 +71,7 @@ TEST_CASE("the marginal likelihoods of plots that are very unlike are near nlme'
     if (reference["random"] != "a | plot") continue;
     for (const fit::Method method : {fit::Method::kLaplace, fit::Method::kInteraction}) {
       const fit::FittedModel fit = fitted_to_set(reference, {.method = method});
-      INFO(reference["set"] << ": " << fit.convergence.verdict);
+      INFO(reference["set"] << ": " << fit.convergence.verdict());
       CHECK(fit.convergence.converged());
       CHECK(fit.log_likelihood ==
             Approx(reference["log_likelihood"].get<double>()).margin(0.2).epsilon(0.0));

@@ -107,7 +107,7 @@ void add_fits(py::module_& module) {
           "predictors", [](const FittedModel& self) { return self.specification.predictors(); })
       .def_property_readonly(
           "verdict",
-          [](const FittedModel& self) { return in_words_of_python(self.convergence.verdict); })
+          [](const FittedModel& self) { return in_words_of_python(self.convergence.verdict()); })
       .def_property_readonly(
           "summary", [](const FittedModel& self) { return in_words_of_python(fit::summary(self)); })
       .def_property_readonly("has_doubts",

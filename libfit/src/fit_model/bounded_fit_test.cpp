@@ -144,7 +144,7 @@ TEST_CASE("a range that is far off neither stops a fit nor is forgotten") {
   const FittedModel held = fit_model(model, table, {.fixed = {{"c", 1.3}}}).fit;
   REQUIRE(fit.convergence.converged());
   CHECK(fit.log_likelihood == held.log_likelihood);
-  CHECK_THAT(fit.convergence.verdict, Contains("c = 1.3, its lower bound"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("c = 1.3, its lower bound"));
 }
 
 TEST_CASE("a maximum within the bounds is found if the unbounded maximum is outside") {
@@ -229,7 +229,7 @@ TEST_CASE("a bounded fit by restricted likelihood does not depend on the unit of
     model.variance = parse_variance_function("power");
     const FittedModel fit =
         fit_model(model, table, {.bounds = {{"b", {0.0, 0.03 * unit}}}, .reml = true}).fit;
-    INFO(unit << ": " << fit.convergence.verdict);
+    INFO(unit << ": " << fit.convergence.verdict());
     CHECK(fit.convergence.converged());
     CHECK(fit.estimate[1] == 0.03 * unit);
   }
@@ -252,7 +252,7 @@ TEST_CASE("a bound at which the formula is undefined does not prevent a fit") {
                                     {.bounds = {{"c", {5.0, 100.0}}}})
                               .fit;
   CHECK_FALSE(fit.convergence.converged());
-  CHECK_THAT(fit.convergence.verdict, Catch::Contains("The fit without bounds is shown"));
+  CHECK_THAT(fit.convergence.verdict(), Catch::Contains("The fit without bounds is shown"));
   CHECK(fit.estimate[2] == Approx(-1.0).margin(1.0));
 }
 
@@ -278,7 +278,7 @@ TEST_CASE("mixed fits of all methods are at the bound if the likelihood decrease
     CHECK(fit.estimate[0] == 50.0);
     CHECK(fit.log_likelihood == held.log_likelihood);
     CHECK(fit.parameter_count == held.parameter_count + 1);
-    CHECK_THAT(fit.convergence.verdict, Contains("a = 50, its upper bound"));
+    CHECK_THAT(fit.convergence.verdict(), Contains("a = 50, its upper bound"));
 
     // The slope by differences of fits with a held. Linear around its own estimates, the model of
     // lb is another one at each a, so that its slope is only like that.

@@ -222,12 +222,11 @@ std::vector<Evidence> BoundedSearch::at_bounds(const HeldValues& held) const {
 
 namespace {
 
-/// "a = 60, its upper bound; b = 0, its lower bound".
-std::string in_words(const std::vector<Evidence>& bounds, const char* separator) {
+std::vector<std::string> in_words(const std::vector<Evidence>& bounds) {
   std::vector<std::string> words;
   words.reserve(bounds.size());
   for (const Evidence& bound : bounds) words.push_back(text_of(bound));
-  return fmt::format("{}", fmt::join(words, separator));
+  return words;
 }
 
 }  // namespace
@@ -236,8 +235,7 @@ FitResult BoundedSearch::on_bounds(Candidate candidate) const {
   FittedModel& fit = candidate.result.fit;
   const std::vector<Evidence> bounds = at_bounds(candidate.held);
   if (bounds.empty()) return std::move(candidate.result);
-  fit.convergence.verdict += fmt::format(
-      " At its bound, with the likelihood decreasing into the range: {}.", in_words(bounds, "; "));
+  fit.convergence.find({.kind = Finding::Kind::kAtBounds, .names = in_words(bounds)});
   if (fit.parameter_count > 0) fit.parameter_count += static_cast<int>(bounds.size());
   for (const Evidence& bound : bounds) fit.convergence.add_boundary(bound);
   return std::move(candidate.result);
@@ -246,36 +244,29 @@ FitResult BoundedSearch::on_bounds(Candidate candidate) const {
 FitResult BoundedSearch::unfinished(Candidate candidate) const {
   const std::vector<Evidence> bounds = at_bounds(candidate.held);
   if (!bounds.empty()) {
-    std::string& verdict = candidate.result.fit.convergence.verdict;
-    verdict += fmt::format(
-        "{} At its bound: {}.", verdict.ends_with('.') ? "" : ".", in_words(bounds, "; "));
+    candidate.result.fit.convergence.find(
+        {.kind = Finding::Kind::kEndsAtBounds, .names = in_words(bounds)});
   }
   return std::move(candidate.result);
 }
 
 FitResult BoundedSearch::rising_inwards(Candidate candidate) const {
-  Convergence& convergence = candidate.result.fit.convergence;
-  convergence.status = ConvergenceStatus::kMaximumNotReached;
-  convergence.verdict = fmt::format(
-      "Not converged: with {} the likelihood increases into the range of {}, but no maximum was "
-      "found there. Give start values or narrower bounds.",
-      in_words(at_bounds(candidate.held), " and "),
-      fmt::join(candidate.rising, " and "));
+  candidate.result.fit.convergence.conclude(
+      ConvergenceStatus::kMaximumNotReached,
+      {.kind = Finding::Kind::kRisesInwards,
+       .names = {fmt::format("{}", fmt::join(candidate.rising, " and ")),
+                 fmt::format("{}", fmt::join(in_words(at_bounds(candidate.held)), " and "))}});
   return std::move(candidate.result);
 }
 
 FitResult BoundedSearch::outside(Candidate candidate) const {
   Convergence& convergence = candidate.result.fit.convergence;
-  const bool was_converged = convergence.converged();
+  if (convergence.converged()) convergence.findings.clear();
   convergence.status = ConvergenceStatus::kOutsideBounds;
   const bool varies = std::ranges::any_of(
       candidate.crossed, [this](const std::string& name) { return varying_.contains(name); });
-  convergence.verdict = fmt::format(
-      "Not converged: no fit within the bounds was found{}. The fit without bounds is shown{}",
-      varies ? " (the bound is for the fixed effect of a coefficient that varies by group, which "
-               "cannot be held at the bound itself)"
-             : "",
-      was_converged ? "." : ". " + convergence.verdict);
+  convergence.find(
+      {.kind = varies ? Finding::Kind::kNoneInsideVarying : Finding::Kind::kNoneInside});
   return std::move(candidate.result);
 }
 

@@ -25,7 +25,7 @@ FitResult result_at(const VectorXd& x, double value) {
   for (Index j = 0; j < x.size(); ++j) fit.coefficient_names.push_back(name_of(j));
   fit.log_likelihood = value;
   fit.parameter_count = static_cast<int>(x.size());
-  fit.convergence = {.status = ConvergenceStatus::kConverged, .verdict = "Found."};
+  fit.convergence = {.status = ConvergenceStatus::kConverged, .findings = {{.names = {"Found."}}}};
   return result;
 }
 
@@ -99,7 +99,7 @@ struct Curve {
     if (nearby != nullptr) return at(uphill(nearby->estimate[0]));
     if (peak) return at(*peak);
     FitResult result = at(1e9);
-    result.fit.convergence = {.verdict = "It runs away."};
+    result.fit.convergence = {.findings = {{.names = {"It runs away."}}}};
     return result;
   }
 
@@ -183,10 +183,10 @@ TEST_CASE("a maximum inside is found though the likelihood is higher outside") {
   }
   const FittedModel upper = curve.run({-0.5, 0.5});
   CHECK(upper.estimate[0] == 0.5);
-  CHECK_THAT(upper.convergence.verdict, Contains("x0 = 0.5, its upper bound"));
+  CHECK_THAT(upper.convergence.verdict(), Contains("x0 = 0.5, its upper bound"));
   const FittedModel lower = curve.run({1.5, 3.0});
   CHECK(lower.estimate[0] == 1.5);
-  CHECK_THAT(lower.convergence.verdict, Contains("x0 = 1.5, its lower bound"));
+  CHECK_THAT(lower.convergence.verdict(), Contains("x0 = 1.5, its lower bound"));
 }
 
 TEST_CASE("a fit that runs away does not keep a bounded one from its maximum") {

@@ -74,9 +74,10 @@ FitResult impossible(const ModelSpecification& whole, const Values& held, const 
   fit.log_likelihood = kNaN;
   std::vector<std::string> values;
   for (const auto& [name, value] : held) values.push_back(name + " = " + data::shortest(value));
-  fit.convergence.status = ConvergenceStatus::kNoStartValues;
-  fit.convergence.verdict = fmt::format(
-      "Not converged: with {} held, {}", fmt::join(values, " and "), std::string(reason.what()));
+  fit.convergence.conclude(
+      ConvergenceStatus::kNoStartValues,
+      {.kind = Finding::Kind::kHeldImpossible,
+       .names = {fmt::format("{}", fmt::join(values, " and ")), std::string(reason.what())}});
   return expanded(std::move(result), whole, held);
 }
 

@@ -111,7 +111,7 @@ TEST_CASE("a coefficient that would cross its bound is held there and named") {
   CHECK(tight.parameter_count == held.parameter_count + 1);
   REQUIRE(tight.convergence.boundary().size() == 1);
   CHECK(tight.convergence.boundary()[0] == "b = 1.5, its upper bound");
-  CHECK_THAT(tight.convergence.verdict, Contains("At its bound") && Contains("b = 1.5"));
+  CHECK_THAT(tight.convergence.verdict(), Contains("At its bound") && Contains("b = 1.5"));
 }
 
 TEST_CASE("only active bounds have an effect") {

@@ -94,7 +94,7 @@ std::string message_of(const std::function<void()>& call) {
 TEST_CASE("The range of a simulated correlation of positions in 100 plots is recovered") {
   const data::Table table = simulated_trees(100, 20, 6.0, 0.0, 5);
   const fit::FittedModel fit = correlated_fit(table, "exponential(x, y)").fit;
-  INFO(fit.convergence.verdict);
+  INFO(fit.convergence.verdict());
   REQUIRE(fit.convergence.converged());
   const fit::Intervals wald =
       fit::confidence_intervals(fit, table, {.method = fit::IntervalMethod::kWald, .level = 0.999});
@@ -240,7 +240,7 @@ TEST_CASE("Compound symmetry beside a random intercept is not identifiable") {
   const data::Table table = simulated_trees(20, 6, 8.0, 0.0, 2);
   const fit::FittedModel fit = correlated_fit(table, "compound-symmetry").fit;
   CHECK(fit.convergence.status == fit::ConvergenceStatus::kNotIdentifiable);
-  CHECK(fit.convergence.verdict.find("rho") != std::string::npos);
+  CHECK(fit.convergence.verdict().find("rho") != std::string::npos);
   // Without the intercept it is the model with it: the same likelihood.
   const fit::FittedModel alone = correlated_fit(table, "compound-symmetry(1 | plot)", "").fit;
   const fit::FittedModel effects = correlated_fit(table, "").fit;

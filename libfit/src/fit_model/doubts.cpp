@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "fit_model/doubts.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -49,42 +48,33 @@ std::map<double, int> value_counts(const VectorXd& response, std::size_t most) {
 }
 
 /// Two values that occur several times each, such as 0 and 1.
-std::string two_values(const std::string& name, const VectorXd& response) {
+std::optional<Finding> two_values(const std::string& name, const VectorXd& response) {
   const std::map<double, int> counts = value_counts(response, 2);
   const bool are_two = counts.size() == 2 &&
                        std::ranges::all_of(counts, [](const auto& one) { return one.second > 1; });
-  if (!are_two) return {};
-  return fmt::format(
-      "The response {} has two values only ({} and {}), but the residuals of this fit are taken as "
-      "normal: its standard errors and tests are not valid. A binomial model suits it, such as "
-      "glm() or lme4::glmer() with family = binomial in R.",
-      name,
-      data::shortest(counts.begin()->first),
-      data::shortest(counts.rbegin()->first));
+  if (!are_two) return std::nullopt;
+  return Finding{
+      .kind = Finding::Kind::kTwoValues,
+      .names = {
+          name, data::shortest(counts.begin()->first), data::shortest(counts.rbegin()->first)}};
 }
 
 /// Whole numbers, some of them 0. Measurements in whole units rarely have zeros; the sentence is
 /// conditional all the same. Counts without zeros are like measurements in whole units.
-std::string counts_text(const ModelSpecification& specification, const VectorXd& response) {
+std::optional<Finding> zero_counts(const ModelSpecification& specification,
+                                   const VectorXd& response) {
   const bool are_whole = (response.array() == response.array().round()).all();
-  if (!are_whole || response.minCoeff() != 0.0 || response.maxCoeff() == 0.0) return {};
-  if (!specification.variance.is_constant()) return {};
-  return fmt::format(
-      "All values of {} are whole numbers, some of them 0: if they are counts, their variance "
-      "grows with the mean. Use `variance=power(delta = 0.5)`, or a Poisson or negative "
-      "binomial model, such as glm(), MASS::glm.nb() or lme4::glmer() in R.",
-      specification.formula.left);
+  if (!are_whole || response.minCoeff() != 0.0 || response.maxCoeff() == 0.0) return std::nullopt;
+  if (!specification.variance.is_constant()) return std::nullopt;
+  return Finding{.kind = Finding::Kind::kCounts, .names = {specification.formula.left}};
 }
 
-std::string response_doubts(const data::Table& table, const FitResult& result) {
+std::optional<Finding> response_doubt(const data::Table& table, const FitResult& result) {
   const VectorXd response = response_of(table, result);
-  if (response.size() == 0) return {};
-  std::string text = two_values(result.fit.specification.formula.left, response);
-  return text.empty() ? counts_text(result.fit.specification, response) : text;
-}
-
-void put_first(const std::string& text, Convergence& convergence) {
-  if (!text.empty()) convergence.verdict = text + " " + convergence.verdict;
+  if (response.size() == 0) return std::nullopt;
+  const ModelSpecification& specification = result.fit.specification;
+  const auto found = two_values(specification.formula.left, response);
+  return found ? found : zero_counts(specification, response);
 }
 
 }  // namespace
@@ -94,19 +84,20 @@ void add_name_doubts(const FitModelOptions& options, FittedModel& fit) {
   Convergence& convergence = fit.convergence;
   const std::set<std::string> known = known_parameters(options);
   const NameDoubts doubts = name_doubts(specification, known);
-  put_first(doubts.text, convergence);
+  if (!doubts.text.empty())
+    convergence.find({.kind = Finding::Kind::kNameDoubt, .names = {doubts.text}});
   convergence.add(Evidence::Kind::kTakenAsParameter, doubts.names);
   if (convergence.converged()) return;
   const std::string taken =
       parameters_taken(specification, known, {doubts.names.begin(), doubts.names.end()});
-  if (!taken.empty()) convergence.verdict += " " + taken;
+  if (!taken.empty()) convergence.find({.kind = Finding::Kind::kParametersTaken, .names = {taken}});
 }
 
 void add_doubts(const data::Table& table, const FitModelOptions& options, FitResult& result) {
   FittedModel& fit = result.fit;
   if (fit.specification.data_columns.empty()) return;
-  if (const std::string text = response_doubts(table, result); !text.empty()) {
-    put_first(text, fit.convergence);
+  if (auto doubt = response_doubt(table, result)) {
+    fit.convergence.find(*std::move(doubt));
     fit.convergence.add(Evidence::Kind::kResponseValues, {fit.specification.formula.left});
   }
   add_name_doubts(options, fit);

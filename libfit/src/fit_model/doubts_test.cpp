@@ -49,13 +49,13 @@ Convergence fitted(const std::string& formula, const FitModelOptions& options = 
 TEST_CASE("a misspelt predictor is named first") {
   const Convergence convergence = fitted("h ~ a + b*dhb");
   CHECK_FALSE(convergence.converged());
-  CHECK_THAT(convergence.verdict,
+  CHECK_THAT(convergence.verdict(),
              StartsWith("dhb is not a column of the data and was taken as a parameter; did you "
                         "mean the column dbh?"));
   // All names that were taken as parameters.
-  CHECK_THAT(convergence.verdict, Contains("a, b and dhb were taken as parameters"));
+  CHECK_THAT(convergence.verdict(), Contains("a, b and dhb were taken as parameters"));
   CHECK(convergence.has(Evidence::Kind::kTakenAsParameter, "dhb"));
-  CHECK_THAT(fitted("h ~ 1.3 + A*(1 - exp(-b*diam))").verdict,
+  CHECK_THAT(fitted("h ~ 1.3 + A*(1 - exp(-b*diam))").verdict(),
              StartsWith("A, b and diam were taken as parameters"));
 }
 
@@ -63,7 +63,8 @@ TEST_CASE("an abbreviated column that the model lacks is named, also if the fit 
   const Convergence convergence = fitted("h ~ dbh*hgt");
   CHECK(convergence.converged());
   CHECK(convergence.has_doubts());
-  CHECK_THAT(convergence.verdict, StartsWith("hgt is not a column") && Contains("column height?"));
+  CHECK_THAT(convergence.verdict(),
+             StartsWith("hgt is not a column") && Contains("column height?"));
 }
 
 TEST_CASE("parameters of identifiable models are not doubted") {
@@ -80,9 +81,9 @@ TEST_CASE("names with a start value, a bound or a fixed value are parameters") {
 }
 
 TEST_CASE("a response of two values or of counts is named first") {
-  CHECK_THAT(fitted("dead ~ a + b*dbh").verdict,
+  CHECK_THAT(fitted("dead ~ a + b*dbh").verdict(),
              StartsWith("The response dead has two values only (0 and 1)"));
-  CHECK_THAT(fitted("seedlings ~ a + b*dbh").verdict,
+  CHECK_THAT(fitted("seedlings ~ a + b*dbh").verdict(),
              StartsWith("All values of seedlings are whole numbers, some of them 0"));
   CHECK_FALSE(fitted("h ~ a + b*dbh").has_doubts());
   // Heights in whole meters have no zeros.

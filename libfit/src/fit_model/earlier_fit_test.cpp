@@ -60,8 +60,8 @@ End end_of_refit(const ModelSpecification& model,
   options.from = &earlier;
   const FittedModel refit = fit_model(model, table, options).fit;
   INFO(method_text(scratch.method)
-       << ", variance " << model.variance.text() << ", " << scratch.convergence.verdict << " / "
-       << refit.convergence.verdict);
+       << ", variance " << model.variance.text() << ", " << scratch.convergence.verdict() << " / "
+       << refit.convergence.verdict());
   CHECK(refit.convergence.converged() == scratch.convergence.converged());
   if (!scratch.convergence.converged()) return End::kSame;
   const bool is_marginal = is_mixed(scratch.method) && scratch.method != Method::kLindstromBates;

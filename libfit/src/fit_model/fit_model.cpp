@@ -142,10 +142,8 @@ void report_failed_start(FitResult& result, LeastSquaresFit&& least_squares) {
   fit.parameter_count = 0;
   fit.variance = VarianceEstimate::missing(fit.specification.variance);
   fit.convergence = {
-      .status = reason.status,
-      .verdict =
-          "Not converged: the least-squares fit for the start values failed. " + reason.verdict,
-      .evidence = reason.evidence};
+      .status = reason.status, .findings = reason.findings, .evidence = reason.evidence};
+  fit.convergence.find({.kind = Finding::Kind::kStartFailed});
 }
 
 /// Stores the uncertainty of the random effects, for predictions without the data.
@@ -319,8 +317,8 @@ FitResult fit_nearby(const NonlinearModel& model,
   fit.estimate = fit.degrees_of_freedom = VectorXd::Constant(p, kNaN);
   fit.covariance = MatrixXd::Constant(p, p, kNaN);
   fit.sigma = fit.log_likelihood = kNaN;
-  fit.convergence.status = ConvergenceStatus::kMaximumNotReached;
-  fit.convergence.verdict = "Not converged from the start values of the original fit.";
+  fit.convergence.conclude(ConvergenceStatus::kMaximumNotReached,
+                           {.kind = Finding::Kind::kNoneFromStart});
   return result;
 }
 
@@ -477,10 +475,8 @@ FitResult fit_model(const ModelSpecification& specification,
     FitResult other = fit_by(specification, table, options, Method::kInteraction);
     if (other.fit.convergence.converged()) {
       result = std::move(other);
-      result.fit.convergence.verdict =
-          fmt::format("Fitted by focei, because {} found no result. {}",
-                      method_text(method),
-                      result.fit.convergence.verdict);
+      result.fit.convergence.find(
+          {.kind = Finding::Kind::kFallback, .names = {method_text(method)}});
     }
   }
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;

@@ -165,7 +165,7 @@ TEST_CASE("a fit without possible start values has a message with the reason") {
   add_random_effects(specification, "a | g", table);
   const FitResult result = fit_model(specification, table);
   CHECK_FALSE(result.fit.convergence.converged());
-  CHECK_THAT(result.fit.convergence.verdict,
+  CHECK_THAT(result.fit.convergence.verdict(),
              Contains("3 coefficients need at least as many observations, but there are 2"));
   CHECK(std::isnan(result.fit.log_likelihood));
   CHECK(result.fit.random.back().effects.cols() == 2);
@@ -196,7 +196,7 @@ TEST_CASE("a held exponent that suits the data badly is weighted least squares a
   const FittedModel equal = fit_model(model, table).fit;
   model.variance = parse_variance_function("power(x, delta = 0.5)");
   const FittedModel fit = fit_model(model, table).fit;
-  INFO(fit.convergence.verdict);
+  INFO(fit.convergence.verdict());
   CHECK(fit.convergence.converged());
   CHECK(fit.estimate[0] == Approx(sum_y / sum_x).epsilon(1e-12));
   const double least = squares - sum_y * sum_y / sum_x;
@@ -218,13 +218,14 @@ TEST_CASE("where lb finds no result and was not asked for, focei is tried") {
     const FittedModel usual = fit_model(emax, table).fit;
     const FittedModel lb = fit_model(emax, table, {.method = Method::kLindstromBates}).fit;
     if (usual.method == Method::kLindstromBates) {
-      CHECK(usual.convergence.verdict == lb.convergence.verdict);
+      CHECK(usual.convergence.verdict() == lb.convergence.verdict());
       continue;
     }
     ++replaced;
     CHECK_FALSE(lb.convergence.converged());
     CHECK(usual.convergence.converged());
-    CHECK_THAT(usual.convergence.verdict, Contains("Fitted by focei, because lb found no result"));
+    CHECK_THAT(usual.convergence.verdict(),
+               Contains("Fitted by focei, because lb found no result"));
     const FittedModel focei = fit_model(emax, table, {.method = Method::kInteraction}).fit;
     CHECK(usual.log_likelihood == focei.log_likelihood);
   }

@@ -10,6 +10,7 @@
 #include "model/coefficient_frame.hpp"
 #include "optimization/tolerances.hpp"
 #include "silvafit/base/constants.hpp"
+#include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -76,34 +77,28 @@ bool is_flat_towards(const FittedModel& fit,
 bool has_understated_error(const FittedModel& fit,
                            const MatrixXd& expected,
                            const HeldFit& held_fit) {
-  constexpr double kFar = 3.0;
   const VectorXd ratio = expected.diagonal().cwiseQuotient(fit.covariance.diagonal()).cwiseSqrt();
   Index widest = -1;
   for (Index j = 0; j < ratio.size(); ++j) {
-    if (!(ratio[j] > kFar)) continue;
+    if (!(ratio[j] > Thresholds::kFar)) continue;
     if (is_random(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)])) continue;
     if (widest < 0 || ratio[j] > ratio[widest]) widest = j;
   }
   if (widest < 0) return false;
-  // A parabola would fall by 8.
-  constexpr double kErrors = 4.0;
-  constexpr double kFlat = 2.0;
-  const double step = kErrors * std::sqrt(fit.covariance(widest, widest));
+  const double step = Thresholds::kErrors * std::sqrt(fit.covariance(widest, widest));
   return std::ranges::any_of(std::vector{step, -step}, [&](double change) {
     const HeldValues held{
         {fit.coefficient_names[static_cast<std::size_t>(widest)], fit.estimate[widest] + change}};
     double height = held_fit(held, &fit).fit.log_likelihood;
     // The search along the ridge from nearby may fail.
     if (!std::isfinite(height)) height = held_fit(held, nullptr).fit.log_likelihood;
-    return height > fit.log_likelihood - kFlat;
+    return height > fit.log_likelihood - Thresholds::kFlat;
   });
 }
 
 void state_expected_errors(const MatrixXd& expected, FittedModel& fit) {
   fit.covariance = expected;
-  fit.convergence.verdict +=
-      " Standard errors are those of the expected information of the population's curve, because "
-      "the likelihood is nearly flat along a ridge.";
+  fit.convergence.find({.kind = Finding::Kind::kExpectedErrors});
 }
 
 }  // namespace
@@ -125,16 +120,14 @@ void mark_limit(const NonlinearModel& model, const HeldFit& held_fit, FitResult&
       state_expected_errors(expected, fit);
     return;
   }
-  fit.convergence.status = ConvergenceStatus::kNoMaximum;
   std::erase_if(fit.convergence.evidence, [](const Evidence& item) {
     return item.kind == Evidence::Kind::kHardlyIdentifiable;
   });
-  fit.convergence.add(Evidence::Kind::kUnbounded, names_of(model, loose));
+  fit.convergence.conclude(ConvergenceStatus::kNoMaximum,
+                           {.kind = Finding::Kind::kLimitOfCurve, .names = names_of(model, loose)},
+                           Evidence::Kind::kUnbounded);
   // The Hessian is not one at a maximum.
   fit.covariance.setConstant(kNaN);
-  fit.convergence.verdict =
-      "Not converged: the log-likelihood has no maximum; it is as high as here, or higher, while " +
-      unbounded_text(model, loose);
 }
 
 }  // namespace silvafit::fit

@@ -53,7 +53,7 @@ TEST_CASE("data of a power curve give a Richards curve no maximum") {
     const FittedModel limit = fitted_by_group(table, "y ~ a*x^p", {.method = method});
     REQUIRE(limit.convergence.converged());
     const FittedModel fit = fitted_by_group(table, kRichards, {.method = method});
-    CAPTURE(fit.convergence.verdict, fit.log_likelihood, limit.log_likelihood);
+    CAPTURE(fit.convergence.verdict(), fit.log_likelihood, limit.log_likelihood);
     // Data that are curved by chance would have a maximum above the limit. A search ends somewhere
     // on the ridge, where a step of one standard error, half a unit of log-likelihood, changes a
     // tenth of that at most.
@@ -69,7 +69,7 @@ TEST_CASE("data of stands at their asymptote give a Richards curve no maximum") 
   // At ages of 5 and more all heights are at the asymptote: the limit is a constant.
   const data::Table table = grouped(3, 0.5, [](double) { return 20.0; });
   const FittedModel fit = fitted_by_group(table, kRichards, {.method = Method::kLaplace});
-  CAPTURE(fit.convergence.verdict);
+  CAPTURE(fit.convergence.verdict());
   CHECK_FALSE(fit.convergence.converged());
 }
 
@@ -89,7 +89,7 @@ TEST_CASE("the maximum of a nearly straight curve is found beyond infinity") {
     REQUIRE(regular.convergence.converged());
     const double q = regular.estimate[1];
     const FittedModel fit = fitted_by_group(table, "y ~ a*x/(k + x)", options);
-    CAPTURE(seed, q, fit.convergence.verdict, fit.estimate.transpose());
+    CAPTURE(seed, q, fit.convergence.verdict(), fit.estimate.transpose());
     CHECK(fit.convergence.converged());
     CHECK(fit.log_likelihood == Approx(regular.log_likelihood).margin(1e-5));
     CHECK(fit.estimate[1] * q == Approx(1.0).epsilon(0.01));
@@ -125,7 +125,7 @@ TEST_CASE("standard errors on a ridge towards an exponential curve are not too s
     if (std::abs(fit.estimate[2]) > 0.02) continue;
     ++compared;
     const double expected = 2.0 * parabola.standard_errors()[2] / std::abs(parabola.estimate[1]);
-    CAPTURE(seed, fit.convergence.verdict, fit.estimate[2]);
+    CAPTURE(seed, fit.convergence.verdict(), fit.estimate[2]);
     // Terms of third order change it by some tenths.
     CHECK(fit.standard_errors()[2] > 0.5 * expected);
   }

@@ -91,7 +91,7 @@ TEST_CASE("start values give the asymptotes of a logistic curve their roles") {
                                                 {"s", sign * 2.0}};
       const FittedModel fit =
           fitted_curve(table, kFourLogistic, "B + xm | g", {.method = method, .start = start});
-      CAPTURE(fit.convergence.verdict);
+      CAPTURE(fit.convergence.verdict());
       REQUIRE(fit.convergence.converged());
       CHECK(sign * estimate_of(fit, "s") > 0.0);
       CHECK(sign * (estimate_of(fit, "B") - estimate_of(fit, "A")) > 0.0);
@@ -111,14 +111,14 @@ TEST_CASE("optima within the bounds compete with fits at the bounds") {
         table, kDecays, "a1 | g", {.method = method, .bounds = {{"k2", {.low = 0.5}}}});
     const FittedModel first = fitted_curve(
         table, kDecays, "a1 | g", {.method = method, .bounds = {{"k1", {.high = 0.5}}}});
-    CAPTURE(first.convergence.verdict, second.convergence.verdict);
+    CAPTURE(first.convergence.verdict(), second.convergence.verdict());
     REQUIRE(first.convergence.converged());
     REQUIRE(second.convergence.converged());
     CHECK(estimate_of(second, "k2") > 1.0);
     CHECK(second.log_likelihood < free.log_likelihood);
     // Both searches end within 1e-5 standard errors of the same maximum.
     CHECK(second.log_likelihood == Approx(first.log_likelihood).margin(1e-6));
-    CHECK_THAT(second.convergence.verdict, Contains("Another optimum is higher"));
+    CHECK_THAT(second.convergence.verdict(), Contains("Another optimum is higher"));
   }
 }
 
@@ -149,7 +149,7 @@ TEST_CASE("a bound of a coefficient with random effects is for its fixed effect"
                    "B + xm | g",
                    {.method = Method::kLaplace, .bounds = {{"B", {.low = 90.0}}}});
   CHECK(outside.convergence.status == ConvergenceStatus::kOutsideBounds);
-  CHECK_THAT(outside.convergence.verdict, Contains("varies by group"));
+  CHECK_THAT(outside.convergence.verdict(), Contains("varies by group"));
 }
 
 TEST_CASE("a maximum at the bound of a coefficient that varies is not passed over in silence") {
@@ -165,5 +165,5 @@ TEST_CASE("a maximum at the bound of a coefficient that varies is not passed ove
                    "B | g",
                    {.method = Method::kLaplace, .bounds = {{"B", {.high = 30.0}}}});
   CHECK(below.convergence.status == ConvergenceStatus::kOutsideBounds);
-  CHECK_THAT(below.convergence.verdict, Contains("varies by group"));
+  CHECK_THAT(below.convergence.verdict(), Contains("varies by group"));
 }

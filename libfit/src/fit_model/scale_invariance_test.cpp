@@ -115,7 +115,7 @@ void check_same(const FittedModel& fit,
                 const Scale& scale,
                 const Case& of,
                 const Precision& precision) {
-  INFO(fit.convergence.verdict << " / " << other.convergence.verdict);
+  INFO(fit.convergence.verdict() << " / " << other.convergence.verdict());
   REQUIRE(fit.convergence.converged());
   REQUIRE(other.convergence.converged());
   CHECK(other.convergence.boundary() == fit.convergence.boundary());

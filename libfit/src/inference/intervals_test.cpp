@@ -119,7 +119,7 @@ TEST_CASE("likelihoods of intervals have exact gradients, with any parameter hel
                          Covariance covariance = Covariance::kGeneral) {
     INFO(method << ", " << random << ", " << variance);
     const FittedModel fit = fitted_by_method(table, random, variance, method, covariance);
-    INFO(fit.convergence.verdict);
+    INFO(fit.convergence.verdict());
     REQUIRE(fit.convergence.converged());
     check_gradients(fit, table);
   };

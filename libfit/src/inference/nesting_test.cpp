@@ -74,7 +74,7 @@ FittedModel fitted_case(const data::Table& table, const Case& of) {
   options.fixed = of.fixed;
   options.bounds = of.bounds;
   const FittedModel fit = fit_model(model, table, options).fit;
-  INFO(of.variance << ": " << fit.convergence.verdict);
+  INFO(of.variance << ": " << fit.convergence.verdict());
   REQUIRE(fit.convergence.converged());
   // The content of a file must be sufficient.
   return from_json(to_json(fit), "fit.json");

@@ -268,7 +268,7 @@ LeastSquaresFit evaluated(const NonlinearModel& model) {
                            ? std::numeric_limits<double>::infinity()
                            : least_squares_log_likelihood(fit.sum_of_squares, fit.observations);
   fit.convergence = {.status = ConvergenceStatus::kConverged,
-                     .verdict = "All coefficients are fixed; only sigma was estimated."};
+                     .findings = {{.kind = Finding::Kind::kAllHeld}}};
   return fit;
 }
 

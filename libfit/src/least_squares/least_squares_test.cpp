@@ -119,7 +119,7 @@ TEST_CASE("a fit to exact data has their coefficients, and a message on the exac
   CHECK(fit.estimate[1] == Approx(0.04).epsilon(1e-12));
   CHECK(fit.convergence.converged());
   CHECK(fit.log_likelihood == kInfinity);
-  CHECK_THAT(fit.convergence.verdict, Contains("Perfect fit"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("Perfect fit"));
 }
 
 TEST_CASE("the order of the rows does not matter") {
@@ -257,14 +257,15 @@ TEST_CASE("a complete start decides which of several minima is found") {
 TEST_CASE("too few observations give a convergence message") {
   const LeastSquaresFit fit = fitted("h ~ 1.3 + a*(1 - exp(-b*dbh))^c", trees(1.0, 2));
   CHECK_FALSE(fit.convergence.converged());
-  CHECK_THAT(fit.convergence.verdict, Contains("3 coefficients need") && Contains("there are 2."));
+  CHECK_THAT(fit.convergence.verdict(),
+             Contains("3 coefficients need") && Contains("there are 2."));
   CHECK(fit.estimate.array().isNaN().all());
 }
 
 TEST_CASE("with as many observations as coefficients there are no residuals") {
   const LeastSquaresFit fit = fitted("h ~ a + b*dbh", trees(1.0, 2));
   CHECK(fit.convergence.converged());
-  CHECK_THAT(fit.convergence.verdict, Contains("Perfect fit"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("Perfect fit"));
   CHECK(std::isnan(fit.sigma));
 }
 
@@ -360,7 +361,7 @@ TEST_CASE("a covariate without effect is near zero, not undetermined") {
   table.set("none", column(120, [](double i) { return std::sin(3.3 * i); }));
   const LeastSquaresFit fit = fitted(kMeyer, table, {"b ~ 1 + none"});
   CHECK(fit.convergence.converged());
-  CHECK_THAT(fit.convergence.verdict, !Contains("determined"));
+  CHECK_THAT(fit.convergence.verdict(), !Contains("determined"));
 }
 
 TEST_CASE("a constant response is fitted by a constant") {
@@ -373,7 +374,7 @@ TEST_CASE("a constant response is fitted by a constant") {
   // Meyer's curve is constant only for an infinite rate.
   const LeastSquaresFit curve = fitted(kMeyer, table);
   CHECK_FALSE(curve.convergence.converged());
-  CHECK_THAT(curve.convergence.verdict, Contains("b grows without bound"));
+  CHECK_THAT(curve.convergence.verdict(), Contains("b grows without bound"));
 }
 
 TEST_CASE("a covariate without variation is named") {
@@ -381,7 +382,7 @@ TEST_CASE("a covariate without variation is named") {
   const LeastSquaresFit without = fitted(kMeyer, trees(1.0));
   CHECK_FALSE(fit.convergence.converged());
   CHECK(fit.convergence.rank == 2);
-  CHECK_THAT(fit.convergence.verdict, Contains("b:zero"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("b:zero"));
   CHECK(fit.log_likelihood == Approx(without.log_likelihood).epsilon(1e-13));
   CHECK(std::isnan(fit.standard_errors()[2]));
   // The others keep their standard errors, except for the used degree of freedom.
@@ -393,7 +394,7 @@ TEST_CASE("coefficients that are not separately identifiable are named") {
   const LeastSquaresFit fit = fitted("h ~ 1.3 + a*d*(1 - exp(-b*dbh))", trees(1.0));
   CHECK_FALSE(fit.convergence.converged());
   CHECK(fit.convergence.rank == 2);
-  CHECK_THAT(fit.convergence.verdict, Contains("a and d are not identifiable"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("a and d are not identifiable"));
   CHECK(std::isfinite(fit.standard_errors()[2]));
   CHECK(std::isnan(fit.standard_errors()[0]));
 }
@@ -409,7 +410,7 @@ TEST_CASE("coefficients that run to infinity are no solution") {
   const LeastSquaresFit fit = fitted("h ~ a*(1 - exp(-b*dbh))^c", table);
   CHECK_FALSE(fit.convergence.converged());
   CHECK(fit.log_likelihood == Approx(power.log_likelihood).margin(1e-3));
-  CHECK_THAT(fit.convergence.verdict, Contains("a and b grow without bound"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("a and b grow without bound"));
 }
 
 TEST_CASE("a row where the formula is not defined is named") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The convergence status and message of a least-squares fit from its evidence.
+// The convergence status and findings of a least-squares fit from its evidence.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,9 +21,6 @@ bool is_identifiable(const NonlinearModel& model);
 std::vector<std::string> names_of(const NonlinearModel& model,
                                   const std::vector<Eigen::Index>& coefficients);
 
-/// Names of coefficients: "a", "a and b", "a, b and c".
-std::string listed(const NonlinearModel& model, const std::vector<Eigen::Index>& coefficients);
-
 /// Coefficients with standard errors of more than ten times their size, although the curve needs
 /// them: it changes by more than a residual standard deviation without them. (A coefficient that
 /// it does not need, such as that of a covariate without effect, is near zero.)
@@ -32,14 +29,6 @@ std::vector<Eigen::Index> undetermined(const NonlinearModel& model,
                                        const Eigen::VectorXd& coefficients,
                                        const Eigen::VectorXd& standard_errors,
                                        const Eigen::VectorXd& residual_sd);
-
-/// "a grows without bound: the data do not cover the part of the curve that it describes. ..."
-std::string unbounded_text(const NonlinearModel& model,
-                           const std::vector<Eigen::Index>& coefficients);
-
-/// "Converged, but a is poorly determined ..."
-std::string undetermined_text(const NonlinearModel& model,
-                              const std::vector<Eigen::Index>& coefficients);
 
 /// \param exact  the residuals are zero except for rounding
 Convergence judge(const NonlinearModel& model, const NewtonPoint& point, bool exact);

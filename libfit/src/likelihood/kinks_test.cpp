@@ -94,7 +94,7 @@ struct Summation {
 TEST_CASE("modes at kinks of a formula are found, and quadrature has the likelihood") {
   const Trials data = trials(0.5);
   const FittedModel fit = plateau(data, {.method = Method::kQuadrature, .quadrature_points = 31});
-  CAPTURE(fit.convergence.verdict);
+  CAPTURE(fit.convergence.verdict());
   REQUIRE(fit.convergence.converged());
   const Summation exact(data, fit);
   // Across a kink the error of Gauss and Hermite's rule falls with the square of the distance of
@@ -115,8 +115,8 @@ TEST_CASE("modes at kinks of a formula are found, and quadrature has the likelih
 TEST_CASE("a fit by another method tells the likelihood by quadrature at its estimates") {
   const Trials data = trials(0.2);
   const FittedModel fit = plateau(data, {.method = Method::kLaplace});
-  CAPTURE(fit.convergence.verdict);
-  CHECK_THAT(fit.convergence.verdict, Contains("the formula has a kink in xm"));
+  CAPTURE(fit.convergence.verdict());
+  CHECK_THAT(fit.convergence.verdict(), Contains("the formula has a kink in xm"));
   const auto found = std::ranges::find(fit.convergence.evidence, "agq", &Evidence::term);
   REQUIRE(found != fit.convergence.evidence.end());
   CHECK(found->value == Approx(Summation(data, fit).log_likelihood).margin(0.1));

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 /// Coefficients of a converged fit that have no standard error are held at a value or a bound.
 std::map<std::string, double> held_by(const FittedModel& fit) {
   if (!fit.convergence.converged()) {
-    throw UsageError("intervals need a converged fit: " + fit.convergence.verdict);
+    throw UsageError("intervals need a converged fit: " + fit.convergence.verdict());
   }
   if (!(fit.sigma > 0.0)) {
     throw UsageError("perfect fit: the residuals are zero, so there are no intervals");

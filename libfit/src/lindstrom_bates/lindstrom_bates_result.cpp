@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The result of an alternation: a start away from the boundary of the covariances, or the fit.
+// Fits and alternations: the start at a fit or away from the boundary, and the fit of a result.
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -37,6 +37,28 @@ MatrixXd inverse_information(const LinearMixedProfile& at) {
 }
 
 }  // namespace
+
+LindstromBatesState LindstromBates::start_at(const MixedEffectsFit& fit) {
+  adopt_units(pooled_.scale, pooled_.mixing);
+  const VectorXd parameters = variance_.inside_range(fit.variance);
+  const double sigma = fit.sigma / variance_.sigma_factor(parameters);
+  LindstromBatesState state{
+      .scale = scale_, .mixing = mixing_, .beta = scaled_values(all_, fit.estimate)};
+  state.theta.resize(random_parameter_count() + parameters.size());
+  for_each_term([&](std::size_t t, const RelativeFactor& factor, Index begin) {
+    const MatrixXd half = scaled_values(random_[t], fit.random[t].covariance);
+    const MatrixXd relative = scaled_values(random_[t], half.transpose()) / (sigma * sigma);
+    state.theta.segment(begin, factor.parameter_count()) = factor.from_covariance(relative);
+  });
+  state.theta.tail(parameters.size()) = parameters;
+  const RelativeFactors now = factors(state.theta);
+  for (std::size_t t = 0; t < now.size(); ++t) {
+    state.spherical.push_back(
+        spherical_effects(now[t], scaled_values(random_[t], fit.random[t].effects)));
+  }
+  if (!fit.variance.correlation) choose_correlation(state);
+  return state;
+}
 
 bool LindstromBates::leave_boundary(const LindstromBatesOutcome& outcome,
                                     LindstromBatesState& inside) {

@@ -34,29 +34,25 @@ class LindstromBates::Run {
         hessian_.resize(0, 0);
       }
       ++engine_.work_.alternations;
-      if (!optimize_theta()) return ended({.text = "the linear model there has no likelihood"});
+      if (!optimize_theta()) return ended({.cause = Finding::Kind::kLinearModelInvalid});
       note(iteration);
       if (outcome_.converged) return outcome_;
       if (effects_have_diverged()) {
-        return ended({.status = ConvergenceStatus::kDiverged,
-                      .text = "the random effects of some groups diverge"});
-      }
-      if (gives_up()) {
         return ended(
-            {.text = "the two steps of the method do not settle, so a fixed point may not exist"});
+            {.status = ConvergenceStatus::kDiverged, .cause = Finding::Kind::kEffectsDiverge});
       }
+      if (gives_up()) return ended({.cause = Finding::Kind::kStepsDoNotSettle});
       if (!advance()) {
         if (engine_.passes_left_ <= 0) {
-          return ended({.status = ConvergenceStatus::kIterationLimit,
-                        .text = "the limit of passes over the data is reached"});
+          return ended(
+              {.status = ConvergenceStatus::kIterationLimit, .cause = Finding::Kind::kPassLimit});
         }
-        return ended({.status = ConvergenceStatus::kDiverged,
-                      .text = "penalized least squares fails, because the random effects of some "
-                              "groups diverge"});
+        return ended(
+            {.status = ConvergenceStatus::kDiverged, .cause = Finding::Kind::kSquaresDiverge});
       }
     }
     return ended(
-        {.status = ConvergenceStatus::kIterationLimit, .text = "the iteration limit is reached"});
+        {.status = ConvergenceStatus::kIterationLimit, .cause = Finding::Kind::kIterationLimit});
   }
 
  private:

@@ -12,9 +12,12 @@
 #include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/constant_variance.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"
-#include "model/simpler_model.hpp"
 #include "optimization/tolerances.hpp"
+#include "result/estimated_terms.hpp"
+#include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
 #include "variance/variance_kind.hpp"
+#include "verdict/reducible.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -75,9 +78,7 @@ class Search {
     if (outcome.converged && engine_.has_unbounded_range(outcome.state)) {
       outcome.converged = false;
       outcome.obstacle = {.status = ConvergenceStatus::kNoMaximum,
-                          .text =
-                              "the range of the correlation grows without bound: use another "
-                              "`correlation`, or random effects in its place"};
+                          .cause = Finding::Kind::kRangeUnbounded};
     }
     outcome.converged = outcome.converged && outcome.log_likelihood > least_;
     if (is_better(outcome, best_)) best_ = std::move(outcome);
@@ -157,6 +158,47 @@ bool has_same_curve(const NonlinearModel& model, const VectorXd& pooled, const V
   };
   constexpr double kMuchWorse = 2.0;
   return squares(other) <= kMuchWorse * squares(pooled);
+}
+
+/// The reason why penalized least squares found no first step.
+Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
+  NonlinearModel::Workspace workspace;
+  VectorXd mean;
+  MatrixXd jacobian;
+  model.evaluate(start, mean, &jacobian, workspace);
+  Convergence result;
+  if (is_exact(model, (model.response() - mean).squaredNorm())) {
+    result.conclude(ConvergenceStatus::kNoMaximum, {.kind = Finding::Kind::kPerfectByFixedEffects});
+    return result;
+  }
+  const std::vector<Index> confounded =
+      jacobian.allFinite() ? JacobianFactors(jacobian).confounded() : std::vector<Index>();
+  if (!confounded.empty() && !is_identifiable(model)) {
+    result.conclude(ConvergenceStatus::kNotIdentifiable,
+                    {.kind = Finding::Kind::kConfounded, .names = names_of(model, confounded)},
+                    Evidence::Kind::kNotIdentifiable);
+    return result;
+  }
+  result.conclude(
+      ConvergenceStatus::kDiverged,
+      {.kind = Finding::Kind::kNoFirstStep, .reducible = reducible(model.specification())});
+  return result;
+}
+
+MixedEffectsFit failed(const NonlinearModel& model, const VectorXd& start, Convergence reason) {
+  MixedEffectsFit fit;
+  fit.estimate = start;
+  fit.covariance = MatrixXd::Constant(start.size(), start.size(), kNaN);
+  fit.random = missing_terms(model);
+  fit.sigma = kNaN;
+  fit.log_likelihood = kNaN;
+  fit.observations = model.observations();
+  fit.fitted_population = VectorXd::Constant(model.observations(), kNaN);
+  fit.fitted_conditional = fit.fitted_population;
+  fit.residual_sd = fit.fitted_population;
+  fit.variance = VarianceEstimate::missing(model.specification().variance);
+  fit.convergence = std::move(reason);
+  return fit;
 }
 
 }  // namespace
@@ -249,33 +291,27 @@ std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model
   return fit;
 }
 
-Convergence why_no_step(const NonlinearModel& model, const VectorXd& start) {
-  NonlinearModel::Workspace workspace;
-  VectorXd mean;
-  MatrixXd jacobian;
-  model.evaluate(start, mean, &jacobian, workspace);
-  if (is_exact(model, (model.response() - mean).squaredNorm())) {
-    return {
-        .status = ConvergenceStatus::kNoMaximum,
-        .verdict =
-            "Not converged: perfect fit by the fixed effects alone. Remove the random effects."};
+MixedEffectsFit fit_lindstrom_bates(const NonlinearModel& model,
+                                    const VectorXd& start,
+                                    const MixedEffectsOptions& options) {
+  if (start.size() != model.coefficient_count()) {
+    throw UsageError(fmt::format(
+        "the start has {} values for {} coefficients", start.size(), model.coefficient_count()));
   }
-  const std::vector<Index> confounded =
-      jacobian.allFinite() ? JacobianFactors(jacobian).confounded() : std::vector<Index>();
-  if (!confounded.empty() && !is_identifiable(model)) {
-    Convergence result{.status = ConvergenceStatus::kNotIdentifiable,
-                       .verdict = fmt::format(
-                           "Not converged: {} are not identifiable: their effects on the mean are "
-                           "linearly dependent. Remove one of them.",
-                           listed(model, confounded))};
-    result.add(Evidence::Kind::kNotIdentifiable, names_of(model, confounded));
-    return result;
+  MixedEffectsFit fit;
+  Obstacle obstacle;
+  bool is_valid = false;
+  {
+    // The memory of the search is as large as the data, and not needed for the convergence test.
+    const LindstromBatesSearch search = search_lindstrom_bates(model, start, options);
+    is_valid = search.outcome.is_valid;
+    if (model.specification().correlation) obstacle = search.outcome.obstacle;
+    if (is_valid) fit = search.engine->result(search.outcome);
   }
-  return {.status = ConvergenceStatus::kDiverged,
-          .verdict =
-              "Not converged: the first penalized least-squares step found no finite value. Use " +
-              simpler_model(model.specification()) +
-              ", or a model that fits the pooled data better."};
+  if (!is_valid) fit = failed(model, start, why_no_step(model, start));
+  describe(model, fit);
+  if (is_valid) judge(model, fit, Rounds::kAlternations, options.reml, obstacle);
+  return fit;
 }
 
 }  // namespace silvafit::fit

@@ -53,7 +53,4 @@ std::optional<MixedEffectsFit> refit_lindstrom_bates(const NonlinearModel& model
                                                      const MixedEffectsFit& start,
                                                      const MixedEffectsOptions& options);
 
-/// The reason why penalized least squares found no first step.
-Convergence why_no_step(const NonlinearModel& model, const Eigen::VectorXd& start);
-
 }  // namespace silvafit::fit

@@ -10,10 +10,10 @@
 
 #include "marginal_likelihood/marginal_search.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
-#include "model/simpler_model.hpp"
 #include "optimization/tolerances.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
+#include "verdict/reducible.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -55,22 +55,18 @@ MixedEffectsFit without_clear_modes(const NonlinearModel& model, MixedEffectsFit
   describe(model, fit);
   judge(model, fit, Rounds::kEvaluations);
   if (has_no_maximum(model, fit)) return fit;
-  fit.convergence.status = ConvergenceStatus::kInvalidApproximation;
-  fit.convergence.verdict =
-      "Not converged: at the estimates of focei, which are shown, the conditional density of a "
-      "group's random effects is flat at its mode, so the likelihood of this method is not valid "
-      "there. Use `method=focei`, or " +
-      simpler_model(model.specification()) + ".";
+  fit.convergence.conclude(
+      ConvergenceStatus::kInvalidApproximation,
+      {.kind = Finding::Kind::kInvalidAtFirstOrder, .reducible = reducible(model.specification())});
   return fit;
 }
 
 MixedEffectsFit without_modes(const NonlinearModel& model, MixedEffectsFit linearized) {
   // The message of the linear model's search is more informative about a failed start.
   if (std::isnan(linearized.sigma) || has_no_maximum(model, linearized)) return linearized;
-  linearized.convergence.status = ConvergenceStatus::kInvalidApproximation;
-  linearized.convergence.verdict =
-      "Not converged: no conditional mode of the random effects was found from any start. Use " +
-      simpler_model(model.specification()) + ", or a model that fits the pooled data better.";
+  linearized.convergence.conclude(
+      ConvergenceStatus::kInvalidApproximation,
+      {.kind = Finding::Kind::kNoModes, .reducible = reducible(model.specification())});
   return linearized;
 }
 

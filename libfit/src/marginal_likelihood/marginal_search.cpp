@@ -172,15 +172,13 @@ VectorXd MarginalSearch::modes_of(const MixedEffectsFit& fit, const VectorXd& x)
 Obstacle MarginalSearch::ended_by() const {
   constexpr int kOften = 20;
   if (needs_curvature(integration_) && (outside_ > kOften || best_.is_blocked)) {
-    return {.status = ConvergenceStatus::kInvalidApproximation, .text = std::string(kNoClearMode)};
+    return {.status = ConvergenceStatus::kInvalidApproximation,
+            .cause = Finding::Kind::kNoClearMode};
   }
   if (is_exhausted()) {
-    return {.status = ConvergenceStatus::kIterationLimit,
-            .text = "the evaluation limit is reached"};
+    return {.status = ConvergenceStatus::kIterationLimit, .cause = Finding::Kind::kEvaluationLimit};
   }
-  if (best_.is_blocked) {
-    return {.text = "the likelihood has a jump, because the conditional mode of a group changes"};
-  }
+  if (best_.is_blocked) return {.cause = Finding::Kind::kJumps};
   return {};
 }
 
@@ -280,14 +278,17 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
     return is_exhausted() ? std::numeric_limits<double>::infinity() : function(x, gradient);
   };
   Optimum optimum;
-  QuasiNewtonResult found = minimize(objective,
-                                     start,
-                                     {},
-                                     {.decrement = kStopDecrement,
-                                      .rounded_decrement = kRoundedStop,
-                                      .maximum_steps = 2 * steps_,
-                                      .most_short_steps = short_steps_,
-                                      .one_sided = true});
+  const auto minimum_from = [&](const VectorXd& x, const MatrixXd& curvature, int steps) {
+    return minimize(objective,
+                    x,
+                    curvature,
+                    {.decrement = kStopDecrement,
+                     .rounded_decrement = kRoundedStop,
+                     .maximum_steps = steps,
+                     .most_short_steps = short_steps_,
+                     .one_sided = curvature.size() == 0});
+  };
+  QuasiNewtonResult found = minimum_from(start, {}, 2 * steps_);
   MatrixXd hessian;
   double last = std::numeric_limits<double>::infinity();
   for (int round = 0; round < rounds_ && std::isfinite(found.value) && !is_too_slow_; ++round) {
@@ -307,26 +308,13 @@ MarginalSearch::Optimum MarginalSearch::searched(const VectorXd& start) {
     const VectorXd lower = lower_point(optimum, certificate);
     if (lower.size() > 0) {
       last = std::numeric_limits<double>::infinity();
-      found = minimize(objective,
-                       lower,
-                       {},
-                       {.decrement = kStopDecrement,
-                        .rounded_decrement = kRoundedStop,
-                        .maximum_steps = steps_,
-                        .most_short_steps = short_steps_,
-                        .one_sided = true});
+      found = minimum_from(lower, {}, steps_);
     } else if (optimum.decrement <= kConvergedDecrement ||
                (optimum.decrement <= kReachedDecrement && optimum.decrement > 0.5 * last)) {
       break;
     } else {
       last = optimum.decrement;
-      found = minimize(objective,
-                       found.x,
-                       optimum.hessian,
-                       {.decrement = kStopDecrement,
-                        .rounded_decrement = kRoundedStop,
-                        .maximum_steps = steps_,
-                        .most_short_steps = short_steps_});
+      found = minimum_from(found.x, optimum.hessian, steps_);
     }
   }
   return optimum;

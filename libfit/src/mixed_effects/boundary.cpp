@@ -11,6 +11,7 @@
 
 #include "model/symmetric_eigen.hpp"
 #include "optimization/tolerances.hpp"
+#include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -33,22 +34,18 @@ std::vector<Evidence> vanished_effects(const NonlinearModel& model,
                                        const GroupingCovariance& level,
                                        const VectorXd& slopes,
                                        double residual_sd) {
-  constexpr double kShareOfSigma = 1e-4;
   std::vector<Evidence> result;
   for (std::size_t k = 0; k < level.names.size(); ++k) {
     const auto at = static_cast<Index>(k);
     const double effect =
         std::sqrt(level.covariance(at, at)) * slopes[model.coefficient_index(level.names[k])];
-    if (effect < kShareOfSigma * residual_sd) {
+    if (effect < Thresholds::kShareOfSigma * residual_sd) {
       result.push_back(
           {.term = fmt::format("sd({}{})", level.names[k], level.group), .value = 0.0});
     }
   }
   return result;
 }
-
-// Smallest eigenvalue of a correlation matrix below which the effects are linearly dependent.
-constexpr double kDependence = 1e-6;
 
 /// Whether the covariance of the effects is positive definite in orthogonal coordinates. A
 /// covariate with a large mean makes correlations nearly 1 in the coordinates of the coefficients.
@@ -57,7 +54,8 @@ bool is_inside_in_frame(const GroupingCovariance& level) {
   const auto frame = level.frame.triangularView<Eigen::Lower>();
   const MatrixXd half = frame.solve(level.covariance);
   const MatrixXd correlation = correlation_of(frame.solve(half.transpose()));
-  return correlation.allFinite() && symmetric_eigen(correlation).values[0] >= kDependence;
+  return correlation.allFinite() &&
+         symmetric_eigen(correlation).values[0] >= Thresholds::kDependence;
 }
 
 /// Correlations of 1 or -1, or a linear dependence of three or more effects.
@@ -68,7 +66,7 @@ std::vector<Evidence> dependent_effects(const GroupingCovariance& level) {
   if (is_inside_in_frame(level)) return result;
   for (Index i = 0; i < correlation.rows(); ++i) {
     for (Index j = 0; j < i; ++j) {
-      if (1.0 - std::abs(correlation(i, j)) > kDependence) continue;
+      if (1.0 - std::abs(correlation(i, j)) > Thresholds::kDependence) continue;
       result.push_back({.term = fmt::format("cor({}, {}{})",
                                             level.names[static_cast<std::size_t>(j)],
                                             level.names[static_cast<std::size_t>(i)],
@@ -76,7 +74,7 @@ std::vector<Evidence> dependent_effects(const GroupingCovariance& level) {
                         .value = correlation(i, j) > 0 ? 1.0 : -1.0});
     }
   }
-  if (result.empty() && symmetric_eigen(correlation).values[0] < kDependence) {
+  if (result.empty() && symmetric_eigen(correlation).values[0] < Thresholds::kDependence) {
     result.push_back({.term = fmt::format("the random effects {}{} depend linearly on each other",
                                           fmt::join(level.names, ", "),
                                           level.group)});
@@ -108,11 +106,10 @@ std::vector<Evidence> boundary_of(const NonlinearModel& model,
 
 /// Whether the constant of constant-plus-power is negligible beside the power in a stratum.
 bool is_pure_power(const VarianceFactorEstimate& factor, const VectorXd& values) {
-  constexpr double kTiny = 1e-8;
   const double mean_log = values.array().abs().max(1e-300).log().mean();
   for (Index s = 0; s < factor.constant.size(); ++s) {
     const double power = std::exp(factor.delta[std::min(s, factor.delta.size() - 1)] * mean_log);
-    if (factor.constant[s] < kTiny * power) return true;
+    if (factor.constant[s] < Thresholds::kTiny * power) return true;
   }
   return false;
 }
@@ -134,12 +131,11 @@ VectorXd power_shares(const VarianceFactorEstimate& factor,
 
 /// \param rows  those with the exponent
 PowerUse power_use(const std::vector<Index>& rows, const VectorXd& share, const VectorXd& v) {
-  constexpr double kNothing = 1e-6;
   // Without the power at these observations the log-likelihood falls by at most the sum of the
   // squared shares, since its slope is zero.
   PowerUse result;
   const Index top = *std::ranges::max_element(rows, {}, [&](Index i) { return share[i]; });
-  result.is_absent = !(share[top] > kNothing);
+  result.is_absent = !(share[top] > Thresholds::kNothing);
   const double size = std::abs(v[top]);
   double others = 0.0;
   bool has_others = false;
@@ -199,10 +195,10 @@ std::vector<PowerUse> power_uses(const NonlinearModel& model,
 Index few_with_power(const VarianceFactorEstimate& factor, const VectorXd& v) {
   const bool has_one = factor.constant.size() == 1 && !factor.factor.constant;
   if (!has_one || std::isinf(factor.constant[0])) return 0;
-  constexpr double kCounts = 0.1;  // of the constant
-  constexpr double kFew = 0.1;
-  const Index count = (power_shares(factor, v, {}).array() > kCounts / (1.0 + kCounts)).count();
-  return static_cast<double>(count) < kFew * static_cast<double>(v.size()) ? count : 0;
+  const Index count =
+      (power_shares(factor, v, {}).array() > Thresholds::kCounts / (1.0 + Thresholds::kCounts))
+          .count();
+  return static_cast<double>(count) < Thresholds::kFew * static_cast<double>(v.size()) ? count : 0;
 }
 
 void name_boundary(const NonlinearModel& model,

@@ -12,6 +12,7 @@
 #include "mixed_effects/effect_columns.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "variance/variance_kind.hpp"
+#include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -19,12 +20,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-// Smallest eigenvalue of the Gram matrix of normalized matrices, for angles of at least a
-// millionth; rounding errors are about 1e-15.
-constexpr double kDependent = 1e-12;
-// Changes that are smaller relative to the largest are rounding errors.
-constexpr double kUnmoved = 1e-6;
 
 /// A direction of the covariance of the observations.
 struct Component {
@@ -87,7 +82,7 @@ class Components {
     const VectorXd unit = sizes_(known).cwiseInverse();
     const MatrixXd scaled = unit.asDiagonal() * products_(known, known) * unit.asDiagonal();
     const SymmetricEigen of = symmetric_eigen(scaled);
-    const Index count = (of.values.array() <= kDependent).count();
+    const Index count = (of.values.array() <= Thresholds::kDependent).count();
     if (count == 0) return result;
     const MatrixXd null = of.vectors.leftCols(count);
     const auto direction_of = [&](const VectorXd& change) {
@@ -122,7 +117,9 @@ class Components {
                           std::vector<std::string>& result) const {
     add_variance_names(directions, result);
     add_correlation_names(directions, result);
-    const auto moves_sigma = [&](const Direction& of) { return sigma_change(of) > kUnmoved; };
+    const auto moves_sigma = [&](const Direction& of) {
+      return sigma_change(of) > Thresholds::kUnmoved;
+    };
     if (std::ranges::any_of(directions, moves_sigma)) result.emplace_back("sigma");
   }
 
@@ -191,44 +188,8 @@ class Components {
     Sum(const Components& components, MatrixXd& total)
         : of_(components), total_(total), parts_(components.all_.size()) {}
 
-    /// Products of components of a term over the rows of one of its groups.
-    void add_within(std::size_t term, Index begin, Index rows) {
-      const auto z = of_.terms_[term].columns.middleRows(begin, rows);
-      add_within(term, z.transpose() * z);
-    }
-    void add_within(std::size_t term, const MatrixXd& products) {
-      for (std::size_t k = 0; k < parts_.size(); ++k) {
-        if (of_.all_[k].term != term) continue;
-        parts_[k] = of_.all_[k].form * products;
-        for (std::size_t l = 0; l <= k; ++l) {
-          if (of_.all_[l].term == term)
-            add(k, l, parts_[k].cwiseProduct(parts_[l].transpose()).sum());
-        }
-      }
-    }
-
-    /// Products of components of two terms over the rows of a group of the finer one.
-    void add_between(std::size_t coarse, std::size_t fine, Index begin, Index rows) {
-      add_between(coarse,
-                  fine,
-                  of_.terms_[fine].columns.middleRows(begin, rows).transpose() *
-                      of_.terms_[coarse].columns.middleRows(begin, rows));
-    }
-    void add_between(std::size_t coarse, std::size_t fine, const MatrixXd& products) {
-      for (std::size_t k = 0; k < parts_.size(); ++k) {
-        if (of_.all_[k].term == coarse) parts_[k] = of_.all_[k].form * products.transpose();
-        if (of_.all_[k].term != fine) continue;
-        const MatrixXd part = of_.all_[k].form * products;
-        for (std::size_t l = 0; l < k; ++l) {
-          if (of_.all_[l].term == coarse) {
-            add(k, l, part.cwiseProduct(parts_[l].transpose()).sum());
-          }
-        }
-      }
-    }
-
-    /// Products of components of crossed terms over the rows that are in a group of both.
-    void add_crossed(std::size_t coarse, std::size_t fine) {
+    /// Products of components of two terms over the rows that are in a group of both.
+    void add_terms(std::size_t coarse, std::size_t fine) {
       MatrixXd products;
       const std::vector<Meeting> all = of_.meetings(fine, coarse);
       for (std::size_t k = 0; k < all.size(); ++k) {
@@ -236,13 +197,9 @@ class Components {
         const Index rows = of_.model_.group_begin(all[k].cell + 1) - begin;
         const MatrixXd own = of_.terms_[fine].columns.middleRows(begin, rows).transpose() *
                              of_.terms_[coarse].columns.middleRows(begin, rows);
-        const bool is_new =
-            k == 0 || all[k - 1].fine != all[k].fine || all[k - 1].coarse != all[k].coarse;
+        const bool is_new = k == 0 || !all[k].is_with(all[k - 1]);
         products = is_new ? own : MatrixXd(products + own);
-        if (k + 1 < all.size() && all[k + 1].fine == all[k].fine &&
-            all[k + 1].coarse == all[k].coarse) {
-          continue;
-        }
+        if (k + 1 < all.size() && all[k + 1].is_with(all[k])) continue;
         if (fine == coarse) {
           add_within(fine, products);
         } else {
@@ -268,6 +225,31 @@ class Components {
     }
 
    private:
+    /// Products of components of a term over the rows of one of its groups.
+    void add_within(std::size_t term, const MatrixXd& products) {
+      for (std::size_t k = 0; k < parts_.size(); ++k) {
+        if (of_.all_[k].term != term) continue;
+        parts_[k] = of_.all_[k].form * products;
+        for (std::size_t l = 0; l <= k; ++l) {
+          if (of_.all_[l].term == term)
+            add(k, l, parts_[k].cwiseProduct(parts_[l].transpose()).sum());
+        }
+      }
+    }
+
+    void add_between(std::size_t coarse, std::size_t fine, const MatrixXd& products) {
+      for (std::size_t k = 0; k < parts_.size(); ++k) {
+        if (of_.all_[k].term == coarse) parts_[k] = of_.all_[k].form * products.transpose();
+        if (of_.all_[k].term != fine) continue;
+        const MatrixXd part = of_.all_[k].form * products;
+        for (std::size_t l = 0; l < k; ++l) {
+          if (of_.all_[l].term == coarse) {
+            add(k, l, part.cwiseProduct(parts_[l].transpose()).sum());
+          }
+        }
+      }
+    }
+
     /// The same where the matrices of the residuals have blocks.
     void add_correlated_residual() {
       for (std::size_t b = 0; b < of_.factors_.size(); ++b) {
@@ -301,8 +283,12 @@ class Components {
     Index fine = 0;
     Index coarse = 0;
     Index cell = 0;
+
+    bool is_with(const Meeting& other) const {
+      return fine == other.fine && coarse == other.coarse;
+    }
   };
-  /// Those of two crossed terms, sorted by the groups of both.
+  /// Those of two terms, sorted by the groups of both.
   std::vector<Meeting> meetings(std::size_t fine, std::size_t coarse) const {
     std::vector<Meeting> result;
     for (Index cell = 0; cell < model_.group_count(); ++cell) {
@@ -311,10 +297,6 @@ class Components {
     std::ranges::stable_sort(
         result, {}, [](const Meeting& of) { return std::pair(of.fine, of.coarse); });
     return result;
-  }
-
-  Index first_row(std::size_t term, Index group) const {
-    return model_.group_begin(model_.first_group(term, group));
   }
 
   /// (N) the diagonal of a component's matrix.
@@ -330,17 +312,8 @@ class Components {
     MatrixXd total = MatrixXd::Zero(count, count);
     Sum sum(*this, total);
     sum.add_residual();
-    const bool is_crossed = model_.crossed() != nullptr;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
-      for (std::size_t coarse = 0; is_crossed && coarse <= t; ++coarse) sum.add_crossed(coarse, t);
-      for (Index k = 0; k < model_.group_count(t) && !is_crossed; ++k) {
-        const Index begin = first_row(t, k);
-        const Index rows = first_row(t, k + 1) - begin;
-        sum.add_within(t, begin, rows);
-        for (std::size_t coarse = 0; coarse < t; ++coarse) {
-          sum.add_between(coarse, t, begin, rows);
-        }
-      }
+      for (std::size_t coarse = 0; coarse <= t; ++coarse) sum.add_terms(coarse, t);
     }
     sizes_ = total.diagonal().cwiseSqrt();
     const double rounding = 1e-10 * std::sqrt(static_cast<double>(by_residual_.rows()));
@@ -393,26 +366,16 @@ class Components {
     const std::size_t term = *component.term;
     const MatrixXd& z = terms_[term].columns;
     MatrixXd result(mean_.rows(), mean_.cols());
-    if (model_.crossed() != nullptr) {
-      std::vector<MatrixXd> sums(static_cast<std::size_t>(model_.group_count(term)),
-                                 MatrixXd::Zero(z.cols(), mean_.cols()));
-      for_each_cell(term, [&](Index begin, Index rows, Index group) {
-        sums[static_cast<std::size_t>(group)] +=
-            z.middleRows(begin, rows).transpose() * mean_.middleRows(begin, rows);
-      });
-      for_each_cell(term, [&](Index begin, Index rows, Index group) {
-        result.middleRows(begin, rows) =
-            z.middleRows(begin, rows) * (component.form * sums[static_cast<std::size_t>(group)]);
-      });
-      return result;
-    }
-    for (Index k = 0; k < model_.group_count(term); ++k) {
-      const Index begin = first_row(term, k);
-      const Index rows = first_row(term, k + 1) - begin;
-      const auto part = z.middleRows(begin, rows);
+    std::vector<MatrixXd> sums(static_cast<std::size_t>(model_.group_count(term)),
+                               MatrixXd::Zero(z.cols(), mean_.cols()));
+    for_each_cell(term, [&](Index begin, Index rows, Index group) {
+      sums[static_cast<std::size_t>(group)] +=
+          z.middleRows(begin, rows).transpose() * mean_.middleRows(begin, rows);
+    });
+    for_each_cell(term, [&](Index begin, Index rows, Index group) {
       result.middleRows(begin, rows) =
-          part * (component.form * (part.transpose() * mean_.middleRows(begin, rows)));
-    }
+          z.middleRows(begin, rows) * (component.form * sums[static_cast<std::size_t>(group)]);
+    });
     return result;
   }
 
@@ -476,10 +439,10 @@ class Components {
   /// Whether Psi remains a covariance for a step in the direction or against it.
   bool keeps_covariance(const Direction& of) const {
     if (of.largest() == 0.0) return false;
-    const bool moves_residual = of.residual.cwiseAbs().maxCoeff() > kUnmoved;
+    const bool moves_residual = of.residual.cwiseAbs().maxCoeff() > Thresholds::kUnmoved;
     double size = moves_residual ? 1.0 : 0.0;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
-      const bool moves = of.effects[t].cwiseAbs().maxCoeff() > kUnmoved;
+      const bool moves = of.effects[t].cwiseAbs().maxCoeff() > Thresholds::kUnmoved;
       if (moves) size = std::max(size, terms_[t].covariance.trace());
     }
     const auto are_covariances = [&](double step) {
@@ -513,12 +476,12 @@ class Components {
     const MatrixXd scaled = level.size.asDiagonal() * psi * level.size.asDiagonal();
     const auto is_moved = [&](Index i, Index j) {
       return std::ranges::any_of(changes, [&](const MatrixXd& change) {
-        if (i == j) return std::abs(change(i, i)) > kUnmoved;
+        if (i == j) return std::abs(change(i, i)) > Thresholds::kUnmoved;
         const double product = std::sqrt(scaled(i, i) * scaled(j, j));
         if (!(product > 0.0)) return false;
         const double along =
             0.5 * scaled(i, j) * (change(i, i) / scaled(i, i) + change(j, j) / scaled(j, j));
-        return std::abs(change(i, j) - along) > kUnmoved * product;
+        return std::abs(change(i, j) - along) > Thresholds::kUnmoved * product;
       });
     };
     const std::string group =
@@ -551,7 +514,7 @@ class Components {
       if (factors.size() > 1) name += " of " + factor.text();
       for (Index k = 0; k < quantity.count; ++k) {
         const bool is_moved = std::ranges::any_of(directions, [&](const Direction& of) {
-          return std::abs(of.residual[quantity.first + k]) > kUnmoved;
+          return std::abs(of.residual[quantity.first + k]) > Thresholds::kUnmoved;
         });
         if (!is_moved) continue;
         const auto stratum = static_cast<std::size_t>(k + (quantity.has_reference ? 1 : 0));
@@ -568,7 +531,7 @@ class Components {
     const Index first = variance_.parameter_count() - variance_.correlation_count();
     for (Index k = 0; k < variance_.correlation_count(); ++k) {
       const bool is_moved = std::ranges::any_of(directions, [&](const Direction& of) {
-        return std::abs(of.residual[first + k]) > kUnmoved;
+        return std::abs(of.residual[first + k]) > Thresholds::kUnmoved;
       });
       if (!is_moved) continue;
       result.push_back(variance_.correlated()->structure().names()[static_cast<std::size_t>(k)]);

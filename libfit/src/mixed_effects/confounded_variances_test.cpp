@@ -113,7 +113,7 @@ TEST_CASE("with one plot per stand only the sum of the two variances is identifi
     INFO(method_text(method));
     const FittedModel fit = confounded_fit(table, specified(table, "a | stand/plot"), method);
     CHECK_FALSE(fit.convergence.converged());
-    CHECK_THAT(fit.convergence.verdict,
+    CHECK_THAT(fit.convergence.verdict(),
                Contains("sd(a | stand) and sd(a | plot) are not identifiable") &&
                    Contains("each group of stand has one of plot"));
     CHECK(fit.convergence.rank == 1);
@@ -140,8 +140,8 @@ TEST_CASE("confounded variance functions are not attributed to the groups") {
   model.variance = parse_variance_function("power(x) * power(w)");
   const FittedModel fit = confounded_fit(table, model, Method::kLindstromBates);
   CHECK_FALSE(fit.convergence.converged());
-  CHECK_THAT(fit.convergence.verdict, Contains("sigma are not identifiable"));
-  CHECK_THAT(fit.convergence.verdict, !Contains("random effects by plot"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("sigma are not identifiable"));
+  CHECK_THAT(fit.convergence.verdict(), !Contains("random effects by plot"));
 }
 
 TEST_CASE("with one tree per plot only the sum of both variances is identifiable") {
@@ -152,7 +152,7 @@ TEST_CASE("with one tree per plot only the sum of both variances is identifiable
     INFO(method_text(method));
     const FittedModel fit = confounded_fit(table, specified(table, "a | plot"), method);
     CHECK_FALSE(fit.convergence.converged());
-    CHECK_THAT(fit.convergence.verdict,
+    CHECK_THAT(fit.convergence.verdict(),
                Contains("sd(a) and sigma are not identifiable") &&
                    Contains("each group of plot has one observation"));
     CHECK(fit.convergence.rank == 1);
@@ -225,7 +225,7 @@ TEST_CASE("components in the space of the coefficients are not identifiable by R
   const FittedModel fit =
       confounded_fit(one, specified(one, "a | plot"), Method::kLindstromBates, true);
   CHECK_FALSE(fit.convergence.converged());
-  CHECK_THAT(fit.convergence.verdict, Contains("sd(a) is not identifiable"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("sd(a) is not identifiable"));
 }
 
 TEST_CASE("a variance function of a constant variable is confounded with sigma") {
@@ -258,7 +258,7 @@ TEST_CASE("with coefficients that are not identifiable no method converges") {
   const ModelSpecification model = specified(table, "a | plot", {"b ~ 1 + t + u"});
   const FittedModel fit = confounded_fit(table, model, Method::kLaplace);
   CHECK_FALSE(fit.convergence.converged());
-  CHECK_THAT(fit.convergence.verdict, Contains("b:t and b:u are not identifiable"));
+  CHECK_THAT(fit.convergence.verdict(), Contains("b:t and b:u are not identifiable"));
   CHECK(fit.convergence.rank == 3);
   const VectorXd errors = fit.standard_errors();
   CHECK(errors.head(2).allFinite());

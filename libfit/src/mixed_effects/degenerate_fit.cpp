@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "model/symmetric_eigen.hpp"
+#include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -16,16 +18,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-// Residuals that are smaller relative to the response's spread are rounding errors: measurements
-// do not have so many digits.
-constexpr double kRoundedResidual = 1e-6;
-// The same for one observation per group, where random effects compete with the residual.
-constexpr double kNothingLeft = 1e-2;
-// Curves at larger distances, in spreads of the response, are degenerate.
-constexpr double kBeyondMeasure = 1e6;
-// Curves with smaller differences, in spreads of the response, are equal.
-constexpr double kSame = 1e-6;
 
 /// Standard deviation of the response, or its size if it is constant.
 double spread_of(const VectorXd& response) {
@@ -38,24 +30,18 @@ double typical_residual(const MixedEffectsFit& fit) {
   return fit.residual_sd.norm() / std::sqrt(static_cast<double>(fit.residual_sd.size()));
 }
 
-std::string exactness(const NonlinearModel& model, const MixedEffectsFit& fit, double spread) {
+std::optional<Finding> exactness(const NonlinearModel& model,
+                                 const MixedEffectsFit& fit,
+                                 double spread) {
   const double residual = typical_residual(fit);
-  const ModelSpecification& specification = model.specification();
-  const bool is_single = !specification.random.empty() &&
-                         model.group_count(model.term_count() - 1) == model.observations();
-  if (is_single && residual < kNothingLeft * spread) {
-    return fmt::format(
-        "each group of {} has one observation, so its random effects fit it perfectly and the "
-        "residual standard deviation goes to 0. Remove the random effects, or use groups with "
-        "several observations.",
-        specification.random.back().group);
+  const std::vector<RandomEffects>& terms = model.specification().random;
+  const bool is_single =
+      !terms.empty() && model.group_count(model.term_count() - 1) == model.observations();
+  if (is_single && residual < Thresholds::kNothingLeft * spread) {
+    return Finding{.kind = Finding::Kind::kSingleExact, .names = {terms.back().group}};
   }
-  if (!(residual < kRoundedResidual * spread)) return {};
-  return fmt::format(
-      "perfect fit: the model{} goes through all observations, so the residual standard deviation "
-      "goes to 0 and the likelihood has no maximum. Check whether the response was computed from "
-      "the covariates instead of measured.",
-      !specification.random.empty() ? " with its random effects" : "");
+  if (!(residual < Thresholds::kRoundedResidual * spread)) return std::nullopt;
+  return Finding{.kind = Finding::Kind::kPerfectCurve};
 }
 
 /// The curves of the population and of groups with effects in one direction.
@@ -91,7 +77,7 @@ class Curves {
 
   bool is_beyond_measure(const VectorXd& shift, double spread) {
     return std::ranges::any_of(std::vector{2.0, -2.0}, [&](double size) {
-      return distance(at(size * shift), population_) > kBeyondMeasure * spread;
+      return distance(at(size * shift), population_) > Thresholds::kBeyondMeasure * spread;
     });
   }
 
@@ -100,9 +86,9 @@ class Curves {
   bool is_saturated(const VectorXd& shift, double spread) {
     const VectorXd above = at(shift);
     const VectorXd below = at(-shift);
-    return distance(above, below) > 1e-3 * spread &&
-           distance(at(2.0 * shift), above) < kSame * spread &&
-           distance(at(-2.0 * shift), below) < kSame * spread;
+    return distance(above, below) > Thresholds::kTwoSides * spread &&
+           distance(at(2.0 * shift), above) < Thresholds::kSame * spread &&
+           distance(at(-2.0 * shift), below) < Thresholds::kSame * spread;
   }
 
  private:
@@ -133,20 +119,20 @@ struct EffectLevel {
 /// "sd(a)", or those of several effects that diverge together.
 std::vector<std::string> names_of(const EffectLevel& level, const VectorXd& direction) {
   const VectorXd size = direction.cwiseAbs().cwiseQuotient(level.frame.diagonal());
-  constexpr double kShare = 0.5;
   std::vector<std::string> names;
   for (Index k = 0; k < size.size(); ++k) {
-    if (size[k] < kShare * size.maxCoeff()) continue;
+    if (size[k] < Thresholds::kShare * size.maxCoeff()) continue;
     names.push_back(fmt::format("sd({})", level.names[static_cast<std::size_t>(k)]));
   }
   return names;
 }
 
-Degeneracy unbounded(const std::vector<std::string>& names, const char* why) {
-  Degeneracy result{.text = fmt::format("{} grows without bound: {}", fmt::join(names, ", "), why)};
+Degeneracy unbounded(std::vector<std::string> names, Finding::Kind why) {
+  Degeneracy result;
   for (const std::string& name : names) {
     result.evidence.push_back({.kind = Evidence::Kind::kUnbounded, .term = name});
   }
+  result.reason = {.kind = why, .names = std::move(names)};
   return result;
 }
 
@@ -163,17 +149,10 @@ Degeneracy unbounded_effect(const EffectLevel& level, Curves& curves, Index p, d
     shift(level.places) = direction;
     if (curves.is_ordinary(shift, spread)) continue;
     if (curves.is_beyond_measure(shift, spread)) {
-      return unbounded(
-          names_of(level, direction),
-          "at two standard deviations from the center, the curve is more than a million times the "
-          "spread of the response away. The data do not support this random effect; remove it, or "
-          "choose another variance function.");
+      return unbounded(names_of(level, direction), Finding::Kind::kBeyondMeasure);
     }
     if (curves.is_saturated(shift, spread)) {
-      return unbounded(
-          names_of(level, direction),
-          "at one standard deviation from the center, the curve no longer depends on the random "
-          "effect. Remove the random effect.");
+      return unbounded(names_of(level, direction), Finding::Kind::kSaturated);
     }
   }
   return {};
@@ -186,7 +165,6 @@ Degeneracy impossible_error(const NonlinearModel& model,
                             const MixedEffectsFit& fit,
                             const EffectLevel& level,
                             Index groups) {
-  constexpr double kImpossible = 0.1;
   // Without a maximum, the curvature is not an information matrix.
   if (fit.covariance.size() == 0 || !fit.convergence.converged()) return {};
   for (std::size_t k = 0; k < level.places.size(); ++k) {
@@ -195,20 +173,17 @@ Degeneracy impossible_error(const NonlinearModel& model,
     const double least =
         std::sqrt(level.covariance(at, at) / static_cast<double>(std::max<Index>(1, groups)));
     const double error = std::sqrt(fit.covariance(j, j));
-    if (model.design().multiplier(j) != nullptr || !(error < kImpossible * least)) continue;
+    if (model.design().multiplier(j) != nullptr || !(error < Thresholds::kImpossible * least))
+      continue;
     return {
         .status = ConvergenceStatus::kNotIdentifiable,
         .evidence = {{.kind = Evidence::Kind::kHardlyIdentifiable,
                       .term = level.names[k],
                       .value = error}},
-        .text = fmt::format("the information matrix is nearly singular: {} groups whose {} have a "
-                            "standard deviation of {:.3g} cannot give their mean a standard error "
-                            "of {:.2g}. The coefficients are hardly identifiable; fix or remove "
-                            "one of them.",
-                            groups,
-                            level.names[k],
-                            std::sqrt(level.covariance(at, at)),
-                            error)};
+        .reason = Finding{
+            .kind = Finding::Kind::kImpossibleError,
+            .names = {level.names[k]},
+            .values = {static_cast<double>(groups), std::sqrt(level.covariance(at, at)), error}}};
   }
   return {};
 }
@@ -220,8 +195,8 @@ Degeneracy degeneracy(const NonlinearModel& model,
                       const MixedEffectsFit& fit) {
   if (fit.residual_sd.size() == 0 || !fit.residual_sd.allFinite()) return {};
   const double spread = spread_of(model.response());
-  Degeneracy exact{.text = exactness(model, fit, spread)};
-  exact.is_exact = !exact.text.empty();
+  Degeneracy exact{.reason = exactness(model, fit, spread)};
+  exact.is_exact = exact.reason.has_value();
   const ModelSpecification& specification = model.specification();
   if (exact.is_exact || specification.random.empty()) return exact;
   Curves curves(model, fit.estimate);
@@ -232,19 +207,19 @@ Degeneracy degeneracy(const NonlinearModel& model,
                             .frame = frame.effects[t],
                             .places = model.coefficients_of(specification.random[t])};
     Degeneracy result = unbounded_effect(level, curves, p, spread);
-    if (result.text.empty()) result = impossible_error(model, fit, level, model.group_count(t));
-    if (!result.text.empty()) return result;
+    if (!result.reason) result = impossible_error(model, fit, level, model.group_count(t));
+    if (result.reason) return result;
   }
   return {};
 }
 
 bool fits_exactly(const NonlinearModel& model, const MixedEffectsFit& fit) {
   const bool is_known = fit.residual_sd.size() > 0 && fit.residual_sd.allFinite();
-  return is_known && !exactness(model, fit, spread_of(model.response())).empty();
+  return is_known && exactness(model, fit, spread_of(model.response())).has_value();
 }
 
 bool has_no_maximum(const NonlinearModel& model, const MixedEffectsFit& fit) {
-  return !degeneracy(model, frame_at(model, fit.estimate), fit).text.empty();
+  return degeneracy(model, frame_at(model, fit.estimate), fit).reason.has_value();
 }
 
 }  // namespace silvafit::fit

@@ -2,7 +2,7 @@
 // Mixed models whose likelihood has no maximum.
 #pragma once
 
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "model/coefficient_frame.hpp"
@@ -14,8 +14,8 @@ namespace silvafit::fit {
 struct Degeneracy {
   ConvergenceStatus status = ConvergenceStatus::kNoMaximum;
   std::vector<Evidence> evidence{};
-  std::string text{};     ///< a sentence with the remedy; empty without degeneracy
-  bool is_exact = false;  ///< whether the model fits all observations exactly
+  std::optional<Finding> reason{};  ///< none without degeneracy
+  bool is_exact = false;            ///< whether the model fits all observations exactly
 };
 
 /// Whether the likelihood of a mixed model is unbounded, or nearly so:

@@ -77,7 +77,7 @@ TEST_CASE("a model that fits all observations exactly has no maximum of the like
       INFO(method << ", " << random);
       const Convergence exact = fitted(curves(0.0), method, {}, random);
       CHECK(exact.status == ConvergenceStatus::kNoMaximum);
-      CHECK_THAT(exact.verdict, Contains("perfect fit"));
+      CHECK_THAT(exact.verdict(), Contains("perfect fit"));
     }
     CHECK(fitted(curves(0.01), method).converged());
   }
@@ -121,7 +121,7 @@ TEST_CASE("one observation per group is named by every method, besides other fin
     INFO(method);
     const Convergence convergence = fitted(table, method, {"b ~ 1 + z"}, "a + b | plot");
     CHECK_FALSE(convergence.converged());
-    CHECK_THAT(convergence.verdict, Contains("each group of plot has one observation"));
+    CHECK_THAT(convergence.verdict(), Contains("each group of plot has one observation"));
   }
 }
 
@@ -148,6 +148,6 @@ TEST_CASE("collinear covariates are named by every method") {
     INFO(method);
     const Convergence convergence = fitted(curves(0.5), method, {"a ~ 1 + z + twice"});
     CHECK_FALSE(convergence.converged());
-    CHECK_THAT(convergence.verdict, Contains("not identifiable") && Contains("a:twice"));
+    CHECK_THAT(convergence.verdict(), Contains("not identifiable") && Contains("a:twice"));
   }
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "mixed_effects/mixed_effects_evidence.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -18,14 +16,14 @@
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "mixed_effects/expected_information.hpp"
 #include "model/coefficient_frame.hpp"
-#include "model/simpler_model.hpp"
 #include "model/symmetric_eigen.hpp"
 #include "model/variance_weights.hpp"
 #include "result/estimated_terms.hpp"
 #include "result/group_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
-#include "silvafit/base/text.hpp"
 #include "variance/variance_kind.hpp"
+#include "verdict/reducible.hpp"
+#include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -93,8 +91,7 @@ int information_rank(const CoefficientFrame& frame, const MixedEffectsFit& fit) 
   const MatrixXd correlation =
       deviations.cwiseInverse().asDiagonal() * covariance * deviations.cwiseInverse().asDiagonal();
   const VectorXd values = symmetric_eigen(correlation).values;
-  constexpr double kConfounded = 1e-12;
-  return static_cast<int>((values.array() > kConfounded * values.maxCoeff()).count());
+  return static_cast<int>((values.array() > Thresholds::kConfounded * values.maxCoeff()).count());
 }
 
 /// Distance of the fit from the optimum, in standard errors.
@@ -108,28 +105,6 @@ bool has_single_observations(const NonlinearModel& model) {
          model.group_count(model.term_count() - 1) == model.observations();
 }
 
-/// Advice if a search did not converge.
-std::string advice(const NonlinearModel& model, const std::string& usual) {
-  if (model.specification().random.empty()) {
-    return "Use a simpler variance function or other start values; `method=ols` shows whether the "
-           "curve itself fits the data.";
-  }
-  if (!has_single_observations(model)) return "Try " + usual + ".";
-  const std::string& group = model.specification().random.back().group;
-  return fmt::format(
-      "Each group of {} has one observation, so random effects and residuals are hardly "
-      "identifiable. Remove the random effects, or use groups with several observations.",
-      group);
-}
-
-/// ", mostly in sd(b), and the evaluation limit is reached".
-std::string obstacle_text(const Obstacle& obstacle) {
-  std::string result;
-  if (!obstacle.moving.empty()) result = ", mostly in " + obstacle.moving;
-  if (!obstacle.text.empty()) result += ", and " + obstacle.text;
-  return result;
-}
-
 /// Whether all methods have the same likelihood.
 bool has_exact_linearization(const NonlinearModel& model) {
   const auto depends_on_mean = [](const VarianceFactor& factor) {
@@ -139,158 +114,100 @@ bool has_exact_linearization(const NonlinearModel& model) {
          std::ranges::none_of(model.specification().variance.factors, depends_on_mean);
 }
 
-std::string failure(const NonlinearModel& model,
-                    const MixedEffectsFit& fit,
-                    Rounds rounds,
-                    const Obstacle& obstacle) {
+/// The advice if a search did not converge.
+Finding advice(const NonlinearModel& model, Rounds rounds) {
   const ModelSpecification& specification = model.specification();
-  const std::vector<std::string> kinks = model.random_kinks();
-  if (obstacle.text == kNoClearMode && !kinks.empty()) {
-    return fmt::format(
-        "Not converged: {}; the formula has a kink in {}. Use `method=agq` with more points, such "
-        "as `agq_points=15`, or {}.",
-        kNoClearMode,
-        fmt::join(kinks, ", "),
-        simpler_model(specification));
+  if (specification.random.empty()) return {.kind = Finding::Kind::kTryLeastSquares};
+  if (has_single_observations(model)) {
+    return {.kind = Finding::Kind::kSingleObservations,
+            .names = {specification.random.back().group}};
   }
-  if (obstacle.text == kNoClearMode) {
-    return fmt::format("Not converged: {}. Use `method=focei`, or {}.",
-                       kNoClearMode,
-                       simpler_model(specification));
+  Finding result{.kind = Finding::Kind::kTrySimplerOnly, .reducible = reducible(specification)};
+  if (rounds == Rounds::kEvaluations) return result;
+  if (std::vector<std::string> kinks = model.random_kinks(); !kinks.empty()) {
+    return {.kind = Finding::Kind::kTryKinks, .names = std::move(kinks)};
   }
-  if (rounds == Rounds::kAlternations) {
+  if (!specification.correlation) {
+    result.kind = has_exact_linearization(model) ? Finding::Kind::kTryOtherMethod
+                                                 : Finding::Kind::kTrySimpler;
+  }
+  return result;
+}
+
+/// Records why a search has ended without an optimum.
+void note_failure(const NonlinearModel& model,
+                  Rounds rounds,
+                  const Obstacle& obstacle,
+                  MixedEffectsFit& fit) {
+  using enum Finding::Kind;
+  Convergence& convergence = fit.convergence;
+  if (obstacle.cause == kNoClearMode) {
+    std::vector<std::string> kinks = model.random_kinks();
+    convergence.conclude(obstacle.status, {.kind = kNoClearMode});
+    convergence.find({.kind = kinks.empty() ? kUseFocei : kUseAgq,
+                      .names = std::move(kinks),
+                      .reducible = reducible(model.specification())});
+  } else {
+    const bool is_alternating = rounds == Rounds::kAlternations;
     constexpr double kShown = 1e-12;
-    const std::string by = distance(fit) > kShown
-                               ? fmt::format(" by {:.2g} standard errors", distance(fit))
-                               : std::string();
-    return fmt::format(
-        "Not converged after {}: the estimates still change{}{}. {}",
-        counted(fit.convergence.iterations, "alternation", "alternations"),
-        by,
-        obstacle_text(obstacle),
-        advice(model,
-               !kinks.empty() ? fmt::format("the method agq, since the formula has a kink in {}",
-                                            fmt::join(kinks, ", "))
-               : specification.correlation ? simpler_model(specification)
-               : has_exact_linearization(model)
-                   ? simpler_model(specification) + "; another method has the same likelihood"
-                   : "the method focei or laplace, or " + simpler_model(specification)));
+    const bool has_distance =
+        is_alternating ? distance(fit) > kShown : std::isfinite(convergence.newton_decrement);
+    convergence.conclude(
+        obstacle.status,
+        {.kind = is_alternating ? (has_distance ? kStillChangingBy : kStillChanging)
+                                : (has_distance ? kMaximumAway : kNoMaximumFound),
+         .values = {static_cast<double>(convergence.iterations), distance(fit)}});
+    if (!obstacle.moving.empty()) {
+      convergence.find({.kind = kMovingMost, .names = {obstacle.moving}});
+    }
+    if (obstacle.cause) convergence.find({.kind = *obstacle.cause});
+    convergence.find(advice(model, rounds));
   }
-  const std::string where =
-      std::isfinite(fit.convergence.newton_decrement)
-          ? fmt::format("the maximum is still {:.2g} standard errors away", distance(fit))
-          : "the best point found is not a maximum of the likelihood";
-  return fmt::format("Not converged after {} evaluations of the likelihood: {}{}. {}",
-                     fit.convergence.iterations,
-                     where,
-                     obstacle_text(obstacle),
-                     advice(model, simpler_model(specification)));
-}
-
-std::string success(const MixedEffectsFit& fit, Rounds rounds) {
-  constexpr double kResolved = 1e-9;
-  const double step = std::max(kResolved, distance(fit));
-  if (rounds == Rounds::kAlternations) {
-    return fmt::format(
-        "Converged after {}: further iterations change no estimate by more than {:.0e} standard "
-        "errors.",
-        counted(fit.convergence.iterations, "alternation", "alternations"),
-        step);
-  }
-  return fmt::format(
-      "Converged after {} evaluations: the maximum is within {:.0e} standard errors of the "
-      "estimates.",
-      fit.convergence.iterations,
-      step);
-}
-
-/// "a", "a and b", "a, b and c".
-std::string in_words(const std::vector<std::string>& names) {
-  if (names.size() < 2) return fmt::format("{}", fmt::join(names, ""));
-  return fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+  if (!obstacle.moving.empty()) convergence.add(Evidence::Kind::kMoving, {obstacle.moving});
 }
 
 /// The reason for confounded variance components, and the remedy, as far as the groups show it.
 /// \param is_of_effects  standard deviations or correlations are among them
-std::string remedy(const NonlinearModel& model, bool is_of_effects) {
-  const ModelSpecification& specification = model.specification();
+Finding remedy(const NonlinearModel& model, bool is_of_effects) {
+  const std::vector<RandomEffects>& terms = model.specification().random;
   if (is_of_effects && has_single_observations(model)) {
-    return fmt::format(
-        ": each group of {} has one observation. Remove the random effects by {}, or use groups "
-        "with several observations.",
-        specification.random.back().group,
-        specification.random.back().group);
+    return {.kind = Finding::Kind::kSingleObservationsOf, .names = {terms.back().group}};
   }
-  if (is_of_effects && specification.random.size() > 1 && model.crossed() == nullptr &&
+  if (is_of_effects && terms.size() > 1 && model.crossed() == nullptr &&
       model.group_count() == model.cluster_count()) {
-    return fmt::format(": each group of {} has one of {}. Remove one of the two groupings.",
-                       specification.random.front().group,
-                       specification.random.back().group);
+    return {.kind = Finding::Kind::kEqualGroupings,
+            .names = {terms.front().group, terms.back().group}};
   }
-  return is_of_effects ? ". Remove one of them, or one of their random effects."
-                       : ". Remove one of them.";
+  return {.kind = is_of_effects ? Finding::Kind::kRemoveOneEffect : Finding::Kind::kRemoveOne};
 }
 
-std::string divergence(const std::string& names) {
-  return fmt::format(
-      "Not converged: the search diverged to values at which the mean hardly depends on {}. Use "
-      "other start values, fewer random effects, or a curve with fewer coefficients.",
-      names);
-}
-
-std::string confounding(const NonlinearModel& model,
-                        const MixedEffectsFit& fit,
-                        const Confounded& confounded) {
-  const std::string names = listed(model, confounded.coefficients);
-  if (confounded.coefficients.size() == 1) {
-    return fmt::format(
-        "Not converged: {} is not identifiable: the mean does not depend on it. Remove it.", names);
-  }
-  if (!names.empty()) {
-    return fmt::format(
-        "Not converged: {} are not identifiable: their effects on the mean are linearly dependent. "
-        "Remove one of them.",
-        names);
-  }
-  const std::vector<std::string>& variances = confounded.variances.names;
-  if (variances.size() == 1) {
-    return fmt::format(
-        "Not converged: {} is not identifiable: the likelihood does not depend on it. Remove it.",
-        variances.front());
-  }
-  if (!variances.empty()) {
-    return fmt::format(
-        "Not converged: {} are not identifiable: their effects on the likelihood are linearly "
-        "dependent{}",
-        in_words(variances),
-        remedy(model, confounded.variances.has_effects));
-  }
-  if (fit.convergence.rank < fit.estimate.size()) {
-    if (confounded.nearly.size() > 1) {
-      return fmt::format(
-          "Not converged: {} are hardly identifiable: their effects on the mean are nearly "
-          "linearly "
-          "dependent. Remove one of them.",
-          listed(model, confounded.nearly));
-    }
-    return "Not converged: the coefficients are not identifiable: their estimates are linearly "
-           "dependent. Remove a covariate or a parameter.";
-  }
-  return {};
-}
-
-/// Adds the parameters that are named in a message on confounding.
-void add_confounding(const NonlinearModel& model,
-                     const Confounded& confounded,
-                     Convergence& convergence) {
-  using enum Evidence::Kind;
+/// Records what is not identifiable; false if everything is.
+bool conclude_confounding(const NonlinearModel& model,
+                          const Confounded& confounded,
+                          MixedEffectsFit& fit) {
+  using enum Finding::Kind;
+  Convergence& convergence = fit.convergence;
+  const auto conclude = [&](Finding::Kind kind, const std::vector<std::string>& names) {
+    const bool is_hardly = kind == kNearlyConfounded || kind == kDependentEstimates;
+    convergence.conclude(
+        ConvergenceStatus::kNotIdentifiable,
+        {.kind = kind, .names = names},
+        is_hardly ? Evidence::Kind::kHardlyIdentifiable : Evidence::Kind::kNotIdentifiable);
+    return true;
+  };
   if (!confounded.coefficients.empty()) {
-    convergence.add(kNotIdentifiable, names_of(model, confounded.coefficients));
-  } else if (!confounded.variances.names.empty()) {
-    convergence.add(kNotIdentifiable, confounded.variances.names);
-  } else {
-    convergence.add(kHardlyIdentifiable, names_of(model, confounded.nearly));
+    return conclude(kConfounded, names_of(model, confounded.coefficients));
   }
+  if (!confounded.variances.names.empty()) {
+    conclude(kConfoundedVariances, confounded.variances.names);
+    if (confounded.variances.names.size() > 1) {
+      convergence.find(remedy(model, confounded.variances.has_effects));
+    }
+    return true;
+  }
+  if (convergence.rank >= fit.estimate.size()) return false;
+  return conclude(confounded.nearly.size() > 1 ? kNearlyConfounded : kDependentEstimates,
+                  names_of(model, confounded.nearly));
 }
 
 /// Records parameters that are not identifiable; false if there are none. For a fit that has not
@@ -322,13 +239,11 @@ bool note_confounding(const NonlinearModel& model,
     convergence.rank = std::min(convergence.rank, static_cast<int>(fit.estimate.size()) - 1);
   }
   convergence.rank = std::max(0, convergence.rank - confounded.variances.directions);
-  const std::string verdict = is_far_off ? divergence(listed(model, confounded.coefficients))
-                                         : confounding(model, fit, confounded);
-  if (verdict.empty()) return false;
-  convergence.status =
-      is_far_off ? ConvergenceStatus::kDiverged : ConvergenceStatus::kNotIdentifiable;
-  convergence.verdict = verdict;
-  add_confounding(model, confounded, convergence);
+  if (!is_far_off) return conclude_confounding(model, confounded, fit);
+  convergence.conclude(
+      ConvergenceStatus::kDiverged,
+      {.kind = Finding::Kind::kDivergedAway, .names = names_of(model, confounded.coefficients)},
+      Evidence::Kind::kNotIdentifiable);
   return true;
 }
 
@@ -353,11 +268,10 @@ void note_unbounded(const NonlinearModel& model,
                     MixedEffectsFit& fit) {
   Convergence& convergence = fit.convergence;
   if (loose.empty() || convergence.status == ConvergenceStatus::kInvalidApproximation) return;
-  convergence.status = ConvergenceStatus::kNoMaximum;
-  convergence.add(Evidence::Kind::kUnbounded, names_of(model, loose));
-  convergence.verdict =
-      "Not converged: the log-likelihood keeps increasing, ever more slowly, while " +
-      unbounded_text(model, loose);
+  convergence.conclude(
+      ConvergenceStatus::kNoMaximum,
+      {.kind = Finding::Kind::kLikelihoodKeepsRising, .names = names_of(model, loose)},
+      Evidence::Kind::kUnbounded);
 }
 
 /// Records exponents of the variance function that are not determined: with one that is larger
@@ -370,62 +284,58 @@ void note_unbounded_powers(const NonlinearModel& model, MixedEffectsFit& fit) {
       if (std::isnan(use.only_at)) continue;
       const std::string name = use.stratum.empty() ? "delta" : "delta of " + use.stratum;
       const std::string& column = factor.factor.column;
-      convergence.status = ConvergenceStatus::kNoMaximum;
       convergence.evidence.push_back({.kind = Evidence::Kind::kUnbounded, .term = name});
-      convergence.verdict = fmt::format(
-          "Not converged: the log-likelihood keeps increasing, ever more slowly, while {} of {} "
-          "grows without bound: only the observations with {} {} have another variance. Use a "
-          "power, or a stratum for these observations.",
-          name,
-          factor.factor.text(),
-          column.empty() ? "a fitted value of" : column + " =",
-          fmt::format("{:.6g}", use.only_at));
+      convergence.conclude(ConvergenceStatus::kNoMaximum,
+                           {.kind = Finding::Kind::kUnboundedPower,
+                            .names = {name,
+                                      factor.factor.text(),
+                                      column.empty() ? "a fitted value of" : column + " ="},
+                            .values = {use.only_at}});
     }
   }
 }
 
 /// Records that the likelihood has no maximum.
 void note_degeneracy(Degeneracy found, MixedEffectsFit& fit) {
-  if (found.text.empty()) return;
-  Convergence& convergence = fit.convergence;
-  convergence.status = found.status;
-  convergence.verdict = "Not converged: " + found.text;
-  std::ranges::move(found.evidence, std::back_inserter(convergence.evidence));
+  if (!found.reason) return;
+  fit.convergence.conclude(found.status, *std::move(found.reason));
+  std::ranges::move(found.evidence, std::back_inserter(fit.convergence.evidence));
 }
 
-/// The message and the evidence of a converged fit.
-std::string success_verdict(const NonlinearModel& model,
-                            const std::vector<Index>& loose,
-                            Rounds rounds,
-                            MixedEffectsFit& fit) {
+/// The findings of a converged fit.
+void note_success(const NonlinearModel& model,
+                  const std::vector<Index>& loose,
+                  Rounds rounds,
+                  MixedEffectsFit& fit) {
+  using enum Finding::Kind;
   Convergence& convergence = fit.convergence;
   convergence.add(Evidence::Kind::kHardlyIdentifiable, names_of(model, loose));
-  std::string verdict = loose.empty() ? success(fit, rounds) : undetermined_text(model, loose);
+  if (loose.empty()) {
+    constexpr double kResolved = 1e-9;
+    convergence.find(
+        {.kind = rounds == Rounds::kAlternations ? kSettledAlternations : kSettledEvaluations,
+         .values = {static_cast<double>(convergence.iterations),
+                    std::max(kResolved, distance(fit))}});
+  } else {
+    convergence.find({.kind = kPoorlyDetermined, .names = names_of(model, loose)});
+  }
   if (convergence.has_boundary()) {
-    verdict += fmt::format(" Boundary (singular) fit: {}. A simpler structure fits equally well.",
-                           fmt::join(convergence.boundary(), "; "));
+    convergence.find({.kind = kSingular, .names = convergence.boundary()});
   }
   for (const VarianceFactorEstimate& factor : fit.variance.factors) {
-    const Index few = few_with_power(factor, variable_of(model, fit, factor));
-    if (few == 0) continue;
+    const auto few = static_cast<double>(few_with_power(factor, variable_of(model, fit, factor)));
+    if (few == 0.0) continue;
     convergence.evidence.push_back(
-        {.kind = Evidence::Kind::kPowerOfFew, .term = "delta", .value = static_cast<double>(few)});
-    verdict += fmt::format(
-        " The power of the variance matters for {} only: with an exponent of {:.3g} the variance "
-        "of all others is constant.",
-        counted(few, "observation", "observations"),
-        factor.delta[0]);
+        {.kind = Evidence::Kind::kPowerOfFew, .term = "delta", .value = few});
+    convergence.find({.kind = kPowerOfFew, .values = {few, factor.delta[0]}});
   }
   if (fit.floored_variances > 0) {
-    convergence.evidence.push_back({.kind = Evidence::Kind::kFlooredValues,
-                                    .term = "fitted values",
-                                    .value = static_cast<double>(fit.floored_variances)});
-    verdict +=
-        fmt::format(" {} near zero for a power variance and set to a lower limit{}.",
-                    counted(fit.floored_variances, "fitted value is too", "fitted values are too"),
-                    has_constant(fit.variance) ? "" : "; constant-plus-power may fit better");
+    const auto floored = static_cast<double>(fit.floored_variances);
+    convergence.evidence.push_back(
+        {.kind = Evidence::Kind::kFlooredValues, .term = "fitted values", .value = floored});
+    convergence.find(
+        {.kind = has_constant(fit.variance) ? kFloored : kFlooredPower, .values = {floored}});
   }
-  return verdict;
 }
 
 }  // namespace
@@ -453,13 +363,9 @@ void judge(const NonlinearModel& model,
   const std::vector<Index> loose = find_undetermined(model, slopes, fit);
   name_boundary(model, slopes, fit);
   if (fit.convergence.converged()) {
-    fit.convergence.verdict = success_verdict(model, loose, rounds, fit);
+    note_success(model, loose, rounds, fit);
   } else {
-    fit.convergence.status = obstacle.status;
-    fit.convergence.verdict = failure(model, fit, rounds, obstacle);
-    if (!obstacle.moving.empty()) {
-      fit.convergence.add(Evidence::Kind::kMoving, {obstacle.moving});
-    }
+    note_failure(model, rounds, obstacle, fit);
     note_unbounded(model, loose, fit);
   }
   note_unbounded_powers(model, fit);

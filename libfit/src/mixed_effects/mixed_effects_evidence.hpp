@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The evaluation of a mixed-effects fit: rank, boundary and convergence message.
+// The evaluation of a mixed-effects fit: rank, boundary and findings.
 #pragma once
 
+#include <optional>
 #include <string>
-#include <string_view>
 
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -12,14 +12,9 @@ namespace silvafit::fit {
 /// The findings of a search that did not reach an optimum.
 struct Obstacle {
   ConvergenceStatus status = ConvergenceStatus::kMaximumNotReached;
-  std::string text{};    ///< the reason, as a clause; empty if it is not known
-  std::string moving{};  ///< the parameter with the largest further change, "sd(b)"
+  std::optional<Finding::Kind> cause{};  ///< not known without one
+  std::string moving{};                  ///< the parameter with the largest further change, "sd(b)"
 };
-
-/// The obstacle of a search of a likelihood that uses the curvature at the modes.
-inline constexpr std::string_view kNoClearMode =
-    "the likelihood increases towards points where the conditional density of a group's random "
-    "effects is flat at its mode and the approximation is not valid";
 
 /// The unit of iterations of a method: alternations of its two steps, or values of a likelihood.
 enum class Rounds { kAlternations, kEvaluations };
@@ -31,7 +26,7 @@ bool has_diverged(const NonlinearModel& model, const MixedEffectsFit& fit);
 /// Sets names, labels and the degrees of freedom of the t tests.
 void describe(const NonlinearModel& model, MixedEffectsFit& fit);
 
-/// Sets rank and boundary of a fit's convergence and writes the convergence message. A fit with
+/// Sets rank, boundary and findings of a fit's convergence. A fit with
 /// coefficients or variance components that are not identifiable has not converged, and such
 /// coefficients have no standard errors.
 /// \param is_restricted  whether the likelihood is the restricted one

@@ -183,7 +183,7 @@ TEST_CASE("a balanced nested layout has the closed-form solution") {
     const double stands = layout.between_stands / (reml ? a - 1 : a);
     const MixedEffectsFit fit =
         fit_lindstrom_bates(model, VectorXd::Constant(1, 15.0), {.reml = reml});
-    INFO(fit.convergence.verdict);
+    INFO(fit.convergence.verdict());
     REQUIRE(fit.convergence.converged());
     // Converged means within 1e-6 standard errors.
     CHECK(fit.estimate[0] == Approx(layout.mean).epsilon(1e-12));
@@ -282,7 +282,7 @@ TEST_CASE("a variance estimate of zero is found and named") {
       fit_lindstrom_bates(NonlinearModel(one_way_model(table), table), VectorXd::Constant(1, 0.1));
   CHECK(fit.convergence.converged());
   CHECK(fit.convergence.boundary() == std::vector<std::string>{"sd(mu) = 0"});
-  CHECK(fit.convergence.verdict.find("Boundary (singular) fit") != std::string::npos);
+  CHECK(fit.convergence.verdict().find("Boundary (singular) fit") != std::string::npos);
   const OneWay sums(table);
   const double n = kGroups * kRows;
   CHECK(fit.log_likelihood ==
@@ -346,7 +346,7 @@ TEST_CASE("the test of a vanishing constant does not depend on the unit of its c
     model.variance = parse_variance_function("constant-plus-power(v)");
     const MixedEffectsFit fit =
         fit_lindstrom_bates(NonlinearModel(model, table), VectorXd::Constant(1, 10.0));
-    INFO(unit << ": " << fit.convergence.verdict);
+    INFO(unit << ": " << fit.convergence.verdict());
     CHECK(fit.convergence.converged());
     CHECK(!fit.convergence.has_boundary());
   }
@@ -362,7 +362,7 @@ TEST_CASE("strata and products are never below nested functions") {
   table.set("species", species);
   const auto log_likelihood = [&](const char* variance) {
     const MixedEffectsFit fit = fit_curves(table, 1.0, variance);
-    INFO(variance << ": " << fit.convergence.verdict);
+    INFO(variance << ": " << fit.convergence.verdict());
     CHECK(fit.convergence.converged());
     return fit.log_likelihood;
   };
@@ -422,8 +422,8 @@ TEST_CASE("fits with confounded coefficients do not converge") {
   const MixedEffectsFit fit =
       fit_lindstrom_bates(NonlinearModel(model, table), Eigen::Vector2d(5.0, 5.0));
   CHECK_FALSE(fit.convergence.converged());
-  INFO(fit.convergence.verdict);
-  CHECK(fit.convergence.verdict.find("not identifiable") != std::string::npos);
+  INFO(fit.convergence.verdict());
+  CHECK(fit.convergence.verdict().find("not identifiable") != std::string::npos);
 }
 
 TEST_CASE("random effects that are impossible for the groups are reported") {
@@ -432,7 +432,7 @@ TEST_CASE("random effects that are impossible for the groups are reported") {
     const MixedEffectsFit fit =
         fit_lindstrom_bates(NonlinearModel(model, data), VectorXd::Constant(1, start));
     CHECK_FALSE(fit.convergence.converged());
-    return fit.convergence.verdict;
+    return fit.convergence.verdict();
   };
   SECTION("the fixed effects fit exactly") {
     Table constant = table;

@@ -16,7 +16,6 @@
 #include "least_squares/periodic_coefficients.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
-#include "mixed_effects/medians.hpp"
 #include "model/variance_weights.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -31,6 +30,19 @@ constexpr std::size_t kMostGroups = 40;
 constexpr double kClearlyLower = 0.99;
 // Searches in single groups, which are many, have half of the usual effort.
 constexpr std::size_t kBrief = 2;
+
+/// (p) the median of each coefficient; for an even number of fits the upper of the two middle
+/// values, so that it is the value of a fit.
+/// \param values  (p) lists, of at least one value each
+VectorXd medians(std::vector<std::vector<double>> values) {
+  VectorXd result(std::ssize(values));
+  for (std::size_t j = 0; j < values.size(); ++j) {
+    const auto middle = values[j].begin() + std::ssize(values[j]) / 2;
+    std::ranges::nth_element(values[j], middle);
+    result[static_cast<Index>(j)] = *middle;
+  }
+  return result;
+}
 
 bool is_clearly_lower(const GroupFits& found, const std::optional<GroupFits>& usual) {
   return !usual || found.fitted > usual->fitted ||

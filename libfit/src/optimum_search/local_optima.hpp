@@ -11,7 +11,7 @@
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "optimum_search/candidate_fits.hpp"
 #include "optimum_search/search_budget.hpp"
-#include "optimum_search/search_verdict.hpp"
+#include "optimum_search/search_evidence.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "optimum_search/starting_points.hpp"
 

@@ -12,6 +12,7 @@
 #include "optimum_search/exchanged_fits.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "silvafit/base/constants.hpp"
+#include "verdict/thresholds.hpp"
 
 namespace silvafit::fit {
 
@@ -212,7 +213,7 @@ void MarginalMaxima::rank_ends() {
     if (!reason) continue;
     candidate.obstacle = *reason;
     if (candidate.fit.convergence.status == ConvergenceStatus::kDiverged) {
-      candidate.fit.convergence.verdict.clear();
+      candidate.fit.convergence.findings.clear();
     }
   }
 }
@@ -237,12 +238,10 @@ const Candidate* MarginalMaxima::unfinished_above(const MixedEffectsFit& fit,
   return highest;
 }
 
-/// A maximum far below a point that was reached elsewhere says nothing about the data.
 const Candidate& MarginalMaxima::best() const {
-  constexpr double kFar = 20.0;
   const Candidate& best = best_of(maxima_);
   if (!best.fit.convergence.converged()) return best;
-  const Candidate* const higher = unfinished_above(best.fit, kFar);
+  const Candidate* const higher = unfinished_above(best.fit, Thresholds::kFarBelow);
   return higher ? *higher : best;
 }
 

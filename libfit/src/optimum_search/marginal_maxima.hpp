@@ -9,7 +9,7 @@
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "optimum_search/candidate_fits.hpp"
 #include "optimum_search/local_optima.hpp"
-#include "optimum_search/search_verdict.hpp"
+#include "optimum_search/search_evidence.hpp"
 
 namespace silvafit::fit {
 

@@ -12,8 +12,7 @@
 #include "optimum_search/candidate_fits.hpp"
 #include "optimum_search/local_optima.hpp"
 #include "optimum_search/marginal_maxima.hpp"
-#include "optimum_search/representative_rows.hpp"
-#include "optimum_search/search_verdict.hpp"
+#include "optimum_search/search_evidence.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::fit {
@@ -24,6 +23,24 @@ using Eigen::VectorXd;
 
 // With at least this many observations, starting points are compared on a part of the data.
 constexpr Index kManyObservations = 4000;
+
+/// The observations of evenly chosen clusters, or evenly chosen observations if there are few
+/// clusters: about 2,000.
+std::vector<Index> representative_rows(const NonlinearModel& model) {
+  constexpr Index kRows = 2000;
+  constexpr Index kFewestClusters = 30;
+  const Index step = (model.observations() + kRows - 1) / kRows;
+  std::vector<Index> rows;
+  if (model.cluster_count() < step * kFewestClusters) {
+    for (Index i = 0; i < model.observations(); i += step) rows.push_back(i);
+    return rows;
+  }
+  for (Index c = 0; c < model.cluster_count(); c += step) {
+    const Index end = model.group_begin(model.cluster_begin(c + 1));
+    for (Index i = model.group_begin(model.cluster_begin(c)); i < end; ++i) rows.push_back(i);
+  }
+  return rows;
+}
 
 class OptimumSearch {
  public:
@@ -181,7 +198,7 @@ class OptimumSearch {
     const bool is_marginal = options_.integration.has_value();
     MixedEffectsFit fit = best.fit;
     // A failed fit already has a message with the reason.
-    if (fit.convergence.verdict.empty()) {
+    if (fit.convergence.findings.empty()) {
       describe(model_, fit);
       judge(model_,
             fit,

@@ -10,7 +10,7 @@
 #include "optimum_search/candidate_fits.hpp"
 #include "optimum_search/exchanged_fits.hpp"
 #include "optimum_search/group_fits.hpp"
-#include "optimum_search/search_verdict.hpp"
+#include "optimum_search/search_evidence.hpp"
 #include "optimum_search/smaller_structures.hpp"
 #include "optimum_search/starting_points.hpp"
 #include "silvafit/base/random.hpp"
@@ -123,7 +123,7 @@ TEST_CASE("of interchangeable terms the varying one gets the random effect") {
     for (const Method method : {Method::kLindstromBates, Method::kInteraction, Method::kLaplace}) {
       INFO("seed " << seed << ", " << method_text(method));
       const FittedModel fit = searched_fit(table, kBiexponential, "A1 | g", {.method = method});
-      INFO(fit.convergence.verdict);
+      INFO(fit.convergence.verdict());
       REQUIRE(fit.convergence.converged());
       // Five standard errors, of about 0.15 and 0.05.
       CHECK(fit.estimate[0] == Approx(2.8).margin(0.8));
@@ -143,7 +143,7 @@ TEST_CASE("it does not matter which of two interchangeable coefficients has the 
     const Table table = growth(seed);
     const FittedModel first = searched_fit(table, kGrowth, "h1 + s1 + th | g");
     const FittedModel second = searched_fit(table, kGrowth, "h1 + s0 + th | g");
-    INFO(first.convergence.verdict << " " << second.convergence.verdict);
+    INFO(first.convergence.verdict() << " " << second.convergence.verdict());
     REQUIRE(first.convergence.converged());
     REQUIRE(second.convergence.converged());
     // Both are within 1e-6 standard errors of the same fixed point.
@@ -162,7 +162,7 @@ TEST_CASE("groups decide between curves that fit all groups together equally wel
       const FittedModel fit = searched_fit(table, kGrowth, "h1 + s1 + th | g", {.method = method});
       const FittedModel from_truth = searched_fit(
           table, kGrowth, "h1 + s1 + th | g", {.method = method, .start = kGrowthTruth});
-      INFO(fit.convergence.verdict);
+      INFO(fit.convergence.verdict());
       REQUIRE(fit.convergence.converged());
       // Both are within 1e-6 standard errors of their optimum.
       CHECK(fit.log_likelihood > from_truth.log_likelihood - 1e-6);
@@ -213,7 +213,7 @@ TEST_CASE("peaks are found if their places vary more than they are wide") {
       INFO("seed " << seed << ", " << method_text(method));
       const FittedModel fit =
           searched_fit(table, "y ~ c + d*x + A*exp(-((x - m)/s)^2)", "m | g", {.method = method});
-      INFO(fit.convergence.verdict);
+      INFO(fit.convergence.verdict());
       REQUIRE(fit.convergence.converged());
       // Standard errors are about 0.1, 0.8 (the effects' over the root of 14) and 0.6.
       CHECK(fit.estimate[2] == Approx(8.0).margin(0.6));
@@ -334,7 +334,7 @@ TEST_CASE("a phase is found if its period varies between groups") {
       INFO("seed " << seed << ", " << method_text(method));
       const FittedModel fit =
           searched_fit(table, "y ~ M + A*cos(2*pi*(x - t)/P)", "P | g", {.method = method});
-      INFO(fit.convergence.verdict);
+      INFO(fit.convergence.verdict());
       REQUIRE(fit.convergence.converged());
       // The standard error of t is about 0.05, that of P the effects' over the root of 12, 0.15.
       // With a negative amplitude the phase is half a period away.
@@ -449,14 +449,15 @@ TEST_CASE("the findings of a search are in the convergence message") {
   fit.estimate = Eigen::Vector2d(1.0, 2.0);
   fit.log_likelihood = -100.0;
   fit.observations = 50;
-  fit.convergence = {.status = ConvergenceStatus::kConverged, .verdict = "Converged."};
+  fit.convergence = {.status = ConvergenceStatus::kConverged,
+                     .findings = {{.names = {"Converged."}}}};
   const ModelSpecification specification{.formula = silvafit::data::parse_formula("y ~ a*x^b")};
   const auto after = [&](const SearchEvidence& evidence) {
     MixedEffectsFit judged = fit;
     judge_search(specification, evidence, judged);
     return judged.convergence;
   };
-  CHECK(after({}).verdict == "Converged.");
+  CHECK(after({}).verdict() == "Converged.");
 
   const Convergence below =
       after({.method = Integration::kLaplace,
@@ -464,41 +465,42 @@ TEST_CASE("the findings of a search are in the convergence message") {
   CHECK(below.status == ConvergenceStatus::kContainedModelHigher);
   CHECK(below.has(Evidence::Kind::kContainedModel, "without b"));
   CHECK(below.evidence.back().value == -90.0);
-  CHECK(below.verdict.find("without b") != std::string::npos);
-  CHECK(below.verdict.find("other start values") != std::string::npos);
+  CHECK(below.verdict().find("without b") != std::string::npos);
+  CHECK(below.verdict().find("other start values") != std::string::npos);
   // A fixed point of lb remains one, as nlme reports it, unless the linearization is useless.
   const Convergence lower =
       after({.contained = ContainedModel{.text = "without b", .log_likelihood = -90.0}});
   CHECK(lower.converged());
-  CHECK(lower.verdict.starts_with("Converged, with a doubt: the model without b"));
+  CHECK(lower.verdict().starts_with("Converged, with a doubt: the model without b"));
   CHECK(after({.contained = ContainedModel{.log_likelihood = -79.0}}).status ==
         ConvergenceStatus::kContainedModelHigher);
   // Another method is recommended if it has a maximum above the contained model.
   const Convergence helped =
       after({.contained = ContainedModel{.log_likelihood = -90.0, .rank = -90.0},
              .marginal_maximum = -89.0});
-  CHECK(helped.verdict.find("`method=laplace`: laplace converges at -89.00") != std::string::npos);
+  CHECK(helped.verdict().find("`method=laplace`: laplace converges at -89.00") !=
+        std::string::npos);
 
   const Convergence doubtful = after({.marginal_here = -99.0, .marginal_maximum = -96.0});
   CHECK(doubtful.converged());
   CHECK(doubtful.has(Evidence::Kind::kMarginalMaximum, "laplace"));
-  CHECK(doubtful.verdict.find("linearization is doubtful") != std::string::npos);
-  CHECK(doubtful.verdict.find("`method=laplace`") != std::string::npos);
-  CHECK(after({.marginal_here = -99.5, .marginal_maximum = -98.5}).verdict == "Converged.");
+  CHECK(doubtful.verdict().find("linearization is doubtful") != std::string::npos);
+  CHECK(doubtful.verdict().find("`method=laplace`") != std::string::npos);
+  CHECK(after({.marginal_here = -99.5, .marginal_maximum = -98.5}).verdict() == "Converged.");
   CHECK(after({.marginal_here = -60.0, .marginal_maximum = -59.0}).status ==
         ConvergenceStatus::kInvalidApproximation);
   const Convergence unfinished = after({.method = Integration::kLaplace, .unfinished = -98.0});
   CHECK(unfinished.status == ConvergenceStatus::kMaximumNotReached);
-  CHECK(unfinished.verdict.find("`method=focei`") != std::string::npos);
+  CHECK(unfinished.verdict().find("`method=focei`") != std::string::npos);
   // The message does not recommend the method that was used.
-  CHECK(
-      after({.method = Integration::kInteraction, .unfinished = -98.0}).verdict.find("`method=") ==
-      std::string::npos);
+  CHECK(after({.method = Integration::kInteraction, .unfinished = -98.0})
+            .verdict()
+            .find("`method=") == std::string::npos);
   CHECK(after({.first_order_maximum = -70.0}).status == ConvergenceStatus::kInvalidApproximation);
 
   fit.optima = {{.estimate = fit.estimate, .log_likelihood = -100.0},
                 {.estimate = Eigen::Vector2d(5.0, 6.0), .log_likelihood = -101.0}};
-  CHECK(after({}).verdict.find("log-likelihood -101.00 at a = 5, b = 6") != std::string::npos);
+  CHECK(after({}).verdict().find("log-likelihood -101.00 at a = 5, b = 6") != std::string::npos);
 }
 
 TEST_CASE("a linearized fit below a model that it contains is in doubt") {
@@ -525,15 +527,16 @@ TEST_CASE("a linearized fit below a model that it contains is in doubt") {
   REQUIRE(fit.log_likelihood < contained.log_likelihood - 0.1);
   CHECK(fit.convergence.converged());
   CHECK(fit.convergence.has(Evidence::Kind::kContainedModel, "without random effects"));
-  CHECK(fit.convergence.verdict.starts_with("Converged, with a doubt"));
+  CHECK(fit.convergence.verdict().starts_with("Converged, with a doubt"));
   // Laplace's and the first-order likelihood have a maximum of -54.32 by both.
-  CHECK(fit.convergence.verdict.find(" converges at -54.32") != std::string::npos);
+  CHECK(fit.convergence.verdict().find(" converges at -54.32") != std::string::npos);
 }
 
 TEST_CASE("the message of a fit with kinks has the likelihood by quadrature") {
   MixedEffectsFit fit;
   fit.log_likelihood = -100.0;
-  fit.convergence = {.status = ConvergenceStatus::kConverged, .verdict = "Converged."};
+  fit.convergence = {.status = ConvergenceStatus::kConverged,
+                     .findings = {{.names = {"Converged."}}}};
   const auto after = [&](double by_quadrature, const SearchEvidence& evidence) {
     MixedEffectsFit judged = fit;
     judge_kinks(judged, {{"xmax"}, by_quadrature, 15}, evidence);
@@ -542,11 +545,11 @@ TEST_CASE("the message of a fit with kinks has the likelihood by quadrature") {
   const Convergence linearized = after(-93.0, {});
   CHECK(linearized.converged());
   CHECK(linearized.has(Evidence::Kind::kMarginal, "agq"));
-  CHECK(linearized.verdict.find("kink in xmax") != std::string::npos);
-  CHECK(linearized.verdict.find("is -93.00, not -100.00") != std::string::npos);
+  CHECK(linearized.verdict().find("kink in xmax") != std::string::npos);
+  CHECK(linearized.verdict().find("is -93.00, not -100.00") != std::string::npos);
   // Quadrature with enough points needs no doubt.
-  CHECK(after(-100.01, {.method = Integration::kQuadrature}).verdict == "Converged.");
-  CHECK(after(-99.0, {.method = Integration::kQuadrature}).verdict.find("`agq_points=15`") !=
+  CHECK(after(-100.01, {.method = Integration::kQuadrature}).verdict() == "Converged.");
+  CHECK(after(-99.0, {.method = Integration::kQuadrature}).verdict().find("`agq_points=15`") !=
         std::string::npos);
 }
 

@@ -9,7 +9,7 @@
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
 #include "optimum_search/group_fits.hpp"
-#include "optimum_search/search_verdict.hpp"
+#include "optimum_search/search_evidence.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/data/equation.hpp"

@@ -72,7 +72,7 @@ FittedModel fitted(const Table& table, const Case& of) {
   add_random_effects(model, of.random, table);
   model.variance = parse_variance_function(of.variance);
   FittedModel fit = fit_model(model, table, {.method = of.method, .quadrature_points = 5}).fit;
-  INFO(fit.convergence.verdict);
+  INFO(fit.convergence.verdict());
   REQUIRE(fit.convergence.converged());
   return fit;
 }

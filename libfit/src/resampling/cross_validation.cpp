@@ -167,7 +167,7 @@ FoldPrediction predicted(const FittedModel& fit,
   try {
     const FittedModel refit = fit_model(fit.specification, training, options).fit;
     if (!refit.convergence.converged()) {
-      result.failure = refit.convergence.verdict;
+      result.failure = refit.convergence.verdict();
       return result;
     }
     const Prediction prediction = predict(refit, left_out, Level::kPopulation);

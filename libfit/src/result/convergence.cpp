@@ -15,38 +15,29 @@ namespace {
 
 using EvidenceKind = Evidence::Kind;
 
+struct StatusTexts {
+  std::string_view name;
+  std::string_view phrase;
+};
+
 /// In the order of the enumeration.
-constexpr std::array<std::string_view, 15> kStatusNames{"converged",
-                                                        "boundary",
-                                                        "perfect_fit",
-                                                        "published",
-                                                        "not_identifiable",
-                                                        "no_maximum",
-                                                        "contained_model_higher",
-                                                        "invalid_approximation",
-                                                        "diverged",
-                                                        "iteration_limit",
-                                                        "maximum_not_reached",
-                                                        "no_start_values",
-                                                        "too_few_observations",
-                                                        "outside_bounds",
-                                                        "unknown"};
-constexpr std::array<std::string_view, 15> kStatusPhrases{
-    "converged",
-    "boundary (singular) fit",
-    "perfect fit",
-    "published model",
-    "not identifiable",
-    "no maximum of the likelihood",
-    "a contained model has a higher log-likelihood",
-    "the approximation of the likelihood is not valid",
-    "the search diverged",
-    "the iteration limit was reached",
-    "no maximum was reached",
-    "no start values",
-    "too few observations",
-    "no fit within the bounds",
-    "not converged"};
+constexpr std::array<StatusTexts, 15> kStatus{{
+    {"converged", "converged"},
+    {"boundary", "boundary (singular) fit"},
+    {"perfect_fit", "perfect fit"},
+    {"published", "published model"},
+    {"not_identifiable", "not identifiable"},
+    {"no_maximum", "no maximum of the likelihood"},
+    {"contained_model_higher", "a contained model has a higher log-likelihood"},
+    {"invalid_approximation", "the approximation of the likelihood is not valid"},
+    {"diverged", "the search diverged"},
+    {"iteration_limit", "the iteration limit was reached"},
+    {"maximum_not_reached", "no maximum was reached"},
+    {"no_start_values", "no start values"},
+    {"too_few_observations", "too few observations"},
+    {"outside_bounds", "no fit within the bounds"},
+    {"unknown", "not converged"},
+}};
 constexpr std::array<std::string_view, 16> kKindNames{"boundary",
                                                       "lower_bound",
                                                       "upper_bound",
@@ -77,13 +68,13 @@ bool is_boundary(const Evidence& evidence) {
 }  // namespace
 
 std::string_view status_text(ConvergenceStatus status) {
-  return kStatusNames[static_cast<std::size_t>(status)];
+  return kStatus[static_cast<std::size_t>(status)].name;
 }
 
 ConvergenceStatus parse_status(std::string_view text) {
-  const auto* const found = std::ranges::find(kStatusNames, text);
-  return found == kStatusNames.end() ? ConvergenceStatus::kUnknown
-                                     : static_cast<ConvergenceStatus>(found - kStatusNames.begin());
+  const auto* const found = std::ranges::find(kStatus, text, &StatusTexts::name);
+  return found == kStatus.end() ? ConvergenceStatus::kUnknown
+                                : static_cast<ConvergenceStatus>(found - kStatus.begin());
 }
 
 std::string_view kind_text(EvidenceKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
@@ -102,6 +93,14 @@ std::string text_of(const Evidence& evidence) {
   return result;
 }
 
+void Convergence::conclude(ConvergenceStatus found,
+                           Finding reason,
+                           std::optional<EvidenceKind> named) {
+  status = found;
+  if (named) add(*named, reason.names);
+  findings = {std::move(reason)};
+}
+
 bool Convergence::converged() const {
   return status == ConvergenceStatus::kConverged || status == ConvergenceStatus::kBoundary ||
          status == ConvergenceStatus::kPerfectFit || status == ConvergenceStatus::kPublished;
@@ -118,7 +117,7 @@ std::vector<std::string> Convergence::boundary() const {
 bool Convergence::has_boundary() const { return std::ranges::any_of(evidence, is_boundary); }
 
 std::string Convergence::summary() const {
-  std::string result(kStatusPhrases[static_cast<std::size_t>(status)]);
+  std::string result(kStatus[static_cast<std::size_t>(status)].phrase);
   const char* separator = ": ";
   for (const Evidence& item : evidence) {
     if (!explains_failure(item.kind)) continue;

@@ -340,7 +340,7 @@ ConvergenceStatus read_status(const JsonReader& json) {
 Convergence read_convergence(const JsonReader& json) {
   const JsonReader evidence = json.at("evidence");
   Convergence result{.status = read_status(json),
-                     .verdict = json.at("verdict").any_text(),
+                     .findings = {{.names = {json.at("verdict").any_text()}}},
                      .newton_decrement = evidence.at("gradient").number_or_missing(),
                      .iterations = evidence.at("iterations").count_or_zero(),
                      .rank = evidence.at("rank").count_or_zero()};

@@ -110,7 +110,7 @@ std::string without(const std::string& key) {
 TEST_CASE("a fit read back from JSON is identical, and gives the same bytes") {
   for (const char* variance : {"none", "exponential", "power(dbh)", "constant-plus-power"}) {
     const FittedModel fit = mixed_fit(variance);
-    INFO(variance << ": " << fit.convergence.verdict);
+    INFO(variance << ": " << fit.convergence.verdict());
     REQUIRE(fit.convergence.converged());
     check_same(round_trip(fit), fit);
     CHECK(to_json(round_trip(fit)) == to_json(fit));
@@ -239,12 +239,12 @@ TEST_CASE("a fit that failed is still an object") {
 TEST_CASE("a fit that never began has its coefficients, without values") {
   FittedModel fit(specify_model("h ~ 1.3 + a*(1 - exp(-b*dbh))", {"b ~ 1 + C"}, stand()));
   fit.specification.random = parse_random_effects("a | plot");
-  fit.convergence.verdict = "The data do not suit it.";
+  fit.convergence.verdict() = "The data do not suit it.";
   const FittedModel read = round_trip(fit);
   CHECK(read.coefficient_names == std::vector<std::string>{"a", "b", "b:C"});
   CHECK(std::isnan(read.estimate[2]));
   CHECK(read.has_random_effects());
-  CHECK(read.convergence.verdict == fit.convergence.verdict);
+  CHECK(read.convergence.verdict() == fit.convergence.verdict());
 }
 
 TEST_CASE("nested groups, blocks, strata and products are kept") {

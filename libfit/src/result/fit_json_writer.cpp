@@ -303,7 +303,7 @@ ordered_json json_of(const FittedModel& model) {
       {"groups", groups(fit)},
       {"converged", fit.convergence.converged()},
       {"status", status_text(fit.convergence.status)},
-      {"verdict", fit.convergence.verdict},
+      {"verdict", fit.convergence.verdict()},
       {"evidence", evidence(fit.convergence)},
       {"fixed", fixed(fit)},
       {"fixed_covariance", rows(fit.covariance)},

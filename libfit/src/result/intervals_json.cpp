@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "result/intervals_json.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -32,6 +34,16 @@ double read_limit(const JsonReader& json, const std::string& key, double infinit
 }
 
 }  // namespace
+
+IntervalMethod parse_interval_method(std::string_view text) {
+  if (text == "wald") return IntervalMethod::kWald;
+  if (text == "profile") return IntervalMethod::kProfile;
+  throw UsageError(fmt::format("unknown kind of interval '{}'; available: wald, profile", text));
+}
+
+std::string interval_method_text(IntervalMethod method) {
+  return method == IntervalMethod::kWald ? "wald" : "profile";
+}
 
 ordered_json intervals_json(const Intervals& intervals) {
   ordered_json parameters = ordered_json::object();

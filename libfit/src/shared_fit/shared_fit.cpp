@@ -159,11 +159,9 @@ class SharedFit {
 
   FittedModel without_optimum() {
     FittedModel fit = sample_fit_;
-    fit.convergence.status = ConvergenceStatus::kInvalidApproximation;
-    fit.convergence.verdict = fmt::format(
-        "Not converged: the likelihood of all data does not hold at the estimates of a sample of "
-        "{} observations, which are shown. Use fewer random effects, or `method=focei`.",
-        sample_.observations());
+    fit.convergence.conclude(ConvergenceStatus::kInvalidApproximation,
+                             {.kind = Finding::Kind::kInvalidForSample,
+                              .values = {static_cast<double>(sample_.observations())}});
     return fit;
   }
 
@@ -198,8 +196,8 @@ class SharedFit {
     fit.random.back().uncertainty = uncertainty_of(fit);
     fit.random.back().effects = std::move(effects.effects);
     if (sample_.observations() < clusters_.observations) {
-      fit.convergence.verdict += fmt::format(" Start values come from a sample of {} observations.",
-                                             sample_.observations());
+      fit.convergence.find({.kind = Finding::Kind::kSampleStart,
+                            .values = {static_cast<double>(sample_.observations())}});
     }
     return fit;
   }

@@ -58,7 +58,7 @@ TEST_CASE("a small sample leads to the maximum of all data, and does not limit i
   const FittedModel alone = fit_model(model, all, options).fit;
   const FittedModel shared = fit_shared(
       model, {.sample = first_rows(all, 75), .own = all, .parts = parts_of(all, 300)}, options);
-  INFO(shared.convergence.verdict);
+  INFO(shared.convergence.verdict());
   REQUIRE(shared.convergence.converged());
   CHECK(shared.observations == 15000);
   // Both searches end within 1e-5 standard errors of the maximum, about which the likelihood is

@@ -9,43 +9,34 @@
 namespace silvafit::fit {
 namespace {
 
-std::string shown(double value, const char* format) {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
-}
+std::string shown(double value) { return std::isfinite(value) ? decimals(value) : "-"; }
 
-void append_fits(std::string& text,
-                 const Comparison& comparison,
-                 const FitNames& names,
-                 std::size_t width) {
-  append(text,
-         "{:<{}} {:<7} {:>3} {:>14} {:>13} {:>13} {:>13} {:>13} {:>10} {:>7}\n",
-         "fit",
-         width,
-         "method",
-         "k",
-         "log-likelihood",
-         "AIC",
-         "AICc",
-         "BIC",
-         "BIC by groups",
-         "difference",
-         "weight");
+void append_fits(std::string& text, const Comparison& comparison, const FitNames& names) {
+  TextTable table(3, {-7, 3, 14, 13, 13, 13, 13, 10, 7});
+  table.add({"fit",
+             "method",
+             "k",
+             "log-likelihood",
+             "AIC",
+             "AICc",
+             "BIC",
+             "BIC by groups",
+             "difference",
+             "weight"});
   for (const ComparedFit& one : comparison.fits) {
     const FittedModel& fit = *one.fit;
-    append(text,
-           "{:<{}} {:<7} {:>3} {:>14.4f} {:>13} {:>13} {:>13} {:>13} {:>10} {:>7}\n",
-           names.at(&fit),
-           width,
-           method_text(fit.method),
-           fit.parameter_count > 0 ? fmt::to_string(fit.parameter_count) : "-",
-           fit.log_likelihood,
-           shown(fit.aic(), "{:.4f}"),
-           shown(fit.aicc(), "{:.4f}"),
-           shown(fit.bic(), "{:.4f}"),
-           shown(fit.bic_groups(), "{:.4f}"),
-           shown(one.aic_difference, "{:.4f}"),
-           shown(one.akaike_weight, "{:.4f}"));
+    table.add({names.at(&fit),
+               method_text(fit.method),
+               fit.parameter_count > 0 ? fmt::to_string(fit.parameter_count) : "-",
+               fmt::format("{:.4f}", fit.log_likelihood),
+               shown(fit.aic()),
+               shown(fit.aicc()),
+               shown(fit.bic()),
+               shown(fit.bic_groups()),
+               shown(one.aic_difference),
+               shown(one.akaike_weight)});
   }
+  table.append_to(text);
 }
 
 void append_pair(std::string& text,
@@ -76,12 +67,7 @@ void append_pair(std::string& text,
 
 std::string summary(const Comparison& comparison, const FitNames& names) {
   std::string text;
-  std::size_t width = 3;
-  for (const ComparedFit& one : comparison.fits) width = std::max(width, names.at(one.fit).size());
-  for (const FittedModel* const fit : comparison.failed) {
-    width = std::max(width, names.at(fit).size());
-  }
-  append_fits(text, comparison, names, width);
+  append_fits(text, comparison, names);
   if (!comparison.reason.empty()) {
     append(text, "the criteria cannot be compared: {}\n", comparison.reason);
   }

@@ -19,26 +19,18 @@ void append_reasons(std::string& text,
   }
 }
 
-void append_statistics_line(std::string& text,
-                            const std::string& name,
-                            const FitStatistics& values,
-                            std::size_t count) {
-  append(text,
-         "{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
-         name,
-         count,
-         decimals(values.r2),
-         significant(values.rmse),
-         significant(values.mean_error, 3),
-         significant(values.mae));
+std::vector<std::string> counted_cells(std::string name,
+                                       std::size_t count,
+                                       const FitStatistics& values) {
+  std::vector<std::string> cells = statistics_cells(std::move(name), values);
+  cells.insert(cells.begin() + 1, fmt::to_string(count));
+  return cells;
 }
 
 }  // namespace
 
 std::string summary(const Bootstrap& bootstrap) {
   std::string text;
-  std::size_t width = 9;
-  for (const auto& parameter : bootstrap.parameters) width = std::max(width, parameter.name.size());
   append(text,
          "\n{} bootstrap, seed {}: {} of {} replicates converged; {:g} % intervals\n",
          resample_text(bootstrap.resample),
@@ -46,29 +38,20 @@ std::string summary(const Bootstrap& bootstrap) {
          bootstrap.converged,
          bootstrap.replicates,
          100.0 * bootstrap.level);
-  append(text,
-         "{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
-         "parameter",
-         width,
-         "estimate",
-         "bias",
-         "std. error",
-         "percentile",
-         "basic");
+  TextTable table(9, {12, 12, 12, 25, 25});
+  table.add({"parameter", "estimate", "bias", "std. error", "percentile", "basic"});
   for (const BootstrapParameter& parameter : bootstrap.parameters) {
     const auto range = [](const Interval& value) {
       return fmt::format("{} to {}", significant(value.low), significant(value.high));
     };
-    append(text,
-           "{:<{}} {:>12} {:>12} {:>12} {:>25} {:>25}\n",
-           parameter.name,
-           width,
-           significant(parameter.estimate),
-           significant(parameter.bias, 3),
-           significant(parameter.standard_error),
-           range(parameter.percentile),
-           range(parameter.basic));
+    table.add({parameter.name,
+               significant(parameter.estimate),
+               significant(parameter.bias, 3),
+               significant(parameter.standard_error),
+               range(parameter.percentile),
+               range(parameter.basic)});
   }
+  table.append_to(text);
   append_reasons(text, "at a boundary", bootstrap.at_boundary);
   append_reasons(text, "failed", bootstrap.failures);
   return text;
@@ -83,23 +66,17 @@ std::string summary(const CrossValidation& result, const std::string& model) {
          result.folds,
          counted(result.groups, result.group + " group", result.group + " groups"),
          result.seed);
-  append(text,
-         "{:<34} {:>8} {:>10} {:>10} {:>12} {:>10}\n",
-         "prediction of groups left out",
-         "rows",
-         "R2",
-         "RMSE",
-         "mean error",
-         "MAE");
-  append_statistics_line(text, "population", result.statistics, result.predicted_count);
+  TextTable table(34, {8, 10, 10, 12, 10});
+  table.add({"prediction of groups left out", "rows", "R2", "RMSE", "mean error", "MAE"});
+  table.add(counted_cells("population", result.predicted_count, result.statistics));
   if (result.measured > 0) {
-    append_statistics_line(text,
-                           fmt::format("calibrated with {} measured", result.measured),
-                           result.calibrated_statistics,
-                           result.calibrated_count);
-    append_statistics_line(
-        text, "population, the same rows", result.uncalibrated_statistics, result.calibrated_count);
+    table.add(counted_cells(fmt::format("calibrated with {} measured", result.measured),
+                            result.calibrated_count,
+                            result.calibrated_statistics));
+    table.add(counted_cells(
+        "population, the same rows", result.calibrated_count, result.uncalibrated_statistics));
   }
+  table.append_to(text);
   append(text, "mean log predictive density {}\n", significant(result.log_density));
   if (result.density_count < result.predicted_count) {
     append(text,

@@ -24,11 +24,6 @@ std::string p_text(double value) {
   return value < kNoise ? "< 2e-16" : fmt::format("{:.3g}", value);
 }
 
-std::size_t widest(const std::vector<std::string>& names, std::size_t at_least) {
-  for (const std::string& name : names) at_least = std::max(at_least, name.size());
-  return at_least;
-}
-
 /// \param groups  "plot", or "plot within stand"
 void append_random_structure(std::string& text,
                              const RandomEffects& random,
@@ -99,7 +94,7 @@ void append_model(std::string& text, const FittedModel& fit) {
   if (specification.correlation) {
     append(text, "  correlation of the residuals: {}\n", specification.correlation->text());
   }
-  append(text, "{}\n\n", fit.convergence.verdict);
+  append(text, "{}\n\n", fit.convergence.verdict());
   append(text, "method {}, {} rows", method_title(fit), fit.observations);
   if (fit.excluded > 0) append(text, " ({} more with missing values)", fit.excluded);
   for (std::size_t k = 0; k < fit.random.size(); ++k) {
@@ -113,45 +108,33 @@ void append_model(std::string& text, const FittedModel& fit) {
 /// Where a search ended without a maximum: tests, criteria and effects of groups do not hold there.
 void append_unconverged(std::string& text, const FittedModel& fit) {
   append(text, "NOT CONVERGED: the values where the search ended, without tests and criteria\n\n");
-  const std::size_t width = widest(fit.coefficient_names, 13);
-  append(text, "{:<{}} {:>12}\n", "coefficient", width, "value");
+  TextTable table(13, {12});
+  table.add({"coefficient", "value"});
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
-    append(text,
-           "{:<{}} {:>12}\n",
-           fit.coefficient_names[k],
-           width,
-           significant(fit.estimate[static_cast<Index>(k)]));
+    table.add({fit.coefficient_names[k], significant(fit.estimate[static_cast<Index>(k)])});
   }
-  append(text, "\n");
+  table.append_to(text);
+  text += '\n';
 }
 
 void append_fixed_effects(std::string& text, const FittedModel& fit) {
-  const std::size_t width = widest(fit.coefficient_names, 13);
   const Eigen::VectorXd errors = fit.standard_errors();
   const Eigen::VectorXd t = fit.t_values();
   const Eigen::VectorXd p = fit.p_values();
-  append(text,
-         "{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
-         "coefficient",
-         width,
-         "estimate",
-         "std. error",
-         "df",
-         "Wald t",
-         "p");
+  TextTable table(13, {12, 12, 8, 10, 9});
+  table.add({"coefficient", "estimate", "std. error", "df", "Wald t", "p"});
   for (std::size_t k = 0; k < fit.coefficient_names.size(); ++k) {
     const auto j = static_cast<Index>(k);
-    append(text,
-           "{:<{}} {:>12} {:>12} {:>8} {:>10} {:>9}\n",
-           fit.coefficient_names[k],
-           width,
-           significant(fit.estimate[j]),
-           significant(errors[j]),
-           significant(j < fit.degrees_of_freedom.size() ? fit.degrees_of_freedom[j] : NAN),
-           significant(t[j], 4),
-           p_text(p[j]));
+    const bool has_freedom = j < fit.degrees_of_freedom.size();
+    table.add({fit.coefficient_names[k],
+               significant(fit.estimate[j]),
+               significant(errors[j]),
+               significant(has_freedom ? fit.degrees_of_freedom[j] : NAN),
+               significant(t[j], 4),
+               p_text(p[j])});
   }
-  append(text, "\n");
+  table.append_to(text);
+  text += '\n';
 }
 
 /// The block of each effect; effects of different blocks have no correlation.
@@ -173,46 +156,39 @@ void append_random_level(std::string& text,
   const std::vector<std::string>& names = term.names;
   const std::vector<std::size_t> block = blocks_of(random, names.size());
   const bool has_correlation = std::ranges::adjacent_find(block) != block.end();
-  const std::size_t width = widest(names, std::max<std::size_t>(13, title.size()));
   const Eigen::VectorXd deviations = term.sd();
   const Eigen::MatrixXd correlation = term.correlation();
-  append(
-      text, "{:<{}} {:>12}{}\n", title, width, "std. dev.", has_correlation ? "  correlation" : "");
+  std::vector<int> widths(names.size(), 8);
+  widths.front() = 12;
+  TextTable table(13, std::move(widths));
+  std::vector<std::string> titles{title, "std. dev."};
+  if (has_correlation) titles.emplace_back(" correlation");
+  table.add(std::move(titles));
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto i = static_cast<Index>(k);
-    append(text, "{:<{}} {:>12}", names[k], width, significant(deviations[i]));
+    std::vector<std::string> cells{names[k], significant(deviations[i])};
     for (std::size_t l = 0; has_correlation && l < k; ++l) {
-      const double value = block[l] == block[k] ? correlation(i, static_cast<Index>(l)) : NAN;
-      append(text, " {:>8}", decimals(value));
+      cells.push_back(decimals(block[l] == block[k] ? correlation(i, static_cast<Index>(l)) : NAN));
     }
-    append(text, "\n");
+    table.add(std::move(cells));
   }
-  append(text, "\n");
+  table.append_to(text);
+  text += '\n';
 }
 
 void append_derived(std::string& text, const FittedModel& fit) {
   if (fit.specification.derived.empty()) return;
-  std::vector<std::string> names;
-  for (const DerivedQuantity& quantity : fit.specification.derived) names.push_back(quantity.name);
-  const std::size_t width = widest(names, 16);
-  append(text,
-         "{:<{}} {:>12} {:>12} {:>8}\n",
-         "derived quantity",
-         width,
-         "estimate",
-         "std. error",
-         "df");
+  TextTable table(16, {12, 12, 8});
+  table.add({"derived quantity", "estimate", "std. error", "df"});
   const std::vector<DerivedValue> values = derived_values(fit);
   for (std::size_t k = 0; k < values.size(); ++k) {
-    append(text,
-           "{:<{}} {:>12} {:>12} {:>8}\n",
-           names[k],
-           width,
-           significant(values[k].estimate),
-           significant(values[k].standard_error),
-           significant(values[k].degrees_of_freedom));
+    table.add({fit.specification.derived[k].name,
+               significant(values[k].estimate),
+               significant(values[k].standard_error),
+               significant(values[k].degrees_of_freedom)});
   }
-  append(text, "\n");
+  table.append_to(text);
+  text += '\n';
 }
 
 void append_random_effects(std::string& text, const FittedModel& fit) {
@@ -269,25 +245,12 @@ void append_statistics(std::string& text, const FittedModel& fit) {
     append(text, "  BIC by groups {:.4f}", value);
   }
   append(text, "\n\n");
-  const auto line = [&text](const char* level, const FitStatistics& values) {
-    append(text,
-           "{:<13} {:>10} {:>10} {:>12} {:>10}\n",
-           level,
-           decimals(values.r2),
-           significant(values.rmse),
-           significant(values.mean_error, 3),
-           significant(values.mae));
-  };
-  append(text,
-         "{:<13} {:>10} {:>10} {:>12} {:>10}\n",
-         "prediction",
-         "R2",
-         "RMSE",
-         "mean error",
-         "MAE");
-  line("population", fit.population);
+  TextTable table(13, {10, 10, 12, 10});
+  table.add({"prediction", "R2", "RMSE", "mean error", "MAE"});
+  table.add(statistics_cells("population", fit.population));
+  if (fit.has_random_effects()) table.add(statistics_cells("conditional", fit.conditional));
+  table.append_to(text);
   if (!fit.has_random_effects()) return;
-  line("conditional", fit.conditional);
   append(text,
          "variance explained: {} by fixed effects (marginal R2), {} with random effects "
          "(conditional R2)\n",
@@ -307,19 +270,24 @@ constexpr std::size_t kMostGroups = 40;
 void append_effects(std::string& text, const std::string& group, const EstimatedEffects& term) {
   if (!term.uncertainty.is_known() || term.labels.size() > kMostGroups) return;
   const Eigen::MatrixXd errors = conditional_errors(term.uncertainty, term.effects.rows());
-  std::size_t width = std::max<std::size_t>(13, group.size());
-  for (const std::string& label : term.labels) width = std::max(width, label.size());
-  append(text, "\n{:<{}}", group, width);
-  for (const std::string& name : term.names) append(text, " {:>12} {:>12}", name, "std. error");
-  append(text, "\n");
-  for (std::size_t g = 0; g < term.labels.size(); ++g) {
-    append(text, "{:<{}}", term.labels[g], width);
-    for (Eigen::Index k = 0; k < term.effects.rows(); ++k) {
-      const auto at = static_cast<Eigen::Index>(g);
-      append(text, " {:>12.5g} {:>12.5g}", term.effects(k, at), errors(k, at));
-    }
-    append(text, "\n");
+  std::vector<std::string> titles{group};
+  for (const std::string& name : term.names) {
+    titles.push_back(name);
+    titles.emplace_back("std. error");
   }
+  TextTable table(13, std::vector<int>(titles.size(), 12));
+  table.add(std::move(titles));
+  for (std::size_t g = 0; g < term.labels.size(); ++g) {
+    std::vector<std::string> cells{term.labels[g]};
+    for (Index k = 0; k < term.effects.rows(); ++k) {
+      const auto at = static_cast<Index>(g);
+      cells.push_back(fmt::format("{:.5g}", term.effects(k, at)));
+      cells.push_back(fmt::format("{:.5g}", errors(k, at)));
+    }
+    table.add(std::move(cells));
+  }
+  text += '\n';
+  table.append_to(text);
 }
 
 void append_all_effects(std::string& text, const FittedModel& fit) {
@@ -332,27 +300,21 @@ void append_inference(std::string& text, const FittedModel& fit) {
   append_all_effects(text, fit);
   if (!fit.intervals) return;
   const Intervals& intervals = *fit.intervals;
-  std::size_t width = 13;
-  for (const ParameterInterval& one : intervals.parameters) {
-    width = std::max(width, one.name.size());
-  }
   append(text,
          "\n{:g} % intervals, {}, {}\n",
          100.0 * intervals.level,
          intervals.method == IntervalMethod::kWald ? "Wald" : "profile",
          intervals.likelihood);
-  append(text, "{:<{}} {:>12} {:>12} {:>12}\n", "parameter", width, "estimate", "lower", "upper");
+  TextTable table(13, {12, 12, 12, 0});
+  table.add({"parameter", "estimate", "lower", "upper"});
   for (const ParameterInterval& one : intervals.parameters) {
-    append(text,
-           "{:<{}} {:>12} {:>12} {:>12}{}{}\n",
-           one.name,
-           width,
-           limit_text(one.estimate),
-           limit_text(one.lower),
-           limit_text(one.upper),
-           one.note.empty() ? "" : "  ",
-           one.note);
+    table.add({one.name,
+               limit_text(one.estimate),
+               limit_text(one.lower),
+               limit_text(one.upper),
+               one.note});
   }
+  table.append_to(text);
 }
 
 void append_failures(std::string& text, const std::vector<const FittedModel*>& failures) {
@@ -363,7 +325,7 @@ void append_failures(std::string& text, const std::vector<const FittedModel*>& f
            "{:<6} {}\n       {}\n",
            failure->model,
            failure->specification.formula.text,
-           failure->convergence.verdict);
+           failure->convergence.verdict());
   }
 }
 
@@ -398,30 +360,21 @@ std::string ranking(const std::vector<const FittedModel*>& fits) {
   ranked.erase(failed, ranked.end());
   std::ranges::stable_sort(ranked, {}, [](const FittedModel* fit) { return fit->aic(); });
 
-  append(text,
-         "{:<6} {:>4} {:>13} {:>10} {:>13} {:>8} {:>10}  {}\n",
-         "model",
-         "k",
-         "AIC",
-         "difference",
-         "BIC",
-         "R2",
-         "RMSE",
-         "formula");
+  TextTable table(6, {4, 13, 10, 13, 8, 10, 0});
+  table.add({"model", "k", "AIC", "difference", "BIC", "R2", "RMSE", "formula"});
   for (const FittedModel* fit : ranked) {
     const FitStatistics& statistics =
         fit->has_random_effects() ? fit->conditional : fit->population;
-    append(text,
-           "{:<6} {:>4} {:>13.4f} {:>10.4f} {:>13.4f} {:>8} {:>10.5g}  {}\n",
-           fit->model,
-           fit->parameter_count,
-           fit->aic(),
-           fit->aic() - ranked.front()->aic(),
-           fit->bic(),
-           decimals(statistics.r2),
-           statistics.rmse,
-           fit->specification.formula.text);
+    table.add({fit->model,
+               fmt::to_string(fit->parameter_count),
+               fmt::format("{:.4f}", fit->aic()),
+               fmt::format("{:.4f}", fit->aic() - ranked.front()->aic()),
+               fmt::format("{:.4f}", fit->bic()),
+               decimals(statistics.r2),
+               fmt::format("{:.5g}", statistics.rmse),
+               fit->specification.formula.text});
   }
+  table.append_to(text);
   append_failures(text, failures);
   return text;
 }

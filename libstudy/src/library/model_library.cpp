@@ -136,9 +136,9 @@ LibraryModel library_model(const JsonReader& model, const std::string& source) {
   if (fit.method == fit::Method::kOrdinary) {
     fit.parameter_count = static_cast<int>(fit.estimate.size()) + 1;
   }
-  fit.convergence.status = fit::ConvergenceStatus::kPublished;
-  fit.convergence.verdict = fmt::format(
-      "Published model, not fitted by silvafit: {}; {}.", source, model.at("source").text());
+  fit.convergence.conclude(
+      fit::ConvergenceStatus::kPublished,
+      {.kind = fit::Finding::Kind::kPublished, .names = {source, model.at("source").text()}});
   return result;
 }
 

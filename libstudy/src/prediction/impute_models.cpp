@@ -134,7 +134,7 @@ Attempt fitted(const Mean& mean, const data::Table& table, const ImputeOptions& 
                                            mean.model,
                                            mean.model.empty() ? "" : ", ",
                                            random,
-                                           fit.convergence.verdict));
+                                           fit.convergence.verdict()));
   }
   return attempt;
 }

@@ -35,7 +35,7 @@ constexpr std::size_t kMostPoints = 4000;
 void add_criteria(ordered_json& row, const Candidate& candidate) {
   const fit::FittedModel& fit = candidate.fit;
   row["converged"] = fit.convergence.converged();
-  row["verdict"] = fit.convergence.verdict;
+  row["verdict"] = fit.convergence.verdict();
   row["k"] = fit.parameter_count;
   row["log_likelihood"] = number_or_null(fit.log_likelihood);
   row["aic"] = number_or_null(fit.aic());

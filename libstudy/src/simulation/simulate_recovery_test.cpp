@@ -40,7 +40,7 @@ fit::MixedEffectsFit fitted(const study::ResponseDesign& design, const data::Tab
 
 void check_recovery(const study::ResponseDesign& design, const data::Table& table) {
   const fit::MixedEffectsFit fit = fitted(design, table);
-  INFO(design.model.formula.text << ": " << fit.convergence.verdict);
+  INFO(design.model.formula.text << ": " << fit.convergence.verdict());
   REQUIRE(fit.coefficient_names == design.model.coefficient_names());
   const Eigen::VectorXd errors = fit.standard_errors();
   for (Eigen::Index i = 0; i < design.fixed.size(); ++i) {

@@ -76,7 +76,7 @@ fit::FitResult failed_fit(const Trial& trial, const std::string& reason) {
     result.fit.variance.factors.push_back({.factor = factor});
   }
   result.fit.log_likelihood = std::numeric_limits<double>::quiet_NaN();
-  result.fit.convergence.verdict = reason;
+  result.fit.convergence.find({.names = {reason}});
   return result;
 }
 

@@ -40,7 +40,7 @@ bool ResponseStudy::has_groups() const {
 }
 
 std::string ResponseStudy::verdict() const {
-  if (nlme) return nlme->fit.convergence.verdict;
+  if (nlme) return nlme->fit.convergence.verdict();
   if (!ols) return "No base model converged.";
   if (!has_groups()) {
     const std::string why =
@@ -53,7 +53,7 @@ std::string ResponseStudy::verdict() const {
                         group,
                         rows.size());
     return fmt::format(
-        "{}: level 3 was skipped. {}", why, with_covariates->fit.convergence.verdict);
+        "{}: level 3 was skipped. {}", why, with_covariates->fit.convergence.verdict());
   }
   const bool has_objections =
       std::ranges::any_of(random, [](const Candidate& each) { return !each.objection.empty(); });

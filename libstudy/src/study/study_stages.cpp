@@ -80,7 +80,8 @@ struct Choice {
 /// from all starts if one start was used.
 std::string objection_to_final_fit(const Work& work, const fit::FittedModel& fit) {
   if (!fit.convergence.converged()) {
-    return (work.is_sampled() ? "With all trees: " : "From all starts: ") + fit.convergence.verdict;
+    return (work.is_sampled() ? "With all trees: " : "From all starts: ") +
+           fit.convergence.verdict();
   }
   return work.objection_to_curves(fit);
 }

@@ -61,7 +61,7 @@ TableRow criteria(const Candidate& candidate) {
           rank_cell(candidate.rank),
           yes_or_no(candidate.chosen),
           yes_or_no(fit.convergence.converged()),
-          fit.convergence.verdict,
+          fit.convergence.verdict(),
           candidate.objection};
 }
 

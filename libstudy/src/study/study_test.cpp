@@ -164,7 +164,7 @@ TEST_CASE("fits that fail are listed with a reason, without rank and test") {
   for (const Candidate& candidate : result.base) {
     if (candidate.fit.convergence.converged()) continue;
     ++failures;
-    CHECK_FALSE(candidate.fit.convergence.verdict.empty());
+    CHECK_FALSE(candidate.fit.convergence.verdict().empty());
     CHECK(candidate.rank == 0);
     CHECK_FALSE(candidate.chosen);
   }

@@ -64,7 +64,7 @@ TEST_CASE("values that a publication lacks are missing from its library") {
   const ModelLibrary library = shanxia();
   const fit::FittedModel& mixed = fit_of(library, "SM", "h", "nlme");
   CHECK(mixed.convergence.converged());
-  CHECK_THAT(mixed.convergence.verdict, Contains("Published model, not fitted by silvafit"));
+  CHECK_THAT(mixed.convergence.verdict(), Contains("Published model, not fitted by silvafit"));
   CHECK(mixed.standard_errors().array().isNaN().all());
   CHECK(std::isnan(mixed.sigma));
   // Table 5: variances 4.99 and 7.51e-5, correlation -0.986.

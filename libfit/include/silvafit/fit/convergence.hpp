@@ -6,7 +6,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "silvafit/fit/finding.hpp"
 
 namespace silvafit::fit {
 
@@ -65,8 +68,8 @@ std::string text_of(const Evidence& evidence);
 /// The findings of an optimization at its end.
 struct Convergence {
   ConvergenceStatus status = ConvergenceStatus::kUnknown;
-  /// The convergence message: the result, or the problem with the remedy.
-  std::string verdict{};
+  /// What the convergence message says.
+  std::vector<Finding> findings{};
   /// Newton decrement g' H^-1 g: the squared distance to the optimum in standard errors.
   double newton_decrement = 0.0;
   int iterations = 0;
@@ -74,6 +77,14 @@ struct Convergence {
   int rank = 0;
   std::vector<Evidence> evidence{};
 
+  /// The convergence message: the result, or the problem with the remedy.
+  std::string verdict() const { return verdict_of(findings); }
+  void find(Finding finding) { findings.push_back(std::move(finding)); }
+  /// Sets the status and its reason, in place of all earlier findings.
+  /// \param named  kind of the evidence that the reason's names are, if they are
+  void conclude(ConvergenceStatus found,
+                Finding reason,
+                std::optional<Evidence::Kind> named = std::nullopt);
   /// Whether the estimates are those of a maximum.
   bool converged() const;
   /// The parameters at bounds, e.g. "sd(b) = 0" or "a = 60, its upper bound".

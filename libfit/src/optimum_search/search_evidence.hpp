@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Findings of a search over starting points, and their sentences in the convergence message.
+// Findings of a search over starting points.
 #pragma once
 
 #include <limits>
@@ -49,7 +49,7 @@ struct SearchEvidence {
   double unfinished = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Adds the findings of the search to the convergence message. A fit of a marginal
+/// Adds the findings of the search to those of the fit. A fit of a marginal
 /// likelihood below that of a nested model has not converged; one by Lindstrom and Bates' method is
 /// at a fixed point, and the difference is a doubt unless it is as large as for a useless
 /// linearization. Nor has a fit converged whose linearized likelihood is far from the marginal one;
@@ -67,7 +67,7 @@ struct Kinks {
   int points = 0;
 };
 
-/// Adds what quadrature says about a fit with kinks to the message. The other methods take the mean
+/// Adds what quadrature says about a fit with kinks. The other methods take the mean
 /// for smooth in the random effects.
 /// \param evidence  of the search that has led to the fit
 void judge_kinks(MixedEffectsFit& fit, const Kinks& kinks, const SearchEvidence& evidence);
