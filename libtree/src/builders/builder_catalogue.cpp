@@ -15,34 +15,30 @@ namespace silvafit::tree {
 
 namespace {
 
-/// The .json files of a folder; none if there is no such folder.
-std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder) {
-  if (kind_of(folder) != PathKind::kFolder) return {};
-  return files_in_folder(folder, ".json");
+template <typename Load>
+void load_all(const std::filesystem::path& models,
+              const char* folder,
+              Load load,
+              std::vector<std::unique_ptr<const Builder>>& builders) {
+  if (kind_of(models / folder) != PathKind::kFolder) return;
+  for (const auto& file : files_in_folder(models / folder, ".json")) {
+    builders.push_back(load(models, file));
+  }
 }
 
 }  // namespace
 
 BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   BuilderCatalogue catalogue;
-  catalogue.segment_presets_ =
-      std::make_unique<const PresetCatalogue>(PresetCatalogue::load(models));
-  for (const Preset& preset : catalogue.segment_presets_->presets()) {
-    catalogue.builders_.push_back(std::make_unique<const SegmentBuilder>(preset));
+  auto& builders = catalogue.builders_;
+  load_all(models, "presets", SegmentBuilder::load, builders);
+  if (builders.empty()) {
+    throw InputError("no species presets in this folder", {.file = (models / "presets").string()});
   }
-  for (const auto& file : entries_of(models / "lsystems")) {
-    catalogue.builders_.push_back(LsystemBuilder::load(models, file));
-  }
-  for (const auto& file : entries_of(models / "ifs")) {
-    catalogue.builders_.push_back(IfsBuilder::load(models, file));
-  }
-  for (const auto& file : entries_of(models / "bamboo")) {
-    catalogue.builders_.push_back(
-        std::make_unique<const BambooBuilder>(BambooPreset::load(models, file)));
-  }
-  std::sort(catalogue.builders_.begin(),
-            catalogue.builders_.end(),
-            [](const auto& a, const auto& b) { return a->name() < b->name(); });
+  load_all(models, "lsystems", LsystemBuilder::load, builders);
+  load_all(models, "ifs", IfsBuilder::load, builders);
+  load_all(models, "bamboo", BambooBuilder::load, builders);
+  std::ranges::sort(builders, {}, [](const auto& builder) { return builder->name(); });
   catalogue.species_ = SpeciesMap::load(models);
   for (const SpeciesMap::Species& species : catalogue.species_.all()) {
     catalogue.named(BuilderKind::kSegment, species.preset);

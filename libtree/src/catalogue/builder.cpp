@@ -55,25 +55,8 @@ TreeShape Builder::shape_of(const Morphology& morphology) const {
   return complete(morphology, preset_.relative_hc, "preset " + preset_.name);
 }
 
-namespace {
-
-Color middle_of(const Color& a, const Color& b) {
-  return {0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])};
-}
-
-}  // namespace
-
-SegmentBuilder::SegmentBuilder(const Preset& preset)
-    : Builder(BuilderKind::kSegment,
-              {.name = preset.name,
-               .title = preset.title,
-               .species = preset.species,
-               .crown_index = preset.crown_index,
-               .relative_hc = preset.relative_hc,
-               .taper = preset.taper,
-               .bark = preset.bark.color,
-               .leaf = middle_of(preset.foliage.inner, preset.foliage.outer)}),
-      segments_(preset) {}
+SegmentBuilder::SegmentBuilder(Preset preset)
+    : Builder(BuilderKind::kSegment, preset), segments_(std::move(preset)) {}
 
 Skeleton SegmentBuilder::grow_skeleton(const TreeShape& shape,
                                        const Crown& crown,
@@ -86,6 +69,42 @@ Mesh SegmentBuilder::build_mesh(const Skeleton& skeleton,
                                 Random& random,
                                 const MeshOptions& options) const {
   return tree::build_mesh(skeleton, crown, segments_, random, options);
+}
+
+FreeBuilder::FreeBuilder(BuilderKind kind, const FreePreset& preset)
+    : Builder(kind, preset), fit_(preset.fit), style_(preset.style) {}
+
+Skeleton FreeBuilder::grow_skeleton(const TreeShape& shape,
+                                    const Crown& crown,
+                                    Random& random) const {
+  return fitted(shape, crown, true, random);
+}
+
+Skeleton FreeBuilder::grow_skeleton_for(const MeshOptions& mesh,
+                                        const TreeShape& shape,
+                                        const Crown& crown,
+                                        Random& random) const {
+  return fitted(shape, crown, !shows_shoots(style_, mesh), random);
+}
+
+Skeleton FreeBuilder::fitted(const TreeShape& shape,
+                             const Crown& crown,
+                             bool has_leaves,
+                             Random& random) const {
+  const Skeleton grown = drawn(shape.h_m, has_leaves, random);
+  try {
+    return fit_to_measurements(grown, shape, crown, preset().taper, fit_);
+  } catch (const GeometryError& error) {
+    // The drawing causes the error, not the measurements.
+    throw GeometryError(error.message(), {.file = file_of(shape.h_m)});
+  }
+}
+
+Mesh FreeBuilder::build_mesh(const Skeleton& skeleton,
+                             const Crown& crown,
+                             Random& random,
+                             const MeshOptions& options) const {
+  return build_smooth_mesh(skeleton, crown, style_, random, options);
 }
 
 }  // namespace silvafit::tree

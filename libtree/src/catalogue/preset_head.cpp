@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "catalogue/preset_head.hpp"
 
+#include "catalogue/leafy_shoots_entry.hpp"
+
 namespace silvafit::tree {
 
 data::JsonReader open_entry(const std::filesystem::path& file, std::string_view schema) {
@@ -9,9 +11,8 @@ data::JsonReader open_entry(const std::filesystem::path& file, std::string_view 
   return entry;
 }
 
-PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonReader& entry) {
+void read_head(const std::filesystem::path& models, const data::JsonReader& entry, PresetHead& head) {
   const data::JsonReader crown = entry.at("crown");
-  PresetHead head;
   head.name = entry.at("name").text();
   head.title = entry.at("title").text();
   head.species = entry.at("species").texts();
@@ -19,15 +20,39 @@ PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonR
                       crown.at("index_down").number_between(1.0, 3.0)};
   head.relative_hc = crown.at("relative_hc").number_between(0.0, 1.0);
   head.taper = Taper::load(models / "taper" / (entry.at("taper").text() + ".json"));
-  head.bark = color_of(entry.at("bark_color"));
+  head.bark = bark_of(models, entry);
   // `basis` is required: it separates published from guessed numbers.
   for (const auto& [field, basis] : entry.at("basis").members()) basis.any_text();
-  return head;
 }
 
-double largest_gap_of(const data::JsonReader& entry) {
-  constexpr double kSmallest = 0.1;
-  return entry.has("largest_gap") ? entry.at("largest_gap").number_between(kSmallest, 2.0) : 0.0;
+void read_head(const std::filesystem::path& models,
+               const data::JsonReader& entry,
+               const std::vector<std::string_view>& others,
+               FreePreset& preset) {
+  std::vector<std::string_view> fields{"schema",
+                                       "name",
+                                       "title",
+                                       "species",
+                                       "taper",
+                                       "crown",
+                                       "largest_gap",
+                                       "bark_color",
+                                       "bark",
+                                       "bark_by_diameter",
+                                       "leaves",
+                                       "leafy_shoots",
+                                       "basis"};
+  fields.insert(fields.end(), others.begin(), others.end());
+  entry.allow_only(fields);
+  read_head(models, entry, preset);
+  constexpr double kSmallestGap = 0.1;
+  if (entry.has("largest_gap")) {
+    preset.fit.largest_gap = entry.at("largest_gap").number_between(kSmallestGap, 2.0);
+  }
+  preset.style.bark = preset.bark;
+  if (entry.has("leafy_shoots")) {
+    preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
+  }
 }
 
 Color color_of(const data::JsonReader& entry) {

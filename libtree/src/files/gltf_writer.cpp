@@ -7,7 +7,6 @@
 #include <iterator>
 #include <limits>
 #include <span>
-#include <sstream>
 #include <utility>
 
 #include "files/format_writers.hpp"
@@ -133,14 +132,6 @@ class GltfWriter final : public SceneWriter {
     if (options_.instancing) write_instances();
     if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
     return binary_ ? write_binary() : write_with_buffer();
-  }
-
-  std::string bytes() {
-    write_waiting();
-    if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
-    std::ostringstream stream;
-    write_binary_to(stream);
-    return std::move(stream).str();
   }
 
  private:
@@ -325,23 +316,18 @@ class GltfWriter final : public SceneWriter {
                     static_cast<double>(options_.longest_glb) / kGigabyte));
   }
 
-  std::size_t write_binary_to(std::ostream& stream) {
+  std::size_t write_binary() {
     Pieces text = description({}, {});
     text.add(std::string(aligned_to_word(text.size()) - text.size(), ' '));
     const std::size_t total = glb_size(text.size(), buffers_.size());
     check_binary_size(total);
-    stream << glb_head(text.size(), buffers_.size());
-    text.write_to(stream);
-    stream << glb_buffer_head(buffers_.size());
-    buffers_.data().copy_to(stream);
-    return total;
-  }
-
-  std::size_t write_binary() {
     AtomicFile file(path_);
-    const std::size_t size = write_binary_to(file.stream());
+    file.stream() << glb_head(text.size(), buffers_.size());
+    text.write_to(file.stream());
+    file.stream() << glb_buffer_head(buffers_.size());
+    buffers_.data().copy_to(file.stream());
     file.commit();
-    return size;
+    return total;
   }
 
   std::size_t write_with_buffer() {
@@ -410,21 +396,6 @@ std::size_t glb_mesh_bytes(const Mesh& mesh) {
             part.colors.size() + aligned_to_word(index_size * part.indices.size());
   }
   return size;
-}
-
-std::string glb_bytes(const Scene& scene) {
-  GltfWriter writer({}, true, {.origin = scene.origin});
-  for (const SceneTree& tree : scene.trees) writer.add_tree(tree);
-  return writer.bytes();
-}
-
-void write_glb(Scene scene, const std::filesystem::path& path) {
-  const auto writer = open_scene(path, SceneFormat::kGlb, {.origin = scene.origin});
-  for (SceneTree& tree : scene.trees) {
-    writer->add_tree(tree);
-    tree.mesh = {};
-  }
-  writer->finish();
 }
 
 }  // namespace silvafit::tree

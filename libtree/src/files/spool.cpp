@@ -27,7 +27,7 @@ Spool::Spool(std::filesystem::path beside) : beside_(std::move(beside)) {}
 void Spool::append(std::string_view bytes) {
   size_ += bytes.size();
   memory_.append(bytes);
-  if (memory_.size() >= kInMemory && !beside_.empty()) spill();
+  if (memory_.size() >= kInMemory) spill();
 }
 
 void Spool::append(const void* data, std::size_t size) {

@@ -17,8 +17,8 @@ namespace silvafit::tree {
 /// in the folder of the target, so that no file is left when the program is stopped.
 class Spool {
  public:
-  /// \param beside  the file that will contain the bytes; empty keeps all in memory
-  explicit Spool(std::filesystem::path beside = {});
+  /// \param beside  the file that will contain the bytes
+  explicit Spool(std::filesystem::path beside);
 
   void append(std::string_view bytes);
   void append(const void* data, std::size_t size);

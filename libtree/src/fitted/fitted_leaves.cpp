@@ -16,16 +16,11 @@ namespace {
 double mean_scale(const Skeleton& grown,
                   const Skeleton& fitted,
                   const std::vector<std::uint32_t>& number) {
-  const auto length_of = [](std::span<const SkeletonPoint> line) {
-    double sum = 0.0;
-    for (std::size_t i = 1; i < line.size(); ++i) sum += length(line[i].at - line[i - 1].at);
-    return sum;
-  };
   double before = 0.0;
   double after = 0.0;
   for (std::size_t i = 1; i < grown.axes.size(); ++i) {
-    before += length_of(grown.points_of(grown.axes[i]));
-    if (number[i] != kNone) after += length_of(fitted.points_of(fitted.axes[number[i]]));
+    before += line_length_m(grown.points_of(grown.axes[i]));
+    if (number[i] != kNone) after += line_length_m(fitted.points_of(fitted.axes[number[i]]));
   }
   return before > 0.0 ? after / before : 1.0;
 }

@@ -21,8 +21,6 @@
 namespace silvafit::tree {
 namespace {
 
-// A float at the height of the tallest tree still resolves a twig of this radius.
-constexpr double kThinnest = 0.0003;
 constexpr double kShortest = 0.0005;  // an axis with less than this length in the crown is removed
 
 // A branch keeps its angle to its parent up to this, so that crowns of other proportions are
@@ -83,9 +81,7 @@ class Fitter {
     result_.notes = grown.notes;
     result_.axes.reserve(grown.axes.size());
     result_.points.reserve(grown.points.size() + stem_.size());
-    number_[0] = 0;
-    result_.axes.push_back({.count = static_cast<std::uint32_t>(stem_.size())});
-    result_.points = stem_;
+    number_[0] = result_.add_axis(0, 0, stem_);
     moves_.resize(grown.axes.size());
     turns_.resize(grown.axes.size());
     for (std::uint32_t i = 1; i < grown.axes.size(); ++i) add(i);
@@ -164,12 +160,7 @@ class Fitter {
     }
     set_radii(i);
     turns_[i] = turn_between(direction(chord_of(line_of(i))), direction(chord_of(line_)));
-    number_[i] = static_cast<std::uint32_t>(result_.axes.size());
-    result_.axes.push_back({.order = axis.order,
-                            .parent = number_[axis.parent],
-                            .first = static_cast<std::uint32_t>(result_.points.size()),
-                            .count = static_cast<std::uint32_t>(line_.size())});
-    result_.points.insert(result_.points.end(), line_.begin(), line_.end());
+    number_[i] = result_.add_axis(axis.order, number_[axis.parent], line_);
   }
 
   /// The axis after the map of the crown and the changes of its parent.
@@ -195,9 +186,9 @@ class Fitter {
     }
     const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
     const auto parent = fitted_line_of(axis.parent);
-    const Point from = parent[place.segment].at;
     // A crown with very unequal radii is concave between them; the line of a parent may cross it.
-    return crown_.confine(from + place.part * (parent[place.segment + 1].at - from));
+    return crown_.confine(
+        between(parent[place.segment], parent[place.segment + 1], place.part).at);
   }
 
   /// Moves the axis to its base on its parent: as a whole, or so that its tip does not move.
@@ -367,18 +358,7 @@ class Fitter {
   }
 
   Point radius_tip(int direction) const {
-    const CrownRadii& radii = crown_.radii();
-    const double z = crown_.hc_m();
-    switch (direction) {
-      case 0:
-        return {radii.east_m, 0.0, z};
-      case 1:
-        return {-radii.west_m, 0.0, z};
-      case 2:
-        return {0.0, -radii.south_m, z};
-      default:
-        return {0.0, radii.north_m, z};
-    }
+    return crown_.widest_point(static_cast<std::size_t>(direction));
   }
 
   /// Radii of a branch of the stem keep their ratio to the stem's radius at its base; its twigs are
@@ -395,8 +375,7 @@ class Fitter {
       thickness_[i] = thickness_[axis.parent];
       const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
       const auto parent = fitted_line_of(axis.parent);
-      const double from = parent[place.segment].radius_m;
-      bearer_m = from + place.part * (parent[place.segment + 1].radius_m - from);
+      bearer_m = between(parent[place.segment], parent[place.segment + 1], place.part).radius_m;
     }
     // No branch is thicker than its parent, or too thick for its length in a crown too narrow for
     // the stem.
@@ -405,7 +384,7 @@ class Fitter {
     if (grown_base * thickness_[i] > most) thickness_[i] = most / grown_base;
     const bool has_wood = grown_base > 0.0;
     for (SkeletonPoint& point : line_) {
-      point.radius_m = has_wood ? std::max(point.radius_m * thickness_[i], kThinnest) : 0.0;
+      point.radius_m = has_wood ? std::max(point.radius_m * thickness_[i], kThinnestWood_m) : 0.0;
     }
     line_.back().radius_m = 0.0;
   }

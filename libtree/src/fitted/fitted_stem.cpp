@@ -8,29 +8,17 @@
 #include "morphology/breast_height.hpp"
 
 namespace silvafit::tree {
-namespace {
-
-constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
-
-double narrowest_m(const CrownRadii& radii) {
-  return std::min({radii.east_m, radii.west_m, radii.south_m, radii.north_m});
-}
-
-double mean_m(const CrownRadii& radii) { return 0.5 * radii.width_m(); }
-
-}  // namespace
-
 std::vector<SkeletonPoint> fitted_stem(const StandingSkeleton& grown,
                                        const CrownMap& map,
                                        const TreeShape& shape,
                                        const Crown& crown,
                                        const Taper& taper) {
   const std::vector<double> heights = section_heights_m(shape.h_m);
-  const std::vector<double> diameters = taper.diameters_cm(heights, shape.h_m, shape.dbh_cm);
+  const std::vector<double> radii = taper.radii_m(heights, shape.h_m, shape.dbh_cm);
   // The height of a section; the stem is on the axis below.
   const double from =
       *std::lower_bound(heights.begin(), heights.end(), std::max(kBreastHeight, shape.hcb_m));
-  const double scale = mean_m(shape.radii) / map.widest();
+  const double scale = 0.5 * shape.radii.width_m() / map.widest();
   const Point lowest = at_height(grown.course, map.grown_height(from)).at;
   const Point highest = at_height(grown.course, map.grown_height(shape.h_m)).at;
 
@@ -46,7 +34,7 @@ std::vector<SkeletonPoint> fitted_stem(const StandingSkeleton& grown,
     // The inner third of the crown, and no steeper bend than a short crown allows.
     constexpr double kInner = 1.0 / 3.0;
     constexpr double kSteepest = 0.2;
-    const double most = std::min(kInner * narrowest_m(shape.radii) * crown.relative_width(z_m),
+    const double most = std::min(kInner * shape.radii.narrowest_m() * crown.relative_width(z_m),
                                  kSteepest * (shape.h_m - from) * 4.0 * share * (1.0 - share));
     const double kept = away > 0.0 ? most / (most + away) : 0.0;
     return {kept * x, kept * y, z_m};
@@ -55,7 +43,7 @@ std::vector<SkeletonPoint> fitted_stem(const StandingSkeleton& grown,
   std::vector<SkeletonPoint> stem;
   stem.reserve(heights.size());
   for (std::size_t i = 0; i < heights.size(); ++i) {
-    stem.push_back({bent(heights[i]), diameters[i] * kRadiusPerDiameter});
+    stem.push_back({bent(heights[i]), radii[i]});
   }
   return stem;
 }

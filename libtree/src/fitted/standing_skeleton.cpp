@@ -13,12 +13,6 @@ namespace {
 
 bool is_finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
-double polyline_length(std::span<const SkeletonPoint> line) {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < line.size(); ++i) sum += length(line[i].at - line[i - 1].at);
-  return sum;
-}
-
 /// The axes that form the stem: the stem itself, then at each end the branch that continues there
 /// and rises highest.
 std::vector<std::uint32_t> leaders(const Skeleton& grown) {
@@ -27,7 +21,7 @@ std::vector<std::uint32_t> leaders(const Skeleton& grown) {
   while (chain.size() + 1 < grown.axes.size()) {
     const auto line = grown.points_of(grown.axes[chain.back()]);
     const Point tip = line.back().at;
-    const double near = kAtTip * polyline_length(line);
+    const double near = kAtTip * line_length_m(line);
     std::uint32_t next = kNone;
     double highest = tip.z;
     for (std::uint32_t i = chain.back() + 1; i < grown.axes.size(); ++i) {
@@ -61,13 +55,7 @@ Skeleton with_stem(const Skeleton& grown, const std::vector<std::uint32_t>& chai
     if (number[i] == 0) continue;
     const Axis& axis = grown.axes[i];
     const std::uint32_t parent = number[axis.parent];
-    number[i] = static_cast<std::uint32_t>(result.axes.size());
-    result.axes.push_back({.order = result.axes[parent].order + 1,
-                           .parent = parent,
-                           .first = static_cast<std::uint32_t>(result.points.size()),
-                           .count = axis.count});
-    const auto line = grown.points_of(axis);
-    result.points.insert(result.points.end(), line.begin(), line.end());
+    number[i] = result.add_axis(result.axes[parent].order + 1, parent, grown.points_of(axis));
   }
   result.leaves = grown.leaves;
   for (LeafSite& leaf : result.leaves) leaf.axis = number[leaf.axis];

@@ -52,7 +52,7 @@ TreeShape shape_of(const Skeleton& skeleton) {
   // Leaves have depth on a flat drawing too.
   constexpr double kDepth = 0.1;
   CrownRadii& r = shape.radii;
-  const double least = kDepth * std::max({r.east_m, r.west_m, r.south_m, r.north_m});
+  const double least = kDepth * r.widest_m();
   for (double* radius : {&r.east_m, &r.west_m, &r.south_m, &r.north_m}) {
     *radius = std::max(*radius, least);
   }

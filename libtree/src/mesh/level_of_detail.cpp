@@ -229,14 +229,4 @@ double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshO
   return ErrorBound(skeleton, crown, options).bound();
 }
 
-int coarsest_level(const Skeleton& skeleton, const Crown& crown, double tolerance_m) {
-  if (!(tolerance_m >= 0.0 && std::isfinite(tolerance_m))) {
-    throw UsageError("the tolerance of a level of detail must be a length of at least 0 m");
-  }
-  int level = kLevelsOfDetail - 1;
-  while (level > 0 && surface_error_m(skeleton, crown, level_of_detail(level)) > tolerance_m)
-    --level;
-  return level;
-}
-
 }  // namespace silvafit::tree

@@ -244,8 +244,7 @@ void WoodRings::place_base(const Limb& limb, Ring& base) const {
     const Ring& b = *after;
     const double part =
         std::clamp((along_m - a.along_m) / std::max(b.along_m - a.along_m, 1e-12), 0.0, 1.0);
-    return SkeletonPoint{a.at + part * (b.at - a.at),
-                         a.radius_m + part * (b.radius_m - a.radius_m)};
+    return between({a.at, a.radius_m}, {b.at, b.radius_m}, part);
   };
   const Limb& bearer = limbs_.all()[limb.bearer];
   const int bearer_sides = sides_of(bearer);

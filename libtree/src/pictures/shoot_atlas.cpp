@@ -94,7 +94,7 @@ class ShootDrawing {
     const double seen = std::hypot(std::cos(angle), side * std::sin(angle));
     const double direction =
         twig.direction(share) + std::atan2(side * std::sin(angle), std::cos(angle));
-    DrawnLeaf leaf{.base = twig.at(share),
+    PictureLeaf leaf{.base = twig.at(share),
                    .angle_rad = direction + plan_.droop * 0.3 * std::sin(direction),
                    .length = plan_.leaf_length * size * std::max(seen, 0.2),
                    .bend = random_.normal(0.0, plan_.bend),

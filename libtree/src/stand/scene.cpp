@@ -119,13 +119,6 @@ SceneTree grow_tree(const Morphology& morphology,
   });
 }
 
-SceneTree grow_tree(const Morphology& morphology,
-                    const Preset& preset,
-                    const GrowOptions& options,
-                    const TreeOverlap* overlap) {
-  return grow_tree(morphology, SegmentBuilder(preset), options, overlap);
-}
-
 StandTree grow_for_stand(const Morphology& morphology,
                          const Builder& builder,
                          const GrowOptions& options) {

@@ -93,17 +93,11 @@ struct CulmLeaves {
 };
 
 /// All parameters of the appearance of a bamboo.
-struct BambooPreset {
-  PresetHead head{};
+struct BambooPreset : PresetHead {
   CulmStyle culm{};
   CulmBranching branches{};
   CulmTwigs twigs{};
   CulmLeaves leaves{};
-  Bark bark{};
-
-  /// \param models  the folder with taper/
-  /// \throws InputError naming the file and the field if it cannot be used
-  static BambooPreset load(const std::filesystem::path& models, const std::filesystem::path& file);
 };
 
 /// Grows bamboo.
@@ -121,6 +115,11 @@ struct BambooPreset {
 /// Source: Liu et al. 2022, visual modeling of Phyllostachys pubescens; see docs/tree-builders.md.
 class BambooBuilder : public Builder {
  public:
+  /// \param models  folder with taper/ and bark/
+  /// \throws InputError naming the file and the field if it cannot be used
+  static std::unique_ptr<BambooBuilder> load(const std::filesystem::path& models,
+                                             const std::filesystem::path& file);
+
   explicit BambooBuilder(BambooPreset preset);
 
   const BambooPreset& style() const { return style_; }

@@ -113,10 +113,6 @@ MeshOptions level_of_detail(int level, const MeshOptions& base = {});
 /// level's surface, in both directions [m]. It is computed without a mesh.
 double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshOptions& options);
 
-/// The coarsest level whose surface error is at most the tolerance.
-/// \throws UsageError if the tolerance is negative or not finite
-int coarsest_level(const Skeleton& skeleton, const Crown& crown, double tolerance_m);
-
 /// Tubes around the axes, and foliage on the branches' ends and twigs.
 ///
 /// A stem section is a regular polygon with the area of the circle whose diameter the skeleton

@@ -2,6 +2,7 @@
 // Measurements of a tree, and the additional values that a tree model needs.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +25,8 @@ struct CrownRadii {
 
   /// Crown width: the mean of the two diameters east-west and south-north [m].
   double width_m() const { return 0.5 * (east_m + west_m + south_m + north_m); }
+  double widest_m() const { return std::max({east_m, west_m, south_m, north_m}); }
+  double narrowest_m() const { return std::min({east_m, west_m, south_m, north_m}); }
 };
 
 /// Optional measurements of a bamboo culm; other trees have none of them.

@@ -4,11 +4,9 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "silvafit/tree/branch_count.hpp"
@@ -95,13 +93,11 @@ struct Foliage {
   double lift = 0.35;        ///< needles: height of tips above and below a twig, per its length
   double droop = 0.3;        ///< needles: how far a spray's edges hang, relative to their width
   int tufts_per_shoot = 1;   ///< leaves: tufts along a shoot, besides the one at its tip
-  int leaves_per_tuft = 16;  ///< in a spiral
   double leaf_length_m = 0.35;  ///< in a crown 5 m wide and 7 m long
-  double leaf_aspect = 0.6;     ///< width by length
   Color inner{};                ///< color in the shade near the stem
   Color outer{};                ///< color at the crown's surface
   double color_variation = 0.1;
-  Tuft tuft{};  ///< leaves: computed from the numbers above
+  Tuft tuft{};
 };
 
 /// The bark of stem, branches and roots.
@@ -117,39 +113,27 @@ struct Bark {
   std::vector<Shade> shades{};
 };
 
-/// All parameters of a species' appearance. `basis` gives the origin of every number: measured,
-/// with the source, or guessed.
-struct Preset {
+/// The fields that presets of all builders have.
+struct PresetHead {
   std::string name{};
   std::string title{};
   std::vector<std::string> species{};  ///< names, genera and codes that select this preset
   CrownIndex crown_index{};
   double relative_hc = 0.3;
+  Taper taper{};
+  Bark bark{};
+  Color leaf{};  ///< mean color, for drawings without meshes
+};
+
+/// A preset of the builder segment. `basis` in its file gives the origin of every number: measured,
+/// with the source, or guessed.
+struct Preset : PresetHead {
   Branching branching{};
   Twigs twigs{};                  ///< of the second order
   std::optional<Twigs> shoots{};  ///< of the third order
   Foliage foliage{};              ///< without textures
   LeafyShoots leafy_shoots{};     ///< with textures
-  Bark bark{};
-  Taper taper{};
   std::optional<BranchCount> branch_count{};
-};
-
-/// The presets of a folder models/, with the equations they use.
-class PresetCatalogue {
- public:
-  /// \param models  folder with presets/, taper/ and branch_count/
-  /// \throws InputError naming the file and the field if an entry cannot be used
-  static PresetCatalogue load(const std::filesystem::path& models);
-
-  /// Presets by name, in alphabetical order.
-  const std::vector<Preset>& presets() const { return presets_; }
-
-  /// \throws UsageError with the available names
-  const Preset& named(std::string_view name) const;
-
- private:
-  std::vector<Preset> presets_;
 };
 
 }  // namespace silvafit::tree

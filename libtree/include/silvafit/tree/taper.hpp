@@ -32,7 +32,8 @@ class Taper {
   std::vector<double> diameters_cm(std::span<const double> heights_m,
                                    double h_m,
                                    double dbh_cm) const;
-  double diameter_cm(double height_m, double h_m, double dbh_cm) const;
+  /// The same as radii [m].
+  std::vector<double> radii_m(std::span<const double> heights_m, double h_m, double dbh_cm) const;
 
   /// Largest diameter at the butt, as a multiple of DBH.
   double butt_limit() const { return butt_limit_; }
