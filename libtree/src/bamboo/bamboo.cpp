@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/bamboo.hpp"
+#include "bamboo/bamboo.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "bamboo/bamboo_leaves.hpp"
-#include "bamboo/bamboo_skeleton.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -68,12 +67,6 @@ BambooBuilder::BambooBuilder(BambooPreset preset)
       style_(std::move(preset)),
       pictures_(style_with_pictures(style_)),
       single_leaves_(style_of_single_leaves(style_)) {}
-
-Skeleton BambooBuilder::grow_skeleton(const TreeShape& shape,
-                                      const Crown& crown,
-                                      Random& random) const {
-  return grow_bamboo(shape, crown, style_, random);
-}
 
 Mesh BambooBuilder::build_mesh(const Skeleton& skeleton,
                                const Crown& crown,

@@ -2,11 +2,11 @@
 #include <bit>
 #include <cmath>
 
+#include "bamboo/bamboo.hpp"
 #include "bamboo/bamboo_leaves.hpp"
 #include "catalogue/preset_head.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/bamboo.hpp"
 
 namespace silvafit::tree {
 namespace {

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "bamboo/bamboo.hpp"
 #include "bamboo/bamboo_leaves.hpp"
 #include "scratch_file.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/bamboo.hpp"
 #include "test_support/bamboo_test_support.hpp"
 
 using namespace silvafit;

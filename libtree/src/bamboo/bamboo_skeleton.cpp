@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "bamboo/bamboo_skeleton.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "bamboo/bamboo.hpp"
 #include "bamboo/culm.hpp"
 #include "bamboo/logistic_map.hpp"
 #include "silvafit/base/constants.hpp"
@@ -261,7 +260,8 @@ class BambooGrower {
                  kThinnestWood_m);
     for (std::size_t i = 0; i < line.size(); ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(line.size() - 1);
-      skeleton_.add_point(line[i], i + 1 == line.size() ? 0.0 : std::max((1.0 - share) * radius, kThinnestWood_m));
+      skeleton_.add_point(
+          line[i], i + 1 == line.size() ? 0.0 : std::max((1.0 - share) * radius, kThinnestWood_m));
     }
     add_twigs(axis, line, radius, span, shoot.random);
     add_leaf(axis, tip, line.back() - line[line.size() - 2], 1, shoot.random);
@@ -317,8 +317,9 @@ class BambooGrower {
         crown_.confine(base + 0.5 * reach * along + twigs.droop * reach * Point{0.0, 0.0, 1.0});
     const std::uint32_t axis = skeleton_.add_axis(skeleton_.axes[bearer].order + 1, bearer);
     constexpr double kOfBearer = 0.7;
-    const double radius = std::max(
-        std::min(0.5 * preset_.branches.thickness * reach, kOfBearer * bearer_radius_m), kThinnestWood_m);
+    const double radius =
+        std::max(std::min(0.5 * preset_.branches.thickness * reach, kOfBearer * bearer_radius_m),
+                 kThinnestWood_m);
     skeleton_.add_point(base, radius);
     skeleton_.add_point(middle, std::max(0.5 * radius, kThinnestWood_m));
     skeleton_.add_point(tip, 0.0);
@@ -400,11 +401,11 @@ double leaf_light(const LeafLight& light,
          light.order * (order >= 2 ? 1.0 : 0.0);
 }
 
-Skeleton grow_bamboo(const TreeShape& shape,
-                     const Crown& crown,
-                     const BambooPreset& preset,
-                     Random& random) {
-  return BambooGrower(shape, crown, preset, random).grow();
+Skeleton BambooBuilder::grow_skeleton(const TreeShape& shape,
+                                      const Crown& crown,
+                                      Random& random,
+                                      const MeshOptions& /*mesh*/) const {
+  return BambooGrower(shape, crown, style_, random).grow();
 }
 
 }  // namespace silvafit::tree

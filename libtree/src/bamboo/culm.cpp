@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "morphology/breast_height.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {

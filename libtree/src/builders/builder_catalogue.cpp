@@ -3,17 +3,35 @@
 
 #include <algorithm>
 
-#include "catalogue/species_names.hpp"
+#include "bamboo/bamboo.hpp"
+#include "iterated_functions/ifs.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
-#include "silvafit/tree/bamboo.hpp"
 #include "silvafit/tree/builder.hpp"
-#include "silvafit/tree/ifs.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 
 namespace silvafit::tree {
 
 namespace {
+
+/// Listed by the preset for species that no other preset lists.
+constexpr std::string_view kAnySpecies = "*";
+
+/// The first preset that lists a species by its full name or code, else by its genus, regardless of
+/// case; null if none does.
+const Builder* listing(std::string_view species, const std::vector<const Builder*>& builders) {
+  const std::string name = lower_case(species);
+  for (const std::string& wanted : {name, genus_of(name)}) {
+    if (wanted.empty() || wanted == kAnySpecies) continue;
+    for (const Builder* builder : builders) {
+      const bool is_listed = std::ranges::any_of(
+          builder->preset().species,
+          [&wanted](const std::string& listed) { return lower_case(listed) == wanted; });
+      if (is_listed) return builder;
+    }
+  }
+  return nullptr;
+}
 
 template <typename Load>
 void load_all(const std::filesystem::path& models,
@@ -69,13 +87,10 @@ PresetChoice BuilderCatalogue::choose(BuilderKind kind, std::string_view species
   const SpeciesMap::Species* const known = species_.find(species);
   PresetChoice choice;
   if (known != nullptr && known->fia == species) choice.code_of = known->latin;
-  const std::vector<const Builder*> builders = of(kind);
   const std::string_view latin = known != nullptr ? std::string_view(known->latin) : species;
-  const auto found = find_species(
-      latin, builders, [](const Builder* builder) { return builder->preset().species; });
-  if (found != builders.end()) {
-    choice.builder = *found;
-  } else if (known != nullptr && kind == BuilderKind::kSegment) {
+  choice.builder = listing(latin, of(kind));
+  if (choice.builder != nullptr) return choice;
+  if (known != nullptr && kind == BuilderKind::kSegment) {
     choice.builder = &named(kind, known->preset);
   } else {
     choice.builder = &fallback(kind);

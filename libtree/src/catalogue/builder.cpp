@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/builder.hpp"
 
-#include <algorithm>
+#include <array>
 
 #include "silvafit/base/error.hpp"
 
@@ -14,17 +14,8 @@ const std::vector<BuilderKind>& builder_kinds() {
 }
 
 const char* builder_name(BuilderKind kind) {
-  switch (kind) {
-    case BuilderKind::kSegment:
-      return "segment";
-    case BuilderKind::kLsystem:
-      return "lsystem";
-    case BuilderKind::kIfs:
-      return "ifs";
-    case BuilderKind::kBamboo:
-      return "bamboo";
-  }
-  return "";
+  constexpr std::array<const char*, 4> kNames{"segment", "lsystem", "ifs", "bamboo"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 BuilderKind builder_from_text(std::string_view text) {
@@ -37,13 +28,6 @@ BuilderKind builder_from_text(std::string_view text) {
 }
 
 Builder::Builder(BuilderKind kind, PresetHead preset) : kind_(kind), preset_(std::move(preset)) {}
-
-Skeleton Builder::grow_skeleton_for(const MeshOptions& /*mesh*/,
-                                    const TreeShape& shape,
-                                    const Crown& crown,
-                                    Random& random) const {
-  return grow_skeleton(shape, crown, random);
-}
 
 Skeleton Builder::grow_freely(double /*h_m*/, Random& /*random*/) const {
   throw UsageError(
@@ -60,7 +44,8 @@ SegmentBuilder::SegmentBuilder(Preset preset)
 
 Skeleton SegmentBuilder::grow_skeleton(const TreeShape& shape,
                                        const Crown& crown,
-                                       Random& random) const {
+                                       Random& random,
+                                       const MeshOptions& /*mesh*/) const {
   return tree::grow_skeleton(shape, crown, segments_, random);
 }
 
@@ -76,22 +61,9 @@ FreeBuilder::FreeBuilder(BuilderKind kind, const FreePreset& preset)
 
 Skeleton FreeBuilder::grow_skeleton(const TreeShape& shape,
                                     const Crown& crown,
-                                    Random& random) const {
-  return fitted(shape, crown, true, random);
-}
-
-Skeleton FreeBuilder::grow_skeleton_for(const MeshOptions& mesh,
-                                        const TreeShape& shape,
-                                        const Crown& crown,
-                                        Random& random) const {
-  return fitted(shape, crown, !shows_shoots(style_, mesh), random);
-}
-
-Skeleton FreeBuilder::fitted(const TreeShape& shape,
-                             const Crown& crown,
-                             bool has_leaves,
-                             Random& random) const {
-  const Skeleton grown = drawn(shape.h_m, has_leaves, random);
+                                    Random& random,
+                                    const MeshOptions& mesh) const {
+  const Skeleton grown = drawn(shape.h_m, !shows_shoots(style_, mesh), random);
   try {
     return fit_to_measurements(grown, shape, crown, preset().taper, fit_);
   } catch (const GeometryError& error) {

@@ -19,7 +19,9 @@ data::JsonReader open_entry(const std::filesystem::path& file, std::string_view 
 
 /// Reads the fields of all presets.
 /// \param models  the folder with taper/ and bark/
-void read_head(const std::filesystem::path& models, const data::JsonReader& entry, PresetHead& head);
+void read_head(const std::filesystem::path& models,
+               const data::JsonReader& entry,
+               PresetHead& head);
 
 /// The same with the fields of freely grown trees but the leaves.
 /// \param models  with shoots/, too
@@ -52,6 +54,11 @@ void read_numbers(const data::JsonReader& entry,
 void read_given_numbers(const data::JsonReader& entry,
                         const std::vector<PresetNumber>& numbers,
                         const std::vector<std::string_view>& others);
+
+/// A leaf without an image: form (five-polygons or needle-fan), aspect, color, color_variation and
+/// optionally outline.
+/// \throws InputError naming file and field
+LeafLook leaf_look_of(const data::JsonReader& entry);
 
 template <std::size_t N>
 std::array<double, N> numbers_of(const data::JsonReader& entry) {

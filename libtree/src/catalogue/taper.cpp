@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "catalogue/preset_head.hpp"
-#include "morphology/breast_height.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/expression.hpp"
 

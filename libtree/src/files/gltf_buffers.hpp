@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "files/json_spool.hpp"
 #include "files/packed_part.hpp"
 #include "files/spool.hpp"
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
 
@@ -14,11 +15,12 @@
 #include "files/gltf_animation.hpp"
 #include "files/gltf_buffers.hpp"
 #include "files/gltf_materials.hpp"
-#include "files/json_spool.hpp"
 #include "files/packed_part.hpp"
+#include "files/spool.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/fingerprint.hpp"
+#include "silvafit/base/json_text.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -28,6 +30,19 @@ double rounded(double meters) {
   constexpr double kPerMeter = 1e6;
   const double value = std::round(meters * kPerMeter) / kPerMeter;
   return value == 0.0 ? 0.0 : value;  // no -0
+}
+
+/// Vertices are floats: digits beyond these are their rounding.
+double without_rounding(double value) {
+  constexpr double kSteps = 1e5;
+  return std::round(kSteps * value) / kSteps;
+}
+
+nlohmann::ordered_json json_of(const CrownRadii& radii) {
+  return {{"e", without_rounding(radii.east_m)},
+          {"w", without_rounding(radii.west_m)},
+          {"s", without_rounding(radii.south_m)},
+          {"n", without_rounding(radii.north_m)}};
 }
 
 bool is_ground(const ModelPart& part) { return part.part == "ground"; }
@@ -396,6 +411,25 @@ std::size_t glb_mesh_bytes(const Mesh& mesh) {
             part.colors.size() + aligned_to_word(index_size * part.indices.size());
   }
   return size;
+}
+
+std::string tree_extras(const SceneTree& tree) {
+  nlohmann::ordered_json extras{{"plot", tree.plot},
+                                {"tree", tree.tree},
+                                {"species", tree.species},
+                                {"preset", tree.preset},
+                                {"h", without_rounding(tree.measured.h_m)},
+                                {"hcb", without_rounding(tree.measured.hcb_m)},
+                                {"dbh", without_rounding(tree.measured.dbh_cm)},
+                                {"cw", without_rounding(tree.measured.radii.width_m())},
+                                {"radii", json_of(tree.measured.radii)}};
+  if (tree.removed_share) extras["removed_share"] = *tree.removed_share;
+  if (!tree.notes.empty()) {
+    nlohmann::ordered_json notes = nlohmann::ordered_json::array();
+    for (const Note& note : tree.notes) notes.push_back(note.about + ": " + note.text);
+    extras["notes"] = std::move(notes);
+  }
+  return json_text(extras);
 }
 
 }  // namespace silvafit::tree

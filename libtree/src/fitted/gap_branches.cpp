@@ -8,8 +8,8 @@
 #include <numeric>
 #include <vector>
 
-#include "fitted/skeleton_line.hpp"
 #include "morphology/crown_gaps.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
@@ -128,8 +128,7 @@ class GapFiller {
     if (occupied_.has_near(unit(place))) return;
     const Fork fork = fork_for(place);
     if (fork.axis == kNone) return;
-    const std::uint32_t axis =
-        skeleton_.add_axis(skeleton_.axes[fork.axis].order + 1, fork.axis);
+    const std::uint32_t axis = skeleton_.add_axis(skeleton_.axes[fork.axis].order + 1, fork.axis);
     const Point chord = place - fork.base.at;
     const double long_m = length(chord);
     // As branches of that length are elsewhere, and thinner than their bearer.

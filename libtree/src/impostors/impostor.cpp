@@ -15,8 +15,7 @@
 #include "mesh/crown_light.hpp"
 #include "mesh/mesh_checks.hpp"
 #include "mesh/part_builder.hpp"
-#include "mesh/tube.hpp"
-#include "morphology/breast_height.hpp"
+#include "mesh/segment_tubes.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {

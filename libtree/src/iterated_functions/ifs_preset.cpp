@@ -4,10 +4,9 @@
 #include <cmath>
 
 #include "catalogue/preset_head.hpp"
-#include "mesh/leaf_look.hpp"
+#include "iterated_functions/ifs.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/ifs.hpp"
 
 namespace silvafit::tree {
 namespace {

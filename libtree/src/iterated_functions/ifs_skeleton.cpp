@@ -5,9 +5,9 @@
 #include <numbers>
 #include <string>
 
+#include "iterated_functions/ifs.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/ifs.hpp"
 
 namespace silvafit::tree {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/ifs.hpp"
+#include "iterated_functions/ifs.hpp"
 
 #include <catch2/catch.hpp>
 

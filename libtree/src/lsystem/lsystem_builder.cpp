@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "catalogue/preset_head.hpp"
-#include "mesh/leaf_look.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/turtle.hpp"
 
@@ -82,8 +81,7 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
                                                      const std::filesystem::path& file) {
   const data::JsonReader entry = open_entry(file, "silvafit-lsystem/1");
   LsystemPreset preset;
-  read_head(
-      models, entry, {"grammar", "constants", "by_height", "aerial_roots", "bud"}, preset);
+  read_head(models, entry, {"grammar", "constants", "by_height", "aerial_roots", "bud"}, preset);
   preset.stages = stages_of(entry, models / "grammars");
   if (entry.has("aerial_roots")) {
     preset.style.aerial_roots = aerial_roots_of(entry.at("aerial_roots"));

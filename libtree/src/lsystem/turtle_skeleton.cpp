@@ -127,8 +127,7 @@ class SkeletonMaker {
       const std::size_t begin = skeleton_.points.size();
       for (std::uint32_t segment = line_at(line).last;;
            segment = drawing_.segments[segment].before) {
-        skeleton_.add_point(drawing_.segments[segment].to,
-                            0.5 * drawing_.segments[segment].width);
+        skeleton_.add_point(drawing_.segments[segment].to, 0.5 * drawing_.segments[segment].width);
         if (segment == line_at(line).first) break;
       }
       std::reverse(skeleton_.points.begin() + static_cast<std::ptrdiff_t>(begin),

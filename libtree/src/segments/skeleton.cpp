@@ -6,29 +6,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "fitted/skeleton_line.hpp"
-#include "morphology/breast_height.hpp"
 #include "morphology/crown_gaps.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "segments/branch_plan.hpp"
-#include "segments/branch_skeleton.hpp"
-#include "segments/drawn_angle.hpp"
 #include "silvafit/base/constants.hpp"
+#include "silvafit/base/fingerprint.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-/// Directions along, across and above an axis.
-struct Frame {
-  Point tangent{};
-  Point sideways{};
-  Point upward{};
-};
-
-Frame frame_along(Point chord) {
-  const Point tangent = direction(chord);
-  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
-  return {tangent, sideways, cross(tangent, sideways)};
-}
 
 class SkeletonGrower {
  public:
@@ -42,12 +27,6 @@ class SkeletonGrower {
     reserve(branches.size());
     for (const PlannedBranch& branch : branches) gaps_.occupy(branch.tip());
     for (const PlannedBranch& branch : branches) add_whole_branch(branch);
-    return std::move(skeleton_);
-  }
-
-  Skeleton grow_one(const PlannedBranch& branch) {
-    add_stem();
-    add_whole_branch(branch);
     return std::move(skeleton_);
   }
 
@@ -89,9 +68,9 @@ class SkeletonGrower {
     const double share = (z_m - from) / (shape_.h_m - from);
     // A short crown has no space for a bend.
     constexpr double kSteepest = 0.12;
-    const double away =
-        std::min(bend * shape_.radii.narrowest_m() * crown_.relative_width(z_m), kSteepest * (shape_.h_m - from)) *
-        std::sin(std::numbers::pi * share);
+    const double away = std::min(bend * shape_.radii.narrowest_m() * crown_.relative_width(z_m),
+                                 kSteepest * (shape_.h_m - from)) *
+                        std::sin(std::numbers::pi * share);
     const double angle = phase + kTwoPi * kTurns * share;
     return {away * std::cos(angle), away * std::sin(angle), z_m};
   }
@@ -127,7 +106,8 @@ class SkeletonGrower {
       at.z = std::clamp(chord + bow * branching.sag,
                         std::min(chord, crown_.down_m(distance, radius)),
                         std::max(chord, crown_.up_m(distance, radius)));
-      skeleton_.add_point(crown_.confine(at), std::max((1.0 - share) * base_radius, kThinnestWood_m));
+      skeleton_.add_point(crown_.confine(at),
+                          std::max((1.0 - share) * base_radius, kThinnestWood_m));
     }
     skeleton_.add_point(tip, 0.0);
     return axis;
@@ -232,7 +212,7 @@ class SkeletonGrower {
     for (int i = 1; i < twigs.segments; ++i) {
       const double share = static_cast<double>(i) / twigs.segments;
       skeleton_.add_point(crooked(base.at, along, length, share),
-                std::max((1.0 - share) * radius, kThinnestWood_m));
+                          std::max((1.0 - share) * radius, kThinnestWood_m));
     }
     skeleton_.add_point(base.at + length * along, 0.0);
     if (shoots != nullptr) add_twigs(axis, length, *shoots, nullptr);
@@ -264,17 +244,12 @@ class SkeletonGrower {
 }  // namespace
 
 Random random_of_tree(std::uint64_t seed, std::string_view plot, std::string_view tree) {
-  // FNV-1a over both texts; the separator distinguishes plot 1, tree 12 from plot 11, tree 2.
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  const auto mix = [&hash](std::string_view text) {
-    for (const char c : text) {
-      hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-    }
-  };
-  mix(plot);
-  mix(std::string_view("\0", 1));
-  mix(tree);
-  return Random(seed, hash);
+  // The separator distinguishes plot 1, tree 12 from plot 11, tree 2.
+  Fingerprint label;
+  label.add(plot);
+  label.add(std::string_view("\0", 1));
+  label.add(tree);
+  return Random(seed, label.value());
 }
 
 std::vector<double> section_heights_m(double h_m) {
@@ -297,14 +272,6 @@ Skeleton grow_skeleton(const TreeShape& shape,
                        const Preset& preset,
                        Random& random) {
   return SkeletonGrower(shape, crown, preset, random).grow();
-}
-
-Skeleton grow_branch_skeleton(const TreeShape& shape,
-                              const Crown& crown,
-                              const Preset& preset,
-                              const PlannedBranch& branch,
-                              Random& random) {
-  return SkeletonGrower(shape, crown, preset, random).grow_one(branch);
 }
 
 }  // namespace silvafit::tree

@@ -13,7 +13,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
-#include "silvafit/tree/crown_density.hpp"
+#include "silvafit/tree/overlap.hpp"
 
 namespace silvafit::tree {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "fitted/leaf_sites.hpp"
-#include "fitted/skeleton_line.hpp"
+#include "fitted/fitted_leaves.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/tree/overlap.hpp"
 
 namespace silvafit::tree {

@@ -49,16 +49,11 @@ class Builder {
   TreeShape shape_of(const Morphology& morphology) const;
 
   /// The stem first. The same random numbers give the same skeleton.
+  /// \param mesh  for a mesh with pictures of shoots, leaf sites are left out, which saves time
   virtual Skeleton grow_skeleton(const TreeShape& shape,
                                  const Crown& crown,
-                                 Random& random) const = 0;
-
-  /// The same skeleton for one mesh: without leaf sites if the mesh shows pictures of shoots
-  /// instead, which saves time.
-  virtual Skeleton grow_skeleton_for(const MeshOptions& mesh,
-                                     const TreeShape& shape,
-                                     const Crown& crown,
-                                     Random& random) const;
+                                 Random& random,
+                                 const MeshOptions& mesh = {}) const = 0;
 
   /// The tree as the grammar or the function system draws it, in its own units; no measurement is
   /// fitted.
@@ -93,7 +88,10 @@ class SegmentBuilder : public Builder {
 
   const Preset& segments() const { return segments_; }
 
-  Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
+  Skeleton grow_skeleton(const TreeShape& shape,
+                         const Crown& crown,
+                         Random& random,
+                         const MeshOptions& mesh = {}) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,
                   Random& random,
@@ -113,11 +111,10 @@ struct FreePreset : PresetHead {
 class FreeBuilder : public Builder {
  public:
   /// \throws GeometryError as fit_to_measurements, naming the file that was drawn
-  Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
-  Skeleton grow_skeleton_for(const MeshOptions& mesh,
-                             const TreeShape& shape,
-                             const Crown& crown,
-                             Random& random) const override;
+  Skeleton grow_skeleton(const TreeShape& shape,
+                         const Crown& crown,
+                         Random& random,
+                         const MeshOptions& mesh = {}) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,
                   Random& random,
@@ -132,8 +129,6 @@ class FreeBuilder : public Builder {
   virtual std::string file_of(double h_m) const = 0;
 
  private:
-  Skeleton fitted(const TreeShape& shape, const Crown& crown, bool has_leaves, Random& random) const;
-
   FitOptions fit_;
   SmoothStyle style_;
 };

@@ -12,8 +12,8 @@
 #include "silvafit/tree/branch_count.hpp"
 #include "silvafit/tree/crown.hpp"
 #include "silvafit/tree/leafy_shoots.hpp"
+#include "silvafit/tree/point.hpp"
 #include "silvafit/tree/taper.hpp"
-#include "silvafit/tree/tuft.hpp"
 
 namespace silvafit::tree {
 
@@ -84,15 +84,32 @@ struct Twigs {
   int segments = 1;              ///< straight pieces of a twig
 };
 
+/// Leaves in a golden-angle spiral about the end of a shoot that grows along z and ends at the
+/// origin. A leaf has length 1; it is folded along its middle.
+///
+/// Corners of neighboring leaves that are close to each other are merged: the leaves are less
+/// regular, and the tuft has a third of the points.
+struct Tuft {
+  /// Indices of a leaf's points: base, right, tip, left.
+  using Leaf = std::array<std::uint8_t, 4>;
+
+  std::vector<Point> points{};
+  std::vector<Leaf> leaves{};
+
+  /// \param leaves  2 to 60
+  /// \param aspect  width by length of a leaf, > 0
+  static Tuft of(int leaves, double aspect);
+};
+
 enum class FoliageKind { kNeedles, kLeaves };
 
 /// Foliage hangs on twigs and on the ends of branches.
 struct Foliage {
   FoliageKind kind = FoliageKind::kNeedles;
-  double fullness = 0.55;    ///< needles: filled proportion of the gaps between twigs, from 0 to 1
-  double lift = 0.35;        ///< needles: height of tips above and below a twig, per its length
-  double droop = 0.3;        ///< needles: how far a spray's edges hang, relative to their width
-  int tufts_per_shoot = 1;   ///< leaves: tufts along a shoot, besides the one at its tip
+  double fullness = 0.55;   ///< needles: filled proportion of the gaps between twigs, from 0 to 1
+  double lift = 0.35;       ///< needles: height of tips above and below a twig, per its length
+  double droop = 0.3;       ///< needles: how far a spray's edges hang, relative to their width
+  int tufts_per_shoot = 1;  ///< leaves: tufts along a shoot, besides the one at its tip
   double leaf_length_m = 0.35;  ///< in a crown 5 m wide and 7 m long
   Color inner{};                ///< color in the shade near the stem
   Color outer{};                ///< color at the crown's surface

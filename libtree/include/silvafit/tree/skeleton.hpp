@@ -29,8 +29,7 @@ inline constexpr double kThinnestWood_m = 0.0003;
 
 /// A point of the straight line between two others, at a proportion of it.
 inline SkeletonPoint between(const SkeletonPoint& from, const SkeletonPoint& to, double part) {
-  return {from.at + part * (to.at - from.at),
-          from.radius_m + part * (to.radius_m - from.radius_m)};
+  return {from.at + part * (to.at - from.at), from.radius_m + part * (to.radius_m - from.radius_m)};
 }
 
 /// A line of points from base to tip. The stem has order 0; an axis that grows from one of order i

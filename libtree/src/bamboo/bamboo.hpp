@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "bamboo/cloud_model.hpp"
 #include "silvafit/tree/builder.hpp"
-#include "silvafit/tree/cloud_model.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 
 namespace silvafit::tree {
@@ -124,7 +124,10 @@ class BambooBuilder : public Builder {
 
   const BambooPreset& style() const { return style_; }
 
-  Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
+  Skeleton grow_skeleton(const TreeShape& shape,
+                         const Crown& crown,
+                         Random& random,
+                         const MeshOptions& mesh = {}) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,
                   Random& random,

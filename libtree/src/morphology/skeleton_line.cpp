@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "fitted/skeleton_line.hpp"
+#include "morphology/skeleton_line.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "silvafit/tree/affine_map.hpp"
+#include "segments/affine_map.hpp"
 #include "silvafit/tree/builder.hpp"
 
 namespace silvafit::tree {
