@@ -73,7 +73,7 @@ json fit_all(const Arguments& arguments, fit::Method method) {
     fits.push_back({{"inventory", number},
                     {"converged", fit.convergence.converged()},
                     {"inside", fit.convergence.converged() && !fit.convergence.has_boundary()},
-                    {"verdict", fit.convergence.verdict},
+                    {"verdict", fit.convergence.verdict()},
                     {"log_likelihood", fit.log_likelihood},
                     {"seconds", bench::cpu_seconds() - begin}});
   }

@@ -122,7 +122,7 @@ json timed_fit(const data::Table& table,
           {"floor_seconds", floor},
           {"floors", seconds / floor},
           {"converged", fit.convergence.converged()},
-          {"verdict", fit.convergence.verdict},
+          {"verdict", fit.convergence.verdict()},
           {"iterations", fit.convergence.iterations},
           {"log_likelihood", fit.log_likelihood}};
 }

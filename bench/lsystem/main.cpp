@@ -11,7 +11,8 @@
 
 #include "measurement.hpp"
 #include "mesh/smooth_mesh_limbs.hpp"
-#include "mesh/smooth_mesh_tube.hpp"
+#include "mesh/smooth_mesh_rings.hpp"
+#include "mesh/tube.hpp"
 #include "silvafit/tree/builder.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 #include "silvafit/tree/scene.hpp"

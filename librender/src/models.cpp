@@ -21,7 +21,7 @@ Material material_of(const tree::ReadPart& part) {
   // unknown.
   const bool is_ours = !part.part.empty();
   const bool is_leaf = is_ours
-                           ? part.material.ends_with(tree::material_name(tree::MaterialKind::kLeaf))
+                           ? part.material.ends_with(tree::material_name(tree::PartKind::kFoliage))
                            : mesh.double_sided;
   if (is_leaf) {
     material.translucency = kLeafTranslucency;

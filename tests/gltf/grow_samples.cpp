@@ -43,50 +43,56 @@ std::vector<Morphology> sample_trees() {
   return trees;
 }
 
-void write_presets(const PresetCatalogue& catalogue, const fs::path& folder) {
-  Scene all;
-  for (const Preset& preset : catalogue.presets()) {
-    Scene scene;
-    for (const Morphology& tree : sample_trees()) scene.trees.push_back(grow_tree(tree, preset));
-    write_glb(scene, folder / (preset.name + ".glb"));
-    all.trees.push_back(std::move(scene.trees.front()));
+void write_glb(const std::vector<SceneTree>& trees, const fs::path& path) {
+  const auto writer = open_scene(path, SceneFormat::kGlb);
+  for (const SceneTree& tree : trees) writer->add_tree(tree);
+  writer->finish();
+}
+
+void write_presets(const BuilderCatalogue& catalogue, const fs::path& folder) {
+  std::vector<SceneTree> all;
+  for (const Builder* preset : catalogue.of(BuilderKind::kSegment)) {
+    std::vector<SceneTree> trees;
+    for (const Morphology& tree : sample_trees()) trees.push_back(grow_tree(tree, *preset));
+    write_glb(trees, folder / (preset->name() + ".glb"));
+    all.push_back(std::move(trees.front()));
   }
   write_glb(all, folder / "all-presets.glb");
-  // Pictures need UVs and tangents, and colors by depth are a choice.
-  Scene textured;
-  const GrowOptions options{
-      .mesh = {.closed_branches = true, .textured = true, .vertex_colors = true}};
-  textured.trees.push_back(
-      grow_tree(sample_trees().front(), catalogue.named("schima-superba"), options));
-  write_glb(textured, folder / "textured.glb");
+  // Pictures need UVs and tangents.
+  const auto textured = [&](const char* preset) {
+    return grow_tree(sample_trees().front(),
+                     catalogue.named(BuilderKind::kSegment, preset),
+                     {.mesh = {.closed_branches = true, .textured = true}});
+  };
+  const SceneTree tree = textured("schima-superba");
+  write_glb({tree}, folder / "textured.glb");
   const auto packed =
       open_scene(folder / "textured-packed.glb", SceneFormat::kGlb, {.compress = true});
-  packed->add_tree(textured.trees.front());
-  packed->add_tree(grow_tree(sample_trees().front(), catalogue.named("generic-conifer"), options));
+  packed->add_tree(tree);
+  packed->add_tree(textured("generic-conifer"));
   packed->finish();
 }
 
 /// All presets of all builders as `silvafit grow` draws them, at every level of detail, and as
 /// impostors.
-void write_builders(const fs::path& models, const fs::path& folder) {
-  const BuilderCatalogue catalogue = BuilderCatalogue::load(models);
+void write_builders(const BuilderCatalogue& catalogue, const fs::path& folder) {
   Impostors impostors;
   const auto far = open_scene(folder / "impostors.glb", SceneFormat::kGlb);
   const auto packed =
       open_scene(folder / "impostors-packed.glb", SceneFormat::kGlb, {.compress = true});
   for (const BuilderKind kind : builder_kinds()) {
     for (const Builder* builder : catalogue.of(kind)) {
-      Scene scene;
+      std::vector<SceneTree> trees;
       int level = 0;
       for (const Morphology& tree : sample_trees()) {
         const MeshOptions mesh = level_of_detail(level, {.textured = true});
-        scene.trees.push_back(grow_tree(tree, *builder, {.mesh = mesh}));
+        trees.push_back(grow_tree(tree, *builder, {.mesh = mesh}));
         level = (level + 1) % kLevelsOfDetail;
         const SceneTree impostor = grow_tree(tree, *builder, {.impostors = &impostors});
         far->add_tree(impostor);
         packed->add_tree(impostor);
       }
-      write_glb(scene, folder / (std::string(builder_name(kind)) + "-" + builder->name() + ".glb"));
+      write_glb(trees, folder / (std::string(builder_name(kind)) + "-" + builder->name() + ".glb"));
     }
   }
   far->finish();
@@ -96,9 +102,9 @@ void write_builders(const fs::path& models, const fs::path& folder) {
 /// A row of twelve trees of one model, each 5 % higher and 5 % narrower north-south than the last.
 class Stand {
  public:
-  explicit Stand(const PresetCatalogue& catalogue) {
-    const Preset& preset = catalogue.named("cunninghamia-lanceolata");
-    tree_ = grow_tree(sample_trees().front(), preset);
+  explicit Stand(const BuilderCatalogue& catalogue) {
+    tree_ = grow_tree(sample_trees().front(),
+                      catalogue.named(BuilderKind::kSegment, "cunninghamia-lanceolata"));
     for (int i = 0; i < kTrees; ++i) {
       const double size = 1.0 + 0.05 * i;
       places_.push_back({{5.0 * i, 1.5 * i, 0.5 * i}, 1.0, size, 1.0 / size});
@@ -140,7 +146,7 @@ class Stand {
   MeshPart ground_;
 };
 
-void write_scenes(const PresetCatalogue& catalogue, const fs::path& folder) {
+void write_scenes(const BuilderCatalogue& catalogue, const fs::path& folder) {
   const Stand stand(catalogue);
   stand.write(folder / "plain.glb", SceneFormat::kGlb, {});
   stand.write(folder / "plain.gltf", SceneFormat::kGltf, {});
@@ -162,10 +168,10 @@ void write_scenes(const PresetCatalogue& catalogue, const fs::path& folder) {
 int main(int argc, char** argv) {
   try {
     if (argc != 3) throw std::invalid_argument("usage: grow_samples MODELS DIR");
-    const PresetCatalogue catalogue = PresetCatalogue::load(argv[1]);
+    const BuilderCatalogue catalogue = BuilderCatalogue::load(argv[1]);
     const fs::path folder = argv[2];
     write_presets(catalogue, folder);
-    write_builders(argv[1], folder);
+    write_builders(catalogue, folder);
     write_scenes(catalogue, folder / "scenes");
     return 0;
   } catch (const std::exception& error) {

@@ -15,7 +15,7 @@
 #include "silvafit/data/program.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/tree/builder.hpp"
-#include "silvafit/tree/stem_volume.hpp"
+#include "silvafit/tree/taper.hpp"
 
 namespace silvafit::study {
 namespace {

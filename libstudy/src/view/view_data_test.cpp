@@ -3,6 +3,7 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -10,9 +11,11 @@
 #include <vector>
 
 #include "reference.hpp"
+#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/scene.hpp"
 #include "silvafit/tree/scene_reader.hpp"
+#include "silvafit/tree/scene_writer.hpp"
 #include "view/base64.hpp"
 
 using Catch::Matchers::Contains;
@@ -81,7 +84,9 @@ std::string decoded(const std::string& text) {
 /// A scene of two grown trees as a file.
 std::string two_trees_glb() {
   const tree::Builder& preset = *catalogue().choose(tree::BuilderKind::kSegment, "SM").builder;
-  tree::Scene scene;
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / "silvafit-view-data-test.glb";
+  const auto writer = tree::open_scene(file, tree::SceneFormat::kGlb);
   for (int i = 0; i < 2; ++i) {
     const tree::Morphology morphology{.plot = "1",
                                       .tree = i == 0 ? "7" : "8",
@@ -91,9 +96,12 @@ std::string two_trees_glb() {
                                       .h_m = 15.0 + i,
                                       .hcb_m = 6.0,
                                       .cw_m = 4.0};
-    scene.trees.push_back(tree::grow_tree(morphology, preset, {.mesh = tree::level_of_detail(3)}));
+    writer->add_tree(tree::grow_tree(morphology, preset, {.mesh = tree::level_of_detail(3)}));
   }
-  return tree::glb_bytes(scene);
+  writer->finish();
+  std::string bytes = read_file(file);
+  std::filesystem::remove(file);
+  return bytes;
 }
 
 /// A GLB file with only a JSON part.

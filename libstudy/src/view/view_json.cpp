@@ -210,7 +210,7 @@ ordered_json preset_json(const tree::PresetHead& preset) {
           {"up", preset.crown_index.up},
           {"down", preset.crown_index.down},
           {"leaf", preset.leaf},
-          {"bark", preset.bark}};
+          {"bark", preset.bark.color}};
 }
 
 }  // namespace

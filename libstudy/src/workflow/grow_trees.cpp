@@ -9,7 +9,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
-#include "silvafit/tree/crown_density.hpp"
+#include "silvafit/tree/overlap.hpp"
 #include "workflow/grow_job.hpp"
 
 namespace silvafit::study {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/bamboo.hpp"
+#include "bamboo/bamboo.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "bamboo/bamboo_leaves.hpp"
-#include "bamboo/bamboo_skeleton.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -19,7 +18,7 @@ std::vector<std::array<double, 2>> narrow_outline() {
 SmoothStyle style_with_pictures(const BambooPreset& preset) {
   const CulmLeaves& leaves = preset.leaves;
   const PictureRow row = side_by_side(
-      leaves.pictures, static_cast<std::size_t>(leaves.picture_size), preset.head.name + "-leaves");
+      leaves.pictures, static_cast<std::size_t>(leaves.picture_size), preset.name + "-leaves");
   SmoothStyle style{.bark = preset.bark};
   for (std::size_t i = 0; i < leaves.pictures.size(); ++i) {
     const auto left = static_cast<double>(i);
@@ -64,16 +63,10 @@ void add_leaves_of(const LeafSite& spray, const CulmLeaves& leaves, std::vector<
 }  // namespace
 
 BambooBuilder::BambooBuilder(BambooPreset preset)
-    : Builder(BuilderKind::kBamboo, preset.head),
+    : Builder(BuilderKind::kBamboo, preset),
       style_(std::move(preset)),
       pictures_(style_with_pictures(style_)),
       single_leaves_(style_of_single_leaves(style_)) {}
-
-Skeleton BambooBuilder::grow_skeleton(const TreeShape& shape,
-                                      const Crown& crown,
-                                      Random& random) const {
-  return grow_bamboo(shape, crown, style_, random);
-}
 
 Mesh BambooBuilder::build_mesh(const Skeleton& skeleton,
                                const Crown& crown,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "pictures/shoot_canvas.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
@@ -13,20 +14,8 @@ namespace {
 
 constexpr std::uint8_t kOpaque = 255;
 
-/// sRGB of a linear channel (IEC 61966-2-1).
-std::uint8_t srgb(double linear) {
-  const double c = std::clamp(linear, 0.0, 1.0);
-  const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255.0 * encoded));
-}
-
-double linear_of(std::uint8_t srgb_byte) {
-  const double c = srgb_byte / 255.0;
-  return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
-}
-
 /// A leaf in the picture's unit square, y up: a lens from its base to its tip.
-struct DrawnLeaf {
+struct SprayLeaf {
   double x = 0.0;
   double y = 0.0;
   double angle_rad = 0.0;  ///< from upward to the right
@@ -35,9 +24,9 @@ struct DrawnLeaf {
   double shade = 1.0;
 };
 
-std::vector<DrawnLeaf> spray(int number) {
+std::vector<SprayLeaf> spray(int number) {
   constexpr int kPairs = 4;
-  std::vector<DrawnLeaf> leaves;
+  std::vector<SprayLeaf> leaves;
   for (int i = 0; i < kPairs; ++i) {
     for (const int side : {-1, 1}) {
       // Leaves of a twig grow alternately on both sides; the number of the image shifts the order.
@@ -57,7 +46,7 @@ std::vector<DrawnLeaf> spray(int number) {
 }
 
 /// Brightness of a leaf at a point, or below 0 outside the leaf.
-double brightness(const DrawnLeaf& leaf, double x, double y) {
+double brightness(const SprayLeaf& leaf, double x, double y) {
   const double s = std::sin(leaf.angle_rad);
   const double c = std::cos(leaf.angle_rad);
   const double along = ((x - leaf.x) * s + (y - leaf.y) * c) / leaf.length;
@@ -73,7 +62,7 @@ double brightness(const DrawnLeaf& leaf, double x, double y) {
 }  // namespace
 
 Texture bamboo_leaf_picture(std::size_t size, const Color& color, int number) {
-  const std::vector<DrawnLeaf> leaves = spray(number);
+  const std::vector<SprayLeaf> leaves = spray(number);
   Texture picture{.name = "bamboo-leaf-" + std::to_string(number), .width = size, .height = size};
   // Transparent pixels have the leaves' color too, so that interpolation shows no other color at
   // the edges.
@@ -84,11 +73,11 @@ Texture bamboo_leaf_picture(std::size_t size, const Color& color, int number) {
     for (std::size_t column = 0; column < size; ++column) {
       const double x = (static_cast<double>(column) + 0.5) / width;
       double light = -1.0;
-      for (const DrawnLeaf& leaf : leaves) light = std::max(light, brightness(leaf, x, y));
+      for (const SprayLeaf& leaf : leaves) light = std::max(light, brightness(leaf, x, y));
       const bool is_twig = std::abs(x - 0.5) < 0.6 / width && y < 0.56;
       if (light < 0.0 && is_twig) light = 0.7;
       const double shade = light < 0.0 ? 0.9 : light;
-      for (const double channel : color) picture.rgba.push_back(srgb(shade * channel));
+      for (const double channel : color) picture.rgba.push_back(exact_srgb_byte(shade * channel));
       picture.rgba.push_back(light < 0.0 ? std::uint8_t{0} : kOpaque);
     }
   }
@@ -144,7 +133,7 @@ Color mean_color(const Texture& picture) {
   double drawn = 0.0;
   for (std::size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
     if (picture.rgba[i + 3] < 128) continue;
-    for (std::size_t k = 0; k < 3; ++k) sum[k] += linear_of(picture.rgba[i + k]);
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += linear_light(picture.rgba[i + k]);
     drawn += 1.0;
   }
   for (double& channel : sum) channel = drawn > 0.0 ? channel / drawn : 0.0;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "silvafit/tree/bamboo.hpp"
+#include "bamboo/bamboo.hpp"
 #include "test_support/bamboo_test_support.hpp"
 #include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"

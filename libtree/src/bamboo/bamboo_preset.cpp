@@ -2,12 +2,11 @@
 #include <bit>
 #include <cmath>
 
+#include "bamboo/bamboo.hpp"
 #include "bamboo/bamboo_leaves.hpp"
-#include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/bamboo.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -167,8 +166,8 @@ CulmLeaves leaves_of(const data::JsonReader& entry) {
 
 }  // namespace
 
-BambooPreset BambooPreset::load(const std::filesystem::path& models,
-                                const std::filesystem::path& file) {
+std::unique_ptr<BambooBuilder> BambooBuilder::load(const std::filesystem::path& models,
+                                                   const std::filesystem::path& file) {
   const data::JsonReader entry = open_entry(file, "silvafit-bamboo/1");
   entry.allow_only({"schema",
                     "name",
@@ -185,14 +184,14 @@ BambooPreset BambooPreset::load(const std::filesystem::path& models,
                     "bark_by_diameter",
                     "basis"});
   entry.at("crown").allow_only({"index_up", "index_down", "relative_hc"});
-  PresetHead head = preset_head_of(models, entry);
-  head.leaf = color_of(entry.at("leaves").at("bright_color"));
-  return {.head = std::move(head),
-          .culm = culm_of(entry.at("culm")),
-          .branches = branches_of(entry.at("branches")),
-          .twigs = twigs_of(entry.at("twigs")),
-          .leaves = leaves_of(entry.at("leaves")),
-          .bark = bark_of(models, entry)};
+  BambooPreset preset;
+  read_head(models, entry, preset);
+  preset.culm = culm_of(entry.at("culm"));
+  preset.branches = branches_of(entry.at("branches"));
+  preset.twigs = twigs_of(entry.at("twigs"));
+  preset.leaves = leaves_of(entry.at("leaves"));
+  preset.leaf = color_of(entry.at("leaves").at("bright_color"));
+  return std::make_unique<BambooBuilder>(std::move(preset));
 }
 
 }  // namespace silvafit::tree

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "bamboo/bamboo.hpp"
 #include "bamboo/bamboo_leaves.hpp"
 #include "scratch_file.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/bamboo.hpp"
 #include "test_support/bamboo_test_support.hpp"
 
 using namespace silvafit;
@@ -51,7 +51,7 @@ TEST_CASE("an invalid bamboo preset is refused with its file and field") {
     bad.replace(at, from.size(), to);
     const test::ScratchFile scratch(bad, ".json");
     try {
-      BambooPreset::load(models, scratch.path());
+      BambooBuilder::load(models, scratch.path());
     } catch (const InputError& error) {
       return test::path_of(error);
     }
@@ -114,13 +114,13 @@ TEST_CASE("a preset's own pictures are ranked for any order and size") {
                             second.path().filename().string() + "\"], \"per_twig\"";
   text.replace(text.find("\"per_twig\""), 10, field);
   const test::ScratchFile preset(text, ".json");
-  const BambooPreset loaded = BambooPreset::load(test::source_file("models"), preset.path());
+  const auto builder = BambooBuilder::load(test::source_file("models"), preset.path());
+  const BambooPreset& loaded = builder->style();
   REQUIRE(loaded.leaves.pictures.size() == 2);
   CHECK(loaded.leaves.pictures[0]->rgba == std::vector<std::uint8_t>{20, 60, 15, 255});
   CHECK(loaded.leaves.pictures[1]->rgba ==
         std::vector<std::uint8_t>{200, 220, 90, 255, 180, 210, 80, 255});
-  const BambooBuilder builder(loaded);
-  const SceneTree bamboo = grow_tree(test::usual_culm(), builder, {.mesh = {.textured = true}});
+  const SceneTree bamboo = grow_tree(test::usual_culm(), *builder, {.mesh = {.textured = true}});
   REQUIRE(bamboo.mesh.parts.back().texture);
   CHECK(bamboo.mesh.parts.back().texture->width == 512);
 
@@ -129,5 +129,5 @@ TEST_CASE("a preset's own pictures are ranked for any order and size") {
                first.path().filename().string().size(),
                broken.path().filename().string());
   const test::ScratchFile bad(text, ".json");
-  CHECK_THROWS_AS(BambooPreset::load(test::source_file("models"), bad.path()), InputError);
+  CHECK_THROWS_AS(BambooBuilder::load(test::source_file("models"), bad.path()), InputError);
 }

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "bamboo/bamboo_skeleton.hpp"
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "bamboo/bamboo.hpp"
 #include "bamboo/culm.hpp"
 #include "bamboo/logistic_map.hpp"
 #include "silvafit/base/constants.hpp"
@@ -14,8 +12,6 @@
 namespace silvafit::tree {
 namespace {
 
-// A float at the height of the tallest tree still resolves a twig of this radius.
-constexpr double kThinnest = 0.0003;
 constexpr double kFlattest = 2.0 * kRadian;
 
 /// A first-order branch before its points are computed.
@@ -53,8 +49,7 @@ class BambooGrower {
         azimuths_(preset.branches.mu, start_of(preset.branches.mu, random)),
         side_rad_(random.uniform(0.0, kTwoPi)),
         key_(random.bits()) {
-    const CrownRadii& radii = crown.radii();
-    const double mean = 0.25 * (radii.east_m + radii.west_m + radii.south_m + radii.north_m);
+    const double mean = 0.5 * crown.radii().width_m();
     constexpr double kMost = 3.0;
     leaf_m_ = preset.leaves.length_m * std::min(mean / preset.leaves.crown_radius_m, kMost);
     // A crown may be wide and flat.
@@ -62,8 +57,7 @@ class BambooGrower {
   }
 
   Skeleton grow() {
-    skeleton_.points = culm_.points(preset_.head.taper);
-    skeleton_.axes.push_back({.count = static_cast<std::uint32_t>(skeleton_.points.size())});
+    skeleton_.add_axis(0, 0, culm_.points(preset_.taper));
     skeleton_.notes = culm_.notes();
     std::vector<Shoot> shoots = planned_shoots();
     lead_to_radii(shoots);
@@ -144,8 +138,7 @@ class BambooGrower {
   }
 
   double culm_radius_m(double z_m) const {
-    constexpr double kRadiusPerDiameter = 0.5 * 0.01;
-    return kRadiusPerDiameter * preset_.head.taper.diameter_cm(z_m, shape_.h_m, shape_.dbh_cm);
+    return preset_.taper.radii_m(std::span(&z_m, 1), shape_.h_m, shape_.dbh_cm).front();
   }
 
   Shoot shoot_of(const CulmNode& node,
@@ -169,13 +162,8 @@ class BambooGrower {
 
   /// In each measured direction the nearest branch ends at the widest point.
   void lead_to_radii(std::vector<Shoot>& shoots) const {
-    const CrownRadii& radii = crown_.radii();
-    const double hc = crown_.hc_m();
-    const std::array<Point, 4> tips{Point{radii.east_m, 0.0, hc},
-                                    {-radii.west_m, 0.0, hc},
-                                    {0.0, -radii.south_m, hc},
-                                    {0.0, radii.north_m, hc}};
-    for (const Point& tip : tips) {
+    for (std::size_t direction = 0; direction < Crown::kMeasured.size(); ++direction) {
+      const Point tip = crown_.widest_point(direction);
       Shoot* best = nullptr;
       double least = std::numeric_limits<double>::infinity();
       for (Shoot& shoot : shoots) {
@@ -257,17 +245,6 @@ class BambooGrower {
     return line;
   }
 
-  std::uint32_t begin_axis(std::uint32_t order, std::uint32_t parent) {
-    const auto first = static_cast<std::uint32_t>(skeleton_.points.size());
-    skeleton_.axes.push_back({.order = order, .parent = parent, .first = first, .count = 0});
-    return static_cast<std::uint32_t>(skeleton_.axes.size() - 1);
-  }
-
-  void add_point(Point at, double radius_m) {
-    skeleton_.points.push_back({at, radius_m});
-    ++skeleton_.axes.back().count;
-  }
-
   void add_branch(Shoot& shoot) {
     const CulmBranching& branches = preset_.branches;
     const Point tip = shoot.tip.value_or(free_tip(shoot));
@@ -277,13 +254,14 @@ class BambooGrower {
     const double radius_there = crown_.radius_m(tip.x, tip.y);
     if (!shoot.tip && span < kShortest * std::min(radius_there, shape_.h_m - shape_.hcb_m)) return;
     const std::vector<Point> line = arch(shoot, tip, branches.segments);
-    const std::uint32_t axis = begin_axis(1, 0);
+    const std::uint32_t axis = skeleton_.add_axis(1, 0);
     const double radius =
         std::max(std::min(0.5 * branches.thickness * span, branches.thickest * shoot.culm_radius_m),
-                 kThinnest);
+                 kThinnestWood_m);
     for (std::size_t i = 0; i < line.size(); ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(line.size() - 1);
-      add_point(line[i], i + 1 == line.size() ? 0.0 : std::max((1.0 - share) * radius, kThinnest));
+      skeleton_.add_point(
+          line[i], i + 1 == line.size() ? 0.0 : std::max((1.0 - share) * radius, kThinnestWood_m));
     }
     add_twigs(axis, line, radius, span, shoot.random);
     add_leaf(axis, tip, line.back() - line[line.size() - 2], 1, shoot.random);
@@ -310,7 +288,7 @@ class BambooGrower {
       const double wanted =
           twigs.relative_length * span_m * (1.0 - (1.0 - twigs.tip_length) * along_share);
       const bool is_left = (i % 2 == 0) == begins_left;
-      const double base_radius = std::max((1.0 - share) * radius_m, kThinnest);
+      const double base_radius = std::max((1.0 - share) * radius_m, kThinnestWood_m);
       add_twig(bearer, base, direction(step), is_left, wanted, base_radius, random);
     }
   }
@@ -337,13 +315,14 @@ class BambooGrower {
     const Point tip = base + reach * along;
     const Point middle =
         crown_.confine(base + 0.5 * reach * along + twigs.droop * reach * Point{0.0, 0.0, 1.0});
-    const std::uint32_t axis = begin_axis(skeleton_.axes[bearer].order + 1, bearer);
+    const std::uint32_t axis = skeleton_.add_axis(skeleton_.axes[bearer].order + 1, bearer);
     constexpr double kOfBearer = 0.7;
-    const double radius = std::max(
-        std::min(0.5 * preset_.branches.thickness * reach, kOfBearer * bearer_radius_m), kThinnest);
-    add_point(base, radius);
-    add_point(middle, std::max(0.5 * radius, kThinnest));
-    add_point(tip, 0.0);
+    const double radius =
+        std::max(std::min(0.5 * preset_.branches.thickness * reach, kOfBearer * bearer_radius_m),
+                 kThinnestWood_m);
+    skeleton_.add_point(base, radius);
+    skeleton_.add_point(middle, std::max(0.5 * radius, kThinnestWood_m));
+    skeleton_.add_point(tip, 0.0);
     const int leaves = preset_.leaves.per_twig;
     for (int i = 0; i < leaves; ++i) {
       const double share = (i + 1.0) / leaves;
@@ -422,11 +401,11 @@ double leaf_light(const LeafLight& light,
          light.order * (order >= 2 ? 1.0 : 0.0);
 }
 
-Skeleton grow_bamboo(const TreeShape& shape,
-                     const Crown& crown,
-                     const BambooPreset& preset,
-                     Random& random) {
-  return BambooGrower(shape, crown, preset, random).grow();
+Skeleton BambooBuilder::grow_skeleton(const TreeShape& shape,
+                                      const Crown& crown,
+                                      Random& random,
+                                      const MeshOptions& /*mesh*/) const {
+  return BambooGrower(shape, crown, style_, random).grow();
 }
 
 }  // namespace silvafit::tree

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/bamboo.hpp"
+#include "bamboo/bamboo.hpp"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
@@ -134,7 +135,9 @@ TEST_CASE("a culm has the measured number of internodes, with a ridge at each no
   const auto at_base = std::find_if(
       points.begin(), points.end(), [](const SkeletonPoint& point) { return point.at.z == 8.0; });
   REQUIRE(at_base != points.end());
-  const double even = 0.005 * test::moso().preset().taper.diameter_cm(8.0, 14.0, 10.0);
+  const double even =
+      0.005 *
+      test::moso().preset().taper.diameters_cm(std::array<double, 1>{8.0}, 14.0, 10.0).front();
   CHECK(at_base->radius_m == Approx(1.05 * even).epsilon(1e-12));
 }
 

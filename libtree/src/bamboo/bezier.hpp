@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Cubic Bezier curves: fitted to measured points, and bent by a given angle.
+// Cubic Bezier curves that are bent by a given angle.
 #pragma once
 
 #include <array>
-#include <span>
-#include <vector>
 
 #include "silvafit/tree/point.hpp"
 
 namespace silvafit::tree {
 
 /// Q(t) = sum over k of B_k(t) V_k with the Bernstein polynomials B_k(t) = C(3, k) t^k (1-t)^(3-k).
+/// Source: Liu et al. 2022, visual modeling of Phyllostachys pubescens, equation 1.
 struct CubicBezier {
   std::array<Point, 4> control{};  ///< V_0 .. V_3
 
@@ -22,31 +21,6 @@ struct CubicBezier {
   /// until twelve digits agree.
   double length_m(double from = 0.0, double to = 1.0) const;
 };
-
-/// B_0 .. B_3 at t.
-std::array<double, 4> bernstein(double t);
-
-/// The relative polyline length at each point: 0 for the first, 1 for the last.
-/// \throws GeometryError if all points are equal
-std::vector<double> chord_length_parameters(std::span<const Point> points);
-
-/// The cubic with V_0 = p_0 and V_3 = p_n whose sum of squared distances |Q(t_i) - p_i|^2 at the
-/// inner points is least:
-///   V_1 = (A_2 C_1 - A_12 C_2) / (A_1 A_2 - A_12^2)
-///   V_2 = (A_1 C_2 - A_12 C_1) / (A_1 A_2 - A_12^2)
-/// where A_k = sum B_k^2, A_12 = sum B_1 B_2, C_k = sum B_k (p_i - B_0 V_0 - B_3 V_3), all over the
-/// inner points.
-///
-/// \param points      p_0 .. p_n, along the curve
-/// \param parameters  t_0 .. t_n, one a point, from 0 to 1 in order
-/// \throws UsageError if there are not as many parameters as points, or they are not such numbers;
-/// GeometryError if there are fewer than two inner points, or they do not determine the curve: all
-/// at one parameter, or at the ends
-/// Source: Liu et al. 2022, visual modeling of Phyllostachys pubescens, equations 1 to 4.
-CubicBezier fit_bezier(std::span<const Point> points, std::span<const double> parameters);
-
-/// The same with chord-length parameters.
-CubicBezier fit_bezier(std::span<const Point> points);
 
 /// An arch of a wanted length that starts in a wanted direction and turns by an angle.
 ///

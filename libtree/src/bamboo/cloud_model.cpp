@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/cloud_model.hpp"
+#include "bamboo/cloud_model.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "morphology/breast_height.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
@@ -23,10 +22,6 @@ double relative_internode(const CulmStyle& style, double share) {
   return style.internode_top +
          (1.0 - style.internode_top) *
              std::cos(kQuarter * (share - style.longest_at) / (1.0 - style.longest_at));
-}
-
-double narrowest_m(const CrownRadii& radii) {
-  return std::min(std::min(radii.east_m, radii.west_m), std::min(radii.south_m, radii.north_m));
 }
 
 }  // namespace
@@ -68,7 +63,7 @@ Culm::Culm(const TreeShape& shape, const Crown& crown, const CulmStyle& style, R
   constexpr double kRoom = 0.3;
   if (shape.culm.bend_deg || 100.0 * h_m_ < kSlender * dbh_cm_) return;
   bow_m_ = std::min(style.nod * (h_m_ - std::max(kBreastHeight, hcb_m_)),
-                    kRoom * narrowest_m(crown.radii()));
+                    kRoom * crown.radii().narrowest_m());
 }
 
 void Culm::place_nodes(int internodes, Random& random) {
@@ -93,7 +88,7 @@ void Culm::bend(const TreeShape& shape, const Crown& crown, double bend_deg) {
   if (rise < kShortest || bend_deg == 0.0) return;
   // The tip is slightly outside the crown curve, but branches need space around the culm.
   constexpr double kRoom = 0.2;
-  const double most_deg = 2.0 * std::atan(kRoom * narrowest_m(crown.radii()) / rise) / kRadian;
+  const double most_deg = 2.0 * std::atan(kRoom * crown.radii().narrowest_m() / rise) / kRadian;
   if (bend_deg > most_deg && shape.culm.bend_deg) {
     notes_.push_back(
         {"bend_deg",
@@ -158,12 +153,11 @@ std::vector<SkeletonPoint> Culm::points(const Taper& taper) const {
   std::vector<double> heights;
   heights.reserve(sections.size());
   for (const Section& section : sections) heights.push_back(section.z_m);
-  const std::vector<double> diameters = taper.diameters_cm(heights, h_m_, dbh_cm_);
-  constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
+  const std::vector<double> radii = taper.radii_m(heights, h_m_, dbh_cm_);
   std::vector<SkeletonPoint> points;
   points.reserve(sections.size() + 1);
   for (std::size_t i = 0; i < sections.size(); ++i) {
-    points.push_back({at(heights[i]), sections[i].swelling * diameters[i] * kRadiusPerDiameter});
+    points.push_back({at(heights[i]), sections[i].swelling * radii[i]});
   }
   points.push_back({at(h_m_), 0.0});
   return points;

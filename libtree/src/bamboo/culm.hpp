@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "bamboo/bamboo.hpp"
 #include "bamboo/bezier.hpp"
-#include "silvafit/tree/bamboo.hpp"
 
 namespace silvafit::tree {
 

@@ -3,46 +3,60 @@
 
 #include <algorithm>
 
-#include "catalogue/species_names.hpp"
+#include "bamboo/bamboo.hpp"
+#include "iterated_functions/ifs.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
-#include "silvafit/tree/bamboo.hpp"
 #include "silvafit/tree/builder.hpp"
-#include "silvafit/tree/ifs.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"
 
 namespace silvafit::tree {
 
 namespace {
 
-/// The .json files of a folder; none if there is no such folder.
-std::vector<std::filesystem::path> entries_of(const std::filesystem::path& folder) {
-  if (kind_of(folder) != PathKind::kFolder) return {};
-  return files_in_folder(folder, ".json");
+/// Listed by the preset for species that no other preset lists.
+constexpr std::string_view kAnySpecies = "*";
+
+/// The first preset that lists a species by its full name or code, else by its genus, regardless of
+/// case; null if none does.
+const Builder* listing(std::string_view species, const std::vector<const Builder*>& builders) {
+  const std::string name = lower_case(species);
+  for (const std::string& wanted : {name, genus_of(name)}) {
+    if (wanted.empty() || wanted == kAnySpecies) continue;
+    for (const Builder* builder : builders) {
+      const bool is_listed = std::ranges::any_of(
+          builder->preset().species,
+          [&wanted](const std::string& listed) { return lower_case(listed) == wanted; });
+      if (is_listed) return builder;
+    }
+  }
+  return nullptr;
+}
+
+template <typename Load>
+void load_all(const std::filesystem::path& models,
+              const char* folder,
+              Load load,
+              std::vector<std::unique_ptr<const Builder>>& builders) {
+  if (kind_of(models / folder) != PathKind::kFolder) return;
+  for (const auto& file : files_in_folder(models / folder, ".json")) {
+    builders.push_back(load(models, file));
+  }
 }
 
 }  // namespace
 
 BuilderCatalogue BuilderCatalogue::load(const std::filesystem::path& models) {
   BuilderCatalogue catalogue;
-  catalogue.segment_presets_ =
-      std::make_unique<const PresetCatalogue>(PresetCatalogue::load(models));
-  for (const Preset& preset : catalogue.segment_presets_->presets()) {
-    catalogue.builders_.push_back(std::make_unique<const SegmentBuilder>(preset));
+  auto& builders = catalogue.builders_;
+  load_all(models, "presets", SegmentBuilder::load, builders);
+  if (builders.empty()) {
+    throw InputError("no species presets in this folder", {.file = (models / "presets").string()});
   }
-  for (const auto& file : entries_of(models / "lsystems")) {
-    catalogue.builders_.push_back(LsystemBuilder::load(models, file));
-  }
-  for (const auto& file : entries_of(models / "ifs")) {
-    catalogue.builders_.push_back(IfsBuilder::load(models, file));
-  }
-  for (const auto& file : entries_of(models / "bamboo")) {
-    catalogue.builders_.push_back(
-        std::make_unique<const BambooBuilder>(BambooPreset::load(models, file)));
-  }
-  std::sort(catalogue.builders_.begin(),
-            catalogue.builders_.end(),
-            [](const auto& a, const auto& b) { return a->name() < b->name(); });
+  load_all(models, "lsystems", LsystemBuilder::load, builders);
+  load_all(models, "ifs", IfsBuilder::load, builders);
+  load_all(models, "bamboo", BambooBuilder::load, builders);
+  std::ranges::sort(builders, {}, [](const auto& builder) { return builder->name(); });
   catalogue.species_ = SpeciesMap::load(models);
   for (const SpeciesMap::Species& species : catalogue.species_.all()) {
     catalogue.named(BuilderKind::kSegment, species.preset);
@@ -73,13 +87,10 @@ PresetChoice BuilderCatalogue::choose(BuilderKind kind, std::string_view species
   const SpeciesMap::Species* const known = species_.find(species);
   PresetChoice choice;
   if (known != nullptr && known->fia == species) choice.code_of = known->latin;
-  const std::vector<const Builder*> builders = of(kind);
   const std::string_view latin = known != nullptr ? std::string_view(known->latin) : species;
-  const auto found = find_species(
-      latin, builders, [](const Builder* builder) { return builder->preset().species; });
-  if (found != builders.end()) {
-    choice.builder = *found;
-  } else if (known != nullptr && kind == BuilderKind::kSegment) {
+  choice.builder = listing(latin, of(kind));
+  if (choice.builder != nullptr) return choice;
+  if (known != nullptr && kind == BuilderKind::kSegment) {
     choice.builder = &named(kind, known->preset);
   } else {
     choice.builder = &fallback(kind);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/builder.hpp"
 
-#include <algorithm>
+#include <array>
 
 #include "silvafit/base/error.hpp"
 
@@ -14,17 +14,8 @@ const std::vector<BuilderKind>& builder_kinds() {
 }
 
 const char* builder_name(BuilderKind kind) {
-  switch (kind) {
-    case BuilderKind::kSegment:
-      return "segment";
-    case BuilderKind::kLsystem:
-      return "lsystem";
-    case BuilderKind::kIfs:
-      return "ifs";
-    case BuilderKind::kBamboo:
-      return "bamboo";
-  }
-  return "";
+  constexpr std::array<const char*, 4> kNames{"segment", "lsystem", "ifs", "bamboo"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 BuilderKind builder_from_text(std::string_view text) {
@@ -38,13 +29,6 @@ BuilderKind builder_from_text(std::string_view text) {
 
 Builder::Builder(BuilderKind kind, PresetHead preset) : kind_(kind), preset_(std::move(preset)) {}
 
-Skeleton Builder::grow_skeleton_for(const MeshOptions& /*mesh*/,
-                                    const TreeShape& shape,
-                                    const Crown& crown,
-                                    Random& random) const {
-  return grow_skeleton(shape, crown, random);
-}
-
 Skeleton Builder::grow_freely(double /*h_m*/, Random& /*random*/) const {
   throw UsageError(
       "the builder " + std::string(builder_name(kind_)) +
@@ -55,29 +39,13 @@ TreeShape Builder::shape_of(const Morphology& morphology) const {
   return complete(morphology, preset_.relative_hc, "preset " + preset_.name);
 }
 
-namespace {
-
-Color middle_of(const Color& a, const Color& b) {
-  return {0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2])};
-}
-
-}  // namespace
-
-SegmentBuilder::SegmentBuilder(const Preset& preset)
-    : Builder(BuilderKind::kSegment,
-              {.name = preset.name,
-               .title = preset.title,
-               .species = preset.species,
-               .crown_index = preset.crown_index,
-               .relative_hc = preset.relative_hc,
-               .taper = preset.taper,
-               .bark = preset.bark.color,
-               .leaf = middle_of(preset.foliage.inner, preset.foliage.outer)}),
-      segments_(preset) {}
+SegmentBuilder::SegmentBuilder(Preset preset)
+    : Builder(BuilderKind::kSegment, preset), segments_(std::move(preset)) {}
 
 Skeleton SegmentBuilder::grow_skeleton(const TreeShape& shape,
                                        const Crown& crown,
-                                       Random& random) const {
+                                       Random& random,
+                                       const MeshOptions& /*mesh*/) const {
   return tree::grow_skeleton(shape, crown, segments_, random);
 }
 
@@ -86,6 +54,29 @@ Mesh SegmentBuilder::build_mesh(const Skeleton& skeleton,
                                 Random& random,
                                 const MeshOptions& options) const {
   return tree::build_mesh(skeleton, crown, segments_, random, options);
+}
+
+FreeBuilder::FreeBuilder(BuilderKind kind, const FreePreset& preset)
+    : Builder(kind, preset), fit_(preset.fit), style_(preset.style) {}
+
+Skeleton FreeBuilder::grow_skeleton(const TreeShape& shape,
+                                    const Crown& crown,
+                                    Random& random,
+                                    const MeshOptions& mesh) const {
+  const Skeleton grown = drawn(shape.h_m, !shows_shoots(style_, mesh), random);
+  try {
+    return fit_to_measurements(grown, shape, crown, preset().taper, fit_);
+  } catch (const GeometryError& error) {
+    // The drawing causes the error, not the measurements.
+    throw GeometryError(error.message(), {.file = file_of(shape.h_m)});
+  }
+}
+
+Mesh FreeBuilder::build_mesh(const Skeleton& skeleton,
+                             const Crown& crown,
+                             Random& random,
+                             const MeshOptions& options) const {
+  return build_smooth_mesh(skeleton, crown, style_, random, options);
 }
 
 }  // namespace silvafit::tree

@@ -1,17 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/preset.hpp"
-
-#include <algorithm>
+#include <utility>
 
 #include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
-#include "silvafit/base/error.hpp"
-#include "silvafit/base/paths.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-namespace fs = std::filesystem;
 
 std::vector<AngleLayer> layers_of(const data::JsonReader& entry) {
   std::vector<AngleLayer> layers;
@@ -27,89 +21,96 @@ std::vector<AngleLayer> layers_of(const data::JsonReader& entry) {
   return layers;
 }
 
-YearlyWhorls yearly_whorls_of(const data::JsonReader& entry) {
-  YearlyWhorls yearly;
-  yearly.low = whole_number(entry.at("low"), 1, 20);
-  yearly.high = whole_number(entry.at("high"), yearly.low, 20);
-  return yearly;
-}
-
 Fork fork_of(const data::JsonReader& entry) {
   Fork fork;
-  fork.limbs = whole_number(entry.at("limbs"), 1, 6);
-  fork.from = entry.at("from").number_between(0.0, 0.9);
+  read_numbers(entry,
+               {{"limbs", &fork.limbs, 1, 6},
+                {"from", &fork.from, 0.0, 0.9},
+                {"low_deg", &fork.low_deg, 1.0, 89.0},
+                {"thickness", &fork.thickness, 0.1, 1.0}},
+               {"to", "high_deg"});
   fork.to = entry.at("to").number_between(fork.from, 0.95);
-  fork.low_deg = entry.at("low_deg").number_between(1.0, 89.0);
   fork.high_deg = entry.at("high_deg").number_between(fork.low_deg, 90.0);
-  fork.thickness = entry.at("thickness").number_between(0.1, 1.0);
   return fork;
 }
 
 Branching branching_of(const data::JsonReader& entry) {
-  Branching branching;
+  Branching branching{.per_whorl = 1};
+  std::vector<PresetNumber> numbers{{"spacing_m", &branching.spacing_m, 0.01, 10.0},
+                                    {"tip_density", &branching.tip_density, 1.0, 3.0},
+                                    {"least", &branching.least, 1, 1000},
+                                    {"azimuth_sd_deg", &branching.azimuth_sd_deg, 0.0, 90.0},
+                                    {"sag", &branching.sag, -0.5, 0.5},
+                                    {"crookedness", &branching.crookedness, 0.0, 0.3},
+                                    {"thickness", &branching.thickness, 0.001, 0.4},
+                                    {"thickest", &branching.thickest, 0.01, 1.0},
+                                    {"stem_bend", &branching.stem_bend, 0.0, 0.5},
+                                    {"segments", &branching.segments, 1, 12}};
   if (entry.at("arrangement").one_of({"whorls", "spiral"}) == 0) {
-    branching.arrangement = Arrangement::kWhorls;
-    branching.per_whorl = whole_number(entry.at("per_whorl"), 1, 12);
-    if (entry.has("whorl_spread"))
-      branching.whorl_spread = entry.at("whorl_spread").number_between(0.0, 1.0);
+    numbers.push_back({"per_whorl", &branching.per_whorl, 1, 12});
   } else {
     branching.arrangement = Arrangement::kSpiral;
-    branching.per_whorl = 1;
-    branching.divergence_deg = entry.at("divergence_deg").number_between(0.0, 360.0);
+    numbers.push_back({"divergence_deg", &branching.divergence_deg, 0.0, 360.0});
   }
-  branching.spacing_m = entry.at("spacing_m").number_between(0.01, 10.0);
-  branching.tip_density = entry.at("tip_density").number_between(1.0, 3.0);
-  branching.least = whole_number(entry.at("least"), 1, 1000);
+  read_numbers(entry,
+               numbers,
+               {"arrangement", "whorl_spread", "most", "angle_layers", "yearly_whorls", "fork"});
   branching.most = whole_number(entry.at("most"), branching.least, 1000);
-  branching.azimuth_sd_deg = entry.at("azimuth_sd_deg").number_between(0.0, 90.0);
-  branching.sag = entry.at("sag").number_between(-0.5, 0.5);
-  branching.crookedness = entry.at("crookedness").number_between(0.0, 0.3);
-  branching.thickness = entry.at("thickness").number_between(0.001, 0.4);
-  branching.thickest = entry.at("thickest").number_between(0.01, 1.0);
-  branching.stem_bend = entry.at("stem_bend").number_between(0.0, 0.5);
-  branching.segments = whole_number(entry.at("segments"), 1, 12);
   branching.layers = layers_of(entry.at("angle_layers"));
-  if (entry.has("yearly_whorls")) branching.yearly = yearly_whorls_of(entry.at("yearly_whorls"));
+  if (entry.has("whorl_spread")) {
+    branching.whorl_spread = entry.at("whorl_spread").number_between(0.0, 1.0);
+  }
+  if (const auto yearly = entry.find("yearly_whorls")) {
+    const int low = whole_number(yearly->at("low"), 1, 20);
+    branching.yearly = {low, whole_number(yearly->at("high"), low, 20)};
+  }
   if (entry.has("fork")) branching.fork = fork_of(entry.at("fork"));
   return branching;
 }
 
 Twigs twigs_of(const data::JsonReader& entry) {
   Twigs twigs;
+  read_numbers(entry,
+               {{"spacing_m", &twigs.spacing_m, 0.01, 10.0},
+                {"least", &twigs.least, 0, 100},
+                {"angle_low_deg", &twigs.angle_low_deg, 1.0, 120.0},
+                {"from", &twigs.from, 0.0, 0.95},
+                {"relative_length", &twigs.relative_length, 0.01, 1.5},
+                {"tip_length", &twigs.tip_length, 0.01, 1.0},
+                {"spread_deg", &twigs.spread_deg, 0.0, 90.0},
+                {"lift", &twigs.lift, -2.0, 2.0},
+                {"segments", &twigs.segments, 1, 12}},
+               {"arrangement", "most", "angle_high_deg", "has_wood"});
   twigs.arrangement = entry.at("arrangement").one_of({"pairs", "spiral"}) == 0
                           ? TwigArrangement::kPairs
                           : TwigArrangement::kSpiral;
-  twigs.spacing_m = entry.at("spacing_m").number_between(0.01, 10.0);
-  twigs.least = whole_number(entry.at("least"), 0, 100);
   twigs.most = whole_number(entry.at("most"), twigs.least, 100);
-  twigs.angle_low_deg = entry.at("angle_low_deg").number_between(1.0, 120.0);
   twigs.angle_high_deg =
       entry.at("angle_high_deg").number_between(twigs.angle_low_deg + 1.0, 130.0);
-  twigs.from = entry.at("from").number_between(0.0, 0.95);
-  twigs.relative_length = entry.at("relative_length").number_between(0.01, 1.5);
-  twigs.tip_length = entry.at("tip_length").number_between(0.01, 1.0);
-  twigs.spread_deg = entry.at("spread_deg").number_between(0.0, 90.0);
-  twigs.lift = entry.at("lift").number_between(-2.0, 2.0);
   twigs.has_wood = entry.at("has_wood").boolean();
-  twigs.segments = whole_number(entry.at("segments"), 1, 12);
   return twigs;
 }
 
 Foliage foliage_of(const data::JsonReader& entry) {
   Foliage foliage;
+  std::vector<PresetNumber> numbers{{"color_variation", &foliage.color_variation, 0.0, 0.5}};
+  int leaves_per_tuft = 0;
+  double leaf_aspect = 0.0;
   if (entry.at("kind").one_of({"needles", "leaves"}) == 0) {
-    foliage.kind = FoliageKind::kNeedles;
-    foliage.fullness = entry.at("fullness").number_between(0.05, 1.0);
-    foliage.lift = entry.at("lift").number_between(0.0, 2.0);
-    foliage.droop = entry.at("droop").number_between(0.0, 2.0);
+    numbers.insert(numbers.end(),
+                   {{"fullness", &foliage.fullness, 0.05, 1.0},
+                    {"lift", &foliage.lift, 0.0, 2.0},
+                    {"droop", &foliage.droop, 0.0, 2.0}});
   } else {
     foliage.kind = FoliageKind::kLeaves;
-    foliage.tufts_per_shoot = whole_number(entry.at("tufts_per_shoot"), 0, 20);
-    foliage.leaves_per_tuft = whole_number(entry.at("leaves_per_tuft"), 2, 60);
-    foliage.leaf_length_m = entry.at("leaf_length_m").number_between(0.01, 2.0);
-    foliage.leaf_aspect = entry.at("leaf_aspect").number_between(0.05, 2.0);
-    foliage.tuft = Tuft::of(foliage.leaves_per_tuft, foliage.leaf_aspect);
+    numbers.insert(numbers.end(),
+                   {{"tufts_per_shoot", &foliage.tufts_per_shoot, 0, 20},
+                    {"leaves_per_tuft", &leaves_per_tuft, 2, 60},
+                    {"leaf_length_m", &foliage.leaf_length_m, 0.01, 2.0},
+                    {"leaf_aspect", &leaf_aspect, 0.05, 2.0}});
   }
+  read_numbers(entry, numbers, {"kind", "inner_color", "outer_color"});
+  if (foliage.kind == FoliageKind::kLeaves) foliage.tuft = Tuft::of(leaves_per_tuft, leaf_aspect);
   foliage.inner = color_of(entry.at("inner_color"));
   foliage.outer = color_of(entry.at("outer_color"));
   for (std::size_t i = 0; i < 3; ++i) {
@@ -117,57 +118,29 @@ Foliage foliage_of(const data::JsonReader& entry) {
       entry.at("outer_color").fail("must be above 0 and not darker than inner_color");
     }
   }
-  foliage.color_variation = entry.at("color_variation").number_between(0.0, 0.5);
   return foliage;
-}
-
-Preset preset_of(const fs::path& models, const fs::path& file) {
-  const data::JsonReader entry = open_entry(file, "silvafit-preset/1");
-  const PresetHead head = preset_head_of(models, entry);
-  Preset preset;
-  preset.name = head.name;
-  preset.title = head.title;
-  preset.species = head.species;
-  preset.crown_index = head.crown_index;
-  preset.relative_hc = head.relative_hc;
-  preset.taper = head.taper;
-  preset.branching = branching_of(entry.at("branching"));
-  preset.twigs = twigs_of(entry.at("twigs"));
-  if (entry.has("shoots")) preset.shoots = twigs_of(entry.at("shoots"));
-  preset.foliage = foliage_of(entry.at("foliage"));
-  preset.leafy_shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
-  preset.bark = bark_of(models, entry);
-  if (entry.has("branch_count")) {
-    preset.branch_count =
-        BranchCount::load(models / "branch_count" / (entry.at("branch_count").text() + ".json"));
-  }
-  return preset;
 }
 
 }  // namespace
 
-PresetCatalogue PresetCatalogue::load(const fs::path& models) {
-  const fs::path folder = models / "presets";
-  if (kind_of(folder) != PathKind::kFolder) {
-    throw InputError("no species presets in this folder", {.file = folder.string()});
+std::unique_ptr<SegmentBuilder> SegmentBuilder::load(const std::filesystem::path& models,
+                                                     const std::filesystem::path& file) {
+  const data::JsonReader entry = open_entry(file, "silvafit-preset/1");
+  Preset preset;
+  read_head(models, entry, preset);
+  preset.branching = branching_of(entry.at("branching"));
+  preset.twigs = twigs_of(entry.at("twigs"));
+  if (entry.has("shoots")) preset.shoots = twigs_of(entry.at("shoots"));
+  preset.foliage = foliage_of(entry.at("foliage"));
+  for (std::size_t i = 0; i < preset.leaf.size(); ++i) {
+    preset.leaf[i] = 0.5 * (preset.foliage.inner[i] + preset.foliage.outer[i]);
   }
-  PresetCatalogue catalogue;
-  for (const auto& file : files_in_folder(folder, ".json")) {
-    catalogue.presets_.push_back(preset_of(models, file));
+  preset.leafy_shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
+  if (entry.has("branch_count")) {
+    preset.branch_count =
+        BranchCount::load(models / "branch_count" / (entry.at("branch_count").text() + ".json"));
   }
-  std::sort(catalogue.presets_.begin(),
-            catalogue.presets_.end(),
-            [](const Preset& a, const Preset& b) { return a.name < b.name; });
-  return catalogue;
-}
-
-const Preset& PresetCatalogue::named(std::string_view name) const {
-  std::string names;
-  for (const Preset& preset : presets_) {
-    if (preset.name == name) return preset;
-    names += (names.empty() ? "" : ", ") + preset.name;
-  }
-  throw UsageError("unknown preset '" + std::string(name) + "'; available: " + names);
+  return std::make_unique<SegmentBuilder>(std::move(preset));
 }
 
 }  // namespace silvafit::tree

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "catalogue/preset_head.hpp"
 
+#include <cmath>
+
+#include "catalogue/leafy_shoots_entry.hpp"
+
 namespace silvafit::tree {
 
 data::JsonReader open_entry(const std::filesystem::path& file, std::string_view schema) {
@@ -9,9 +13,10 @@ data::JsonReader open_entry(const std::filesystem::path& file, std::string_view 
   return entry;
 }
 
-PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonReader& entry) {
+void read_head(const std::filesystem::path& models,
+               const data::JsonReader& entry,
+               PresetHead& head) {
   const data::JsonReader crown = entry.at("crown");
-  PresetHead head;
   head.name = entry.at("name").text();
   head.title = entry.at("title").text();
   head.species = entry.at("species").texts();
@@ -19,15 +24,39 @@ PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonR
                       crown.at("index_down").number_between(1.0, 3.0)};
   head.relative_hc = crown.at("relative_hc").number_between(0.0, 1.0);
   head.taper = Taper::load(models / "taper" / (entry.at("taper").text() + ".json"));
-  head.bark = color_of(entry.at("bark_color"));
+  head.bark = bark_of(models, entry);
   // `basis` is required: it separates published from guessed numbers.
   for (const auto& [field, basis] : entry.at("basis").members()) basis.any_text();
-  return head;
 }
 
-double largest_gap_of(const data::JsonReader& entry) {
-  constexpr double kSmallest = 0.1;
-  return entry.has("largest_gap") ? entry.at("largest_gap").number_between(kSmallest, 2.0) : 0.0;
+void read_head(const std::filesystem::path& models,
+               const data::JsonReader& entry,
+               const std::vector<std::string_view>& others,
+               FreePreset& preset) {
+  std::vector<std::string_view> fields{"schema",
+                                       "name",
+                                       "title",
+                                       "species",
+                                       "taper",
+                                       "crown",
+                                       "largest_gap",
+                                       "bark_color",
+                                       "bark",
+                                       "bark_by_diameter",
+                                       "leaves",
+                                       "leafy_shoots",
+                                       "basis"};
+  fields.insert(fields.end(), others.begin(), others.end());
+  entry.allow_only(fields);
+  read_head(models, entry, preset);
+  constexpr double kSmallestGap = 0.1;
+  if (entry.has("largest_gap")) {
+    preset.fit.largest_gap = entry.at("largest_gap").number_between(kSmallestGap, 2.0);
+  }
+  preset.style.bark = preset.bark;
+  if (entry.has("leafy_shoots")) {
+    preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
+  }
 }
 
 Color color_of(const data::JsonReader& entry) {
@@ -66,6 +95,44 @@ void read_numbers(const data::JsonReader& entry,
                   const std::vector<std::string_view>& others) {
   read_given_numbers(entry, numbers, others);
   for (const PresetNumber& number : numbers) entry.at(number.key);
+}
+
+namespace {
+
+std::vector<std::array<double, 2>> outline_of(const data::JsonReader& entry) {
+  auto outline = rows_of<2>(entry);
+  std::array<double, 2> before{1.0, -1.0};
+  for (const auto& [across, along] : outline) {
+    // Seen from the petiole, each point is to the left of the previous one, also with lobes.
+    const bool is_left = along * before[0] > before[1] * across;
+    if (!(across > 0.0 && across <= 1.0 && std::abs(along) < 1.0 && is_left)) {
+      entry.fail(
+          "must be [across, along] with across in (0, 1] and along in (-1, 1), in angular order "
+          "around the end of the petiole, from the base to the tip");
+    }
+    before = {across, along};
+  }
+  constexpr std::size_t kLeast = 3;
+  if (outline.size() < kLeast) {
+    entry.fail("must have at least three points");
+  }
+  return outline;
+}
+
+}  // namespace
+
+LeafLook leaf_look_of(const data::JsonReader& entry) {
+  LeafLook look;
+  read_numbers(
+      entry,
+      {{"aspect", &look.aspect, 0.05, 2.0}, {"color_variation", &look.color_variation, 0.0, 0.5}},
+      {"form", "color", "outline"});
+  look.form = entry.at("form").one_of({"five-polygons", "needle-fan"}) == 0
+                  ? LeafForm::kFivePolygons
+                  : LeafForm::kNeedleFan;
+  look.color = color_of(entry.at("color"));
+  if (entry.has("outline")) look.outline = outline_of(entry.at("outline"));
+  return look;
 }
 
 }  // namespace silvafit::tree

@@ -17,11 +17,19 @@ namespace silvafit::tree {
 /// An entry of the catalogue with that schema.
 data::JsonReader open_entry(const std::filesystem::path& file, std::string_view schema);
 
-/// \param models  the folder with taper/
-PresetHead preset_head_of(const std::filesystem::path& models, const data::JsonReader& entry);
+/// Reads the fields of all presets.
+/// \param models  the folder with taper/ and bark/
+void read_head(const std::filesystem::path& models,
+               const data::JsonReader& entry,
+               PresetHead& head);
 
-/// The optional field of the same name, 0 if it is absent: FitOptions.
-double largest_gap_of(const data::JsonReader& entry);
+/// The same with the fields of freely grown trees but the leaves.
+/// \param models  with shoots/, too
+/// \param others  the names of the builder's own fields; no others are allowed
+void read_head(const std::filesystem::path& models,
+               const data::JsonReader& entry,
+               const std::vector<std::string_view>& others,
+               FreePreset& preset);
 
 /// Three numbers in [0, 1].
 Color color_of(const data::JsonReader& entry);
@@ -46,6 +54,11 @@ void read_numbers(const data::JsonReader& entry,
 void read_given_numbers(const data::JsonReader& entry,
                         const std::vector<PresetNumber>& numbers,
                         const std::vector<std::string_view>& others);
+
+/// A leaf without an image: form (five-polygons or needle-fan), aspect, color, color_variation and
+/// optionally outline.
+/// \throws InputError naming file and field
+LeafLook leaf_look_of(const data::JsonReader& entry);
 
 template <std::size_t N>
 std::array<double, N> numbers_of(const data::JsonReader& entry) {

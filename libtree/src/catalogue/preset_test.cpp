@@ -12,7 +12,7 @@ using namespace silvafit::tree;
 namespace fs = std::filesystem;
 
 TEST_CASE("the catalogue has its presets") {
-  const PresetCatalogue& catalogue = test::shipped_presets();
+  const test::ShippedPresets& catalogue = test::shipped_presets();
   CHECK(catalogue.named("generic-conifer").foliage.kind == FoliageKind::kNeedles);
   CHECK(catalogue.named("generic-broadleaf").foliage.kind == FoliageKind::kLeaves);
   CHECK_THROWS_AS(catalogue.named("oak"), UsageError);
@@ -41,14 +41,22 @@ TEST_CASE("a preset with an invalid field is refused with file and field") {
     text.replace(text.find(find), find.size(), replacement);
     write_file(models / "presets" / "generic-broadleaf.json", text);
     try {
-      PresetCatalogue::load(models);
+      SegmentBuilder::load(models, models / "presets" / "generic-broadleaf.json");
     } catch (const InputError& error) {
       return test::path_of(error);
     }
     return std::string("accepted");
   };
   const auto with_value = [&](const std::string& field, const std::string& value) {
-    return column_of_error("\"" + field + "\": ", "\"" + field + "\": " + value + ", \"was\": ");
+    const std::size_t at = good.find("\"" + field + "\": ");
+    REQUIRE(at != std::string::npos);
+    std::size_t end = at + field.size() + 4;
+    for (int depth = 0; end < good.size(); ++end) {
+      if (good[end] == '[' || good[end] == '{') ++depth;
+      if (depth == 0 && (good[end] == ',' || good[end] == ' ' || good[end] == '\n')) break;
+      if (good[end] == ']' || good[end] == '}') --depth;
+    }
+    return column_of_error(good.substr(at, end - at), "\"" + field + "\": " + value);
   };
   CHECK(with_value("index_up", "3.5") == "crown.index_up");
   CHECK(with_value("index_up", "\"round\"") == "crown.index_up");

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/species_map.hpp"
 
+#include <cctype>
 #include <sstream>
 
 #include "catalogue/preset_head.hpp"
-#include "catalogue/species_names.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -17,6 +17,14 @@ std::vector<std::string> split_names(const std::string& text) {
 }
 
 }  // namespace
+
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
+}
+
+std::string genus_of(const std::string& species) { return species.substr(0, species.find(' ')); }
 
 SpeciesMap SpeciesMap::load(const std::filesystem::path& models) {
   const data::JsonReader entry = open_entry(models / "species.json", "silvafit-species/1");

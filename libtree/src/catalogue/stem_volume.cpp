@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/stem_volume.hpp"
-
 #include <array>
 #include <cstddef>
 #include <numbers>
 #include <vector>
 
-#include "morphology/breast_height.hpp"
+#include "silvafit/tree/morphology.hpp"
+#include "silvafit/tree/taper.hpp"
 
 namespace silvafit::tree {
 namespace {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/stem_volume.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "silvafit/tree/taper.hpp"
 #include "test_support/tree_test_support.hpp"
 
 using namespace silvafit;

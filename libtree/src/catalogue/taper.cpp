@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "catalogue/preset_head.hpp"
-#include "morphology/breast_height.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/expression.hpp"
 
@@ -74,8 +73,13 @@ std::vector<double> Taper::diameters_cm(std::span<const double> heights_m,
   return diameters;
 }
 
-double Taper::diameter_cm(double height_m, double h_m, double dbh_cm) const {
-  return diameters_cm(std::span(&height_m, 1), h_m, dbh_cm).front();
+std::vector<double> Taper::radii_m(std::span<const double> heights_m,
+                                   double h_m,
+                                   double dbh_cm) const {
+  constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
+  std::vector<double> radii = diameters_cm(heights_m, h_m, dbh_cm);
+  for (double& radius : radii) radius *= kRadiusPerDiameter;
+  return radii;
 }
 
 }  // namespace silvafit::tree

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/taper.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -30,8 +31,8 @@ TEST_CASE("Zeng's stem has DBH at breast height and ends at the tip, exactly") {
   const Taper taper = zeng();
   for (const double h : {1.31, 2.0, 7.7, 20.2, 45.0}) {
     for (const double dbh : {0.3, 12.7, 95.0}) {
-      CHECK(taper.diameter_cm(1.3, h, dbh) == dbh);
-      CHECK(taper.diameter_cm(h, h, dbh) == 0.0);
+      CHECK(taper.diameters_cm(std::array<double, 1>{1.3}, h, dbh).front() == dbh);
+      CHECK(taper.diameters_cm(std::array<double, 1>{h}, h, dbh).front() == 0.0);
     }
   }
 }
@@ -40,7 +41,8 @@ TEST_CASE("Zeng's stem follows the printed equation") {
   const Taper taper = zeng();
   for (const double at : {0.4, 1.0, 2.0, 6.0, 13.5, 20.0}) {
     // pow against exp and log: a few units in the last place
-    CHECK(taper.diameter_cm(at, 20.2, 24.0) == Approx(by_hand(at, 20.2, 24.0)).epsilon(1e-13));
+    CHECK(taper.diameters_cm(std::array<double, 1>{at}, 20.2, 24.0).front() ==
+          Approx(by_hand(at, 20.2, 24.0)).epsilon(1e-13));
   }
 }
 
@@ -78,7 +80,9 @@ TEST_CASE("an invalid taper entry (DBH, tip or field) is refused with its place"
     write_file(file, text);
     return Taper::load(file);
   };
-  CHECK(load(entry("(h - x)/(h - 1.3)")).diameter_cm(10.65, 20, 30) == Approx(15.0).epsilon(1e-14));
+  CHECK(
+      load(entry("(h - x)/(h - 1.3)")).diameters_cm(std::array<double, 1>{10.65}, 20, 30).front() ==
+      Approx(15.0).epsilon(1e-14));
   CHECK_THROWS_AS(load(entry("1 - x/h")), InputError);
   CHECK_THROWS_AS(load(entry("(h - x)/(h - 1.3)*q")), InputError);
   CHECK_THROWS_AS(load("[]"), InputError);

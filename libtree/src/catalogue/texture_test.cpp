@@ -176,9 +176,9 @@ TEST_CASE("a shoot begins in the middle of the lower edge, and is inside its qua
 }
 
 TEST_CASE("a GLB stores each picture once, and it is read back unchanged") {
-  Scene scene;
+  test::Scene scene;
   scene.trees = {textured_tree("cunninghamia-lanceolata"), textured_tree("generic-conifer")};
-  const ReadScene read = read_glb(glb_bytes(scene));
+  const ReadScene read = read_glb(test::glb_bytes(scene));
   REQUIRE(read.models.size() == 2);
   std::set<const Texture*> pictures;
   for (std::size_t i = 0; i < 2; ++i) {
@@ -202,16 +202,16 @@ TEST_CASE("a GLB stores each picture once, and it is read back unchanged") {
     }
   }
   CHECK(pictures.size() == 8);
-  const std::string bytes = glb_bytes(scene);
+  const std::string bytes = test::glb_bytes(scene);
   CHECK(bytes.find("\"alphaMode\":\"MASK\"") != std::string::npos);
   CHECK(bytes.find("\"name\":\"generic-conifer-leaf\"") != std::string::npos);
 }
 
 TEST_CASE("files of trees without textures have no images") {
-  Scene scene;
+  test::Scene scene;
   scene.trees = {
       grow_tree(test::paper_tree_1(), test::shipped_presets().named("generic-broadleaf"))};
-  const std::string bytes = glb_bytes(scene);
+  const std::string bytes = test::glb_bytes(scene);
   for (const char* word :
        {"textures", "images", "samplers", "alphaMode", "baseColorTexture", "TEXCOORD", "TANGENT"}) {
     CHECK(bytes.find(word) == std::string::npos);

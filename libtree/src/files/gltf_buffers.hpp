@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "files/json_spool.hpp"
 #include "files/packed_part.hpp"
 #include "files/spool.hpp"
 
@@ -21,7 +20,7 @@ std::size_t aligned_to_word(std::size_t size);
 /// The added bytes, and the JSON that describes them.
 class GltfBuffers {
  public:
-  /// \param beside    the file that will contain the bytes; empty keeps all in memory
+  /// \param beside    the file that will contain the bytes
   /// \param compress  whether streams are compressed (EXT_meshopt_compression)
   GltfBuffers(const std::filesystem::path& beside, bool compress);
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -22,7 +23,7 @@ namespace silvafit::tree {
 namespace {
 
 using nlohmann::json;
-using Matrix = std::array<double, 16>;
+using Matrix = Eigen::Matrix4d;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 constexpr const char* kTextureTransform = "KHR_texture_transform";
@@ -58,46 +59,31 @@ const json* extension(const json& in, const char* name) {
   return found == all->end() ? nullptr : &*found;
 }
 
-Matrix identity() { return {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}; }
-
-Matrix product(const Matrix& a, const Matrix& b) {
-  Matrix result{};
-  for (std::size_t column = 0; column < 4; ++column) {
-    for (std::size_t row = 0; row < 4; ++row) {
-      for (std::size_t k = 0; k < 4; ++k) {
-        result[4 * column + row] += a[4 * k + row] * b[4 * column + k];
-      }
-    }
-  }
+Matrix placed(const Eigen::Vector3d& at,
+              const Eigen::Quaterniond& turn,
+              const Eigen::Vector3d& size) {
+  Matrix result = Matrix::Identity();
+  result.topLeftCorner<3, 3>() = turn.toRotationMatrix() * size.asDiagonal();
+  result.topRightCorner<3, 1>() = at;
   return result;
 }
 
-Matrix placed(std::array<double, 3> t, std::array<double, 4> q, std::array<double, 3> s) {
-  const auto [x, y, z, w] = q;
-  return {(1 - 2 * (y * y + z * z)) * s[0],
-          2 * (x * y + z * w) * s[0],
-          2 * (x * z - y * w) * s[0],
-          0,
-          2 * (x * y - z * w) * s[1],
-          (1 - 2 * (x * x + z * z)) * s[1],
-          2 * (y * z + x * w) * s[1],
-          0,
-          2 * (x * z + y * w) * s[2],
-          2 * (y * z - x * w) * s[2],
-          (1 - 2 * (x * x + y * y)) * s[2],
-          0,
-          t[0],
-          t[1],
-          t[2],
-          1};
+/// Whether a transformation reduces everything to a point.
+bool has_no_size(const Matrix& place) { return (place.topLeftCorner<3, 3>().array() == 0.0).all(); }
+
+Eigen::Vector3d vector(const std::array<double, 3>& numbers) {
+  return {numbers[0], numbers[1], numbers[2]};
 }
 
-/// Whether a transformation reduces everything to a point.
-bool has_no_size(const Matrix& place) {
-  for (const std::size_t k : {0U, 1U, 2U, 4U, 5U, 6U, 8U, 9U, 10U}) {
-    if (place[k] != 0.0) return false;
-  }
-  return true;
+/// glTF has the real part last.
+Eigen::Quaterniond quaternion(const std::array<double, 4>& numbers) {
+  return {numbers[3], numbers[0], numbers[1], numbers[2]};
+}
+
+std::array<double, 16> by_column(const Matrix& matrix) {
+  std::array<double, 16> numbers{};
+  Eigen::Map<Matrix>(numbers.data()) = matrix;
+  return numbers;
 }
 
 template <std::size_t N>
@@ -138,7 +124,8 @@ class Reader {
     for (std::size_t i = 0; i < meshes; ++i)
       scene_.models.push_back(model(item(json_, "meshes", i)));
     check_hierarchy(scene);
-    for (const json& root : children_of(scene, "nodes")) add_node(index_of(root), identity(), 0);
+    for (const json& root : children_of(scene, "nodes"))
+      add_node(index_of(root), Matrix::Identity(), 0);
     return std::move(scene_);
   }
 
@@ -428,15 +415,14 @@ class Reader {
     const json& node = item(json_, "nodes", index);
     Matrix own = parent;
     if (node.contains("matrix")) {
-      own = product(parent, numbers<16>(node, "matrix", identity()));
+      own *= Eigen::Map<const Matrix>(numbers<16>(node, "matrix", {}).data());
     } else {
-      own = product(parent,
-                    placed(numbers<3>(node, "translation", {0, 0, 0}),
-                           numbers<4>(node, "rotation", {0, 0, 0, 1}),
-                           numbers<3>(node, "scale", {1, 1, 1})));
+      own *= placed(vector(numbers<3>(node, "translation", {0, 0, 0})),
+                    quaternion(numbers<4>(node, "rotation", {0, 0, 0, 1})),
+                    vector(numbers<3>(node, "scale", {1, 1, 1})));
     }
     ReadNode& read = scene_.nodes[index];
-    read = {.name = gltf_text(node, "name"), .transform = own};
+    read = {.name = gltf_text(node, "name"), .transform = by_column(own)};
     spend(read.name.size());
     // Nodes that an animation shows at another time now have scale 0.
     if (has_no_size(own)) return false;
@@ -455,7 +441,7 @@ class Reader {
   void add_instances(const json& node, std::size_t mesh, const Matrix& own) {
     const json* instancing = extension(node, kInstancing);
     if (instancing == nullptr) {
-      add_instance({gltf_text(node, "name"), mesh, own});
+      add_instance({gltf_text(node, "name"), mesh, by_column(own)});
       return;
     }
     const auto found = instancing->find("attributes");
@@ -483,13 +469,15 @@ class Reader {
         }
         return otherwise;
       };
-      const Matrix at = placed(row(translation, std::array<double, 3>{0, 0, 0}),
-                               row(rotation, std::array<double, 4>{0, 0, 0, 1}),
-                               row(scale, std::array<double, 3>{1, 1, 1}));
-      const Matrix placed_there = product(own, at);
-      if (has_no_size(placed_there)) continue;
-      add_instance(
-          {gltf_text(node, "name"), mesh, placed_there, tree.rows() > 0 ? tree.numbers[i] : -1.0});
+      const Matrix there =
+          own * placed(vector(row(translation, std::array<double, 3>{0, 0, 0})),
+                       quaternion(row(rotation, std::array<double, 4>{0, 0, 0, 1})),
+                       vector(row(scale, std::array<double, 3>{1, 1, 1})));
+      if (has_no_size(there)) continue;
+      add_instance({gltf_text(node, "name"),
+                    mesh,
+                    by_column(there),
+                    tree.rows() > 0 ? tree.numbers[i] : -1.0});
     }
   }
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "files/png_file.hpp"
+#include "files/palette.hpp"
 #include "silvafit/base/parallel.hpp"
 
 namespace silvafit::tree {

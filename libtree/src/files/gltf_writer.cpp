@@ -6,8 +6,8 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <span>
-#include <sstream>
 #include <utility>
 
 #include "files/format_writers.hpp"
@@ -15,11 +15,12 @@
 #include "files/gltf_animation.hpp"
 #include "files/gltf_buffers.hpp"
 #include "files/gltf_materials.hpp"
-#include "files/json_spool.hpp"
 #include "files/packed_part.hpp"
+#include "files/spool.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/fingerprint.hpp"
+#include "silvafit/base/json_text.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -29,6 +30,19 @@ double rounded(double meters) {
   constexpr double kPerMeter = 1e6;
   const double value = std::round(meters * kPerMeter) / kPerMeter;
   return value == 0.0 ? 0.0 : value;  // no -0
+}
+
+/// Vertices are floats: digits beyond these are their rounding.
+double without_rounding(double value) {
+  constexpr double kSteps = 1e5;
+  return std::round(kSteps * value) / kSteps;
+}
+
+nlohmann::ordered_json json_of(const CrownRadii& radii) {
+  return {{"e", without_rounding(radii.east_m)},
+          {"w", without_rounding(radii.west_m)},
+          {"s", without_rounding(radii.south_m)},
+          {"n", without_rounding(radii.north_m)}};
 }
 
 bool is_ground(const ModelPart& part) { return part.part == "ground"; }
@@ -133,14 +147,6 @@ class GltfWriter final : public SceneWriter {
     if (options_.instancing) write_instances();
     if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
     return binary_ ? write_binary() : write_with_buffer();
-  }
-
-  std::string bytes() {
-    write_waiting();
-    if (nodes_.count() == 0) throw GeometryError("a scene needs at least one tree");
-    std::ostringstream stream;
-    write_binary_to(stream);
-    return std::move(stream).str();
   }
 
  private:
@@ -325,23 +331,18 @@ class GltfWriter final : public SceneWriter {
                     static_cast<double>(options_.longest_glb) / kGigabyte));
   }
 
-  std::size_t write_binary_to(std::ostream& stream) {
+  std::size_t write_binary() {
     Pieces text = description({}, {});
     text.add(std::string(aligned_to_word(text.size()) - text.size(), ' '));
     const std::size_t total = glb_size(text.size(), buffers_.size());
     check_binary_size(total);
-    stream << glb_head(text.size(), buffers_.size());
-    text.write_to(stream);
-    stream << glb_buffer_head(buffers_.size());
-    buffers_.data().copy_to(stream);
-    return total;
-  }
-
-  std::size_t write_binary() {
     AtomicFile file(path_);
-    const std::size_t size = write_binary_to(file.stream());
+    file.stream() << glb_head(text.size(), buffers_.size());
+    text.write_to(file.stream());
+    file.stream() << glb_buffer_head(buffers_.size());
+    buffers_.data().copy_to(file.stream());
     file.commit();
-    return size;
+    return total;
   }
 
   std::size_t write_with_buffer() {
@@ -412,19 +413,23 @@ std::size_t glb_mesh_bytes(const Mesh& mesh) {
   return size;
 }
 
-std::string glb_bytes(const Scene& scene) {
-  GltfWriter writer({}, true, {.origin = scene.origin});
-  for (const SceneTree& tree : scene.trees) writer.add_tree(tree);
-  return writer.bytes();
-}
-
-void write_glb(Scene scene, const std::filesystem::path& path) {
-  const auto writer = open_scene(path, SceneFormat::kGlb, {.origin = scene.origin});
-  for (SceneTree& tree : scene.trees) {
-    writer->add_tree(tree);
-    tree.mesh = {};
+std::string tree_extras(const SceneTree& tree) {
+  nlohmann::ordered_json extras{{"plot", tree.plot},
+                                {"tree", tree.tree},
+                                {"species", tree.species},
+                                {"preset", tree.preset},
+                                {"h", without_rounding(tree.measured.h_m)},
+                                {"hcb", without_rounding(tree.measured.hcb_m)},
+                                {"dbh", without_rounding(tree.measured.dbh_cm)},
+                                {"cw", without_rounding(tree.measured.radii.width_m())},
+                                {"radii", json_of(tree.measured.radii)}};
+  if (tree.removed_share) extras["removed_share"] = *tree.removed_share;
+  if (!tree.notes.empty()) {
+    nlohmann::ordered_json notes = nlohmann::ordered_json::array();
+    for (const Note& note : tree.notes) notes.push_back(note.about + ": " + note.text);
+    extras["notes"] = std::move(notes);
   }
-  writer->finish();
+  return json_text(extras);
 }
 
 }  // namespace silvafit::tree

@@ -10,7 +10,7 @@
 
 #include "files/baked.hpp"
 #include "files/format_writers.hpp"
-#include "files/png_file.hpp"
+#include "files/palette.hpp"
 #include "silvafit/base/atomic_file.hpp"
 
 namespace silvafit::tree {

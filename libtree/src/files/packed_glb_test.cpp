@@ -48,11 +48,11 @@ std::string with_buffer(const json& description, const std::string& buffer) {
 
 /// A tree with pictures and normal maps.
 std::string textured_tree() {
-  Scene scene;
+  test::Scene scene;
   scene.trees.push_back(grow_tree(test::paper_tree_1(),
                                   test::shipped_presets().named("schima-superba"),
                                   {.mesh = level_of_detail(2, {.textured = true})}));
-  return glb_bytes(scene);
+  return test::glb_bytes(scene);
 }
 
 /// Corners of all triangles of a part: positions, directions, texture coordinates, in an order that

@@ -9,6 +9,8 @@
 #include <limits>
 #include <mutex>
 
+#include "files/packed_rows.hpp"
+
 namespace silvafit::tree {
 namespace {
 
@@ -138,13 +140,11 @@ bool is_cards(const MeshPart& part) { return part.kind == PartKind::kFoliage && 
 
 /// Normals as meshoptimizer compresses them best.
 void filter_normals(PackedStream& stream, const MeshPart& part) {
-  std::vector<float> four(stream.count * 4, 0.0F);
-  for (std::size_t i = 0; i < part.normals.size(); ++i) four[i / 3 * 4 + i % 3] = part.normals[i];
   // The normals of cards are those of the crown, more or less, and bark is rough: a few degrees do
   // not matter.
   const int of_textured = is_cards(part) ? 4 : 5;
   const int bits = has_picture(part) ? of_textured : 8;
-  meshopt_encodeFilterOct(stream.bytes.data(), stream.count, stream.stride, bits, four.data());
+  stream.bytes = octahedral(part.normals, 3, bits);
   stream.octahedral = true;
 }
 
@@ -202,21 +202,9 @@ void set_versions() {
   });
 }
 
-std::vector<std::uint32_t> indices_in(const PackedStream& format,
-                                      const std::vector<std::uint8_t>& bytes) {
-  std::vector<std::uint32_t> indices(bytes.size() / format.stride);
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    // Little endian, as glTF.
-    for (std::size_t k = 0; k < format.stride; ++k) {
-      indices[i] |= std::uint32_t{bytes[i * format.stride + k]} << (8 * k);
-    }
-  }
-  return indices;
-}
-
 std::vector<std::uint8_t> compressed_indices(const PackedStream& format,
                                              const std::vector<std::uint8_t>& bytes) {
-  const std::vector<std::uint32_t> indices = indices_in(format, bytes);
+  const std::vector<std::uint32_t> indices = indices_of(Rows{format.stride, bytes});
   const std::size_t vertices = indices.empty() ? 0 : std::ranges::max(indices) + std::size_t{1};
   std::vector<std::uint8_t> packed(meshopt_encodeIndexBufferBound(indices.size(), vertices));
   packed.resize(

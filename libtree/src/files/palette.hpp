@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A picture with few colors.
+// Pictures with few colors, and PNG files of textures that are encoded once.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -27,5 +28,11 @@ PaletteImage with_palette(const Texture& texture);
 /// The texture as a PNG file with such a palette: a third of the size of png_bytes() or less.
 /// \throws UsageError if the number of pixels is not width times height
 std::string palette_png_bytes(const Texture& texture);
+
+/// The PNG file of a texture, with a palette or all colors. Many trees in files of
+/// their own share a texture, and its encoding takes longer than a tree: it is kept as long as the
+/// texture lives. Several threads may call this at the same time.
+std::shared_ptr<const std::string> png_file(const std::shared_ptr<const Texture>& texture,
+                                            bool has_palette = false);
 
 }  // namespace silvafit::tree

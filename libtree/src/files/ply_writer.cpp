@@ -2,10 +2,8 @@
 // Stanford PLY with a color per vertex, binary or text.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <iterator>
 #include <limits>
@@ -13,6 +11,7 @@
 #include "files/baked.hpp"
 #include "files/format_writers.hpp"
 #include "files/spool.hpp"
+#include "pictures/shoot_canvas.hpp"
 #include "silvafit/base/atomic_file.hpp"
 
 namespace silvafit::tree {
@@ -20,13 +19,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little,
               "PLY is written in the byte order of the machine");
-
-/// PLY viewers use bytes as sRGB: the material's linear color is converted.
-std::uint8_t srgb(double linear) {
-  const double value =
-      linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0)));
-}
 
 class PlyWriter final : public BakingWriter {
  public:
@@ -81,7 +73,8 @@ class PlyWriter final : public BakingWriter {
     std::array<std::uint8_t, 3> color{};
     for (std::size_t k = 0; k < 3; ++k) {
       const double factor = mesh.colors.empty() ? 1.0 : mesh.colors[4 * i + k] / 255.0;
-      color[k] = srgb(mesh.color[k] * factor);
+      // PLY viewers use bytes as sRGB.
+      color[k] = exact_srgb_byte(mesh.color[k] * factor);
     }
     const float* at = mesh.positions.data() + 3 * i;
     const float* normal = mesh.normals.data() + 3 * i;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/scene_reader.hpp"
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -12,7 +13,6 @@
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/fingerprint.hpp"
-#include "silvafit/tree/point.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -112,21 +112,16 @@ ReadScene read_gltf_unguarded(const std::filesystem::path& path, const std::stri
 }  // namespace
 
 bool is_flattened(const std::array<double, 16>& transform) {
-  const auto column = [&](std::size_t k) {
-    return Point{transform[4 * k], transform[4 * k + 1], transform[4 * k + 2]};
-  };
-  const double volume = dot(cross(column(0), column(1)), column(2));
+  const double volume =
+      Eigen::Map<const Eigen::Matrix4d>(transform.data()).topLeftCorner<3, 3>().determinant();
   // Then the directions of normals are unknown in single precision, too.
   return !(std::abs(volume) >= double{std::numeric_limits<float>::min()});
 }
 
 std::array<double, 3> ReadInstance::moved(std::array<double, 3> point) const {
-  std::array<double, 3> result{};
-  for (std::size_t row = 0; row < 3; ++row) {
-    result[row] = transform[12 + row];
-    for (std::size_t k = 0; k < 3; ++k) result[row] += transform[4 * k + row] * point[k];
-  }
-  return result;
+  const Eigen::Vector4d at{point[0], point[1], point[2], 1.0};
+  const Eigen::Vector4d there = Eigen::Map<const Eigen::Matrix4d>(transform.data()) * at;
+  return {there[0], there[1], there[2]};
 }
 
 std::size_t ReadScene::triangle_count() const {

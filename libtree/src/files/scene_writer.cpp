@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/scene_writer.hpp"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "files/format_writers.hpp"
@@ -8,26 +10,23 @@
 
 namespace silvafit::tree {
 
+namespace {
+
+/// By format.
+constexpr std::array<const char*, 4> kEndings{"glb", "gltf", "obj", "ply"};
+
+}  // namespace
+
 SceneFormat scene_format_from_text(const std::string& text) {
-  if (text == "glb") return SceneFormat::kGlb;
-  if (text == "gltf") return SceneFormat::kGltf;
-  if (text == "obj") return SceneFormat::kObj;
-  if (text == "ply") return SceneFormat::kPly;
-  throw UsageError("a scene format must be glb, gltf, obj or ply, not " + text);
+  const auto found = std::ranges::find(kEndings, text);
+  if (found == kEndings.end()) {
+    throw UsageError("a scene format must be glb, gltf, obj or ply, not " + text);
+  }
+  return static_cast<SceneFormat>(found - kEndings.begin());
 }
 
 const char* file_ending(SceneFormat format) {
-  switch (format) {
-    case SceneFormat::kGlb:
-      return "glb";
-    case SceneFormat::kGltf:
-      return "gltf";
-    case SceneFormat::kObj:
-      return "obj";
-    case SceneFormat::kPly:
-      return "ply";
-  }
-  return "";
+  return kEndings.at(static_cast<std::size_t>(format));
 }
 
 std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset) {
@@ -35,7 +34,7 @@ std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset) {
   for (const MeshPart& part : mesh.parts) {
     std::string material = preset + "-";
     if (!part.variant.empty()) material += part.variant + "-";
-    material += material_name(material_of(part.kind));
+    material += material_name(part.kind);
     parts.push_back({.part = part_name(part.kind), .material = std::move(material), .mesh = &part});
   }
   return parts;

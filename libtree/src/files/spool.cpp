@@ -5,10 +5,12 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
 #include "silvafit/base/io_error.hpp"
+#include "silvafit/base/json_text.hpp"
 #include "silvafit/base/system.hpp"
 
 namespace silvafit::tree {
@@ -27,7 +29,7 @@ Spool::Spool(std::filesystem::path beside) : beside_(std::move(beside)) {}
 void Spool::append(std::string_view bytes) {
   size_ += bytes.size();
   memory_.append(bytes);
-  if (memory_.size() >= kInMemory && !beside_.empty()) spill();
+  if (memory_.size() >= kInMemory) spill();
 }
 
 void Spool::append(const void* data, std::size_t size) {
@@ -59,6 +61,34 @@ void Spool::copy_to(std::ostream& to) {
   read([&to](std::string_view bytes) {
     to.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   });
+}
+
+std::string json_quoted(const std::string& text) { return json_text(nlohmann::json(text)); }
+
+std::string json_triple(const std::array<double, 3>& values) {
+  return fmt::format("[{},{},{}]", values[0], values[1], values[2]);
+}
+
+std::size_t ArraySpool::add(const std::string& item) {
+  if (count_ > 0) spool_.append(",");
+  spool_.append(item);
+  return count_++;
+}
+
+std::size_t Pieces::size() const {
+  std::size_t sum = 0;
+  for (const auto& [text, spool] : pieces_) sum += spool != nullptr ? spool->size() : text.size();
+  return sum;
+}
+
+void Pieces::write_to(std::ostream& to) const {
+  for (const auto& [text, spool] : pieces_) {
+    if (spool != nullptr) {
+      spool->copy_to(to);
+    } else {
+      to << text;
+    }
+  }
 }
 
 }  // namespace silvafit::tree

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "fitted/leaf_sites.hpp"
-#include "fitted/skeleton_line.hpp"
 #include "fitted/standing_skeleton.hpp"
+#include "morphology/skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -16,16 +15,11 @@ namespace {
 double mean_scale(const Skeleton& grown,
                   const Skeleton& fitted,
                   const std::vector<std::uint32_t>& number) {
-  const auto length_of = [](std::span<const SkeletonPoint> line) {
-    double sum = 0.0;
-    for (std::size_t i = 1; i < line.size(); ++i) sum += length(line[i].at - line[i - 1].at);
-    return sum;
-  };
   double before = 0.0;
   double after = 0.0;
   for (std::size_t i = 1; i < grown.axes.size(); ++i) {
-    before += length_of(grown.points_of(grown.axes[i]));
-    if (number[i] != kNone) after += length_of(fitted.points_of(fitted.axes[number[i]]));
+    before += line_length_m(grown.points_of(grown.axes[i]));
+    if (number[i] != kNone) after += line_length_m(fitted.points_of(fitted.axes[number[i]]));
   }
   return before > 0.0 ? after / before : 1.0;
 }
@@ -59,6 +53,28 @@ std::vector<LeafSite> fitted_leaves(const Skeleton& grown,
     if (bring_inside(leaf, crown)) leaves.push_back(leaf);
   }
   return leaves;
+}
+
+void move_with(LeafSite& leaf, Point was, Point now, Point from, Point to, double scale) {
+  const Point before = direction(was);
+  const Point after = direction(now, before);
+  leaf.at = to + scale * turned_with(leaf.at - from, before, after);
+  leaf.along = direction(turned_with(leaf.along, before, after));
+  leaf.facing = turned_with(leaf.facing, before, after);
+  leaf.facing = direction(leaf.facing - dot(leaf.facing, leaf.along) * leaf.along);
+}
+
+bool bring_inside(LeafSite& leaf, const Crown& crown) {
+  leaf.at = crown.confine(leaf.at);
+  for (int step = 0; step < 3; ++step) {
+    const Point tip = leaf.at + leaf.length_m * leaf.along;
+    if (crown.contains(tip)) return true;
+    leaf.at = crown.confine(leaf.at + (crown.confine(tip) - tip));
+  }
+  constexpr double kWorthKeeping = 0.3;
+  const double wanted = leaf.length_m;
+  leaf.length_m = crown.length_inside_m(leaf.at, leaf.along, wanted);
+  return leaf.length_m > kWorthKeeping * wanted;
 }
 
 }  // namespace silvafit::tree

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The properties of fitted skeletons, measured on their meshes.
-#include "silvafit/tree/ifs.hpp"
+#include "iterated_functions/ifs.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 #include "test_support/fitted_test_support.hpp"
 #include "test_support/measurement_test_support.hpp"
@@ -68,8 +68,8 @@ TEST_CASE("a skeleton for a mesh with pictures of shoots is the same without lea
       Random for_mesh(3);
       Random for_plain(3);
       const Skeleton all = builder->grow_skeleton(shape, crown, for_all);
-      const Skeleton bare = builder->grow_skeleton_for({.textured = true}, shape, crown, for_mesh);
-      const Skeleton plain = builder->grow_skeleton_for({}, shape, crown, for_plain);
+      const Skeleton bare = builder->grow_skeleton(shape, crown, for_mesh, {.textured = true});
+      const Skeleton plain = builder->grow_skeleton(shape, crown, for_plain);
       CHECK(bare.leaves.empty());
       CHECK(plain.leaves.size() == all.leaves.size());
       REQUIRE(bare.axes.size() == all.axes.size());

@@ -10,19 +10,16 @@
 
 #include "fitted/crown_map.hpp"
 #include "fitted/fitted_leaves.hpp"
-#include "fitted/fitted_stem.hpp"
 #include "fitted/gap_branches.hpp"
 #include "fitted/radius_axes.hpp"
-#include "fitted/skeleton_line.hpp"
 #include "fitted/standing_skeleton.hpp"
+#include "morphology/skeleton_line.hpp"
+#include "segments/affine_map.hpp"
 #include "silvafit/base/constants.hpp"
-#include "silvafit/tree/affine_map.hpp"
 
 namespace silvafit::tree {
 namespace {
 
-// A float at the height of the tallest tree still resolves a twig of this radius.
-constexpr double kThinnest = 0.0003;
 constexpr double kShortest = 0.0005;  // an axis with less than this length in the crown is removed
 
 // A branch keeps its angle to its parent up to this, so that crowns of other proportions are
@@ -60,6 +57,49 @@ AffineMap moved_between(Point chord, Point base, Point to_chord, Point to_base) 
 
 Point chord_of(std::span<const SkeletonPoint> line) { return line.back().at - line.front().at; }
 
+/// Sections as in the segment builder, by the taper equation. Straight up to breast height and to
+/// the crown base; above, the stem keeps its grown bends, in proportion to the crown's width and
+/// within its inner third, and returns to the axis at the tip.
+std::vector<SkeletonPoint> fitted_stem(const StandingSkeleton& grown,
+                                       const CrownMap& map,
+                                       const TreeShape& shape,
+                                       const Crown& crown,
+                                       const Taper& taper) {
+  const std::vector<double> heights = section_heights_m(shape.h_m);
+  const std::vector<double> radii = taper.radii_m(heights, shape.h_m, shape.dbh_cm);
+  // The height of a section; the stem is on the axis below.
+  const double from =
+      *std::lower_bound(heights.begin(), heights.end(), std::max(kBreastHeight, shape.hcb_m));
+  const double scale = 0.5 * shape.radii.width_m() / map.widest();
+  const Point lowest = at_height(grown.course, map.grown_height(from)).at;
+  const Point highest = at_height(grown.course, map.grown_height(shape.h_m)).at;
+
+  const auto bent = [&](double z_m) -> Point {
+    if (z_m <= from || z_m >= shape.h_m) return {0.0, 0.0, z_m};
+    const double share = (z_m - from) / (shape.h_m - from);
+    const Point grown_at = at_height(grown.course, map.grown_height(z_m)).at;
+    // Both ends stay on the axis.
+    const Point chord = lowest + share * (highest - lowest);
+    const double x = scale * (grown_at.x - chord.x);
+    const double y = scale * (grown_at.y - chord.y);
+    const double away = std::hypot(x, y);
+    // The inner third of the crown, and no steeper bend than a short crown allows.
+    constexpr double kInner = 1.0 / 3.0;
+    constexpr double kSteepest = 0.2;
+    const double most = std::min(kInner * shape.radii.narrowest_m() * crown.relative_width(z_m),
+                                 kSteepest * (shape.h_m - from) * 4.0 * share * (1.0 - share));
+    const double kept = away > 0.0 ? most / (most + away) : 0.0;
+    return {kept * x, kept * y, z_m};
+  };
+
+  std::vector<SkeletonPoint> stem;
+  stem.reserve(heights.size());
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    stem.push_back({bent(heights[i]), radii[i]});
+  }
+  return stem;
+}
+
 class Fitter {
  public:
   Fitter(StandingSkeleton grown,
@@ -83,9 +123,7 @@ class Fitter {
     result_.notes = grown.notes;
     result_.axes.reserve(grown.axes.size());
     result_.points.reserve(grown.points.size() + stem_.size());
-    number_[0] = 0;
-    result_.axes.push_back({.count = static_cast<std::uint32_t>(stem_.size())});
-    result_.points = stem_;
+    number_[0] = result_.add_axis(0, 0, stem_);
     moves_.resize(grown.axes.size());
     turns_.resize(grown.axes.size());
     for (std::uint32_t i = 1; i < grown.axes.size(); ++i) add(i);
@@ -164,12 +202,7 @@ class Fitter {
     }
     set_radii(i);
     turns_[i] = turn_between(direction(chord_of(line_of(i))), direction(chord_of(line_)));
-    number_[i] = static_cast<std::uint32_t>(result_.axes.size());
-    result_.axes.push_back({.order = axis.order,
-                            .parent = number_[axis.parent],
-                            .first = static_cast<std::uint32_t>(result_.points.size()),
-                            .count = static_cast<std::uint32_t>(line_.size())});
-    result_.points.insert(result_.points.end(), line_.begin(), line_.end());
+    number_[i] = result_.add_axis(axis.order, number_[axis.parent], line_);
   }
 
   /// The axis after the map of the crown and the changes of its parent.
@@ -195,9 +228,8 @@ class Fitter {
     }
     const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
     const auto parent = fitted_line_of(axis.parent);
-    const Point from = parent[place.segment].at;
     // A crown with very unequal radii is concave between them; the line of a parent may cross it.
-    return crown_.confine(from + place.part * (parent[place.segment + 1].at - from));
+    return crown_.confine(between(parent[place.segment], parent[place.segment + 1], place.part).at);
   }
 
   /// Moves the axis to its base on its parent: as a whole, or so that its tip does not move.
@@ -367,18 +399,7 @@ class Fitter {
   }
 
   Point radius_tip(int direction) const {
-    const CrownRadii& radii = crown_.radii();
-    const double z = crown_.hc_m();
-    switch (direction) {
-      case 0:
-        return {radii.east_m, 0.0, z};
-      case 1:
-        return {-radii.west_m, 0.0, z};
-      case 2:
-        return {0.0, -radii.south_m, z};
-      default:
-        return {0.0, radii.north_m, z};
-    }
+    return crown_.widest_point(static_cast<std::size_t>(direction));
   }
 
   /// Radii of a branch of the stem keep their ratio to the stem's radius at its base; its twigs are
@@ -395,8 +416,7 @@ class Fitter {
       thickness_[i] = thickness_[axis.parent];
       const PlaceOnLine place = nearest_place(line_of(axis.parent), line_of(i).front().at);
       const auto parent = fitted_line_of(axis.parent);
-      const double from = parent[place.segment].radius_m;
-      bearer_m = from + place.part * (parent[place.segment + 1].radius_m - from);
+      bearer_m = between(parent[place.segment], parent[place.segment + 1], place.part).radius_m;
     }
     // No branch is thicker than its parent, or too thick for its length in a crown too narrow for
     // the stem.
@@ -405,7 +425,7 @@ class Fitter {
     if (grown_base * thickness_[i] > most) thickness_[i] = most / grown_base;
     const bool has_wood = grown_base > 0.0;
     for (SkeletonPoint& point : line_) {
-      point.radius_m = has_wood ? std::max(point.radius_m * thickness_[i], kThinnest) : 0.0;
+      point.radius_m = has_wood ? std::max(point.radius_m * thickness_[i], kThinnestWood_m) : 0.0;
     }
     line_.back().radius_m = 0.0;
   }

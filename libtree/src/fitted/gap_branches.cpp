@@ -8,8 +8,8 @@
 #include <numeric>
 #include <vector>
 
-#include "fitted/skeleton_line.hpp"
 #include "morphology/crown_gaps.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
@@ -128,8 +128,7 @@ class GapFiller {
     if (occupied_.has_near(unit(place))) return;
     const Fork fork = fork_for(place);
     if (fork.axis == kNone) return;
-    const auto axis = static_cast<std::uint32_t>(skeleton_.axes.size());
-    const auto first = static_cast<std::uint32_t>(skeleton_.points.size());
+    const std::uint32_t axis = skeleton_.add_axis(skeleton_.axes[fork.axis].order + 1, fork.axis);
     const Point chord = place - fork.base.at;
     const double long_m = length(chord);
     // As branches of that length are elsewhere, and thinner than their bearer.
@@ -144,12 +143,8 @@ class GapFiller {
       const double share = static_cast<double>(k) / kSegments;
       const Point at =
           fork.base.at + share * chord + 4.0 * share * (1.0 - share) * (1.0 - share) * bow;
-      skeleton_.points.push_back({k == 0 ? at : crown_.confine(at), (1.0 - share) * radius_m});
+      skeleton_.add_point(k == 0 ? at : crown_.confine(at), (1.0 - share) * radius_m);
     }
-    skeleton_.axes.push_back({.order = skeleton_.axes[fork.axis].order + 1,
-                              .parent = fork.axis,
-                              .first = first,
-                              .count = kSegments + 1});
     occupy(skeleton_.points_of(skeleton_.axes.back()));
     add_forks(axis);
     add_leaves(axis);
@@ -163,11 +158,8 @@ class GapFiller {
     for (std::size_t k = 1; k < line.size(); ++k) {
       const Point step = line[k].at - line[k - 1].at;
       for (const double share : {0.2, 0.7}) {
-        const Point from = line[k - 1].at + share * step;
-        if (!crown_.contains(from)) continue;
-        const double radius_m =
-            line[k - 1].radius_m + share * (line[k].radius_m - line[k - 1].radius_m);
-        forks_.push_back({axis, {from, radius_m}, direction(step)});
+        const SkeletonPoint from = between(line[k - 1], line[k], share);
+        if (crown_.contains(from.at)) forks_.push_back({axis, from, direction(step)});
       }
     }
   }

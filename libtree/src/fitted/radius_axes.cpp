@@ -6,13 +6,11 @@
 #include <limits>
 #include <numbers>
 
-#include "fitted/skeleton_line.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr std::array<Point, 4> kDirections{{{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 1, 0}}};
 
 /// From the point's direction to another, counterclockwise, in [-pi, pi].
 double turn_to(const CrownPlace& place, Point direction) {
@@ -83,10 +81,9 @@ class Leader {
   /// the stem without a bend.
   double cost(std::uint32_t axis, int direction) const {
     const Candidate& one = candidates_[axis];
-    const Point outward = kDirections[direction];
+    const Point outward = Crown::kMeasured[direction];
     const double radius = crown_.radius_m(outward.x, outward.y);
-    Point wanted = radius * outward;
-    wanted.z = crown_.hc_m();
+    const Point wanted = crown_.widest_point(static_cast<std::size_t>(direction));
     const double size = length(one.tip_at - one.base_at);
     if (!(size > 0.0) || !has_wood(axis)) return std::numeric_limits<double>::infinity();
     if (grown_.axes[axis].order > 1) {
@@ -138,7 +135,7 @@ class Leader {
       }
     }
     return from == kNone ? kNone
-                         : copy(from, turn_to(candidates_[from].tip, kDirections[direction]));
+                         : copy(from, turn_to(candidates_[from].tip, Crown::kMeasured[direction]));
   }
 
   std::uint32_t copy(std::uint32_t branch, double turn_rad) {
@@ -152,14 +149,10 @@ class Leader {
     for (std::uint32_t i = branch; i < own; ++i) {
       const Axis axis = grown_.axes[i];
       if (i != branch && number[axis.parent] == kNone) continue;
-      number[i] = static_cast<std::uint32_t>(grown_.axes.size());
-      grown_.axes.push_back({.order = axis.order,
-                             .parent = i == branch ? 0 : number[axis.parent],
-                             .first = static_cast<std::uint32_t>(grown_.points.size()),
-                             .count = axis.count});
+      number[i] = grown_.add_axis(axis.order, i == branch ? 0 : number[axis.parent]);
       for (std::uint32_t k = 0; k < axis.count; ++k) {
         const SkeletonPoint point = grown_.points[axis.first + k];
-        grown_.points.push_back({turned(point.at), point.radius_m});
+        grown_.add_point(turned(point.at), point.radius_m);
       }
       candidates_.push_back(candidates_[i]);
       candidates_.back().is_taken = true;
@@ -225,9 +218,8 @@ RadiusAxes lead_to_radii(Skeleton& grown, const CrownMap& map, const Crown& crow
     const int own = result.direction_of(i);
     if (own >= 0) {
       const CrownPlace tip = map.place_of(line.back().at);
-      const double turn = turn_to(tip, kDirections[own]);
-      double total = 0.0;
-      for (std::size_t k = 1; k < line.size(); ++k) total += length(line[k].at - line[k - 1].at);
+      const double turn = turn_to(tip, Crown::kMeasured[own]);
+      const double total = line_length_m(line);
       double before = 0.0;
       for (std::uint32_t k = 0; k < axis.count; ++k) {
         if (k > 0) before += length(line[k].at - line[k - 1].at);

@@ -5,19 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "fitted/skeleton_line.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
 namespace {
 
 bool is_finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
-
-double polyline_length(std::span<const SkeletonPoint> line) {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < line.size(); ++i) sum += length(line[i].at - line[i - 1].at);
-  return sum;
-}
 
 /// The axes that form the stem: the stem itself, then at each end the branch that continues there
 /// and rises highest.
@@ -27,7 +21,7 @@ std::vector<std::uint32_t> leaders(const Skeleton& grown) {
   while (chain.size() + 1 < grown.axes.size()) {
     const auto line = grown.points_of(grown.axes[chain.back()]);
     const Point tip = line.back().at;
-    const double near = kAtTip * polyline_length(line);
+    const double near = kAtTip * line_length_m(line);
     std::uint32_t next = kNone;
     double highest = tip.z;
     for (std::uint32_t i = chain.back() + 1; i < grown.axes.size(); ++i) {
@@ -61,13 +55,7 @@ Skeleton with_stem(const Skeleton& grown, const std::vector<std::uint32_t>& chai
     if (number[i] == 0) continue;
     const Axis& axis = grown.axes[i];
     const std::uint32_t parent = number[axis.parent];
-    number[i] = static_cast<std::uint32_t>(result.axes.size());
-    result.axes.push_back({.order = result.axes[parent].order + 1,
-                           .parent = parent,
-                           .first = static_cast<std::uint32_t>(result.points.size()),
-                           .count = axis.count});
-    const auto line = grown.points_of(axis);
-    result.points.insert(result.points.end(), line.begin(), line.end());
+    number[i] = result.add_axis(result.axes[parent].order + 1, parent, grown.points_of(axis));
   }
   result.leaves = grown.leaves;
   for (LeafSite& leaf : result.leaves) leaf.axis = number[leaf.axis];
@@ -158,6 +146,56 @@ StandingSkeleton standing(const Skeleton& grown) {
     result.first_base = std::min(result.first_base, skeleton.points[axis.first].at.z);
   }
   return result;
+}
+
+Skeleton scaled_to_height(Skeleton grown, double h_m) {
+  check_grown(grown);
+  const Point base = grown.points_of(grown.axes.front()).front().at;
+  double top = 0.0;
+  for (const SkeletonPoint& point : grown.points) top = std::max(top, point.at.z - base.z);
+  if (!(top > 0.0)) throw GeometryError("the skeleton does not rise above its base");
+  const double scale = h_m / top;
+  for (SkeletonPoint& point : grown.points) {
+    point.at = scale * (point.at - base);
+    point.radius_m *= scale;
+  }
+  for (LeafSite& leaf : grown.leaves) {
+    leaf.at = scale * (leaf.at - base);
+    leaf.length_m *= scale;
+  }
+  return grown;
+}
+
+TreeShape shape_of(const Skeleton& skeleton) {
+  // A crown without width or length has no inside and no shade.
+  constexpr double kLeast = 0.01;
+  TreeShape shape{.radii = {kLeast, kLeast, kLeast, kLeast}};
+  for (const SkeletonPoint& point : skeleton.points) shape.h_m = std::max(shape.h_m, point.at.z);
+  shape.hcb_m = shape.hc_m = shape.h_m - kLeast;
+  double widest = 0.0;
+  for (const Axis& axis : skeleton.axes) {
+    if (axis.order == 0) continue;
+    for (const auto& [at, radius_m] : skeleton.points_of(axis)) {
+      shape.hcb_m = std::min(shape.hcb_m, std::max(at.z, 0.0));
+      shape.radii.east_m = std::max(shape.radii.east_m, at.x);
+      shape.radii.west_m = std::max(shape.radii.west_m, -at.x);
+      shape.radii.north_m = std::max(shape.radii.north_m, at.y);
+      shape.radii.south_m = std::max(shape.radii.south_m, -at.y);
+      const double away = std::hypot(at.x, at.y);
+      if (away <= widest) continue;
+      widest = away;
+      shape.hc_m = at.z;
+    }
+  }
+  shape.hc_m = std::clamp(shape.hc_m, shape.hcb_m, shape.h_m);
+  // Leaves have depth on a flat drawing too.
+  constexpr double kDepth = 0.1;
+  CrownRadii& r = shape.radii;
+  const double least = kDepth * r.widest_m();
+  for (double* radius : {&r.east_m, &r.west_m, &r.south_m, &r.north_m}) {
+    *radius = std::max(*radius, least);
+  }
+  return shape;
 }
 
 }  // namespace silvafit::tree

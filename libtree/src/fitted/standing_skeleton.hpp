@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A freely grown skeleton with its stem made upright and straight.
+// A freely grown skeleton: with its stem made upright and straight, or as it is.
 #pragma once
 
 #include <span>
 #include <vector>
 
+#include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/skeleton.hpp"
 
 namespace silvafit::tree {
@@ -28,5 +29,15 @@ StandingSkeleton standing(const Skeleton& grown);
 
 /// The vector `v` after the smallest rotation that turns direction `from` into direction `to`.
 Point turned_with(Point v, Point from, Point to);
+
+/// The same skeleton with the stem's base at the origin and the highest point of its axes at a
+/// height; all directions and ratios of lengths and radii are kept.
+/// \throws GeometryError if a coordinate is not finite, there is no branch, or nothing rises above
+/// the stem's base
+Skeleton scaled_to_height(Skeleton grown, double h_m);
+
+/// The extent of a skeleton: height, lowest point of the branches, and radii in the four
+/// directions.
+TreeShape shape_of(const Skeleton& skeleton);
 
 }  // namespace silvafit::tree

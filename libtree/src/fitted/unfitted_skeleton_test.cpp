@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "fitted/unfitted_skeleton.hpp"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
+#include "fitted/standing_skeleton.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/lsystem_builder.hpp"

@@ -188,7 +188,7 @@ CrownPictures draw_crown(const Builder& builder, CrownClass crown, Season season
   const Crown curve(shape, builder.preset().crown_index);
   const MeshOptions options{.textured = true, .season = season};
   Random random = random_of_tree(1, tree.plot, tree.tree);
-  const Skeleton skeleton = builder.grow_skeleton_for(options, shape, curve, random);
+  const Skeleton skeleton = builder.grow_skeleton(shape, curve, random, options);
   Mesh mesh = builder.build_mesh(skeleton, curve, random, options);
   for (MeshPart& part : mesh.parts) {
     if (part.texture != nullptr) part.texture = thinned(*part.texture);

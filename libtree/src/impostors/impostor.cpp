@@ -15,8 +15,7 @@
 #include "mesh/crown_light.hpp"
 #include "mesh/mesh_checks.hpp"
 #include "mesh/part_builder.hpp"
-#include "mesh/tube.hpp"
-#include "morphology/breast_height.hpp"
+#include "mesh/segment_tubes.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
@@ -62,10 +61,7 @@ class CardBuilder {
   CardBuilder(const TreeShape& shape, const Crown& crown, PartBuilder& build)
       : light_(crown),
         // Less than floats and pictures resolve, but enough to keep the two sides apart.
-        gap_m_(0.001 * std::min({shape.radii.east_m,
-                                 shape.radii.west_m,
-                                 shape.radii.south_m,
-                                 shape.radii.north_m})),
+        gap_m_(0.001 * shape.radii.narrowest_m()),
         build_(build) {}
 
   /// Both sides of a card.
@@ -193,7 +189,6 @@ std::vector<SkeletonPoint> visible_stem(const TreeShape& shape, const Taper& tap
   // Trees that share a model are scaled, so that another section is at breast height.
   constexpr double kShortest = 2.0 * kBreastHeight;
   constexpr double kEnd = 0.1;
-  constexpr double kRadiusPerDiameter = 0.005;  // m per cm
   const double top = std::max(shape.hcb_m, kShortest);
   std::vector<double> heights = section_heights_m(shape.h_m);
   const bool is_cut = top < shape.h_m;
@@ -203,11 +198,11 @@ std::vector<SkeletonPoint> visible_stem(const TreeShape& shape, const Taper& tap
     std::erase_if(heights, [top](double z) { return z > top - kNearest; });
     heights.push_back(top);
   }
-  const std::vector<double> diameters = taper.diameters_cm(heights, shape.h_m, shape.dbh_cm);
+  const std::vector<double> radii = taper.radii_m(heights, shape.h_m, shape.dbh_cm);
   std::vector<SkeletonPoint> points;
   points.reserve(heights.size() + 1);
   for (std::size_t i = 0; i < heights.size(); ++i) {
-    points.push_back({{0.0, 0.0, heights[i]}, kRadiusPerDiameter * diameters[i]});
+    points.push_back({{0.0, 0.0, heights[i]}, radii[i]});
   }
   if (is_cut) points.push_back({{0.0, 0.0, top + kEnd * (shape.h_m - top)}, 0.0});
   return points;
@@ -263,9 +258,7 @@ Mesh Impostors::build(const Builder& builder,
   foliage_builder.finish();
 
   // Wood is inside the crown, and the stem ends at its base.
-  const CrownRadii& radii = shape.radii;
-  const double widest = std::max({radii.east_m, radii.west_m, radii.south_m, radii.north_m});
-  Mesh mesh{.surface_error_m = std::hypot(widest, shape.h_m - shape.hcb_m)};
+  Mesh mesh{.surface_error_m = std::hypot(shape.radii.widest_m(), shape.h_m - shape.hcb_m)};
   take_parts(mesh, {&stem, &foliage});
   return mesh;
 }

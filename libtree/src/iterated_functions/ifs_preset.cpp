@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Reading models/ifs/*.json.
+#include <algorithm>
 #include <cmath>
 
-#include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
-#include "mesh/leaf_look.hpp"
+#include "iterated_functions/ifs.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/fitted_skeleton.hpp"
-#include "silvafit/tree/ifs.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -83,6 +81,30 @@ bool shares_orders(const IfsCopy& a, const IfsCopy& b) {
   return a.from_order <= b.to_order && b.from_order <= a.to_order;
 }
 
+/// The maps' probabilities, which are given for all or for none; then they are proportional to
+/// |det A|, with a thousandth for a flat map.
+void set_probabilities(const data::JsonReader& maps, std::vector<IfsCopy>& copies) {
+  constexpr double kFlat = 0.001;
+  const std::vector<data::JsonReader> entries = maps.items();
+  const auto has_own = [](const data::JsonReader& map) { return map.has("probability"); };
+  const bool is_given = std::ranges::any_of(entries, has_own);
+  if (is_given && !std::ranges::all_of(entries, has_own)) {
+    maps.fail("give a probability for every map or for none");
+  }
+  double sum = 0.0;
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    copies[i].probability = is_given ? entries[i].at("probability").number_between(1e-6, 1.0)
+                                     : std::max(std::abs(copies[i].map.determinant()), kFlat);
+    sum += copies[i].probability;
+  }
+  constexpr double kRounding = 1e-9;
+  if (is_given && !(std::abs(sum - 1.0) <= kRounding)) {
+    maps.fail("the probabilities of the maps must sum to 1, not " + std::to_string(sum));
+  }
+  if (is_given) return;
+  for (IfsCopy& copy : copies) copy.probability /= sum;
+}
+
 std::vector<IfsCopy> copies_of(const data::JsonReader& entry) {
   std::vector<IfsCopy> copies;
   bool branches = false;
@@ -99,26 +121,8 @@ std::vector<IfsCopy> copies_of(const data::JsonReader& entry) {
   if (!branches) {
     entry.at("maps").fail("must have a map that places branches on the stem");
   }
+  set_probabilities(entry.at("maps"), copies);
   return copies;
-}
-
-/// With the maps' probabilities, which are given for all or for none.
-IteratedFunctionSystem system_of(const data::JsonReader& entry,
-                                 const std::vector<IfsCopy>& copies) {
-  std::vector<AffineMap> maps;
-  std::vector<double> probabilities;
-  const std::vector<data::JsonReader> entries = entry.at("maps").items();
-  for (std::size_t i = 0; i < copies.size(); ++i) {
-    maps.push_back(copies[i].map);
-    if (entries[i].has("probability")) {
-      probabilities.push_back(entries[i].at("probability").number_between(1e-6, 1.0));
-    }
-  }
-  try {
-    return IteratedFunctionSystem(std::move(maps), std::move(probabilities));
-  } catch (const DomainError& error) {
-    entry.at("maps").fail(error.message());
-  }
 }
 
 IfsTrunk trunk_of(const data::JsonReader& entry) {
@@ -179,72 +183,29 @@ void check_number(const data::JsonReader& entry, const IfsPreset& preset) {
 std::unique_ptr<IfsBuilder> IfsBuilder::load(const std::filesystem::path& models,
                                              const std::filesystem::path& file) {
   const data::JsonReader entry = open_entry(file, "silvafit-ifs/1");
-  entry.allow_only({"schema",
-                    "name",
-                    "title",
-                    "species",
-                    "taper",
-                    "crown",
-                    "trunk",
-                    "head",
-                    "largest_gap",
-                    "maps",
-                    "variation",
-                    "recursion",
-                    "leaves",
-                    "leafy_shoots",
-                    "bark_color",
-                    "bark",
-                    "bark_by_diameter",
-                    "basis"});
-  PresetHead head = preset_head_of(models, entry);
-  const std::vector<IfsCopy> copies = copies_of(entry);
-  IfsPreset preset{.system = system_of(entry, copies),
-                   .copies = copies,
-                   .trunk = trunk_of(entry.at("trunk")),
-                   .variation = variation_of(entry.at("variation")),
-                   .limits = limits_of(entry.at("recursion")),
-                   .leaves = leaves_of(entry.at("leaves"))};
+  IfsPreset preset;
+  read_head(models, entry, {"trunk", "head", "maps", "variation", "recursion"}, preset);
+  preset.copies = copies_of(entry);
+  preset.trunk = trunk_of(entry.at("trunk"));
+  preset.variation = variation_of(entry.at("variation"));
+  preset.limits = limits_of(entry.at("recursion"));
+  preset.leaves = leaves_of(entry.at("leaves"));
   if (entry.has("head")) preset.fit.head = entry.at("head").number_between(0.0, 0.95);
-  preset.fit.largest_gap = largest_gap_of(entry);
-  preset.style.bark = bark_of(models, entry);
-  if (entry.has("leafy_shoots")) {
-    preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
-  }
   preset.style.leaves.push_back(leaf_look_of(entry.at("leaves").at("look")));
-  head.leaf = preset.style.leaves.front().color;
+  preset.leaf = preset.style.leaves.front().color;
   check_number(entry, preset);
-  return std::make_unique<IfsBuilder>(std::move(head), std::move(preset));
+  return std::make_unique<IfsBuilder>(std::move(preset));
 }
 
-IfsBuilder::IfsBuilder(PresetHead head, IfsPreset preset)
-    : Builder(BuilderKind::kIfs, std::move(head)), ifs_(std::move(preset)) {}
+IfsBuilder::IfsBuilder(IfsPreset preset)
+    : FreeBuilder(BuilderKind::kIfs, preset), ifs_(std::move(preset)) {}
 
 Skeleton IfsBuilder::grow_freely(double /*h_m*/, Random& random) const {
   return grow_ifs(ifs_, random);
 }
 
-Skeleton IfsBuilder::grow_skeleton(const TreeShape& shape,
-                                   const Crown& crown,
-                                   Random& random) const {
-  return fit_to_measurements(
-      grow_freely(shape.h_m, random), shape, crown, this->preset().taper, ifs_.fit);
-}
-
-Skeleton IfsBuilder::grow_skeleton_for(const MeshOptions& mesh,
-                                       const TreeShape& shape,
-                                       const Crown& crown,
-                                       Random& random) const {
-  const bool has_leaves = !shows_shoots(ifs_.style, mesh);
-  return fit_to_measurements(
-      grow_ifs(ifs_, random, has_leaves), shape, crown, this->preset().taper, ifs_.fit);
-}
-
-Mesh IfsBuilder::build_mesh(const Skeleton& skeleton,
-                            const Crown& crown,
-                            Random& random,
-                            const MeshOptions& options) const {
-  return build_smooth_mesh(skeleton, crown, ifs_.style, random, options);
+Skeleton IfsBuilder::drawn(double /*h_m*/, bool has_leaves, Random& random) const {
+  return grow_ifs(ifs_, random, has_leaves);
 }
 
 }  // namespace silvafit::tree

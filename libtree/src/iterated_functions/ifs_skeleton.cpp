@@ -5,9 +5,9 @@
 #include <numbers>
 #include <string>
 
+#include "iterated_functions/ifs.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/ifs.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -50,11 +50,8 @@ class Grower {
 
   /// The copy's trunk and its continuation.
   void grow_axis(std::uint32_t copy, std::uint32_t order, std::uint32_t parent) {
-    const auto axis = static_cast<std::uint32_t>(skeleton_.axes.size());
-    skeleton_.axes.push_back({.order = order,
-                              .parent = parent,
-                              .first = static_cast<std::uint32_t>(skeleton_.points.size())});
-    skeleton_.points.push_back({copies_[copy].place.b, copies_[copy].radius});
+    const std::uint32_t axis = skeleton_.add_axis(order, parent);
+    skeleton_.add_point(copies_[copy].place.b, copies_[copy].radius);
     while (copy != kNone) {
       copies_[copy].axis = axis;
       copies_[copy].first = static_cast<std::uint32_t>(skeleton_.points.size() - 1);
@@ -62,8 +59,6 @@ class Grower {
       add_trunk(copy, next);
       copy = next;
     }
-    skeleton_.axes[axis].count =
-        static_cast<std::uint32_t>(skeleton_.points.size()) - skeleton_.axes[axis].first;
   }
 
   /// Makes the copies on a copy.
@@ -141,7 +136,7 @@ class Grower {
         at.x = stray();
         at.y = stray();
       }
-      skeleton_.points.push_back({copy.place(at), radius});
+      skeleton_.add_point(copy.place(at), radius);
     }
   }
 
@@ -176,10 +171,9 @@ class Grower {
   std::uint32_t drawn_child(std::uint32_t copy) {
     const std::size_t maps = preset_.copies.size();
     const std::uint32_t first = copies_[copy].children;
-    const std::vector<double>& probabilities = preset_.system.probabilities();
     double sum = 0.0;
     for (std::size_t m = 0; m < maps; ++m) {
-      if (children_[first + m] != kNone) sum += probabilities[m];
+      if (children_[first + m] != kNone) sum += preset_.copies[m].probability;
     }
     if (sum == 0.0) return kNone;
     double left = random_.uniform() * sum;
@@ -187,7 +181,7 @@ class Grower {
     for (std::size_t m = 0; m < maps; ++m) {
       if (children_[first + m] == kNone) continue;
       last = children_[first + m];
-      left -= probabilities[m];
+      left -= preset_.copies[m].probability;
       if (left < 0.0) break;
     }
     return last;

@@ -8,11 +8,8 @@
 #include <numbers>
 #include <optional>
 
-#include "catalogue/leafy_shoots_entry.hpp"
 #include "catalogue/preset_head.hpp"
-#include "mesh/leaf_look.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/fitted_skeleton.hpp"
 #include "silvafit/tree/turtle.hpp"
 
 namespace silvafit::tree {
@@ -83,30 +80,9 @@ struct LsystemBuilder::Derived {
 std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path& models,
                                                      const std::filesystem::path& file) {
   const data::JsonReader entry = open_entry(file, "silvafit-lsystem/1");
-  entry.allow_only({"schema",
-                    "name",
-                    "title",
-                    "species",
-                    "taper",
-                    "crown",
-                    "grammar",
-                    "constants",
-                    "by_height",
-                    "largest_gap",
-                    "bark_color",
-                    "bark",
-                    "bark_by_diameter",
-                    "leaves",
-                    "leafy_shoots",
-                    "aerial_roots",
-                    "bud",
-                    "basis"});
-  LsystemPreset preset{.stages = stages_of(entry, models / "grammars")};
-  preset.fit.largest_gap = largest_gap_of(entry);
-  preset.style.bark = bark_of(models, entry);
-  if (entry.has("leafy_shoots")) {
-    preset.style.shoots = leafy_shoots_of(models, entry.at("leafy_shoots"));
-  }
+  LsystemPreset preset;
+  read_head(models, entry, {"grammar", "constants", "by_height", "aerial_roots", "bud"}, preset);
+  preset.stages = stages_of(entry, models / "grammars");
   if (entry.has("aerial_roots")) {
     preset.style.aerial_roots = aerial_roots_of(entry.at("aerial_roots"));
   }
@@ -117,13 +93,12 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::load(const std::filesystem::path
     const int last = static_cast<int>(preset.style.leaves.size()) - 1;
     preset.bud_grade = static_cast<std::uint32_t>(whole_number(entry.at("bud"), 0, last));
   }
-  PresetHead head = preset_head_of(models, entry);
-  if (!preset.style.leaves.empty()) head.leaf = preset.style.leaves.front().color;
-  return std::make_unique<LsystemBuilder>(std::move(head), std::move(preset));
+  if (!preset.style.leaves.empty()) preset.leaf = preset.style.leaves.front().color;
+  return std::make_unique<LsystemBuilder>(std::move(preset));
 }
 
-LsystemBuilder::LsystemBuilder(PresetHead head, LsystemPreset preset)
-    : Builder(BuilderKind::kLsystem, std::move(head)), lsystem_(std::move(preset)) {
+LsystemBuilder::LsystemBuilder(LsystemPreset preset)
+    : FreeBuilder(BuilderKind::kLsystem, preset), lsystem_(std::move(preset)) {
   for (std::size_t i = 0; i < lsystem_.stages.size(); ++i) {
     derived_.push_back(std::make_unique<Derived>());
   }
@@ -135,7 +110,7 @@ std::unique_ptr<LsystemBuilder> LsystemBuilder::with_grammar(const Grammar& gram
   LsystemPreset changed = lsystem_;
   changed.stages = {{0.0, grammar}};
   changed.fit = {};  // shows the user's branches only
-  return std::make_unique<LsystemBuilder>(preset(), std::move(changed));
+  return std::make_unique<LsystemBuilder>(std::move(changed));
 }
 
 Skeleton LsystemBuilder::derive(const Grammar& grammar, Random& random) const {
@@ -176,40 +151,15 @@ Skeleton LsystemBuilder::grow_freely(double h_m, Random& random) const {
   return *derived.skeleton;  // does not change any more
 }
 
-Skeleton LsystemBuilder::grow_skeleton(const TreeShape& shape,
-                                       const Crown& crown,
-                                       Random& random) const {
-  return fitted(grow_freely(shape.h_m, random), shape, crown, random);
-}
-
-Skeleton LsystemBuilder::grow_skeleton_for(const MeshOptions& mesh,
-                                           const TreeShape& shape,
-                                           const Crown& crown,
-                                           Random& random) const {
-  Skeleton grown = grow_freely(shape.h_m, random);
-  if (shows_shoots(lsystem_.style, mesh)) grown.leaves.clear();
-  return fitted(std::move(grown), shape, crown, random);
-}
-
-Skeleton LsystemBuilder::fitted(Skeleton grown,
-                                const TreeShape& shape,
-                                const Crown& crown,
-                                Random& random) const {
+Skeleton LsystemBuilder::drawn(double h_m, bool has_leaves, Random& random) const {
+  Skeleton grown = grow_freely(h_m, random);
+  if (!has_leaves) grown.leaves.clear();
   turn_about_stem(grown, random.uniform(0.0, 2.0 * std::numbers::pi));
-  try {
-    return fit_to_measurements(grown, shape, crown, preset().taper, lsystem_.fit);
-  } catch (const GeometryError& error) {
-    // The drawing causes the error, not the measurements.
-    throw GeometryError(error.message(),
-                        {.file = lsystem_.stages[stage_of(shape.h_m)].grammar.file()});
-  }
+  return grown;
 }
 
-Mesh LsystemBuilder::build_mesh(const Skeleton& skeleton,
-                                const Crown& crown,
-                                Random& random,
-                                const MeshOptions& options) const {
-  return build_smooth_mesh(skeleton, crown, lsystem_.style, random, options);
+std::string LsystemBuilder::file_of(double h_m) const {
+  return lsystem_.stages[stage_of(h_m)].grammar.file();
 }
 
 }  // namespace silvafit::tree

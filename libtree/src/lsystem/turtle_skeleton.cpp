@@ -118,17 +118,16 @@ class SkeletonMaker {
   }
 
   void add_axis(std::uint32_t line, std::uint32_t order, std::uint32_t parent, bool is_stem) {
-    const auto index = static_cast<std::uint32_t>(skeleton_.axes.size());
-    const auto first = static_cast<std::uint32_t>(skeleton_.points.size());
-    skeleton_.points.push_back({line_at(line).from, 0.5 * width(line)});
+    const std::uint32_t index = skeleton_.add_axis(order, parent);
+    const std::uint32_t first = skeleton_.axes.back().first;
+    skeleton_.add_point(line_at(line).from, 0.5 * width(line));
     for (; line != kNone; line = continuation(line, is_stem)) {
       axis_of_line_[line] = index;
       // A line's segments are consecutive, except for those of its branches.
       const std::size_t begin = skeleton_.points.size();
       for (std::uint32_t segment = line_at(line).last;;
            segment = drawing_.segments[segment].before) {
-        skeleton_.points.push_back(
-            {drawing_.segments[segment].to, 0.5 * drawing_.segments[segment].width});
+        skeleton_.add_point(drawing_.segments[segment].to, 0.5 * drawing_.segments[segment].width);
         if (segment == line_at(line).first) break;
       }
       std::reverse(skeleton_.points.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -139,8 +138,6 @@ class SkeletonMaker {
       skeleton_.points[i].radius_m = skeleton_.points[i + 1].radius_m;
     }
     skeleton_.points.back().radius_m = 0.0;
-    const auto count = static_cast<std::uint32_t>(skeleton_.points.size()) - first;
-    skeleton_.axes.push_back({order, parent, first, count});
   }
 
   void add_leaves() {

@@ -8,16 +8,11 @@
 #include <vector>
 
 #include "mesh/jitter.hpp"
-#include "mesh/smooth_mesh_tube.hpp"
+#include "mesh/tube.hpp"
+#include "morphology/skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-/// Where a root leaves its limb.
-struct RootBase {
-  Point at{};
-  double limb_radius_m = 0.0;
-};
 
 /// Sections: proportion of the length, radius relative to the root's.
 using Section = std::array<double, 2>;
@@ -27,22 +22,17 @@ constexpr std::array<Section, 7> kProp{
 /// A hanging root, from its limb to its tip.
 constexpr std::array<Section, 3> kHanging{{{0.0, 1.0}, {0.5, 0.8}, {1.0, 0.0}}};
 
-/// Points at about equal distances along an axis, beyond its first part.
+/// Where roots leave a limb: at about equal distances along an axis, beyond its first part.
 template <typename Use>
 void along_limb(std::span<const SkeletonPoint> line, double spacing_m, Jitter& jitter, Use use) {
   constexpr double kBare = 0.25;
-  double whole = 0.0;
-  for (std::size_t i = 1; i < line.size(); ++i) whole += length(line[i].at - line[i - 1].at);
+  const double whole = line_length_m(line);
   double passed = 0.0;
   double next = kBare * whole + spacing_m * (0.5 + 0.5 * jitter.next());
   for (std::size_t i = 1; i < line.size(); ++i) {
-    const Point step = line[i].at - line[i - 1].at;
-    const double size = length(step);
+    const double size = length(line[i].at - line[i - 1].at);
     while (next < passed + size) {
-      const double share = (next - passed) / size;
-      const double radius =
-          line[i - 1].radius_m + share * (line[i].radius_m - line[i - 1].radius_m);
-      use(RootBase{line[i - 1].at + share * step, radius});
+      use(between(line[i - 1], line[i], (next - passed) / size));
       next += spacing_m * (1.0 + 0.5 * jitter.next());
     }
     passed += size;
@@ -59,20 +49,20 @@ class RootWriter {
         build_(build) {}
 
   /// Draws the same numbers at every level of detail.
-  void add(const RootBase& base, double stem_radius_m, Jitter& jitter) {
+  void add(const SkeletonPoint& base, double stem_radius_m, Jitter& jitter) {
     const double kind = 0.5 + 0.5 * jitter.next();
     const double size = 0.5 + 0.5 * jitter.next();
     const double bend = jitter.next();
     constexpr double kThinnestLimb = 0.025;
     constexpr double kLowest = 0.3;
-    if (base.limb_radius_m < kThinnestLimb || base.at.z < kLowest) return;
+    if (base.radius_m < kThinnestLimb || base.at.z < kLowest) return;
     // Beside the stem a root would grow into it; thin limbs have no old roots.
     constexpr double kFromStem = 3.0;
     constexpr double kThinnestPropped = 0.04;
-    const bool is_prop = kind < roots_.props && base.limb_radius_m > kThinnestPropped &&
+    const bool is_prop = kind < roots_.props && base.radius_m > kThinnestPropped &&
                          std::hypot(base.at.x, base.at.y) > kFromStem * stem_radius_m;
     constexpr double kOfLimb = 0.7;
-    const double thickest = std::min(0.5 * roots_.diameter_m, kOfLimb * base.limb_radius_m);
+    const double thickest = std::min(0.5 * roots_.diameter_m, kOfLimb * base.radius_m);
     if (is_prop) {
       prop(base, (0.4 + 0.6 * size) * thickest, bend);
     } else if (options_.wood_order >= kAllOrders) {
@@ -94,7 +84,7 @@ class RootWriter {
   }
 
   /// From the ground up into the limb.
-  void prop(const RootBase& base, double radius_m, double bend) {
+  void prop(const SkeletonPoint& base, double radius_m, double bend) {
     constexpr double kSway = 0.035;
     const double h = base.at.z;
     const Point sway{kSway * h * bend, kSway * h * (1.0 - std::abs(bend)), 0.0};
@@ -112,7 +102,7 @@ class RootWriter {
   }
 
   /// Down from the limb, ending in a point.
-  void hanging(const RootBase& base, double radius_m, double length_m, double bend) {
+  void hanging(const SkeletonPoint& base, double radius_m, double length_m, double bend) {
     constexpr double kSway = 0.03;
     rings_.clear();
     for (const auto& [share, narrower] : kHanging) {
@@ -144,10 +134,11 @@ void add_aerial_roots(const Skeleton& skeleton,
   const double stem_radius_m = skeleton.points.front().radius_m;
   for (std::uint32_t i = 1; i < skeleton.axes.size(); ++i) {
     Jitter jitter(random);
-    along_limb(skeleton.points_of(skeleton.axes[i]), roots.spacing_m, jitter, [&](RootBase base) {
-      base.at = base.at + limbs.moved(i, base.at);
-      writer.add(base, stem_radius_m, jitter);
-    });
+    along_limb(
+        skeleton.points_of(skeleton.axes[i]), roots.spacing_m, jitter, [&](SkeletonPoint base) {
+          base.at = base.at + limbs.moved(i, base.at);
+          writer.add(base, stem_radius_m, jitter);
+        });
   }
 }
 

@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "morphology/breast_height.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/preset.hpp"
@@ -115,34 +114,5 @@ class RootFlare {
  private:
   double height_m_;
 };
-
-/// The sections of a stem with those that its roots need; the stem between them stays as it is.
-template <typename Section>
-std::vector<Section> with_root_sections(std::span<const Section> sections, const RootFlare& roots) {
-  // Sections that floats can distinguish.
-  constexpr double kNearest = 0.002;
-  std::vector<Section> result;
-  std::size_t next = 0;
-  for (std::size_t k = 0; k + 1 < sections.size(); ++k) {
-    const Section& low = sections[k];
-    const Section& high = sections[k + 1];
-    result.push_back(low);
-    for (; next < RootFlare::kSections.size(); ++next) {
-      const double z = RootFlare::kSections[next] * roots.height_m();
-      if (z > high.at.z - kNearest) break;
-      if (z < result.back().at.z + kNearest) continue;
-      const double part = (z - low.at.z) / (high.at.z - low.at.z);
-      Section section = low;
-      section.at = low.at + part * (high.at - low.at);
-      section.radius_m = low.radius_m + part * (high.radius_m - low.radius_m);
-      if constexpr (requires { section.along_m; }) {
-        section.along_m = low.along_m + part * (high.along_m - low.along_m);
-      }
-      result.push_back(section);
-    }
-  }
-  result.push_back(sections.back());
-  return result;
-}
 
 }  // namespace silvafit::tree

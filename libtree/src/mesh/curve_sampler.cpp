@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "mesh/moving_frame.hpp"
-#include "morphology/breast_height.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -28,21 +27,6 @@ void limit_lean(Ring& ring) {
 }
 
 }  // namespace
-
-void Ring::turn(Point along, Point aside) {
-  tangent = along;
-  sideways = square_to(along, aside);
-  upward = cross(tangent, sideways);
-}
-
-RingOffset offset_between(const Ring& a, const Ring& b, const Ring& ring) {
-  const double whole = b.along_m - a.along_m;
-  const double part = whole > 0.0 ? std::clamp((ring.along_m - a.along_m) / whole, 0.0, 1.0) : 0.0;
-  const auto between = [part](Point from, Point to) { return from + part * (to - from); };
-  return {ring.at - between(a.at, b.at),
-          ring.radius_m * ring.sideways - between(a.radius_m * a.sideways, b.radius_m * b.sideways),
-          ring.radius_m * ring.upward - between(a.radius_m * a.upward, b.radius_m * b.upward)};
-}
 
 Ring CurveSampler::ring_at(double along_m) {
   while (piece_ + 1 < pieces_.size() && along_m > ends_[piece_]) ++piece_;

@@ -7,35 +7,9 @@
 #include <vector>
 
 #include "mesh/smooth_mesh_limbs.hpp"
+#include "mesh/tube.hpp"
 
 namespace silvafit::tree {
-
-/// A section of a tube, orthogonal to `tangent`. `sideways` and `upward` are orthogonal to it and
-/// to each other; all three have length 1.
-struct Ring {
-  Point at{};
-  double radius_m = 0.0;
-  Point tangent{};
-  Point sideways{};
-  Point upward{};
-  double along_m = 0.0;   ///< length of the curve up to here
-  bool is_fixed = false;  ///< drawn for any tolerance
-
-  /// A direction of the plane (x, y) in the plane of the ring.
-  Point across(Point flat) const { return flat.x * sideways + flat.y * upward; }
-  /// Rotates the ring orthogonal to a direction, keeping its own sideways as far as possible.
-  void turn(Point along, Point aside);
-};
-
-/// Distance of a ring from the straight tube between two others.
-struct RingOffset {
-  Point middle{};
-  Point sideways{};  ///< of the end of the sideways radius, in addition to the center's
-  Point upward{};
-};
-
-/// At the ring's relative position between `a` and `b`, or at the nearer one if outside.
-RingOffset offset_between(const Ring& a, const Ring& b, const Ring& ring);
 
 /// Equal steps of one limb's curve with frames that do not twist about it. The last one is its tip.
 ///

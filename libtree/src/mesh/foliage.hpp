@@ -7,24 +7,16 @@
 
 namespace silvafit::tree {
 
-/// Adds the foliage of all twigs and branch ends; all of it stays inside the crown.
-void add_foliage(const Skeleton& skeleton,
-                 const Crown& crown,
-                 const Foliage& foliage,
-                 Random& random,
-                 const MeshOptions& options,
-                 PartBuilder& build);
-
 /// A frond on each first-order branch: its twigs' needles, tips above and below each twig, and
-/// partly filled gaps between them.
+/// partly filled gaps between them. All of it stays inside the crown.
 void add_needles(const Skeleton& skeleton,
                  const Crown& crown,
                  const Foliage& foliage,
-                 Random& random,
                  const MeshOptions& options,
                  PartBuilder& build);
 
-/// Tufts of leaves at the ends of branches, twigs and shoots, and along the outermost of these.
+/// Tufts of leaves at the ends of branches, twigs and shoots, and along the outermost of these. All
+/// of them stay inside the crown.
 void add_leaves(const Skeleton& skeleton,
                 const Crown& crown,
                 const Foliage& foliage,

@@ -20,7 +20,7 @@ class TuftGrower {
         foliage_(foliage),
         random_(random),
         options_(options),
-        surface_(crown, foliage, options, build) {
+        surface_(crown, build) {
     // One leaf represents several: more of them in a larger crown. If only one tuft in n is drawn,
     // its leaves cover the area of n.
     constexpr double kReferenceWidth = 5.0;
@@ -50,15 +50,12 @@ class TuftGrower {
  private:
   void place(Point at, Point x, Point y, Point z, Jitter& jitter) {
     const Tuft& tuft = foliage_.tuft;
-    surface_.begin(tuft.joint_points.size(),
-                   tuft.joint_leaves.size(),
-                   0,
-                   1.0 + foliage_.color_variation * jitter.next());
-    for (const Point& point : tuft.joint_points) {
+    surface_.begin(tuft.points.size(), tuft.leaves.size(), 0);
+    for (const Point& point : tuft.points) {
       const Point lean{jitter.next(), jitter.next(), jitter.next()};
       surface_.point(at + point.x * x + point.y * y + point.z * z, kLean * lean);
     }
-    for (const Tuft::Leaf& leaf : tuft.joint_leaves) {
+    for (const Tuft::Leaf& leaf : tuft.leaves) {
       surface_.leaf(leaf[0], leaf[1], leaf[2], leaf[3]);
     }
   }
@@ -92,7 +89,7 @@ void add_leaves(const Skeleton& skeleton,
                                static_cast<std::size_t>(options.foliage_per) +
                            1;
   const Tuft& tuft = foliage.tuft;
-  build.reserve(most * tuft.joint_points.size(), most * 2 * tuft.joint_leaves.size());
+  build.reserve(most * tuft.points.size(), most * 2 * tuft.leaves.size());
   TuftGrower tufts(crown, foliage, random, options, build);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (axes[i].order == 0) continue;

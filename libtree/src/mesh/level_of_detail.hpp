@@ -33,8 +33,7 @@ inline double branch_tolerance_m(const MeshOptions& options) {
                           : options.branch_tolerance_m;
 }
 
-/// Largest distance between the outlines of two regular polygons with the area of the unit circle
-/// and a common corner direction.
-double equal_area_gap(int sides, int other_sides);
+/// Whether two levels of detail draw the same wood.
+bool has_same_wood(const MeshOptions& a, const MeshOptions& b);
 
 }  // namespace silvafit::tree

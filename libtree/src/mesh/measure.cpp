@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/stem_sections.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/mesh.hpp"

@@ -2,14 +2,15 @@
 #include "silvafit/tree/mesh.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 #include "mesh/foliage.hpp"
 #include "mesh/level_of_detail.hpp"
 #include "mesh/mesh_checks.hpp"
+#include "mesh/segment_tubes.hpp"
 #include "mesh/shoot_cards.hpp"
-#include "mesh/tube.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/tree/texture_library.hpp"
 
@@ -32,11 +33,10 @@ void check_options(const MeshOptions& options) {
 
 namespace {
 
-/// Without vertex colors, the material has their mean color. Shoots are darkened by their vertices.
-Color foliage_color(const Foliage& foliage, const MeshOptions& options) {
+/// The mean color. Shoots are darkened by their vertices.
+Color foliage_color(const Foliage& foliage) {
   constexpr double kInner = 0.25;
   Color color = foliage.outer;
-  if (options.vertex_colors) return color;
   for (std::size_t i = 0; i < color.size(); ++i) {
     color[i] += kInner * (foliage.inner[i] - color[i]);
   }
@@ -67,26 +67,11 @@ void check_finite(const MeshPart& part) {
 }
 
 const char* part_name(PartKind kind) {
-  switch (kind) {
-    case PartKind::kStem:
-      return "stem";
-    case PartKind::kBranches:
-      return "branches";
-    case PartKind::kFoliage:
-      return "foliage";
-    case PartKind::kAerialRoots:
-      return "aerial-roots";
-  }
-  return "";
+  constexpr std::array<const char*, 4> kNames{"stem", "branches", "foliage", "aerial-roots"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
-MaterialKind material_of(PartKind kind) {
-  return kind == PartKind::kFoliage ? MaterialKind::kLeaf : MaterialKind::kBark;
-}
-
-const char* material_name(MaterialKind kind) {
-  return kind == MaterialKind::kBark ? "bark" : "leaf";
-}
+const char* material_name(PartKind kind) { return kind == PartKind::kFoliage ? "leaf" : "bark"; }
 
 std::size_t Mesh::vertex_count() const {
   std::size_t count = 0;
@@ -106,6 +91,7 @@ Mesh build_mesh(const Skeleton& skeleton,
                 Random& random,
                 const MeshOptions& options) {
   check_options(options);
+  const SegmentTubes tubes(skeleton, crown, options);
   MeshPart stem{.kind = PartKind::kStem};
   MeshPart branches{.kind = PartKind::kBranches};
   MeshPart foliage{.kind = PartKind::kFoliage, .double_sided = true};
@@ -117,35 +103,30 @@ Mesh build_mesh(const Skeleton& skeleton,
   if (options.textured) {
     dress_shoots(shoots, preset.bark, leaves.outer, leaves.color_variation, options, foliage);
   } else {
-    foliage.color = foliage_color(leaves, options);
+    foliage.color = foliage_color(leaves);
   }
   {
     const BarkPaint* const bark = options.textured ? &paint : nullptr;
     PartBuilder stem_builder(stem, bark);
     PartBuilder branch_builder(branches, bark);
-    BranchTubes tubes(crown, options, branch_builder);
-    tubes.reserve(skeleton);
-    for (const Axis& axis : skeleton.axes) {
-      const auto points = skeleton.points_of(axis);
-      if (axis.order == 0) {
-        add_stem(points, options, stem_builder);
-      } else if (is_drawn(axis, points.front(), options)) {
-        tubes.add(points, bearer_radius_m(skeleton, axis));
-      }
-    }
+    tubes.add_to(stem_builder, branch_builder);
     PartBuilder foliage_builder(foliage);
     if (options.textured) {
       const double variation = leaves.color_variation;
       add_shoots(skeleton, crown, shoots, variation, random, options, {}, foliage_builder);
     } else if (shoots.has_leaves(options.season)) {
-      add_foliage(skeleton, crown, leaves, random, options, foliage_builder);
+      if (leaves.kind == FoliageKind::kNeedles) {
+        add_needles(skeleton, crown, leaves, options, foliage_builder);
+      } else {
+        add_leaves(skeleton, crown, leaves, random, options, foliage_builder);
+      }
     }
     for (PartBuilder* builder : {&stem_builder, &branch_builder, &foliage_builder}) {
       builder->finish();
     }
   }
 
-  Mesh mesh{.surface_error_m = surface_error_m(skeleton, crown, options)};
+  Mesh mesh{.surface_error_m = tubes.surface_error_m()};
   take_parts(mesh, {&stem, &branches, &foliage});
   return mesh;
 }

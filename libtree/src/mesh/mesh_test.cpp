@@ -64,7 +64,7 @@ TEST_CASE("pictures, colors and closed branches change no measurement") {
   for (const Preset& preset : test::shipped_presets().presets()) {
     for (int i = 0; i < 12; ++i) {
       const Morphology tree = test::random_morphology(random, i);
-      check_mesh(tree, preset, {.closed_branches = true, .textured = true, .vertex_colors = true});
+      check_mesh(tree, preset, {.closed_branches = true, .textured = true});
       check_mesh(tree, preset, level_of_detail(i % kLevelsOfDetail, {.textured = true}));
     }
   }
@@ -118,7 +118,11 @@ TEST_CASE("the stem is closed, faces outwards and has the taper's volume") {
   constexpr int kSteps = 20000;
   for (int i = 0; i < kSteps; ++i) {
     const double d =
-        preset.taper.diameter_cm(tree.h_m * (i + 0.5) / kSteps, tree.h_m, tree.dbh_cm) / 100;
+        preset.taper
+            .diameters_cm(
+                std::array<double, 1>{tree.h_m * (i + 0.5) / kSteps}, tree.h_m, tree.dbh_cm)
+            .front() /
+        100;
     volume += std::numbers::pi / 4.0 * d * d * tree.h_m / kSteps;
   }
   CHECK(test::volume_m3(stem) == Approx(volume).epsilon(0.01));
@@ -216,18 +220,7 @@ TEST_CASE("each level of detail is coarser and within its stated surface error")
   }
 }
 
-TEST_CASE("a tolerance selects the coarsest level within it") {
-  const test::Stages stages =
-      test::stages_of(test::paper_tree_1(), test::shipped_presets().named("schima-superba"));
-  CHECK(coarsest_level(stages.skeleton, stages.crown, 0.0) == 0);
-  CHECK(coarsest_level(stages.skeleton, stages.crown, 100.0) == kLevelsOfDetail - 1);
-  for (int level = 1; level < kLevelsOfDetail; ++level) {
-    const double error = surface_error_m(stages.skeleton, stages.crown, level_of_detail(level));
-    CHECK(coarsest_level(stages.skeleton, stages.crown, error) == level);
-    CHECK(coarsest_level(stages.skeleton, stages.crown, 0.999 * error) == level - 1);
-  }
-  CHECK_THROWS_AS(coarsest_level(stages.skeleton, stages.crown, -1.0), UsageError);
-  CHECK_THROWS_AS(coarsest_level(stages.skeleton, stages.crown, NAN), UsageError);
+TEST_CASE("a level of detail that does not exist is refused") {
   CHECK_THROWS_AS(level_of_detail(kLevelsOfDetail), UsageError);
   CHECK_THROWS_AS(level_of_detail(-1), UsageError);
 }

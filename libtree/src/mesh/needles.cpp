@@ -79,18 +79,12 @@ class FrondGrower {
   FrondGrower(const Skeleton& skeleton,
               const Crown& crown,
               const Foliage& foliage,
-              Random& random,
               const MeshOptions& options,
               PartBuilder& build)
-      : skeleton_(skeleton),
-        foliage_(foliage),
-        random_(random),
-        options_(options),
-        surface_(crown, foliage, options, build) {}
+      : skeleton_(skeleton), foliage_(foliage), options_(options), surface_(crown, build) {}
 
   /// The frond of a first-order branch; `children` are the axes that grow from it.
   void add(const Axis& branch, std::span<const Axis> children) {
-    const double shade = 1.0 + random_.uniform(-foliage_.color_variation, foliage_.color_variation);
     const auto points = skeleton_.points_of(branch);
     const Point tip = points.back().at;
     const Point sideways =
@@ -104,7 +98,7 @@ class FrondGrower {
     thin(left_);
     thin(right_);
     const std::size_t twigs = left_.size() + right_.size();
-    surface_.begin(kPointsPerTwig * twigs + 2, kLeavesPerTwig * twigs, twigs, shade);
+    surface_.begin(kPointsPerTwig * twigs + 2, kLeavesPerTwig * twigs, twigs);
     const std::size_t inmost = surface_.point(middle_of_bare_part(points, children));
     const std::size_t end = surface_.point(tip);
     shared_.clear();
@@ -158,7 +152,6 @@ class FrondGrower {
 
   const Skeleton& skeleton_;
   const Foliage& foliage_;
-  Random& random_;
   const MeshOptions& options_;
   LeafSurface surface_;
   std::vector<FrondTwig> left_;
@@ -172,12 +165,11 @@ class FrondGrower {
 void add_needles(const Skeleton& skeleton,
                  const Crown& crown,
                  const Foliage& foliage,
-                 Random& random,
                  const MeshOptions& options,
                  PartBuilder& build) {
   const std::span<const Axis> axes = skeleton.axes;
   build.reserve(kPointsPerTwig * axes.size(), kTrianglesPerTwig * axes.size());
-  FrondGrower fronds(skeleton, crown, foliage, random, options, build);
+  FrondGrower fronds(skeleton, crown, foliage, options, build);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     if (axes[i].order != 1) continue;
     std::size_t last = i + 1;

@@ -9,7 +9,7 @@
 
 #include "mesh/crown_light.hpp"
 #include "mesh/jitter.hpp"
-#include "mesh/leaf_corner.hpp"
+#include "mesh/leaf_surface.hpp"
 #include "mesh/shoot_sites.hpp"
 #include "silvafit/base/constants.hpp"
 

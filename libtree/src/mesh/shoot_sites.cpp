@@ -9,6 +9,7 @@
 
 #include "mesh/jitter.hpp"
 #include "mesh/level_of_detail.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/tree/texture_library.hpp"
 
@@ -28,12 +29,6 @@ struct LeafyPart {
   double end_m = 0.0;     ///< from the last branch that it bears to its tip, or all of it
   double weight = 1.0;    ///< shoots a meter, relative to the mean
 };
-
-double length_of(std::span<const SkeletonPoint> points) {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < points.size(); ++i) sum += length(points[i].at - points[i - 1].at);
-  return sum;
-}
 
 /// Distance from the last branch on each axis to its tip; none: infinite.
 std::vector<double> bare_ends_m(const Skeleton& skeleton) {
@@ -72,7 +67,7 @@ std::vector<LeafyPart> leafy_parts(const Skeleton& skeleton, const Crown& crown)
     constexpr double kBareBearer = 0.6;
     constexpr double kBareTwig = 0.1;
     const auto points = skeleton.points_of(skeleton.axes[i]);
-    const double whole = length_of(points);
+    const double whole = line_length_m(points);
     if (!(whole > 0.0)) continue;
     double from = kBareTwig;
     if (std::isfinite(ends[i])) {
@@ -170,7 +165,7 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
                                      const std::vector<LeafyPart>& parts,
                                      double size_m) {
   std::vector<ShootSite> sites;
-  const double stem_m = length_of(skeleton.points_of(skeleton.axes.front()));
+  const double stem_m = line_length_m(skeleton.points_of(skeleton.axes.front()));
   constexpr double kApart = 0.35;
   constexpr int kMostOnTop = 16;
   const double bare_m = std::max(bare_top_m(skeleton), 0.7 * size_m);
@@ -207,7 +202,7 @@ std::vector<ShootSite> sites_at_ends(const Skeleton& skeleton,
 std::vector<ShootSite> sites_of_whole_twigs(const Skeleton& skeleton,
                                             const std::vector<LeafyPart>& parts) {
   std::vector<ShootSite> sites;
-  const double stem_m = length_of(skeleton.points_of(skeleton.axes.front()));
+  const double stem_m = line_length_m(skeleton.points_of(skeleton.axes.front()));
   std::vector<bool> bears(skeleton.axes.size(), false);
   for (std::size_t i = 1; i < skeleton.axes.size(); ++i) bears[skeleton.axes[i].parent] = true;
   for (const LeafyPart& part : parts) {

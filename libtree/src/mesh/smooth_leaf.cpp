@@ -46,30 +46,22 @@ void check_looks(const Skeleton& skeleton, const SmoothStyle& style) {
   }
 }
 
-Color leaf_material(const Skeleton& skeleton, const SmoothStyle& style, bool vertex_colors) {
+Color leaf_material(const Skeleton& skeleton, const SmoothStyle& style) {
   Color sum{};
-  Color brightest{};
   for (const LeafSite& site : skeleton.leaves) {
     const Color& color = style.leaves[site.grade].color;
     for (std::size_t i = 0; i < color.size(); ++i) {
       sum[i] += color[i] / static_cast<double>(skeleton.leaves.size());
-      brightest[i] = std::max(brightest[i], color[i]);
     }
   }
-  return vertex_colors ? brightest : sum;
+  return sum;
 }
 
 LeafWriter::LeafWriter(const Crown& crown,
                        const SmoothStyle& style,
                        const MeshOptions& options,
-                       const Color& material,
                        PartBuilder& build)
-    : crown_(crown),
-      style_(style),
-      options_(options),
-      material_(material),
-      build_(build),
-      light_(crown) {}
+    : crown_(crown), style_(style), options_(options), build_(build), light_(crown) {}
 
 void LeafWriter::reserve(const Skeleton& skeleton) {
   std::size_t most = 0;
@@ -79,10 +71,10 @@ void LeafWriter::reserve(const Skeleton& skeleton) {
   build_.reserve(most * leaves, most * leaves);
 }
 
-void LeafWriter::add(const LeafSite& site, double scale, double shade) {
+void LeafWriter::add(const LeafSite& site, double scale) {
   const LeafLook& look = style_.leaves[site.grade];
   build_.reserve(most_points(look), most_points(look));
-  begin(site, look, scale, shade);
+  begin(site, look, scale);
   // Without a texture a card would be a rectangle.
   const LeafForm form =
       options_.textured || look.form == LeafForm::kNeedleFan ? look.form : LeafForm::kFivePolygons;
@@ -101,7 +93,7 @@ void LeafWriter::add(const LeafSite& site, double scale, double shade) {
   }
 }
 
-void LeafWriter::begin(const LeafSite& site, const LeafLook& look, double scale, double shade) {
+void LeafWriter::begin(const LeafSite& site, const LeafLook& look, double scale) {
   look_ = &look;
   corners_.clear();
   base_ = site.at;
@@ -117,14 +109,6 @@ void LeafWriter::begin(const LeafSite& site, const LeafLook& look, double scale,
   const Point light = light_.outward(middle) + CrownLight::kAbove;
   const Point seen = dot(facing_, light) >= 0.0 ? facing_ : -1.0 * facing_;
   normal_ = direction(0.8 * seen + light, seen);
-  if (!options_.vertex_colors) return;
-  constexpr double kShaded = 0.3;
-  const double depth = 1.0 - light_.share(middle);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double share = material_[i] > 0.0 ? look.color[i] / material_[i] : 0.0;
-    color_[i] = to_byte(shade * (1.0 - kShaded * depth) * share);
-  }
-  color_[3] = 255;
 }
 
 void LeafWriter::point(Flat flat) {
@@ -135,7 +119,6 @@ void LeafWriter::point(Flat flat) {
   const Point sideways = direction(half_width_, facing_);
   const Point normal = direction(normal_ - (kFold * flat.across) * sideways, normal_);
   corners_.push_back({at, normal, build_.vertex(at, normal)});
-  if (options_.vertex_colors) build_.color(color_);
   if (!options_.textured) return;
   const auto& [left, upper, right, lower] = look_->picture;
   const double u = std::clamp(0.5 + 0.5 * flat.across, 0.0, 1.0);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mesh/crown_light.hpp"
-#include "mesh/leaf_corner.hpp"
+#include "mesh/leaf_surface.hpp"
 #include "mesh/part_builder.hpp"
 #include "silvafit/tree/crown.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
@@ -17,8 +17,8 @@ namespace silvafit::tree {
 /// \throws UsageError as build_smooth_mesh()
 void check_looks(const Skeleton& skeleton, const SmoothStyle& style);
 
-/// Color of the foliage's material, to which vertex colors are relative.
-Color leaf_material(const Skeleton& skeleton, const SmoothStyle& style, bool vertex_colors);
+/// Mean color of the leaves.
+Color leaf_material(const Skeleton& skeleton, const SmoothStyle& style);
 
 /// Adds leaves to a part. All their vertices are inside the crown.
 class LeafWriter {
@@ -26,14 +26,12 @@ class LeafWriter {
   LeafWriter(const Crown& crown,
              const SmoothStyle& style,
              const MeshOptions& options,
-             const Color& material,
              PartBuilder& build);
 
   void reserve(const Skeleton& skeleton);
 
   /// \param scale  relative to the size at its site
-  /// \param shade  brightness, in [0, 1]
-  void add(const LeafSite& site, double scale, double shade);
+  void add(const LeafSite& site, double scale);
 
  private:
   /// A point of a leaf: across relative to the half width, along relative to the length, and
@@ -44,7 +42,7 @@ class LeafWriter {
     double above = 0.0;
   };
 
-  void begin(const LeafSite& site, const LeafLook& look, double scale, double shade);
+  void begin(const LeafSite& site, const LeafLook& look, double scale);
   void point(Flat flat);
   void triangle(std::size_t a, std::size_t b, std::size_t c);
   void add_outline(const LeafLook& look);
@@ -54,7 +52,6 @@ class LeafWriter {
   const Crown& crown_;
   const SmoothStyle& style_;
   const MeshOptions& options_;
-  Color material_;
   PartBuilder& build_;
   CrownLight light_;
 
@@ -65,7 +62,6 @@ class LeafWriter {
   Point half_width_{};
   Point facing_{};  ///< of length 1
   Point normal_{};
-  Bytes4 color_{};
   std::vector<LeafCorner> corners_;
 };
 

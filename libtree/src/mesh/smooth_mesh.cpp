@@ -8,11 +8,12 @@
 #include "mesh/aerial_roots.hpp"
 #include "mesh/level_of_detail.hpp"
 #include "mesh/mesh_checks.hpp"
-#include "mesh/polygon.hpp"
 #include "mesh/shoot_cards.hpp"
 #include "mesh/smooth_leaf.hpp"
 #include "mesh/smooth_mesh_limbs.hpp"
-#include "mesh/smooth_mesh_tube.hpp"
+#include "mesh/smooth_mesh_rings.hpp"
+#include "mesh/tube.hpp"
+#include "mesh/wood_error.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
@@ -28,105 +29,40 @@ void check_finite(const Skeleton& skeleton) {
   if (sum != 0.0) throw GeometryError("the skeleton has a coordinate that is not finite");
 }
 
-bool has_same_wood(const MeshOptions& a, const MeshOptions& b) {
-  return a.stem_sides == b.stem_sides && a.branch_sides == b.branch_sides &&
-         a.twig_sides == b.twig_sides && a.thick_branch_m == b.thick_branch_m &&
-         a.stem_tolerance_m == b.stem_tolerance_m && a.branch_tolerance_m == b.branch_tolerance_m &&
-         a.wood_order == b.wood_order;
+/// The error of a twig that is not drawn is its distance from its start.
+double left_out_m(const Limbs& limbs,
+                  const WoodRings& finest,
+                  const WoodRings& coarse,
+                  std::size_t i) {
+  const Limb* limb = &limbs.all()[i];
+  while (limb->bearer != kNone && coarse.of(limb->bearer).size() < 2) {
+    limb = &limbs.all()[limb->bearer];
+  }
+  const Point base = limbs.knots_of(*limb).front().at;
+  const int sides = std::min(finest.sides_of(limbs.all()[i]), coarse.sides_of(limbs.all()[i]));
+  double worst = 0.0;
+  for (const Ring& ring : finest.of(i)) {
+    worst = std::max(worst, length(ring.at - base) + equal_area_corner(sides) * ring.radius_m);
+  }
+  return worst;
 }
 
-/// An upper bound of the distance between the surfaces of two sets of rings of the same limbs: that
-/// of points with the same relative position between neighboring rings.
-class WoodError {
- public:
-  WoodError(const Limbs& limbs, const WoodRings& finest, const WoodRings& coarse)
-      : limbs_(limbs), finest_(finest), coarse_(coarse) {}
-
-  double bound() {
-    double worst = 0.0;
-    for (std::size_t i = 0; i < limbs_.all().size(); ++i) {
-      const auto whole = finest_.of(i);
-      const auto kept = coarse_.of(i);
-      if (whole.size() < 2) continue;
-      worst = std::max(worst, kept.size() < 2 ? left_out(i) : of_limb(i));
-    }
-    return worst;
-  }
-
- private:
-  double of_limb(std::size_t i) {
-    const Limb& limb = limbs_.all()[i];
-    const int fine = finest_.sides_of(limb);
-    const int rough = coarse_.sides_of(limb);
-    corner_ = std::max(equal_area_corner(fine), equal_area_corner(rough));
-    gap_ = gap_of(fine, rough);
-    const auto whole = finest_.of(i);
-    const auto kept = coarse_.of(i);
-    return std::max(farthest(whole, kept), farthest(kept, whole));
-  }
-
-  double gap_of(int fine, int rough) {
-    if (fine == rough) return 0.0;
-    if (fine != gap_fine_ || rough != gap_rough_) {
-      gap_fine_ = fine;
-      gap_rough_ = rough;
-      known_gap_ = equal_area_gap(fine, rough);
-    }
-    return known_gap_;
-  }
-
-  double farthest(std::span<const Ring> from, std::span<const Ring> to) const {
-    double worst = 0.0;
-    std::size_t piece = 0;
-    for (const Ring& ring : from) {
-      while (piece + 2 < to.size() && to[piece + 1].along_m < ring.along_m) ++piece;
-      worst = std::max(worst, error_at(ring, to[piece], to[piece + 1]));
-    }
-    return worst;
-  }
-
-  double error_at(const Ring& ring, const Ring& a, const Ring& b) const {
-    const auto [middle, sideways, upward] = offset_between(a, b, ring);
-    const double thickest = std::max({ring.radius_m, a.radius_m, b.radius_m});
-    // The faces between two inclined rings are not planar, and their diagonals cut the corner: by
-    // up to a quarter of the difference of the polygon's sides.
-    constexpr double kWarp = 0.25;
-    const double turn = length(a.sideways - b.sideways) + length(a.upward - b.upward);
-    return length(middle) + corner_ * std::sqrt(dot(sideways, sideways) + dot(upward, upward)) +
-           gap_ * thickest + kWarp * corner_ * turn * thickest;
-  }
-
-  /// The error of a twig that is not drawn is its distance from its start.
-  double left_out(std::size_t i) const {
-    const Limb* limb = &limbs_.all()[i];
-    while (limb->bearer != kNone && coarse_.of(limb->bearer).size() < 2) {
-      limb = &limbs_.all()[limb->bearer];
-    }
-    const Point base = limbs_.knots_of(*limb).front().at;
-    double worst = 0.0;
-    for (const Ring& ring : finest_.of(i)) {
-      worst = std::max(worst, length(ring.at - base) + corner_ * ring.radius_m);
-    }
-    return worst;
-  }
-
-  const Limbs& limbs_;
-  const WoodRings& finest_;
-  const WoodRings& coarse_;
-  double corner_ = 1.0;
-  double gap_ = 0.0;
-  int gap_fine_ = 0;
-  int gap_rough_ = 0;
-  double known_gap_ = 0.0;
-};
-
-double wood_error_m(const Limbs& limbs,
-                    const Crown& crown,
-                    const WoodRings& rings,
-                    const MeshOptions& options) {
+double surface_error_m(const Limbs& limbs,
+                       const Crown& crown,
+                       const WoodRings& rings,
+                       const MeshOptions& options) {
   const MeshOptions finest = level_of_detail(0, options);
   if (has_same_wood(finest, options)) return 0.0;
-  return WoodError(limbs, WoodRings(limbs, crown, finest), rings).bound();
+  const WoodRings whole(limbs, crown, finest);
+  const auto tube = [&limbs](const WoodRings& of, std::size_t i) -> DrawnTube {
+    const int sides = of.sides_of(limbs.all()[i]);
+    return {of.of(i), sides, equal_area_corner(sides)};
+  };
+  return wood_error_m(
+      limbs.all().size(),
+      [&](std::size_t i) { return tube(whole, i); },
+      [&](std::size_t i) { return tube(rings, i); },
+      [&](std::size_t i) { return left_out_m(limbs, whole, rings, i); });
 }
 
 /// The limbs that are drawn with their bends, and the thinner ones that are drawn straight, so that
@@ -211,18 +147,14 @@ void add_wood(const Limbs& limbs,
 
 void add_leaves(const Skeleton& skeleton,
                 const Limbs& limbs,
-                Random& random,
                 const MeshOptions& options,
-                const SmoothStyle& style,
                 LeafWriter& writer) {
   const double scale = std::sqrt(static_cast<double>(options.foliage_per));
-  for (std::size_t i = 0; i < skeleton.leaves.size(); ++i) {
+  const auto step = static_cast<std::size_t>(options.foliage_per);
+  for (std::size_t i = 0; i < skeleton.leaves.size(); i += step) {
     LeafSite site = skeleton.leaves[i];
-    // Drawn for all of them, so that the levels of detail agree on common ones.
-    const double shade = 1.0 - style.leaves[site.grade].color_variation * random.uniform();
-    if (i % static_cast<std::size_t>(options.foliage_per) != 0) continue;
     site.at = site.at + limbs.moved(site.axis, site.at);
-    writer.add(site, scale, shade);
+    writer.add(site, scale);
   }
 }
 
@@ -256,9 +188,8 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
   }
   MeshPart stem{.kind = PartKind::kStem};
   MeshPart branches{.kind = PartKind::kBranches};
-  MeshPart foliage{.kind = PartKind::kFoliage,
-                   .color = leaf_material(skeleton, style, options.vertex_colors),
-                   .double_sided = true};
+  MeshPart foliage{
+      .kind = PartKind::kFoliage, .color = leaf_material(skeleton, style), .double_sided = true};
   MeshPart roots{.kind = PartKind::kAerialRoots};
   const BarkPaint paint(style.bark, skeleton.points_of(skeleton.axes.front()));
   for (MeshPart* part : {&stem, &branches, &roots}) paint.dress(*part, options.textured);
@@ -293,9 +224,9 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
                  shift,
                  foliage_builder);
     } else if (has_leaves) {
-      LeafWriter writer(crown, style, options, foliage.color, foliage_builder);
+      LeafWriter writer(crown, style, options, foliage_builder);
       writer.reserve(skeleton);
-      add_leaves(skeleton, limbs, random, options, style, writer);
+      add_leaves(skeleton, limbs, options, writer);
     }
     PartBuilder root_builder(roots, bark);
     if (style.aerial_roots) {
@@ -305,7 +236,7 @@ Mesh build_smooth_mesh(const Skeleton& skeleton,
       builder->finish();
     }
   }
-  Mesh mesh{.surface_error_m = wood_error_m(limbs, crown, rings, options)};
+  Mesh mesh{.surface_error_m = surface_error_m(limbs, crown, rings, options)};
   take_parts(mesh, {&stem, &branches, &foliage, &roots});
   return mesh;
 }

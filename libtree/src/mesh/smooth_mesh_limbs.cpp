@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "morphology/breast_height.hpp"
-
 namespace silvafit::tree {
 namespace {
 
@@ -192,10 +190,9 @@ void Limbs::add_knots(std::uint32_t axis, std::uint32_t order) {
     const HermiteKnot& before = knots_.back();
     if (axis == 0 && before.at.z < kBreastHeight && point.at.z > kBreastHeight) {
       const double part = (kBreastHeight - before.at.z) / (point.at.z - before.at.z);
-      SkeletonPoint between{before.at + part * (point.at - before.at),
-                            before.radius_m + part * (point.radius_m - before.radius_m)};
-      between.at.z = kBreastHeight;
-      if (part > 0.0) add_knot(between, order);
+      SkeletonPoint measured = between({before.at, before.radius_m}, point, part);
+      measured.at.z = kBreastHeight;
+      if (part > 0.0) add_knot(measured, order);
     }
     const bool is_breast_height = axis == 0 && knots_.back().at.z == kBreastHeight;
     if (length(point.at - knots_.back().at) > kSamePlace || is_breast_height) {

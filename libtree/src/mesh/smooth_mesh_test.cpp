@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "mesh/smooth_mesh_limbs.hpp"
-#include "mesh/smooth_mesh_tube.hpp"
+#include "mesh/smooth_mesh_rings.hpp"
 #include "silvafit/base/error.hpp"
 #include "test_support/measurement_test_support.hpp"
 #include "test_support/mesh_test_support.hpp"
@@ -179,10 +179,8 @@ TEST_CASE("the smooth mesh of any valid tree has its measurements") {
         check_mesh_measurements(tree, mesh);
         check_surfaces(mesh, stages.crown, 6);
       }
-      const Mesh cards = mesh_of(stages,
-                                 {.textured = true, .vertex_colors = true},
-                                 LeafForm::kCard,
-                                 LeafForm::kCrossedCards);
+      const Mesh cards =
+          mesh_of(stages, {.textured = true}, LeafForm::kCard, LeafForm::kCrossedCards);
       check_mesh_measurements(tree, cards);
       check_surfaces(cards, stages.crown, 6);
     }
@@ -398,27 +396,18 @@ TEST_CASE("cards have their part of a picture, and are drawn as leaves without i
   CHECK(bare.parts[0].texture == nullptr);
 }
 
-TEST_CASE("thinned foliage keeps every n-th leaf, enlarged, and the colors follow the seed") {
+TEST_CASE("thinned foliage keeps every n-th leaf, enlarged, whatever the seed") {
   const test::Stages stages =
       fitted(test::paper_tree_1(), test::shipped_presets().named("schima-superba"));
   const auto leafy = [&](const MeshOptions& options) {
     return mesh_of(stages, options, LeafForm::kFivePolygons, LeafForm::kFivePolygons);
   };
-  const Mesh all = leafy({.vertex_colors = true});
-  const Mesh some = leafy({.foliage_per = 4, .vertex_colors = true});
+  const Mesh all = leafy({});
+  const Mesh some = leafy({.foliage_per = 4});
   const std::size_t leaves = all.parts[2].vertex_count() / 8;
   CHECK(leaves == stages.skeleton.leaves.size());
   CHECK(some.parts[2].vertex_count() / 8 == (leaves + 3) / 4);
-  CHECK(all.parts[2].colors == leafy({.vertex_colors = true}).parts[2].colors);
-  Random other(8);
-  const Mesh changed =
-      build_smooth_mesh(stages.skeleton,
-                        stages.crown,
-                        style_with(LeafForm::kFivePolygons, LeafForm::kFivePolygons),
-                        other,
-                        {.vertex_colors = true});
-  CHECK(changed.parts[2].positions == all.parts[2].positions);
-  CHECK(changed.parts[2].colors != all.parts[2].colors);
+  CHECK(all.parts[2].positions == leafy({}).parts[2].positions);
 }
 
 TEST_CASE("invalid input for a smooth mesh is refused with the reason") {

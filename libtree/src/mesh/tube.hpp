@@ -1,85 +1,82 @@
 // SPDX-License-Identifier: MIT
-// Tubes around axes.
+// Rings around an axis, and the tube between them.
 #pragma once
 
-#include <cstddef>
+#include <cmath>
+#include <numbers>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "mesh/bark_surface.hpp"
 #include "mesh/part_builder.hpp"
-#include "silvafit/tree/mesh.hpp"
+#include "silvafit/tree/point.hpp"
 
 namespace silvafit::tree {
 
-/// Tolerance for a shift of the stem's axis relative to that for its radius.
-inline constexpr double kBendTolerance = 5.0;
-
-/// The points of the stem that are needed for errors of at most the tolerance for its radius, and
-/// kBendTolerance times that for its axis; always the ends and breast height.
-void needed_sections(std::span<const SkeletonPoint> stem,
-                     double tolerance_m,
-                     std::vector<SkeletonPoint>& sections);
-
-/// The same for a branch: its ends, and points where it bends by more than the tolerance.
-void needed_points(std::span<const SkeletonPoint> branch,
-                   double tolerance_m,
-                   std::vector<SkeletonPoint>& needed);
-
-/// Directions along, across and above a branch, the same for all of its rings.
-struct TubeFrame {
+/// A section of a tube, orthogonal to `tangent`. `sideways` and `upward` are orthogonal to it and
+/// to each other; all three have length 1.
+struct Ring {
+  Point at{};
+  double radius_m = 0.0;
   Point tangent{};
   Point sideways{};
   Point upward{};
+  double along_m = 0.0;   ///< length of the curve up to here
+  bool is_fixed = false;  ///< drawn for any tolerance
 
-  /// A direction of the plane (x, y) in the plane of the rings.
+  /// A direction of the plane (x, y) in the plane of the ring.
   Point across(Point flat) const { return flat.x * sideways + flat.y * upward; }
+  /// Rotates the ring orthogonal to a direction, keeping its own sideways as far as possible.
+  void turn(Point along, Point aside);
 };
 
-TubeFrame frame_of(std::span<const SkeletonPoint> branch);
-
-/// The rings of a branch's tube and the point at its end: the needed points, moved and made
-/// thinner if the polygon around them would leave the crown. Only the end is left of a branch
-/// that is too short for floats. A branch widens into a bearer of this radius; 0 for none.
-void branch_rings(std::span<const SkeletonPoint> branch,
-                  double tolerance_m,
-                  const TubeFrame& frame,
-                  int sides,
-                  double bearer_radius_m,
-                  const Crown& crown,
-                  std::vector<SkeletonPoint>& rings);
-
-/// Radius of the stem where a first-order branch starts; 0 for other axes, which need no collar.
-double bearer_radius_m(const Skeleton& skeleton, const Axis& axis);
-
-/// A closed tube around the stem, its sections with the areas of their circles.
-void add_stem(std::span<const SkeletonPoint> stem, const MeshOptions& options, PartBuilder& build);
-
-/// Tubes around branches. Each starts in its parent, open or closed as in the options, and ends in
-/// a point. Its vertices are inside the crown.
-class BranchTubes {
- public:
-  BranchTubes(const Crown& crown, const MeshOptions& options, PartBuilder& build);
-
-  /// Reserves space for all branches of a tree.
-  void reserve(const Skeleton& skeleton);
-
-  /// Nothing is added for a branch that is too short for floats.
-  void add(std::span<const SkeletonPoint> branch, double bearer_radius_m);
-
- private:
-  void add_ring(const SkeletonPoint& ring,
-                const TubeFrame& frame,
-                const std::vector<Point>& polygon,
-                const BarkScale& scale,
-                double along_m,
-                double lean);
-
-  const Crown& crown_;
-  const MeshOptions& options_;
-  PartBuilder& build_;
-  std::vector<Point> branch_polygon_;
-  std::vector<Point> twig_polygon_;
-  std::vector<SkeletonPoint> points_;
+/// Distance of a ring from the straight tube between two others.
+struct RingOffset {
+  Point middle{};
+  Point sideways{};  ///< of the end of the sideways radius, in addition to the center's
+  Point upward{};
 };
+
+/// At the ring's relative position between `a` and `b`, or at the nearer one if outside.
+RingOffset offset_between(const Ring& a, const Ring& b, const Ring& ring);
+
+/// Directions of a regular polygon's corners in the plane (x, y).
+inline std::vector<Point> corners(int sides) {
+  std::vector<Point> result;
+  result.reserve(static_cast<std::size_t>(sides));
+  for (int i = 0; i < sides; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / sides;
+    result.push_back({std::cos(angle), std::sin(angle), 0.0});
+  }
+  return result;
+}
+
+/// Distance of the corners of the regular polygon with the area of the unit circle.
+inline double equal_area_corner(int sides) {
+  const double angle = 2.0 * std::numbers::pi / sides;
+  return std::sqrt(angle / std::sin(angle));
+}
+
+/// Corners of the regular polygon with the area of the unit circle.
+std::vector<Point> equal_area_corners(int sides);
+
+/// The sections of a stem with those that its roots need; the stem between them stays as it is.
+std::vector<Ring> with_root_sections(std::span<const Ring> sections, const RootFlare& roots);
+
+struct TubeLook {
+  bool textured = false;       ///< with a seam, UVs and tangents for textures
+  bool is_open = false;        ///< at its base, which is inside its parent
+  bool has_foot = false;       ///< its base is visible, and has normals of its own
+  double bark_radius_m = 0.0;  ///< of the wood whose bark it has; 0: the thicker of the first rings
+  std::optional<RootFlare> roots{};
+};
+
+/// Adds a tube that ends in a point.
+/// \param corners  of its sections, for radius 1
+void add_tube(std::span<const Ring> rings,
+              std::span<const Point> corners,
+              const TubeLook& look,
+              PartBuilder& build);
 
 }  // namespace silvafit::tree

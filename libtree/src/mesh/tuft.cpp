@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/tuft.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "silvafit/base/constants.hpp"
+#include "silvafit/tree/preset.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -46,19 +45,20 @@ class Joiner {
     }
   }
 
-  Tuft taken(Tuft tuft) const {
+  Tuft taken() const {
+    Tuft tuft;
     std::vector<std::size_t> number(points_.size(), 0);
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (group_[i] != i) continue;
-      number[i] = tuft.joint_points.size();
-      tuft.joint_points.push_back(points_[i]);
+      number[i] = tuft.points.size();
+      tuft.points.push_back(points_[i]);
     }
     for (std::size_t leaf = 0; leaf < points_.size(); leaf += 4) {
       Tuft::Leaf corners{};
       for (std::size_t k = 0; k < 4; ++k) {
         corners[k] = static_cast<std::uint8_t>(number[group_[leaf + k]]);
       }
-      tuft.joint_leaves.push_back(corners);
+      tuft.leaves.push_back(corners);
     }
     return tuft;
   }
@@ -131,17 +131,17 @@ class Joiner {
 }  // namespace
 
 Tuft Tuft::of(int leaves, double aspect) {
-  Tuft tuft;
+  std::vector<Point> points;
   for (int i = 0; i < leaves; ++i) {
     const double share = leaves > 1 ? i / (leaves - 1.0) : 1.0;
     const std::array<Point, 4> corners = spiral_leaf(i, share, aspect);
-    tuft.points.insert(tuft.points.end(), corners.begin(), corners.end());
+    points.insert(points.end(), corners.begin(), corners.end());
   }
   // Two triangles per leaf: with this number of points, a triangle takes 22 bytes of a file.
   constexpr double kPointsPerLeaf = 1.32;
-  Joiner joiner(tuft.points);
+  Joiner joiner(points);
   joiner.join_until(static_cast<std::size_t>(kPointsPerLeaf * leaves));
-  return joiner.taken(std::move(tuft));
+  return joiner.taken();
 }
 
 }  // namespace silvafit::tree

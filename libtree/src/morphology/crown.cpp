@@ -95,6 +95,11 @@ double Crown::radius_m(double x, double y) const {
   return (across * xx + along * yy) / sum;
 }
 
+Point Crown::widest_point(std::size_t direction) const {
+  const Point& outward = kMeasured.at(direction);
+  return radius_m(outward.x, outward.y) * outward + Point{0.0, 0.0, hc_m_};
+}
+
 double Crown::up_m(double distance_m, double radius_m) const {
   return h_m_ - (h_m_ - hc_m_) * power_of(distance_m / radius_m, index_.up);
 }

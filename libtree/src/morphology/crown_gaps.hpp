@@ -18,8 +18,6 @@ class CrownGaps {
   explicit CrownGaps(const Crown& crown)
       : crown_(&crown), along_(2.0 / std::max(crown.h_m() - crown.hcb_m(), kLeast)) {}
 
-  void reserve(std::size_t number) { ends_.reserve(number); }
-
   void occupy(Point end) { ends_.push_back(scaled(end)); }
 
   /// Squared distance to the stem's axis.

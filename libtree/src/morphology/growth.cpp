@@ -73,29 +73,14 @@ std::vector<std::string> plots_in(const data::Table& table, const MorphologyTabl
   return plots;
 }
 
-bool same(const std::optional<CrownRadii>& a, const std::optional<CrownRadii>& b) {
-  if (a.has_value() != b.has_value()) return false;
-  return !a || (a->east_m == b->east_m && a->west_m == b->west_m && a->south_m == b->south_m &&
-                a->north_m == b->north_m);
+/// Whether two measurements of a tree give the same model.
+bool same(const Morphology& a, Morphology b) {
+  b.position = a.position;
+  return a == b;
 }
 
-/// Whether two measurements give the same model at the same position.
-bool same(const Morphology& a, const Morphology& b) {
-  return a.species == b.species && a.dbh_cm == b.dbh_cm && a.h_m == b.h_m && a.hcb_m == b.hcb_m &&
-         a.hc_m == b.hc_m && a.cw_m == b.cw_m && same(a.radii, b.radii) &&
-         a.age_years == b.age_years && a.culm.bend_deg == b.culm.bend_deg &&
-         a.culm.bend_azimuth_deg == b.culm.bend_azimuth_deg &&
-         a.culm.internodes == b.culm.internodes &&
-         a.culm.branch_angle_deg == b.culm.branch_angle_deg;
-}
-
-struct Extent {
-  double east_west = 0.0;
-  double up = 0.0;
-  double north_south = 0.0;
-};
-
-Extent extent_of(const Morphology& tree) {
+/// East-west, up and north-south.
+std::array<double, 3> extent_of(const Morphology& tree) {
   if (!tree.radii) return {tree.cw_m.value_or(1.0), tree.h_m, tree.cw_m.value_or(1.0)};
   return {
       tree.radii->east_m + tree.radii->west_m, tree.h_m, tree.radii->north_m + tree.radii->south_m};
@@ -105,9 +90,9 @@ constexpr std::array<double, 3> kWhole{1.0, 1.0, 1.0};
 constexpr std::array<double, 3> kNothing{0.0, 0.0, 0.0};
 
 std::array<double, 3> growth_between(const Morphology& from, const Morphology& to) {
-  const Extent a = extent_of(from);
-  const Extent b = extent_of(to);
-  return {b.east_west / a.east_west, b.up / a.up, b.north_south / a.north_south};
+  const std::array<double, 3> a = extent_of(from);
+  const std::array<double, 3> b = extent_of(to);
+  return {b[0] / a[0], b[1] / a[1], b[2] / a[2]};
 }
 
 /// Files store the times of keyframes in single precision; there, too, times must

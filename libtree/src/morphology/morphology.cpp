@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "morphology/breast_height.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {

@@ -94,14 +94,14 @@ class ShootDrawing {
     const double seen = std::hypot(std::cos(angle), side * std::sin(angle));
     const double direction =
         twig.direction(share) + std::atan2(side * std::sin(angle), std::cos(angle));
-    DrawnLeaf leaf{.base = twig.at(share),
-                   .angle_rad = direction + plan_.droop * 0.3 * std::sin(direction),
-                   .length = plan_.leaf_length * size * std::max(seen, 0.2),
-                   .bend = random_.normal(0.0, plan_.bend),
-                   .shade = std::max(0.5, 1.0 + random_.normal(0.0, plan_.shade_sd)),
-                   .warmth = random_.normal(0.0, plan_.warmth_sd),
-                   .tilt_x = random_.normal(0.0, 0.5),
-                   .tilt_y = random_.normal(0.0, 0.5)};
+    PictureLeaf leaf{.base = twig.at(share),
+                     .angle_rad = direction + plan_.droop * 0.3 * std::sin(direction),
+                     .length = plan_.leaf_length * size * std::max(seen, 0.2),
+                     .bend = random_.normal(0.0, plan_.bend),
+                     .shade = std::max(0.5, 1.0 + random_.normal(0.0, plan_.shade_sd)),
+                     .warmth = random_.normal(0.0, plan_.warmth_sd),
+                     .tilt_x = random_.normal(0.0, 0.5),
+                     .tilt_y = random_.normal(0.0, 0.5)};
     leaf.width = plan_.leaf_aspect * plan_.leaf_length * size * random_.uniform(0.85, 1.1);
     // Young leaves at the tip are lighter.
     leaf.shade *= 0.92 + 0.16 * share;

@@ -54,7 +54,7 @@ struct Box {
   }
 };
 
-Tint blade_color(const DrawnLeaf& leaf, const Blade& blade, double share, double side) {
+Tint blade_color(const PictureLeaf& leaf, const Blade& blade, double share, double side) {
   // One half of a folded blade faces the light.
   double light = leaf.shade * (0.9 + 0.14 * share) * (side > 0.0 ? 1.05 : 0.95);
   light *= 1.0 - 0.1 * std::abs(side);
@@ -75,15 +75,18 @@ Tint blade_color(const DrawnLeaf& leaf, const Blade& blade, double share, double
 
 Spot towards(double angle_rad) { return {std::sin(angle_rad), std::cos(angle_rad)}; }
 
+std::uint8_t exact_srgb_byte(double linear) {
+  const double c = std::clamp(linear, 0.0, 1.0);
+  const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
+  return static_cast<std::uint8_t>(std::lround(255.0 * encoded));
+}
+
 std::uint8_t srgb_byte(double linear) {
-  // A table, because pictures have millions of values; its steps are below one of the result.
   constexpr std::size_t kSteps = 4096;
   static const std::array<std::uint8_t, kSteps + 1> bytes = [] {
     std::array<std::uint8_t, kSteps + 1> table{};
     for (std::size_t i = 0; i <= kSteps; ++i) {
-      const double c = static_cast<double>(i) / kSteps;
-      const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
-      table[i] = static_cast<std::uint8_t>(std::lround(255.0 * encoded));
+      table[i] = exact_srgb_byte(static_cast<double>(i) / kSteps);
     }
     return table;
   }();
@@ -118,7 +121,7 @@ void ShootCanvas::cover(
   pixel.cover = whole;
 }
 
-void ShootCanvas::leaf(const DrawnLeaf& leaf, const Blade& blade, double shadow) {
+void ShootCanvas::leaf(const PictureLeaf& leaf, const Blade& blade, double shadow) {
   const Spot along = towards(leaf.angle_rad);
   const Spot across{along.y, -along.x};
   const auto size = static_cast<double>(size_);

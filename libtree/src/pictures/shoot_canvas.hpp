@@ -23,7 +23,7 @@ inline Spot operator*(double s, Spot a) { return {s * a.x, s * a.y}; }
 /// The direction at an angle from upward, to the right.
 Spot towards(double angle_rad);
 
-struct DrawnLeaf {
+struct PictureLeaf {
   Spot base{};
   double angle_rad = 0.0;  ///< from upward, to the right
   double length = 0.2;     ///< relative to the picture
@@ -42,7 +42,7 @@ class ShootCanvas {
   explicit ShootCanvas(std::size_t size);
 
   /// \param shadow  darkening of what is behind it, close to its edge
-  void leaf(const DrawnLeaf& leaf, const Blade& blade, double shadow = 0.3);
+  void leaf(const PictureLeaf& leaf, const Blade& blade, double shadow = 0.3);
   /// A round twig from one point to another.
   void twig(Spot from, Spot to, double base_width, double tip_width, const Tint& tint);
 
@@ -73,7 +73,9 @@ class ShootCanvas {
   double leaf_area_ = 0.0;
 };
 
-/// Linear light as sRGB (IEC 61966-2-1).
+/// Linear light as sRGB (IEC 61966-2-1), limited to [0, 1].
+std::uint8_t exact_srgb_byte(double linear);
+/// The same by a table, for pictures of millions of values; at most one byte apart.
 std::uint8_t srgb_byte(double linear);
 /// The reverse.
 double linear_light(std::uint8_t srgb);

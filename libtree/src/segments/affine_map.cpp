@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: MIT
-#include "silvafit/tree/affine_map.hpp"
+#include "segments/affine_map.hpp"
 
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "segments/linear_part.hpp"
-
 namespace silvafit::tree {
+namespace {
+
+Eigen::Matrix3d linear_part(const AffineMap& map) {
+  Eigen::Matrix3d a;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) a(row, column) = map.a[row][column];
+  }
+  return a;
+}
+
+}  // namespace
+
 Point AffineMap::turn(Point x) const {
   return {a[0][0] * x.x + a[0][1] * x.y + a[0][2] * x.z,
           a[1][0] * x.x + a[1][1] * x.y + a[1][2] * x.z,

@@ -2,12 +2,10 @@
 #include "segments/branch_plan.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "morphology/crown_gaps.hpp"
-#include "segments/drawn_angle.hpp"
 #include "segments/whorls.hpp"
 #include "silvafit/base/constants.hpp"
 
@@ -114,9 +112,6 @@ class Planner {
   Random& random_;
 };
 
-constexpr std::array kMeasuredDirections{
-    Point{1, 0, 0}, Point{-1, 0, 0}, Point{0, -1, 0}, Point{0, 1, 0}};
-
 /// Branches one above the other, each of them in the largest gap between the limbs, the branches at
 /// the measured radii, and those before it.
 std::vector<PlannedBranch> spiral_branches(const std::vector<Whorl>& heights,
@@ -126,7 +121,7 @@ std::vector<PlannedBranch> spiral_branches(const std::vector<Whorl>& heights,
                                            Planner& planner) {
   std::vector<PlannedBranch> last;
   for (int i = 0; i < branching.fork.limbs; ++i) last.push_back(planner.limb(i, turn));
-  for (const Point outward : kMeasuredDirections) last.push_back(planner.widest(outward));
+  for (const Point outward : Crown::kMeasured) last.push_back(planner.widest(outward));
   CrownGaps gaps(crown);
   for (const PlannedBranch& branch : last) gaps.occupy(branch.tip());
   std::vector<PlannedBranch> branches;
@@ -184,7 +179,7 @@ std::vector<PlannedBranch> plan_branches(const TreeShape& shape,
     }
   }
   for (int i = 0; i < branching.fork.limbs; ++i) branches.push_back(planner.limb(i, turn));
-  for (const Point outward : kMeasuredDirections) branches.push_back(planner.widest(outward));
+  for (const Point outward : Crown::kMeasured) branches.push_back(planner.widest(outward));
   return branches;
 }
 

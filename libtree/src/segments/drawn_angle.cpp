@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "segments/drawn_angle.hpp"
-
 #include <array>
 #include <cmath>
 #include <numbers>
 
+#include "segments/branch_plan.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {

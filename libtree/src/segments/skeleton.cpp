@@ -6,32 +6,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "morphology/breast_height.hpp"
 #include "morphology/crown_gaps.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "segments/branch_plan.hpp"
-#include "segments/branch_skeleton.hpp"
-#include "segments/drawn_angle.hpp"
 #include "silvafit/base/constants.hpp"
+#include "silvafit/base/fingerprint.hpp"
 
 namespace silvafit::tree {
 namespace {
-
-constexpr double kRadiusPerDiameter = 0.5 * 0.01;  // m per cm
-// A float at the height of the tallest tree still resolves a twig of this radius.
-constexpr double kThinnest = 0.0003;
-
-/// Directions along, across and above an axis.
-struct Frame {
-  Point tangent{};
-  Point sideways{};
-  Point upward{};
-};
-
-Frame frame_along(Point chord) {
-  const Point tangent = direction(chord);
-  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
-  return {tangent, sideways, cross(tangent, sideways)};
-}
 
 class SkeletonGrower {
  public:
@@ -45,12 +27,6 @@ class SkeletonGrower {
     reserve(branches.size());
     for (const PlannedBranch& branch : branches) gaps_.occupy(branch.tip());
     for (const PlannedBranch& branch : branches) add_whole_branch(branch);
-    return std::move(skeleton_);
-  }
-
-  Skeleton grow_one(const PlannedBranch& branch) {
-    add_stem();
-    add_whole_branch(branch);
     return std::move(skeleton_);
   }
 
@@ -71,28 +47,16 @@ class SkeletonGrower {
     skeleton_.points.reserve(skeleton_.points.size() + 3 * axes);
   }
 
-  std::uint32_t begin_axis(std::uint32_t order, std::uint32_t parent) {
-    const auto first = static_cast<std::uint32_t>(skeleton_.points.size());
-    skeleton_.axes.push_back({.order = order, .parent = parent, .first = first, .count = 0});
-    return static_cast<std::uint32_t>(skeleton_.axes.size() - 1);
-  }
-
-  void add_point(Point at, double radius_m) {
-    skeleton_.points.push_back({at, radius_m});
-    ++skeleton_.axes.back().count;
-  }
-
   /// Straight up to the crown base and past breast height, where it is measured; above, it is
   /// curved if the preset says so, and returns to the axis at the tip.
   void add_stem() {
     const std::vector<double> heights = section_heights_m(shape_.h_m);
-    const std::vector<double> diameters =
-        preset_.taper.diameters_cm(heights, shape_.h_m, shape_.dbh_cm);
+    const std::vector<double> radii = preset_.taper.radii_m(heights, shape_.h_m, shape_.dbh_cm);
     const double phase = random_.uniform(0.0, kTwoPi);
     skeleton_.points.reserve(heights.size());
-    begin_axis(0, 0);
+    skeleton_.add_axis(0, 0);
     for (std::size_t i = 0; i < heights.size(); ++i) {
-      add_point(bent_axis(heights[i], phase), diameters[i] * kRadiusPerDiameter);
+      skeleton_.add_point(bent_axis(heights[i], phase), radii[i]);
     }
   }
 
@@ -102,51 +66,33 @@ class SkeletonGrower {
     const double bend = preset_.branching.stem_bend;
     if (bend == 0.0 || z_m <= from || z_m >= shape_.h_m) return {0.0, 0.0, z_m};
     const double share = (z_m - from) / (shape_.h_m - from);
-    const CrownRadii& r = shape_.radii;
-    const double narrowest = std::min(std::min(r.east_m, r.west_m), std::min(r.south_m, r.north_m));
     // A short crown has no space for a bend.
     constexpr double kSteepest = 0.12;
-    const double away =
-        std::min(bend * narrowest * crown_.relative_width(z_m), kSteepest * (shape_.h_m - from)) *
-        std::sin(std::numbers::pi * share);
+    const double away = std::min(bend * shape_.radii.narrowest_m() * crown_.relative_width(z_m),
+                                 kSteepest * (shape_.h_m - from)) *
+                        std::sin(std::numbers::pi * share);
     const double angle = phase + kTwoPi * kTurns * share;
     return {away * std::cos(angle), away * std::sin(angle), z_m};
   }
 
-  SkeletonPoint stem_at(double z_m) const {
-    const auto stem = skeleton_.points_of(skeleton_.axes.front());
-    const auto above =
-        std::lower_bound(stem.begin(), stem.end(), z_m, [](const SkeletonPoint& point, double z) {
-          return point.at.z < z;
-        });
-    if (above == stem.begin()) return stem.front();
-    if (above == stem.end()) return stem.back();
-    return between(
-        *(above - 1), *above, (z_m - (above - 1)->at.z) / (above->at.z - (above - 1)->at.z));
-  }
-
-  static SkeletonPoint between(const SkeletonPoint& a, const SkeletonPoint& b, double part) {
-    return {a.at + part * (b.at - a.at), a.radius_m + part * (b.radius_m - a.radius_m)};
-  }
-
   double branch_radius_m(const PlannedBranch& branch, double length_m, double stem_radius_m) const {
     const Branching& branching = preset_.branching;
-    if (branch.is_limb) return std::max(branching.fork.thickness * stem_radius_m, kThinnest);
+    if (branch.is_limb) return std::max(branching.fork.thickness * stem_radius_m, kThinnestWood_m);
     const double by_length = 0.5 * branching.thickness * length_m;
-    return std::max(std::min(by_length, branching.thickest * stem_radius_m), kThinnest);
+    return std::max(std::min(by_length, branching.thickest * stem_radius_m), kThinnestWood_m);
   }
 
   /// A bowed line from the stem to the branch's tip between the crown curves.
   std::uint32_t add_branch(const PlannedBranch& branch) {
     const Branching& branching = preset_.branching;
-    const std::uint32_t axis = begin_axis(1, 0);
-    SkeletonPoint base = stem_at(branch.base_m);
+    const std::uint32_t axis = skeleton_.add_axis(1, 0);
+    SkeletonPoint base = at_height(skeleton_.points_of(skeleton_.axes.front()), branch.base_m);
     base.at = crown_.confine(base.at);
     const Point tip = branch.tip();
     const double length = branch.length_m();
     const double base_radius = branch_radius_m(branch, length, base.radius_m);
     const Point sideways = {-branch.outward.y, branch.outward.x, 0.0};
-    add_point(base.at, base_radius);
+    skeleton_.add_point(base.at, base_radius);
     for (int i = 1; i < branching.segments; ++i) {
       const double share = static_cast<double>(i) / branching.segments;
       Point at = base.at + share * (tip - base.at);
@@ -160,9 +106,10 @@ class SkeletonGrower {
       at.z = std::clamp(chord + bow * branching.sag,
                         std::min(chord, crown_.down_m(distance, radius)),
                         std::max(chord, crown_.up_m(distance, radius)));
-      add_point(crown_.confine(at), std::max((1.0 - share) * base_radius, kThinnest));
+      skeleton_.add_point(crown_.confine(at),
+                          std::max((1.0 - share) * base_radius, kThinnestWood_m));
     }
-    add_point(tip, 0.0);
+    skeleton_.add_point(tip, 0.0);
     return axis;
   }
 
@@ -259,22 +206,22 @@ class SkeletonGrower {
     constexpr double kShortest = 0.05;
     if (length < kShortest * wanted_m) return;
     if (in_gap) gaps_.occupy(base.at + length * along);
-    const std::uint32_t axis = begin_axis(skeleton_.axes[bearer].order + 1, bearer);
+    const std::uint32_t axis = skeleton_.add_axis(skeleton_.axes[bearer].order + 1, bearer);
     const double radius = twigs.has_wood ? twig_radius_m(base.radius_m, length) : 0.0;
-    add_point(base.at, radius);
+    skeleton_.add_point(base.at, radius);
     for (int i = 1; i < twigs.segments; ++i) {
       const double share = static_cast<double>(i) / twigs.segments;
-      add_point(crooked(base.at, along, length, share),
-                std::max((1.0 - share) * radius, kThinnest));
+      skeleton_.add_point(crooked(base.at, along, length, share),
+                          std::max((1.0 - share) * radius, kThinnestWood_m));
     }
-    add_point(base.at + length * along, 0.0);
+    skeleton_.add_point(base.at + length * along, 0.0);
     if (shoots != nullptr) add_twigs(axis, length, *shoots, nullptr);
   }
 
   double twig_radius_m(double bearer_radius_m, double length_m) const {
     constexpr double kOfBearer = 0.7;
     const double by_length = 0.5 * preset_.branching.thickness * length_m;
-    return std::max(std::min(by_length, kOfBearer * bearer_radius_m), kThinnest);
+    return std::max(std::min(by_length, kOfBearer * bearer_radius_m), kThinnestWood_m);
   }
 
   Point crooked(Point base, Point along, double length_m, double share) {
@@ -297,17 +244,12 @@ class SkeletonGrower {
 }  // namespace
 
 Random random_of_tree(std::uint64_t seed, std::string_view plot, std::string_view tree) {
-  // FNV-1a over both texts; the separator distinguishes plot 1, tree 12 from plot 11, tree 2.
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  const auto mix = [&hash](std::string_view text) {
-    for (const char c : text) {
-      hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-    }
-  };
-  mix(plot);
-  mix(std::string_view("\0", 1));
-  mix(tree);
-  return Random(seed, hash);
+  // The separator distinguishes plot 1, tree 12 from plot 11, tree 2.
+  Fingerprint label;
+  label.add(plot);
+  label.add(std::string_view("\0", 1));
+  label.add(tree);
+  return Random(seed, label.value());
 }
 
 std::vector<double> section_heights_m(double h_m) {
@@ -330,14 +272,6 @@ Skeleton grow_skeleton(const TreeShape& shape,
                        const Preset& preset,
                        Random& random) {
   return SkeletonGrower(shape, crown, preset, random).grow();
-}
-
-Skeleton grow_branch_skeleton(const TreeShape& shape,
-                              const Crown& crown,
-                              const Preset& preset,
-                              const PlannedBranch& branch,
-                              Random& random) {
-  return SkeletonGrower(shape, crown, preset, random).grow_one(branch);
 }
 
 }  // namespace silvafit::tree

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "segments/drawn_angle.hpp"
+#include "segments/branch_plan.hpp"
 #include "test_support/tree_test_support.hpp"
 
 using namespace silvafit;

@@ -143,13 +143,11 @@ void add_normals(MeshPart& part) {
 
 }  // namespace
 
-MeshPart ground_mesh(std::span<const Position> stems,
-                     const Position& origin,
-                     const GroundOptions& options) {
+MeshPart ground_mesh(std::span<const Position> stems, const Position& origin, double margin_m) {
   if (stems.empty()) throw GeometryError("a ground needs at least one stem");
   std::vector<Foot> feet = feet_of(stems, origin);
   make_unique(feet);
-  add_corners(feet, options.margin_m);
+  add_corners(feet, margin_m);
   make_unique(feet);
   MeshPart part{.kind = PartKind::kStem, .color = {0.07, 0.055, 0.035}, .double_sided = true};
   for (const Foot& foot : feet) {

@@ -13,8 +13,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
-#include "silvafit/tree/crown_density.hpp"
-#include "stand/widest_radius.hpp"
+#include "silvafit/tree/overlap.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -120,7 +119,7 @@ void check_crown_density(std::span<const Morphology> trees, unsigned threads) {
     crowns.push_back({.plot = tree.plot,
                       .tree = tree.tree,
                       .stem = tree.position,
-                      .radius_m = tree.radii ? widest_radius_m(*tree.radii) : of_width});
+                      .radius_m = tree.radii ? tree.radii->widest_m() : of_width});
   }
   near_crowns(crowns, threads);
 }

@@ -7,13 +7,12 @@
 #include <tuple>
 #include <utility>
 
-#include "fitted/skeleton_line.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
 #include "stand/near_crowns.hpp"
 #include "stand/radius_branch.hpp"
-#include "stand/widest_radius.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -33,7 +32,7 @@ std::vector<std::vector<std::size_t>> near_trees(std::span<const StandTree> tree
     crowns.push_back({.plot = tree.plot,
                       .tree = tree.tree,
                       .stem = tree.position,
-                      .radius_m = widest_radius_m(tree.crown->radii())});
+                      .radius_m = tree.crown->radii().widest_m()});
   }
   return near_crowns(crowns, threads);
 }
@@ -212,7 +211,7 @@ class PairResolver {
     const StandTree& tree = trees_[own];
     const Point stem = between(tree.position, trees_[other].position);
     const Crown& crown = *trees_[other].crown;
-    const double reach = widest_radius_m(crown.radii());
+    const double reach = crown.radii().widest_m();
     const std::vector<Lane>& lanes = *radius_branches_.lanes(other);
     const std::vector<Lane>& own_lanes = *radius_branches_.lanes(own);
     std::vector<Overlapping> found;

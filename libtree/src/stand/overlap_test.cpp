@@ -5,9 +5,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "fitted/skeleton_line.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
-#include "silvafit/tree/crown_density.hpp"
 #include "test_support/measurement_test_support.hpp"
 #include "test_support/stand_test_support.hpp"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "fitted/leaf_sites.hpp"
-#include "fitted/skeleton_line.hpp"
+#include "fitted/fitted_leaves.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/tree/overlap.hpp"
 
 namespace silvafit::tree {
@@ -113,13 +113,8 @@ class Pruner {
 
   void keep(std::uint32_t i, std::span<const SkeletonPoint> points) {
     const Axis& axis = skeleton_.axes[i];
-    Skeleton& skeleton = result_.skeleton;
-    new_axis_[i] = static_cast<std::uint32_t>(skeleton.axes.size());
-    skeleton.axes.push_back({.order = axis.order,
-                             .parent = axis.order == 0 ? 0 : new_axis_[axis.parent],
-                             .first = static_cast<std::uint32_t>(skeleton.points.size()),
-                             .count = static_cast<std::uint32_t>(points.size())});
-    skeleton.points.insert(skeleton.points.end(), points.begin(), points.end());
+    const std::uint32_t parent = axis.order == 0 ? 0 : new_axis_[axis.parent];
+    new_axis_[i] = result_.skeleton.add_axis(axis.order, parent, points);
   }
 
   static double base_m(std::span<const SkeletonPoint> line) {

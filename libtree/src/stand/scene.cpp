@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "fitted/unfitted_skeleton.hpp"
+#include "fitted/standing_skeleton.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
@@ -57,7 +57,7 @@ Grown grow_to_skeleton(const Morphology& morphology,
   TreeShape shape = builder.shape_of(morphology);
   Crown crown(shape, builder.preset().crown_index);
   Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
-  Skeleton skeleton = builder.grow_skeleton_for(options.mesh, shape, crown, random);
+  Skeleton skeleton = builder.grow_skeleton(shape, crown, random, options.mesh);
   return {std::move(shape), std::move(crown), random, std::move(skeleton)};
 }
 
@@ -117,13 +117,6 @@ SceneTree grow_tree(const Morphology& morphology,
     }
     return tree;
   });
-}
-
-SceneTree grow_tree(const Morphology& morphology,
-                    const Preset& preset,
-                    const GrowOptions& options,
-                    const TreeOverlap* overlap) {
-  return grow_tree(morphology, SegmentBuilder(preset), options, overlap);
 }
 
 StandTree grow_for_stand(const Morphology& morphology,

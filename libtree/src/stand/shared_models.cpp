@@ -10,8 +10,6 @@
 #include <queue>
 #include <utility>
 
-#include "mesh/stem_sections.hpp"
-#include "morphology/breast_height.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {

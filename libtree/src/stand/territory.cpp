@@ -6,9 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "fitted/skeleton_line.hpp"
+#include "morphology/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
-#include "stand/widest_radius.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -52,8 +51,8 @@ double Lane::clearance_m(Point center, double radius_m) const {
     const double squared = dot(along, along);
     const double share =
         squared > 0.0 ? std::clamp(dot(center - a.at, along) / squared, 0.0, 1.0) : 0.0;
-    const double radius = a.radius_m + share * (b.radius_m - a.radius_m);
-    least = std::min(least, length(center - (a.at + share * along)) - radius);
+    const auto [at, radius] = between(a, b, share);
+    least = std::min(least, length(center - at) - radius);
   }
   return least - radius_m;
 }
@@ -86,7 +85,7 @@ bool Territory::holds_against(const Neighbor& neighbor, Point center, double rad
   if (touches_any(*neighbor.lanes, at, radius_m)) return false;
   const Crown& crown = *neighbor.crown;
   if (at.z < crown.hcb_m() || at.z > crown.h_m()) return true;
-  const double reach = widest_radius_m(crown.radii()) + radius_m + kClearance;
+  const double reach = crown.radii().widest_m() + radius_m + kClearance;
   if (at.x * at.x + at.y * at.y > reach * reach) return true;
   const double theirs = relative_distance(crown, at, -radius_m - kClearance);
   if (theirs >= 1.0) return true;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "silvafit/tree/bamboo.hpp"
+#include "bamboo/bamboo.hpp"
 #include "test_support/tree_test_support.hpp"
 
 namespace silvafit::test {

@@ -170,7 +170,9 @@ inline void check_stem(const Fitted& tree) {
     if (i > 0) REQUIRE(stem[i].at.z > stem[i - 1].at.z);
     if (stem[i].at.z <= 1.3) REQUIRE((stem[i].at.x == 0.0 && stem[i].at.y == 0.0));
     const double diameter_cm =
-        tree.taper->diameter_cm(stem[i].at.z, tree.shape.h_m, tree.shape.dbh_cm);
+        tree.taper
+            ->diameters_cm(std::array<double, 1>{stem[i].at.z}, tree.shape.h_m, tree.shape.dbh_cm)
+            .front();
     REQUIRE(200.0 * stem[i].radius_m == Approx(diameter_cm).margin(1e-9));
     if (stem[i].at.z != 1.3) continue;
     at_breast_height = true;

@@ -2,25 +2,51 @@
 // Common data of the tests of this library: the catalogue, trees of the paper, random trees.
 #pragma once
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "reference.hpp"
+#include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/tree/scene.hpp"
+#include "silvafit/tree/scene_writer.hpp"
 
 namespace silvafit::test {
-
-inline const tree::PresetCatalogue& shipped_presets() {
-  static const tree::PresetCatalogue catalogue = tree::PresetCatalogue::load(source_file("models"));
-  return catalogue;
-}
 
 inline const tree::BuilderCatalogue& shipped_builders() {
   static const tree::BuilderCatalogue catalogue =
       tree::BuilderCatalogue::load(source_file("models"));
   return catalogue;
+}
+
+/// The shipped presets of the builder segment, by name.
+class ShippedPresets {
+ public:
+  ShippedPresets() {
+    for (const tree::Builder* builder : shipped_builders().of(tree::BuilderKind::kSegment)) {
+      presets_.push_back(dynamic_cast<const tree::SegmentBuilder&>(*builder).segments());
+    }
+  }
+
+  const std::vector<tree::Preset>& presets() const { return presets_; }
+  const tree::Preset& named(std::string_view name) const {
+    const tree::Builder& builder = shipped_builders().named(tree::BuilderKind::kSegment, name);
+    return dynamic_cast<const tree::SegmentBuilder&>(builder).segments();
+  }
+
+ private:
+  std::vector<tree::Preset> presets_{};
+};
+
+inline const ShippedPresets& shipped_presets() {
+  static const ShippedPresets presets;
+  return presets;
 }
 
 /// Shoots with a picture of those that ship.
@@ -93,4 +119,37 @@ inline Stages stages_of(const tree::Morphology& morphology,
   return {std::move(shape), std::move(crown), std::move(skeleton)};
 }
 
+/// Trees in one file, of which every tree has its own mesh.
+struct Scene {
+  tree::Position origin{};
+  std::vector<tree::SceneTree> trees{};
+};
+
+inline void write_glb(const Scene& scene, const std::filesystem::path& path) {
+  const auto writer = tree::open_scene(path, tree::SceneFormat::kGlb, {.origin = scene.origin});
+  for (const tree::SceneTree& tree : scene.trees) writer->add_tree(tree);
+  writer->finish();
+}
+
+inline std::string glb_bytes(const Scene& scene) {
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / fmt::format("silvafit-scene-{}.glb", getpid());
+  write_glb(scene, path);
+  const std::string bytes = read_file(path);
+  std::filesystem::remove(path);
+  return bytes;
+}
+
 }  // namespace silvafit::test
+
+namespace silvafit::tree {
+
+/// With the builder segment.
+inline SceneTree grow_tree(const Morphology& morphology,
+                           const Preset& preset,
+                           const GrowOptions& options = {},
+                           const TreeOverlap* overlap = nullptr) {
+  return grow_tree(morphology, SegmentBuilder(preset), options, overlap);
+}
+
+}  // namespace silvafit::tree

@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "silvafit/tree/crown.hpp"
+#include "silvafit/tree/fitted_skeleton.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/preset.hpp"
 #include "silvafit/tree/skeleton.hpp"
+#include "silvafit/tree/smooth_mesh.hpp"
 #include "silvafit/tree/species_map.hpp"
-#include "silvafit/tree/taper.hpp"
 
 namespace silvafit::tree {
 
@@ -28,18 +29,6 @@ const std::vector<BuilderKind>& builder_kinds();
 const char* builder_name(BuilderKind kind);
 /// \throws UsageError with the available names
 BuilderKind builder_from_text(std::string_view text);
-
-/// The fields that presets of all builders have.
-struct PresetHead {
-  std::string name{};
-  std::string title{};
-  std::vector<std::string> species{};  ///< names, genera and codes that select this preset
-  CrownIndex crown_index{};
-  double relative_hc = 0.3;
-  Taper taper{};
-  Color bark{};  ///< mean colors, for drawings without meshes
-  Color leaf{};
-};
 
 /// A builder with one of its presets: grows any tree to its measurements.
 ///
@@ -60,16 +49,11 @@ class Builder {
   TreeShape shape_of(const Morphology& morphology) const;
 
   /// The stem first. The same random numbers give the same skeleton.
+  /// \param mesh  for a mesh with pictures of shoots, leaf sites are left out, which saves time
   virtual Skeleton grow_skeleton(const TreeShape& shape,
                                  const Crown& crown,
-                                 Random& random) const = 0;
-
-  /// The same skeleton for one mesh: without leaf sites if the mesh shows pictures of shoots
-  /// instead, which saves time.
-  virtual Skeleton grow_skeleton_for(const MeshOptions& mesh,
-                                     const TreeShape& shape,
-                                     const Crown& crown,
-                                     Random& random) const;
+                                 Random& random,
+                                 const MeshOptions& mesh = {}) const = 0;
 
   /// The tree as the grammar or the function system draws it, in its own units; no measurement is
   /// fitted.
@@ -95,17 +79,58 @@ class Builder {
 /// First-order branches in segments, as preset.hpp describes them.
 class SegmentBuilder : public Builder {
  public:
-  /// \param preset  must outlive the builder
-  explicit SegmentBuilder(const Preset& preset);
+  /// \param models  folder with taper/, branch_count/, shoots/ and bark/
+  /// \throws InputError naming file and field
+  static std::unique_ptr<SegmentBuilder> load(const std::filesystem::path& models,
+                                              const std::filesystem::path& file);
 
-  Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
+  explicit SegmentBuilder(Preset preset);
+
+  const Preset& segments() const { return segments_; }
+
+  Skeleton grow_skeleton(const TreeShape& shape,
+                         const Crown& crown,
+                         Random& random,
+                         const MeshOptions& mesh = {}) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,
                   Random& random,
                   const MeshOptions& options) const override;
 
  private:
-  const Preset& segments_;
+  Preset segments_;
+};
+
+/// The fields of presets whose skeletons grow without measurements.
+struct FreePreset : PresetHead {
+  FitOptions fit{};
+  SmoothStyle style{};
+};
+
+/// A builder that draws a tree freely and fits it to the measurements.
+class FreeBuilder : public Builder {
+ public:
+  /// \throws GeometryError as fit_to_measurements, naming the file that was drawn
+  Skeleton grow_skeleton(const TreeShape& shape,
+                         const Crown& crown,
+                         Random& random,
+                         const MeshOptions& mesh = {}) const override;
+  Mesh build_mesh(const Skeleton& skeleton,
+                  const Crown& crown,
+                  Random& random,
+                  const MeshOptions& options) const override;
+
+ protected:
+  FreeBuilder(BuilderKind kind, const FreePreset& preset);
+
+  /// The tree as grow_freely(), towards any azimuth; with leaf sites if they are needed.
+  virtual Skeleton drawn(double h_m, bool has_leaves, Random& random) const = 0;
+  /// The file with the drawing of trees of a height, for messages; or none.
+  virtual std::string file_of(double h_m) const = 0;
+
+ private:
+  FitOptions fit_;
+  SmoothStyle style_;
 };
 
 /// The preset for a species.
@@ -155,7 +180,6 @@ class BuilderCatalogue {
 
  private:
   SpeciesMap species_{};
-  std::unique_ptr<const PresetCatalogue> segment_presets_;
   std::vector<std::unique_ptr<const Builder>> builders_;
 };
 

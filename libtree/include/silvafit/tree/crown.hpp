@@ -2,6 +2,8 @@
 // The crown curve: the surface that encloses the crown of a tree.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "silvafit/tree/morphology.hpp"
@@ -26,6 +28,9 @@ struct CrownIndex {
 /// Source: the crown curve of the Chinese fir segment models; see docs/trees.md.
 class Crown {
  public:
+  /// Directions of the four measured radii: east, west, south, north.
+  static constexpr std::array<Point, 4> kMeasured{{{1, 0, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 1, 0}}};
+
   /// \throws DomainError if an index is outside [1, 2]
   Crown(const TreeShape& shape, CrownIndex index);
 
@@ -40,6 +45,9 @@ class Crown {
 
   /// Crown radius in the direction (x east, y north), which need not have length 1 [m].
   double radius_m(double x, double y) const;
+  /// The crown's widest point in a measured direction.
+  Point widest_point(std::size_t direction) const;
+
   /// Height of the upper curve at a distance from the axis, where the crown has radius `radius_m`.
   double up_m(double distance_m, double radius_m) const;
   /// Height of the lower curve.

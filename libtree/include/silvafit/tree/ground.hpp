@@ -9,18 +9,15 @@
 
 namespace silvafit::tree {
 
-struct GroundOptions {
-  double margin_m = 2.0;  ///< how far it reaches beyond the outermost stems
-};
-
 /// Triangles through all stem bases (Delaunay in plan), in a frame with y up around `origin`.
 ///
 /// Stems nearer than a centimeter to each other share a point. Beyond the outermost stems the
 /// ground is as high as the base of the nearest stem. Unknown elevations are 0 in `z_m`, so that
 /// the ground is level.
+/// \param margin_m  how far it reaches beyond the outermost stems
 /// \throws GeometryError if there is no stem, or the stems lie more than 10,000 km from the origin
 MeshPart ground_mesh(std::span<const Position> stems,
                      const Position& origin,
-                     const GroundOptions& options = {});
+                     double margin_m = 2.0);
 
 }  // namespace silvafit::tree

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,8 @@ enum class PartKind { kStem, kBranches, kFoliage, kAerialRoots };
 /// Name of a kind of part in files: stem, branches, foliage, aerial-roots.
 const char* part_name(PartKind kind);
 
-/// Stem, branches and aerial roots share the bark material; foliage has the leaf material.
-enum class MaterialKind { kBark, kLeaf };
-
-MaterialKind material_of(PartKind kind);
-/// Name of a material in files: bark, leaf.
-const char* material_name(MaterialKind kind);
+/// Material of a kind of part in files: leaf for foliage, bark for all others.
+const char* material_name(PartKind kind);
 
 /// Triangles of one material, in a frame with y up: x east, z south; the origin is where the stem's
 /// axis meets the ground.
@@ -97,8 +94,6 @@ struct MeshOptions {
   /// With textures: triangles of stem and limbs of smooth meshes, as far as measurements allow.
   int most_wood = 5000;
   Season season = Season::kSummer;  ///< deciduous trees are bare in winter
-  /// Colors of foliage that vary with its depth in the crown, in addition to the material's.
-  bool vertex_colors = false;
 };
 
 /// Levels of detail are numbered from 0, the finest.
@@ -108,14 +103,6 @@ inline constexpr int kLevelsOfDetail = 4;
 /// those of `base`.
 /// \throws UsageError if there is no such level
 MeshOptions level_of_detail(int level, const MeshOptions& base = {});
-
-/// Upper bound of the distance of stem and branches of a mesh with these options from the finest
-/// level's surface, in both directions [m]. It is computed without a mesh.
-double surface_error_m(const Skeleton& skeleton, const Crown& crown, const MeshOptions& options);
-
-/// The coarsest level whose surface error is at most the tolerance.
-/// \throws UsageError if the tolerance is negative or not finite
-int coarsest_level(const Skeleton& skeleton, const Crown& crown, double tolerance_m);
 
 /// Tubes around the axes, and foliage on the branches' ends and twigs.
 ///
@@ -143,5 +130,10 @@ struct Measurements {
 };
 /// \throws GeometryError if the mesh has no stem at 1.3 m or no crown
 Measurements measure(const Mesh& mesh);
+
+/// Diameters of the circles with the areas of the stem's sections at these heights [cm]; 0 if
+/// there is no stem.
+/// \param heights_m  in any order
+std::vector<double> stem_diameters_cm(const Mesh& mesh, std::span<const double> heights_m);
 
 }  // namespace silvafit::tree

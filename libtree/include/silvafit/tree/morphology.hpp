@@ -2,17 +2,23 @@
 // Measurements of a tree, and the additional values that a tree model needs.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace silvafit::tree {
 
+/// Height above the ground at which diameters are measured [m].
+inline constexpr double kBreastHeight = 1.3;
+
 /// A position in the inventory's coordinates: x east, y north, z up [m].
 struct Position {
   double x_m = 0.0;
   double y_m = 0.0;
   double z_m = 0.0;
+
+  bool operator==(const Position&) const = default;
 };
 
 /// Crown radii in the four directions, from the stem's axis [m].
@@ -24,6 +30,10 @@ struct CrownRadii {
 
   /// Crown width: the mean of the two diameters east-west and south-north [m].
   double width_m() const { return 0.5 * (east_m + west_m + south_m + north_m); }
+  double widest_m() const { return std::max({east_m, west_m, south_m, north_m}); }
+  double narrowest_m() const { return std::min({east_m, west_m, south_m, north_m}); }
+
+  bool operator==(const CrownRadii&) const = default;
 };
 
 /// Optional measurements of a bamboo culm; other trees have none of them.
@@ -32,6 +42,8 @@ struct CulmForm {
   std::optional<double> bend_azimuth_deg{};  ///< direction of the tip, from north over east
   std::optional<double> internodes{};        ///< number from the ground to the tip
   std::optional<double> branch_angle_deg{};  ///< mean elevation of branches above the horizontal
+
+  bool operator==(const CulmForm&) const = default;
 };
 
 /// A value that was not measured or not used as given, and the rule that replaced it.
@@ -57,6 +69,8 @@ struct Morphology {
   std::optional<double> cw_m{};       ///< crown width, a diameter; > 0; used if radii are unknown
   std::optional<double> age_years{};  ///< in (0, 5000]
   CulmForm culm{};
+
+  bool operator==(const Morphology&) const = default;
 };
 
 /// Checks that the measurements are possible.

@@ -84,6 +84,12 @@ struct StandOverlap {
 ///   more crowns meet in one place than can be resolved in a reasonable time
 StandOverlap resolve_overlaps(std::span<const StandTree> trees, unsigned threads = 0);
 
+/// Checks that resolve_overlaps() can resolve the overlaps of these trees.
+/// \param threads  0: one for each core
+/// \throws GeometryError with the tree if more crowns meet in one place than can be resolved in a
+///   reasonable time
+void check_crown_density(std::span<const Morphology> trees, unsigned threads = 0);
+
 /// A skeleton after its overlaps are resolved.
 struct PrunedSkeleton {
   Skeleton skeleton{};

@@ -32,4 +32,17 @@ inline Point direction(Point a, Point otherwise = {0.0, 0.0, 1.0}) {
   return size > 1e-12 ? (1.0 / size) * a : otherwise;
 }
 
+/// Directions along, across and above a line.
+struct Frame {
+  Point tangent{};
+  Point sideways{};  ///< level
+  Point upward{};
+};
+
+inline Frame frame_along(Point chord) {
+  const Point tangent = direction(chord);
+  const Point sideways = direction(cross({0.0, 0.0, 1.0}, tangent), {1.0, 0.0, 0.0});
+  return {tangent, sideways, cross(tangent, sideways)};
+}
+
 }  // namespace silvafit::tree

@@ -4,18 +4,16 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "silvafit/tree/branch_count.hpp"
 #include "silvafit/tree/crown.hpp"
 #include "silvafit/tree/leafy_shoots.hpp"
+#include "silvafit/tree/point.hpp"
 #include "silvafit/tree/taper.hpp"
-#include "silvafit/tree/tuft.hpp"
 
 namespace silvafit::tree {
 
@@ -86,22 +84,37 @@ struct Twigs {
   int segments = 1;              ///< straight pieces of a twig
 };
 
+/// Leaves in a golden-angle spiral about the end of a shoot that grows along z and ends at the
+/// origin. A leaf has length 1; it is folded along its middle.
+///
+/// Corners of neighboring leaves that are close to each other are merged: the leaves are less
+/// regular, and the tuft has a third of the points.
+struct Tuft {
+  /// Indices of a leaf's points: base, right, tip, left.
+  using Leaf = std::array<std::uint8_t, 4>;
+
+  std::vector<Point> points{};
+  std::vector<Leaf> leaves{};
+
+  /// \param leaves  2 to 60
+  /// \param aspect  width by length of a leaf, > 0
+  static Tuft of(int leaves, double aspect);
+};
+
 enum class FoliageKind { kNeedles, kLeaves };
 
 /// Foliage hangs on twigs and on the ends of branches.
 struct Foliage {
   FoliageKind kind = FoliageKind::kNeedles;
-  double fullness = 0.55;    ///< needles: filled proportion of the gaps between twigs, from 0 to 1
-  double lift = 0.35;        ///< needles: height of tips above and below a twig, per its length
-  double droop = 0.3;        ///< needles: how far a spray's edges hang, relative to their width
-  int tufts_per_shoot = 1;   ///< leaves: tufts along a shoot, besides the one at its tip
-  int leaves_per_tuft = 16;  ///< in a spiral
+  double fullness = 0.55;   ///< needles: filled proportion of the gaps between twigs, from 0 to 1
+  double lift = 0.35;       ///< needles: height of tips above and below a twig, per its length
+  double droop = 0.3;       ///< needles: how far a spray's edges hang, relative to their width
+  int tufts_per_shoot = 1;  ///< leaves: tufts along a shoot, besides the one at its tip
   double leaf_length_m = 0.35;  ///< in a crown 5 m wide and 7 m long
-  double leaf_aspect = 0.6;     ///< width by length
   Color inner{};                ///< color in the shade near the stem
   Color outer{};                ///< color at the crown's surface
   double color_variation = 0.1;
-  Tuft tuft{};  ///< leaves: computed from the numbers above
+  Tuft tuft{};
 };
 
 /// The bark of stem, branches and roots.
@@ -117,39 +130,27 @@ struct Bark {
   std::vector<Shade> shades{};
 };
 
-/// All parameters of a species' appearance. `basis` gives the origin of every number: measured,
-/// with the source, or guessed.
-struct Preset {
+/// The fields that presets of all builders have.
+struct PresetHead {
   std::string name{};
   std::string title{};
   std::vector<std::string> species{};  ///< names, genera and codes that select this preset
   CrownIndex crown_index{};
   double relative_hc = 0.3;
+  Taper taper{};
+  Bark bark{};
+  Color leaf{};  ///< mean color, for drawings without meshes
+};
+
+/// A preset of the builder segment. `basis` in its file gives the origin of every number: measured,
+/// with the source, or guessed.
+struct Preset : PresetHead {
   Branching branching{};
   Twigs twigs{};                  ///< of the second order
   std::optional<Twigs> shoots{};  ///< of the third order
   Foliage foliage{};              ///< without textures
   LeafyShoots leafy_shoots{};     ///< with textures
-  Bark bark{};
-  Taper taper{};
   std::optional<BranchCount> branch_count{};
-};
-
-/// The presets of a folder models/, with the equations they use.
-class PresetCatalogue {
- public:
-  /// \param models  folder with presets/, taper/ and branch_count/
-  /// \throws InputError naming the file and the field if an entry cannot be used
-  static PresetCatalogue load(const std::filesystem::path& models);
-
-  /// Presets by name, in alphabetical order.
-  const std::vector<Preset>& presets() const { return presets_; }
-
-  /// \throws UsageError with the available names
-  const Preset& named(std::string_view name) const;
-
- private:
-  std::vector<Preset> presets_;
 };
 
 }  // namespace silvafit::tree

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,7 +12,6 @@
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/overlap.hpp"
-#include "silvafit/tree/preset.hpp"
 
 namespace silvafit::tree {
 
@@ -33,12 +31,6 @@ struct SceneTree {
 
   /// "plot-tree", the name of its node and mesh.
   std::string name() const { return plot + "-" + tree; }
-};
-
-/// Trees in one frame. Positions are relative to `origin` in files.
-struct Scene {
-  Position origin{};
-  std::vector<SceneTree> trees{};
 };
 
 struct GrowOptions {
@@ -62,12 +54,6 @@ SceneTree grow_tree(const Morphology& morphology,
                     const Builder& builder,
                     const GrowOptions& options = {},
                     const TreeOverlap* overlap = nullptr);
-/// The same with the segment builder.
-SceneTree grow_tree(const Morphology& morphology,
-                    const Preset& preset,
-                    const GrowOptions& options = {},
-                    const TreeOverlap* overlap = nullptr);
-
 /// The data that resolve_overlaps() needs of the tree that grow_tree() grows from the same input.
 /// \throws as grow_tree()
 StandTree grow_for_stand(const Morphology& morphology,
@@ -78,18 +64,7 @@ StandTree grow_for_stand(const Morphology& morphology,
 /// would move trees by more than a millimeter; else the origin of the inventory.
 Position scene_origin(const std::vector<Morphology>& morphologies);
 
-/// The scene as binary glTF 2.0 (.glb): y up, meters, x east, z south, floats; one node and one
-/// mesh per tree, with its measurements in the extras. Larger scenes: scene_writer.hpp.
-/// \throws GeometryError if there is no tree, or the file would exceed the format's 4 GB
-std::string glb_bytes(const Scene& scene);
-
-/// Bytes of a mesh in such a file, without its part of the description.
+/// Bytes of a mesh in a GLB file, without its part of the description.
 std::size_t glb_mesh_bytes(const Mesh& mesh);
-
-/// Writes the same bytes to a file, completely or not at all; missing folders are created.
-///
-/// A scene passed as rvalue releases its meshes as they are written.
-/// \throws IoError if the file cannot be written; GeometryError as glb_bytes()
-void write_glb(Scene scene, const std::filesystem::path& path);
 
 }  // namespace silvafit::tree

@@ -24,6 +24,14 @@ struct SkeletonPoint {
   double radius_m = 0.0;
 };
 
+/// The thinnest radius of wood: a float at the height of the tallest tree still resolves it.
+inline constexpr double kThinnestWood_m = 0.0003;
+
+/// A point of the straight line between two others, at a proportion of it.
+inline SkeletonPoint between(const SkeletonPoint& from, const SkeletonPoint& to, double part) {
+  return {from.at + part * (to.at - from.at), from.radius_m + part * (to.radius_m - from.radius_m)};
+}
+
 /// A line of points from base to tip. The stem has order 0; an axis that grows from one of order i
 /// has order i + 1.
 struct Axis {
@@ -49,6 +57,26 @@ struct Skeleton {
   std::vector<Axis> axes{};
   std::vector<LeafSite> leaves{};  ///< none if foliage follows from the axes alone
   std::vector<Note> notes{};
+
+  /// Starts an axis after the others.
+  /// \returns its index
+  std::uint32_t add_axis(std::uint32_t order, std::uint32_t parent) {
+    axes.push_back({order, parent, static_cast<std::uint32_t>(points.size()), 0});
+    return static_cast<std::uint32_t>(axes.size() - 1);
+  }
+  /// Adds a point to the last axis.
+  void add_point(Point at, double radius_m) {
+    points.push_back({at, radius_m});
+    ++axes.back().count;
+  }
+  std::uint32_t add_axis(std::uint32_t order,
+                         std::uint32_t parent,
+                         std::span<const SkeletonPoint> line) {
+    const std::uint32_t axis = add_axis(order, parent);
+    points.insert(points.end(), line.begin(), line.end());
+    axes.back().count = static_cast<std::uint32_t>(line.size());
+    return axis;
+  }
 
   std::span<const SkeletonPoint> points_of(const Axis& axis) const {
     return {points.data() + axis.first, axis.count};

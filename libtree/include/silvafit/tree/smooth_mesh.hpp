@@ -32,7 +32,7 @@ struct LeafLook {
   /// Or none, for the leaf of a broadleaved tree.
   std::vector<std::array<double, 2>> outline{};
   Color color{};
-  double color_variation = 0.1;  ///< how much darker the darkest leaf is, relative to that
+  double color_variation = 0.1;  ///< with pictures of shoots: how much their brightness varies
   /// Texture of cards; all looks of a tree have the same one, because a mesh has one material for
   /// its foliage.
   std::shared_ptr<const Texture> texture{};

@@ -10,6 +10,9 @@
 
 namespace silvafit::tree {
 
+std::string lower_case(std::string_view text);
+std::string genus_of(const std::string& species);
+
 /// The species and genera of models/species.json.
 class SpeciesMap {
  public:

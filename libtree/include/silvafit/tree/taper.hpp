@@ -32,7 +32,8 @@ class Taper {
   std::vector<double> diameters_cm(std::span<const double> heights_m,
                                    double h_m,
                                    double dbh_cm) const;
-  double diameter_cm(double height_m, double h_m, double dbh_cm) const;
+  /// The same as radii [m].
+  std::vector<double> radii_m(std::span<const double> heights_m, double h_m, double dbh_cm) const;
 
   /// Largest diameter at the butt, as a multiple of DBH.
   double butt_limit() const { return butt_limit_; }
@@ -45,5 +46,13 @@ class Taper {
   data::Program program_;
   double butt_limit_ = 1.5;
 };
+
+/// Volume of the stem from the ground to the tip [m3]: the integral of the cross section
+/// pi/4 d(x)^2 by Gauss and Legendre's rule of 5 points on 4 parts below breast height and 12
+/// above.
+/// \param h_m     > 1.3
+/// \param dbh_cm  > 0
+/// \throws NumericalError as Taper::diameters_cm
+double stem_volume_m3(const Taper& taper, double h_m, double dbh_cm);
 
 }  // namespace silvafit::tree

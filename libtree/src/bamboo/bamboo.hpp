@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "bamboo/cloud_model.hpp"
 #include "silvafit/tree/builder.hpp"
-#include "silvafit/tree/cloud_model.hpp"
 #include "silvafit/tree/smooth_mesh.hpp"
 
 namespace silvafit::tree {
@@ -93,17 +93,11 @@ struct CulmLeaves {
 };
 
 /// All parameters of the appearance of a bamboo.
-struct BambooPreset {
-  PresetHead head{};
+struct BambooPreset : PresetHead {
   CulmStyle culm{};
   CulmBranching branches{};
   CulmTwigs twigs{};
   CulmLeaves leaves{};
-  Bark bark{};
-
-  /// \param models  the folder with taper/
-  /// \throws InputError naming the file and the field if it cannot be used
-  static BambooPreset load(const std::filesystem::path& models, const std::filesystem::path& file);
 };
 
 /// Grows bamboo.
@@ -121,11 +115,19 @@ struct BambooPreset {
 /// Source: Liu et al. 2022, visual modeling of Phyllostachys pubescens; see docs/tree-builders.md.
 class BambooBuilder : public Builder {
  public:
+  /// \param models  folder with taper/ and bark/
+  /// \throws InputError naming the file and the field if it cannot be used
+  static std::unique_ptr<BambooBuilder> load(const std::filesystem::path& models,
+                                             const std::filesystem::path& file);
+
   explicit BambooBuilder(BambooPreset preset);
 
   const BambooPreset& style() const { return style_; }
 
-  Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
+  Skeleton grow_skeleton(const TreeShape& shape,
+                         const Crown& crown,
+                         Random& random,
+                         const MeshOptions& mesh = {}) const override;
   Mesh build_mesh(const Skeleton& skeleton,
                   const Crown& crown,
                   Random& random,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "fitted/skeleton_line.hpp"
+#include "morphology/skeleton_line.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -15,13 +15,8 @@ double line_length_m(std::span<const SkeletonPoint> line) {
 SkeletonPoint point_at(std::span<const SkeletonPoint> line, double share) {
   double left = share * line_length_m(line);
   for (std::size_t i = 1; i < line.size(); ++i) {
-    const SkeletonPoint& a = line[i - 1];
-    const SkeletonPoint& b = line[i];
-    const double size = length(b.at - a.at);
-    if (left <= size && size > 0.0) {
-      const double part = left / size;
-      return {a.at + part * (b.at - a.at), a.radius_m + part * (b.radius_m - a.radius_m)};
-    }
+    const double size = length(line[i].at - line[i - 1].at);
+    if (left <= size && size > 0.0) return between(line[i - 1], line[i], left / size);
     left -= size;
   }
   return line.back();
@@ -35,8 +30,7 @@ SkeletonPoint at_height(std::span<const SkeletonPoint> line, double z) {
   if (above == line.begin()) return line.front();
   if (above == line.end()) return line.back();
   const SkeletonPoint& a = *(above - 1);
-  const double part = (z - a.at.z) / (above->at.z - a.at.z);
-  return {a.at + part * (above->at - a.at), a.radius_m + part * (above->radius_m - a.radius_m)};
+  return between(a, *above, (z - a.at.z) / (above->at.z - a.at.z));
 }
 
 PlaceOnLine nearest_place(std::span<const SkeletonPoint> line, Point point) {

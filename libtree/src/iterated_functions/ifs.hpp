@@ -2,7 +2,6 @@
 // Trees from iterated function systems: a few maps make a tree of smaller copies of itself.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -10,50 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "silvafit/tree/affine_map.hpp"
+#include "segments/affine_map.hpp"
 #include "silvafit/tree/builder.hpp"
-#include "silvafit/tree/fitted_skeleton.hpp"
-#include "silvafit/tree/smooth_mesh.hpp"
 
 namespace silvafit::tree {
 
-/// An iterated function system (IFS): contractive maps, each with its probability.
-///
-/// Its attractor is the unique compact set that is the union of its images under the maps; its
-/// invariant measure mu = sum p_i mu(M_i^-1) is the distribution of the chaos game.
-/// Source: Hutchinson 1981, Indiana University Mathematics Journal 30; Barnsley 1988, Fractals
-/// Everywhere.
-class IteratedFunctionSystem {
- public:
-  /// \param probabilities  one each, > 0, adding up to 1 within 1e-9; or none, for probabilities in
-  ///                       proportion to |det A|, a flat map's taken as a thousandth
-  /// \throws DomainError if there is no map, one does not shrink space (spectral norm < 1), or the
-  ///                     probabilities are none
-  explicit IteratedFunctionSystem(std::vector<AffineMap> maps,
-                                  std::vector<double> probabilities = {});
-
-  const std::vector<AffineMap>& maps() const { return maps_; }
-  const std::vector<double>& probabilities() const { return probabilities_; }
-
-  /// Points of the attractor by the chaos game: a point is mapped repeatedly by maps drawn with
-  /// their probabilities. After 64 steps from a point of the attractor, the distribution is the
-  /// invariant measure up to what is left of the start.
-  std::vector<Point> chaos_game(std::size_t count, Random& random) const;
-
-  /// The solution D of sum s_i^D = 1 for the maps' scales s_i = |det A|^(1/3) (Moran 1946): the
-  /// attractor's dimension if the maps are similarities whose images do not overlap.
-  double similarity_dimension() const;
-
- private:
-  /// Index of the map for a number drawn from [0, 1).
-  std::size_t drawn(double uniform) const;
-
-  std::vector<AffineMap> maps_;
-  std::vector<double> probabilities_;
-  std::vector<double> cumulative_;
-};
-
-/// A map that places a smaller copy of the whole tree on its trunk.
+/// A map that places a smaller copy of the whole tree on its trunk. All maps shrink space.
 ///
 /// The trunk is the line from the origin to (0, 0, 1). Given by position: the copy starts on the
 /// trunk at a proportion of its length, leans by an angle towards an azimuth and is rotated about
@@ -61,6 +22,7 @@ class IteratedFunctionSystem {
 struct IfsCopy {
   AffineMap map{};
   double scale = 0.5;            ///< of the copy's trunk
+  double probability = 1.0;      ///< that it bears a leaf; those of all maps add up to 1
   double thickness = 0.5;        ///< radius of the copy's trunk relative to the trunk's
   bool continues = false;        ///< the copy's trunk continues this one as one axis
   std::uint32_t from_order = 0;  ///< only axes of these orders bear the copy
@@ -95,16 +57,16 @@ struct IfsLeaves {
   double angle_deg = 50.0;   ///< from the axis that bears them
 };
 
-/// The content of a file models/ifs/NAME.json.
-struct IfsPreset {
-  IteratedFunctionSystem system;
-  std::vector<IfsCopy> copies{};  ///< in the order of the system's maps
+/// The content of a file models/ifs/NAME.json: an iterated function system, whose attractor is the
+/// union of its images under the maps.
+/// Source: Hutchinson 1981, Indiana University Mathematics Journal 30; Barnsley 1988, Fractals
+/// Everywhere.
+struct IfsPreset : FreePreset {
+  std::vector<IfsCopy> copies{};
   IfsTrunk trunk{};
   IfsVariation variation{};
   IfsLimits limits{};
   IfsLeaves leaves{};
-  FitOptions fit{};
-  SmoothStyle style{};
 };
 
 /// The tree of recursive copies; its trunk has length 1.
@@ -117,28 +79,22 @@ struct IfsPreset {
 Skeleton grow_ifs(const IfsPreset& preset, Random& random, bool has_leaves = true);
 
 /// IFS trees, fitted to measurements.
-class IfsBuilder : public Builder {
+class IfsBuilder : public FreeBuilder {
  public:
   /// \throws InputError naming file and field
   static std::unique_ptr<IfsBuilder> load(const std::filesystem::path& models,
                                           const std::filesystem::path& file);
 
-  IfsBuilder(PresetHead head, IfsPreset preset);
+  explicit IfsBuilder(IfsPreset preset);
 
   const IfsPreset& ifs() const { return ifs_; }
 
   Skeleton grow_freely(double h_m, Random& random) const override;
-  Skeleton grow_skeleton(const TreeShape& shape, const Crown& crown, Random& random) const override;
-  Skeleton grow_skeleton_for(const MeshOptions& mesh,
-                             const TreeShape& shape,
-                             const Crown& crown,
-                             Random& random) const override;
-  Mesh build_mesh(const Skeleton& skeleton,
-                  const Crown& crown,
-                  Random& random,
-                  const MeshOptions& options) const override;
 
  private:
+  Skeleton drawn(double h_m, bool has_leaves, Random& random) const override;
+  std::string file_of(double /*h_m*/) const override { return {}; }
+
   IfsPreset ifs_;
 };
 

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "mesh/smooth_mesh_tube.hpp"
+#include "mesh/smooth_mesh_rings.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "mesh/bark_surface.hpp"
 #include "mesh/level_of_detail.hpp"
 #include "mesh/line_simplification.hpp"
 #include "mesh/moving_frame.hpp"
-#include "mesh/polygon.hpp"
 #include "mesh/ring_in_crown.hpp"
+#include "mesh/segment_tubes.hpp"
 #include "mesh/tube.hpp"
-#include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {
 namespace {
@@ -76,13 +74,6 @@ bool reaches(const Ring& from, const Ring& tip, std::span<const Point> corners, 
 }
 
 }  // namespace
-
-std::vector<Point> equal_area_corners(int sides) {
-  std::vector<Point> result = corners(sides);
-  const double enlarged = equal_area_corner(sides);
-  for (Point& corner : result) corner = enlarged * corner;
-  return result;
-}
 
 WoodRings::WoodRings(const Limbs& limbs,
                      const Crown& crown,
@@ -244,8 +235,7 @@ void WoodRings::place_base(const Limb& limb, Ring& base) const {
     const Ring& b = *after;
     const double part =
         std::clamp((along_m - a.along_m) / std::max(b.along_m - a.along_m, 1e-12), 0.0, 1.0);
-    return SkeletonPoint{a.at + part * (b.at - a.at),
-                         a.radius_m + part * (b.radius_m - a.radius_m)};
+    return between({a.at, a.radius_m}, {b.at, b.radius_m}, part);
   };
   const Limb& bearer = limbs_.all()[limb.bearer];
   const int bearer_sides = sides_of(bearer);
@@ -308,97 +298,6 @@ void WoodRings::keep_advancing(const Limb& limb, std::span<const Point> corners)
   }
   kept_[kept++] = tip;
   kept_.resize(kept);
-}
-
-namespace {
-
-/// Of a section at a corner.
-double radius_m(const Ring& ring, std::uint32_t i, std::uint32_t sides, const TubeLook& look) {
-  if (!look.roots) return ring.radius_m;
-  return ring.radius_m * look.roots->at(ring.at.z, kTwoPi * (i % sides) / sides);
-}
-
-/// Decrease of the radius at a ring, per length. A base that widens inside its parent is not
-/// visible.
-double lean_of(std::span<const Ring> rings, std::size_t k) {
-  const bool widens = k > 0 && rings[k - 1].radius_m < rings[k].radius_m;
-  const Ring& before = k > 0 && !widens ? rings[k - 1] : rings[k];
-  const Ring& after = rings[k + 1];
-  return (before.radius_m - after.radius_m) / std::max(length(after.at - before.at), 1e-9);
-}
-
-void add_foot(const Ring& ring,
-              std::span<const Point> corners,
-              const TubeLook& look,
-              PartBuilder& build) {
-  const auto sides = static_cast<std::uint32_t>(corners.size());
-  const std::uint32_t base = build.vertex_count();
-  build.paint(ring.radius_m);
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const Point& corner = corners[i];
-    build.vertex(ring.at + radius_m(ring, i, sides, look) * ring.across(corner),
-                 -1.0 * ring.tangent);
-    if (look.textured) {
-      const Point flat = direction(corner);
-      build.texture({.u = 0.5 + 0.5 * flat.x, .v = 0.5 + 0.5 * flat.y, .tangent = ring.sideways});
-    }
-  }
-  build.close(base, sides);
-}
-
-}  // namespace
-
-void add_tube(std::span<const Ring> rings,
-              std::span<const Point> corners,
-              const TubeLook& look,
-              PartBuilder& build) {
-  const auto sides = static_cast<std::uint32_t>(corners.size());
-  const bool seam = look.textured && has_seam(sides);
-  const std::uint32_t around = seam ? sides + 1 : sides;
-  build.reserve((rings.size() + 1) * around + 1, (2 * rings.size() + 1) * sides);
-  const BarkScale scale = build.bark_scale(std::max(rings[0].radius_m, rings[1].radius_m));
-  const double per_corner = 1.0 / length(corners[0]);
-  std::uint32_t lower = 0;
-  for (std::size_t k = 0; k + 1 < rings.size(); ++k) {
-    const Ring& ring = rings[k];
-    const double lean = lean_of(rings, k);
-    build.paint(ring.radius_m);
-    const std::uint32_t first = build.vertex_count();
-    for (std::uint32_t i = 0; i < around; ++i) {
-      const Point& corner = corners[i < sides ? i : 0];
-      const Point outward = ring.across(corner);
-      const double radius = radius_m(ring, i, sides, look);
-      const double slope = look.roots && k + 2 < rings.size()
-                               ? (radius - radius_m(rings[k + 1], i, sides, look)) /
-                                     std::max(length(rings[k + 1].at - ring.at), 1e-9)
-                               : lean;
-      const double upright = 1.0 / std::sqrt(1.0 + slope * slope);
-      build.vertex(ring.at + radius * outward,
-                   (upright * per_corner) * outward + (upright * slope) * ring.tangent);
-      if (look.textured) {
-        const Point flat = per_corner * corner;
-        build.texture({.u = scale.u(static_cast<double>(i) / sides, ring.along_m),
-                       .v = -scale.per_m * ring.along_m,
-                       .tangent = flat.x * ring.upward - flat.y * ring.sideways});
-      }
-    }
-    if (k > 0) {
-      build.join(lower, first, sides, seam);
-    } else if (!look.has_foot) {
-      build.close(first, sides);
-    }
-    lower = first;
-  }
-  const Ring& last = rings[rings.size() - 2];
-  const Ring& tip = rings.back();
-  const std::uint32_t end = build.vertex(tip.at, direction(tip.at - last.at, last.tangent));
-  if (look.textured) {
-    build.texture({.u = scale.u(0.5, tip.along_m),
-                   .v = -scale.per_m * tip.along_m,
-                   .tangent = last.sideways});
-  }
-  build.join_to_tip(lower, end, sides, seam);
-  if (look.has_foot) add_foot(rings.front(), corners, look, build);
 }
 
 }  // namespace silvafit::tree

@@ -53,15 +53,10 @@ void walk(std::span<const SkeletonPoint> line, Visit visit) {
       ++to;
       size = length(line[to].at - line[to - 1].at);
     }
-    const SkeletonPoint& a = line[to - 1];
-    const SkeletonPoint& b = line[to];
     // The last point is exactly the line's own end.
     const bool is_end = i == steps;
     const double part = is_end ? 1.0 : (size > 0.0 ? (at - before) / size : 0.0);
-    const SkeletonPoint point = is_end
-                                    ? line.back()
-                                    : SkeletonPoint{a.at + part * (b.at - a.at),
-                                                    a.radius_m + part * (b.radius_m - a.radius_m)};
+    const SkeletonPoint point = is_end ? line.back() : between(line[to - 1], line[to], part);
     if (!visit(static_cast<double>(i) / steps, point)) return;
   }
 }

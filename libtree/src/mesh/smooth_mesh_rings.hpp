@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Rings along curves, and the tubes between them.
+// Rings along the curves of limbs.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <optional>
 #include <span>
 #include <vector>
 
-#include "mesh/bark_surface.hpp"
 #include "mesh/curve_sampler.hpp"
-#include "mesh/part_builder.hpp"
 #include "mesh/smooth_mesh_limbs.hpp"
 #include "silvafit/tree/crown.hpp"
 #include "silvafit/tree/mesh.hpp"
@@ -63,21 +59,5 @@ class WoodRings {
   std::vector<Point> branch_corners_;
   std::vector<Point> twig_corners_;
 };
-
-/// Corners of the regular polygon with the area of the unit circle.
-std::vector<Point> equal_area_corners(int sides);
-
-struct TubeLook {
-  bool textured = false;  ///< with a seam, UVs and tangents for textures
-  bool has_foot = false;  ///< its base is visible, and has normals of its own
-  std::optional<RootFlare> roots{};
-};
-
-/// Adds a tube that is closed at its base and ends in a point.
-/// \param corners  of its sections, for radius 1
-void add_tube(std::span<const Ring> rings,
-              std::span<const Point> corners,
-              const TubeLook& look,
-              PartBuilder& build);
 
 }  // namespace silvafit::tree
