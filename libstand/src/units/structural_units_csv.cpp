@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Structural units as CSV.
-#include <charconv>
 #include <cmath>
 #include <ostream>
 #include <string>
@@ -13,10 +12,7 @@ namespace {
 
 void append_number(std::string& out, double value) {
   out += ',';
-  if (std::isnan(value)) return;
-  char digits[32];
-  const auto [end, status] = std::to_chars(digits, digits + sizeof digits, value);
-  out.append(digits, end);
+  if (!std::isnan(value)) out += data::shortest(value);
 }
 
 /// Writes rows, with the labels of neighbors.

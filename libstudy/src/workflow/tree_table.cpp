@@ -260,20 +260,15 @@ TableReader::Result TableReader::read() {
   Mappings renamed = usual_;
   renamed.insert(renamed.end(), converted_.begin(), converted_.end());
   note(stand::describe_usual_columns(renamed, reader_.header()));
-  for (const stand::ColumnMapping& column : renamed) {
-    if (!stand::is_measure(column.name)) continue;
-    find_missing_values(column.name, column.source, true);
-  }
-  for (const stand::ColumnMapping& mapping : result_.mapped) {
-    const bool is_known = stand::mapping_to(mapping.name, converted_) != nullptr;
-    if (!is_known && stand::is_measure(mapping.name) && wishes_.is_wanted(mapping.name)) {
-      find_missing_values(mapping.name, mapping.source, result_.table.has(mapping.source));
-    }
-  }
-  for (const std::string& name : reader_.header()) {
-    const bool is_elsewhere = stand::mapping_to(name, result_.mapped) != nullptr ||
-                              stand::mapping_to(name, usual_) != nullptr;
-    if (!name.empty() && !is_elsewhere && wishes_.is_wanted(name) && stand::is_measure(name)) {
+  for (const stand::TreeColumn& column : stand::tree_columns()) {
+    const std::string name(column.name);
+    const stand::ColumnMapping* source = stand::mapping_to(name, renamed);
+    const bool is_known = source != nullptr;
+    if (!column.is_measure() || (!is_known && !wishes_.is_wanted(name))) continue;
+    if (source == nullptr) source = stand::mapping_to(name, result_.mapped);
+    if (source != nullptr) {
+      find_missing_values(name, source->source, is_known || result_.table.has(source->source));
+    } else if (contains(reader_.header(), name)) {
       find_missing_values(name, name, true);
     }
   }
