@@ -97,7 +97,7 @@ void print(const stand::TableDescription& description) {
 void run(const ColumnsArguments& arguments) {
   const TreeTable trees = open_trees(arguments.inventory, arguments.table, arguments.common);
   const stand::TableDescription description =
-      stand::describe_columns(trees.table, study::row_preparation(arguments.reading));
+      stand::describe_columns(trees.table, study::inventory_options(arguments.reading));
   if (arguments.common.json) return print_json_value(json_of(description));
   print(description);
 }

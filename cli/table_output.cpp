@@ -23,8 +23,7 @@ bool is_position(const std::string& name) { return name == "x" || name == "y"; }
 
 /// Adds x and y if the table has them under other names, in other units, or through --columns.
 void add_positions(data::Table& table, const study::ReadingSettings& reading) {
-  std::vector<stand::ColumnMapping> mappings =
-      stand::parse_column_mappings(fmt::format("{}", fmt::join(reading.columns, ",")));
+  std::vector<stand::ColumnMapping> mappings = stand::parse_column_mappings(reading.columns);
   std::erase_if(mappings, [](const auto& mapping) { return !is_position(mapping.name); });
   const auto is_wanted = [&](const std::string& name) {
     return is_position(name) &&

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 
+#include "silvafit/base/words.hpp"
 #include "silvafit/source/open_table.hpp"
 #include "silvafit/source/write_layers.hpp"
 
@@ -48,10 +48,7 @@ bool begins_with_postgres(std::string_view name) {
 /// Replaces the value behind `password=` up to the next blank, or the quoted one.
 std::string without_password(std::string name) {
   constexpr std::string_view kKey = "password=";
-  std::string lower = name;
-  std::ranges::transform(
-      lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const std::size_t key = lower.find(kKey);
+  const std::size_t key = in_lower_case(name).find(kKey);
   if (key != std::string::npos) {
     const std::size_t begin = key + kKey.size();
     const bool is_quoted = begin < name.size() && name[begin] == '\'';
@@ -75,9 +72,7 @@ std::span<const SourceKind> source_kinds() { return kKinds; }
 std::string ending_of(std::string_view name) {
   std::string ending = std::filesystem::path(name).extension().string();
   if (ending.starts_with('.')) ending.erase(0, 1);
-  std::ranges::transform(
-      ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
+  return in_lower_case(ending);
 }
 
 const SourceKind* kind_of_source(std::string_view name) {

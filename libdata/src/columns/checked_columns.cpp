@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/name_list.hpp"
@@ -20,9 +21,7 @@ std::string others(std::size_t count) {
 
 /// Throws at the first name that is not a column, with its position in the text.
 void require_columns(const Expression& expression, std::string_view text, const Table& table) {
-  for (const std::string& variable : expression.variables()) {
-    TextMatch match;
-    const std::string& column = is_text_match(variable, match) ? match.column : variable;
+  for (const std::string& column : columns_of(expression)) {
     if (table.has(column)) continue;
     const FormulaError shown(
         fmt::format("unknown column '{}' (put text in double quotes); available: {}",

@@ -19,12 +19,6 @@ bool is_among(std::string_view name, std::span<const std::string> columns) {
   return std::ranges::find(columns, name) != columns.end();
 }
 
-/// The column that a variable reads: itself, or the one that it compares with text.
-std::string column_of(const std::string& variable) {
-  TextMatch match;
-  return is_text_match(variable, match) ? match.column : variable;
-}
-
 /// The longest column name in the text that an expression can only contain in backquotes; empty if
 /// there is none.
 std::string column_to_quote(std::string_view text, std::span<const std::string> columns) {
@@ -85,14 +79,31 @@ std::vector<double> numbers_of_expression(const Table& table,
 
 }  // namespace
 
+std::string column_of(const std::string& variable) {
+  TextMatch match;
+  return is_text_match(variable, match) ? match.column : variable;
+}
+
+std::vector<std::string> columns_of(const Expression& expression) {
+  std::vector<std::string> columns;
+  for (const std::string& variable : expression.variables()) {
+    std::string column = column_of(variable);
+    if (!is_among(column, columns)) columns.push_back(std::move(column));
+  }
+  return columns;
+}
+
+std::vector<std::string> ColumnReference::columns() const {
+  return expression ? columns_of(*expression) : std::vector<std::string>{text};
+}
+
 ColumnReference column_reference(std::string_view name,
                                  std::string_view text,
                                  std::span<const std::string> columns,
                                  const std::string& file) {
   if (is_among(text, columns)) return {.text = std::string(text)};
   Expression expression = expression_of(text, columns);
-  for (const std::string& variable : expression.variables()) {
-    const std::string column = column_of(variable);
+  for (const std::string& column : columns_of(expression)) {
     if (is_among(column, columns)) continue;
     throw InputError(
         fmt::format(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/data/column_reference.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -87,4 +88,13 @@ TEST_CASE("expressions read columns with some text, and compare text") {
   CHECK(cells[0].row == 2);
   CHECK_THROWS_WITH(values("ifelse(h == \"tall\", 30, h)"),
                     Contains("'h' is used as a number and as text"));
+}
+
+TEST_CASE("the columns of a reference are its own, or each that its expression reads once") {
+  CHECK(column_reference("dbh", "BHD [cm]", kNames).columns() ==
+        std::vector<std::string>{"BHD [cm]"});
+  std::vector<std::string> columns =
+      column_reference("h", "a*b + ifelse(plot == \"7\", a, 2)", kNames).columns();
+  std::ranges::sort(columns);
+  CHECK(columns == std::vector<std::string>{"a", "b", "plot"});
 }

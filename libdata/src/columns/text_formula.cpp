@@ -9,6 +9,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/checked_columns.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
 
@@ -25,29 +26,6 @@ namespace {
 using Node = TextFormula::Node;
 using Kind = Node::Kind;
 using Parts = std::vector<std::string_view>;
-
-/// Splits at a sign outside of parentheses, double quotes and backquotes.
-Parts split_at(std::string_view text, char sign) {
-  Parts parts;
-  int depth = 0;
-  char quote = '\0';
-  std::size_t begin = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (quote == '\0' && (text[i] == '"' || text[i] == '`')) {
-      quote = text[i];
-    } else if (text[i] == quote) {
-      quote = '\0';
-    }
-    if (quote != '\0') continue;
-    if (text[i] == '(') ++depth;
-    if (text[i] == ')') --depth;
-    if (text[i] != sign || depth > 0) continue;
-    parts.push_back(trimmed(text.substr(begin, i - begin)));
-    begin = i + 1;
-  }
-  parts.push_back(trimmed(text.substr(begin)));
-  return parts;
-}
 
 /// The text between a function's parentheses, if the whole text is one call of it.
 std::optional<std::string_view> arguments_of(std::string_view text, std::string_view function) {
@@ -133,10 +111,7 @@ void add(std::string name, std::vector<std::string>& names) {
 void add_columns(const Node& node, bool with_conditions, std::vector<std::string>& names) {
   if (node.kind == Kind::kColumn) add(node.text, names);
   if (node.kind == Kind::kChoice && with_conditions) {
-    for (const std::string& variable : Expression::parse(node.text).variables()) {
-      TextMatch match;
-      add(is_text_match(variable, match) ? match.column : variable, names);
-    }
+    for (std::string& name : columns_of(Expression::parse(node.text))) add(std::move(name), names);
   }
   for (const auto& part : node.parts) add_columns(*part, with_conditions, names);
 }
@@ -175,6 +150,28 @@ std::vector<Cell> cells_of(const Node& node,
 }
 
 }  // namespace
+
+std::vector<std::string_view> split_at(std::string_view text, char sign) {
+  Parts parts;
+  int depth = 0;
+  char quote = '\0';  // the one that is open
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (quote == '\0' && (text[i] == '"' || text[i] == '`')) {
+      quote = text[i];
+    } else if (text[i] == quote) {
+      quote = '\0';
+    }
+    if (quote != '\0') continue;
+    if (text[i] == '(') ++depth;
+    if (text[i] == ')') --depth;
+    if (text[i] != sign || depth > 0) continue;
+    parts.push_back(trimmed(text.substr(begin, i - begin)));
+    begin = i + 1;
+  }
+  parts.push_back(trimmed(text.substr(begin)));
+  return parts;
+}
 
 std::optional<TextFormula> TextFormula::parse(std::string_view text,
                                               std::span<const std::string> columns,

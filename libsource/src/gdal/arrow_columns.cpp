@@ -12,6 +12,7 @@
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <type_traits>
 
 #include "gdal/session.hpp"
 #include "silvafit/base/error.hpp"
@@ -113,67 +114,32 @@ class Column {
   virtual ~Column() = default;
   virtual void append(const Cells& cells, std::size_t rows) = 0;
   virtual std::variant<std::vector<double>, data::TextColumn> finish() = 0;
-  virtual bool has_early_dates() const { return false; }
 };
 
+/// A column of what a function makes of each cell: numbers or texts.
 template <typename Convert>
-class NumberColumn : public Column {
+class ConvertedColumn : public Column {
  public:
-  explicit NumberColumn(Convert convert) : convert_(convert) {}
+  explicit ConvertedColumn(Convert convert) : convert_(convert) {}
   void append(const Cells& cells, std::size_t rows) override {
     for (std::size_t row = 0; row < rows; ++row) {
-      values_.push_back(cells.is_null(row) ? data::kMissing : convert_(cells, row));
-    }
-  }
-  std::variant<std::vector<double>, data::TextColumn> finish() override {
-    return std::move(values_);
-  }
-
- private:
-  Convert convert_;
-  std::vector<double> values_;
-};
-
-template <typename Convert>
-class TextsColumn : public Column {
- public:
-  explicit TextsColumn(Convert convert) : convert_(convert) {}
-  void append(const Cells& cells, std::size_t rows) override {
-    for (std::size_t row = 0; row < rows; ++row) {
-      cells.is_null(row) ? values_.append_missing() : values_.append(convert_(cells, row));
-    }
-  }
-  std::variant<std::vector<double>, data::TextColumn> finish() override {
-    return std::move(values_);
-  }
-
- private:
-  Convert convert_;
-  data::TextColumn values_;
-};
-
-/// Days since 1970-01-01.
-class DateColumn : public Column {
- public:
-  void append(const Cells& cells, std::size_t rows) override {
-    for (std::size_t row = 0; row < rows; ++row) {
-      if (cells.is_null(row)) {
-        values_.append_missing();
-        continue;
+      if constexpr (kIsNumber) {
+        values_.push_back(cells.is_null(row) ? data::kMissing : convert_(cells, row));
+      } else {
+        cells.is_null(row) ? values_.append_missing() : values_.append(convert_(cells, row));
       }
-      const auto day = cells.value<std::int32_t>(row);
-      is_early_ = is_early_ || day <= 0;
-      values_.append(date_text(std::chrono::sys_days(std::chrono::days(day))));
     }
   }
   std::variant<std::vector<double>, data::TextColumn> finish() override {
     return std::move(values_);
   }
-  bool has_early_dates() const override { return is_early_; }
 
  private:
-  data::TextColumn values_;
-  bool is_early_ = false;
+  static constexpr bool kIsNumber =
+      std::is_arithmetic_v<std::invoke_result_t<Convert, const Cells&, std::size_t>>;
+
+  Convert convert_;
+  std::conditional_t<kIsNumber, std::vector<double>, data::TextColumn> values_;
 };
 
 /// Numbers of 64 bits, such as the record numbers of databases.
@@ -211,32 +177,6 @@ class LongColumn : public Column {
   bool is_exact_ = true;
 };
 
-template <typename Convert>
-std::unique_ptr<Column> numbers(Convert convert) {
-  return std::make_unique<NumberColumn<Convert>>(convert);
-}
-
-template <typename Convert>
-std::unique_ptr<Column> texts(Convert convert) {
-  return std::make_unique<TextsColumn<Convert>>(convert);
-}
-
-std::unique_ptr<Column> number_column(std::string_view format) {
-  using C = const Cells&;
-  using R = std::size_t;
-  if (format == "b") return numbers([](C c, R row) { return c.bit(row) ? 1.0 : 0.0; });
-  if (format == "c") return numbers([](C c, R r) -> double { return c.value<std::int8_t>(r); });
-  if (format == "C") return numbers([](C c, R r) -> double { return c.value<std::uint8_t>(r); });
-  if (format == "s") return numbers([](C c, R r) -> double { return c.value<std::int16_t>(r); });
-  if (format == "S") return numbers([](C c, R r) -> double { return c.value<std::uint16_t>(r); });
-  if (format == "i") return numbers([](C c, R r) -> double { return c.value<std::int32_t>(r); });
-  if (format == "I") return numbers([](C c, R r) -> double { return c.value<std::uint32_t>(r); });
-  if (format == "f") return numbers([](C c, R r) { return as_written(c.value<float>(r)); });
-  if (format == "g") return numbers([](C c, R r) { return c.value<double>(r); });
-  if (format == "l") return std::make_unique<LongColumn>();
-  return nullptr;
-}
-
 /// Milliseconds in the unit of a format of time stamps, such as tsm:UTC.
 std::int64_t milliseconds(std::int64_t value, char unit) {
   switch (unit) {
@@ -251,17 +191,47 @@ std::int64_t milliseconds(std::int64_t value, char unit) {
   }
 }
 
-std::unique_ptr<Column> text_column(std::string_view format) {
+template <typename Convert>
+std::unique_ptr<Column> converted(Convert convert) {
+  return std::make_unique<ConvertedColumn<Convert>>(convert);
+}
+
+template <typename Value>
+std::unique_ptr<Column> numbers() {
+  return converted(
+      [](const Cells& cells, std::size_t row) -> double { return cells.value<Value>(row); });
+}
+
+/// Days since 1970-01-01.
+constexpr std::string_view kDate = "tdD";
+
+/// A column of a format; null if it is not read.
+std::unique_ptr<Column> column_of(std::string_view format) {
   using C = const Cells&;
   using R = std::size_t;
-  if (format == "u") return texts([](C c, R row) { return c.bytes<std::int32_t>(row); });
-  if (format == "U") return texts([](C c, R row) { return c.bytes<std::int64_t>(row); });
-  if (format == "tdD") return std::make_unique<DateColumn>();
-  if (format == "ttm")
-    return texts([](C c, R row) { return clock_text(c.value<std::int32_t>(row)); });
+  if (format == "b") return converted([](C c, R row) { return c.bit(row) ? 1.0 : 0.0; });
+  if (format == "c") return numbers<std::int8_t>();
+  if (format == "C") return numbers<std::uint8_t>();
+  if (format == "s") return numbers<std::int16_t>();
+  if (format == "S") return numbers<std::uint16_t>();
+  if (format == "i") return numbers<std::int32_t>();
+  if (format == "I") return numbers<std::uint32_t>();
+  if (format == "f") return converted([](C c, R row) { return as_written(c.value<float>(row)); });
+  if (format == "g") return numbers<double>();
+  if (format == "l") return std::make_unique<LongColumn>();
+  if (format == "u") return converted([](C c, R row) { return c.bytes<std::int32_t>(row); });
+  if (format == "U") return converted([](C c, R row) { return c.bytes<std::int64_t>(row); });
+  if (format == kDate) {
+    return converted([](C c, R row) {
+      return date_text(std::chrono::sys_days(std::chrono::days(c.value<std::int32_t>(row))));
+    });
+  }
+  if (format == "ttm") {
+    return converted([](C c, R row) { return clock_text(c.value<std::int32_t>(row)); });
+  }
   if (format.starts_with("ts") && format.size() > 2) {
     const char unit = format[2];
-    return texts(
+    return converted(
         [unit](C c, R row) { return time_text(milliseconds(c.value<std::int64_t>(row), unit)); });
   }
   return nullptr;
@@ -322,6 +292,8 @@ class Reader {
     std::unique_ptr<Column> column{};  ///< null if the column is not read
     bool is_geometry = false;
     bool is_wide = false;  ///< offsets of 64 bits
+    bool is_date = false;
+    bool has_early_dates = false;
   };
 
   KeptMessages messages_{};
@@ -348,8 +320,8 @@ void Reader::add_column(const ArrowSchema& schema) {
   } else if (schema.dictionary != nullptr) {
     result_.unread.push_back(field.name);
   } else if (!is_row_id || field.name == row_id_) {
-    field.column = number_column(format);
-    if (!field.column) field.column = text_column(format);
+    field.column = column_of(format);
+    field.is_date = format == kDate;
     if (!field.column) result_.unread.push_back(field.name);
   }
   fields_.push_back(std::move(field));
@@ -376,6 +348,10 @@ void Reader::append(const Batch& batch) {
       if (geometry_) pass_geometries(cells, rows);
     } else if (fields_[i].column) {
       fields_[i].column->append(cells, rows);
+      for (std::size_t row = 0; row < rows && fields_[i].is_date; ++row) {
+        const bool is_early = !cells.is_null(row) && cells.value<std::int32_t>(row) <= 0;
+        fields_[i].has_early_dates = fields_[i].has_early_dates || is_early;
+      }
     }
   }
   result_.rows += rows;
@@ -393,7 +369,7 @@ LayerColumns Reader::read() {
   }
   for (Field& field : fields_) {
     if (field.column) {
-      if (field.column->has_early_dates()) result_.early_dates.push_back(field.name);
+      if (field.has_early_dates) result_.early_dates.push_back(field.name);
       result_.columns.push_back({.name = field.name, .values = field.column->finish()});
     }
   }

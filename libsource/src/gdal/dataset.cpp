@@ -7,23 +7,17 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <filesystem>
 #include <limits>
 
 #include "gdal/own_data.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 
 namespace silvafit::source {
 namespace {
-
-std::string in_lower_case(std::string text) {
-  std::ranges::transform(
-      text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 /// The message of a database or of SQLite within a message of GDAL, in one line.
 std::string reason_in(const std::vector<std::string>& errors) {
@@ -43,7 +37,7 @@ std::string reason_in(const std::vector<std::string>& errors) {
 }
 
 void require_query(const TableChoice& choice) {
-  std::string sql = in_lower_case(std::string(data::trimmed(choice.sql)));
+  std::string sql = in_lower_case(data::trimmed(choice.sql));
   while (sql.ends_with(';') || sql.ends_with(' ')) sql.pop_back();
   const bool is_query = sql.starts_with("select") || sql.starts_with("with");
   if (!is_query || sql.find(';') != std::string::npos) {
@@ -59,39 +53,15 @@ void require_query(const TableChoice& choice) {
 
 /// Metadata of the formats, of SpatiaLite and of QGIS.
 bool is_hidden(const std::string& name) {
-  static constexpr std::array<std::string_view, 33> kHidden{"layer_styles",
-                                                            "qgis_projects",
-                                                            "geometry_columns",
-                                                            "geometry_columns_auth",
-                                                            "geometry_columns_field_infos",
-                                                            "geometry_columns_statistics",
-                                                            "geometry_columns_time",
-                                                            "geography_columns",
-                                                            "geom_cols_ref_sys",
-                                                            "data_licenses",
-                                                            "elementarygeometries",
-                                                            "knn",
-                                                            "knn2",
-                                                            "spatialindex",
-                                                            "spatialite_history",
-                                                            "sql_statements_log",
-                                                            "raster_coverages",
-                                                            "raster_coverages_keyword",
-                                                            "raster_coverages_ref_sys",
-                                                            "raster_coverages_srid",
-                                                            "vector_coverages",
-                                                            "vector_coverages_keyword",
-                                                            "vector_coverages_ref_sys",
-                                                            "vector_coverages_srid",
-                                                            "networks",
-                                                            "topologies",
-                                                            "stored_procedures",
-                                                            "stored_variables",
-                                                            "ogr_empty_table",
-                                                            "wms_getcapabilities",
-                                                            "wms_getmap",
-                                                            "wms_settings",
-                                                            "wms_ref_sys"};
+  static constexpr std::string_view kHidden =
+      "layer_styles qgis_projects geometry_columns geometry_columns_auth "
+      "geometry_columns_field_infos geometry_columns_statistics geometry_columns_time "
+      "geography_columns geom_cols_ref_sys data_licenses elementarygeometries knn knn2 "
+      "spatialindex spatialite_history sql_statements_log raster_coverages "
+      "raster_coverages_keyword raster_coverages_ref_sys raster_coverages_srid "
+      "vector_coverages vector_coverages_keyword vector_coverages_ref_sys "
+      "vector_coverages_srid networks topologies stored_procedures stored_variables "
+      "ogr_empty_table wms_getcapabilities wms_getmap wms_settings wms_ref_sys";
   // Groups of tables with similar names.
   static constexpr std::array<std::string_view, 15> kBeginnings{"sqlite_",
                                                                 "spatial_ref_sys",
@@ -109,7 +79,7 @@ bool is_hidden(const std::string& name) {
                                                                 "se_group_style",
                                                                 "rl2map_configurations"};
   const std::string own = in_lower_case(name);
-  return std::ranges::find(kHidden, own) != kHidden.end() ||
+  return has_word(kHidden, own) ||
          std::ranges::any_of(kBeginnings, [&own](std::string_view beginning) {
            return own.starts_with(beginning);
          });

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -18,23 +17,18 @@
 #include "gdal/geometries.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/base/words.hpp"
 #include "workbook/sheet_text.hpp"
 
 namespace silvafit::source {
 namespace {
-
-bool are_equal_names(std::string_view left, std::string_view right) {
-  return std::ranges::equal(left, right, [](unsigned char one, unsigned char other) {
-    return std::tolower(one) == std::tolower(other);
-  });
-}
 
 /// The name of the column of row ids, if users created it, such as the primary key `tree`.
 std::string row_id_of(OGRLayer& layer) {
   const std::string name = layer.GetFIDColumn();
   static constexpr std::array<std::string_view, 3> kMadeByGdal{"fid", "ogc_fid", "rowid"};
   const bool is_made = std::ranges::any_of(
-      kMadeByGdal, [&](std::string_view made) { return are_equal_names(name, made); });
+      kMadeByGdal, [&](std::string_view made) { return are_equal_words(name, made); });
   return is_made ? std::string() : name;
 }
 
@@ -159,7 +153,7 @@ void LayerReader::set(LayerColumn column) {
 void LayerReader::set_position(const std::string& name, std::vector<double> values) {
   const std::vector<std::string> names = table_.names();
   for (const std::string& own : names) {
-    if (!are_equal_names(own, name)) continue;
+    if (!are_equal_words(own, name)) continue;
     if (own == name && has_values(table_, own, values)) continue;
     const std::string kept = own + "_column";
     table_.is_numeric(own)

@@ -5,8 +5,6 @@
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -15,6 +13,7 @@
 
 #include "gdal/session.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/words.hpp"
 
 namespace silvafit::source {
 namespace {
@@ -31,74 +30,26 @@ struct FinishStatement {
 using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
 
-std::string lower(std::string text) {
-  std::ranges::transform(
-      text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 /// Functions of GDAL and SpatiaLite that compute with their arguments only.
 bool is_of_geometries(const std::string& function) {
-  static constexpr std::array<std::string_view, 46> kNames{"area",
-                                                           "asbinary",
-                                                           "asgeojson",
-                                                           "astext",
-                                                           "aswkt",
-                                                           "boundary",
-                                                           "buffer",
-                                                           "castautomagic",
-                                                           "casttomulti",
-                                                           "casttopoint",
-                                                           "casttosingle",
-                                                           "casttoxy",
-                                                           "centroid",
-                                                           "contains",
-                                                           "convexhull",
-                                                           "coorddimension",
-                                                           "crosses",
-                                                           "difference",
-                                                           "disjoint",
-                                                           "distance",
-                                                           "envelope",
-                                                           "equals",
-                                                           "geometryn",
-                                                           "geometrytype",
-                                                           "geomfromtext",
-                                                           "geomfromwkb",
-                                                           "glength",
-                                                           "intersection",
-                                                           "intersects",
-                                                           "isempty",
-                                                           "isvalid",
-                                                           "m",
-                                                           "makepoint",
-                                                           "makepointz",
-                                                           "numgeometries",
-                                                           "numpoints",
-                                                           "overlaps",
-                                                           "perimeter",
-                                                           "setsrid",
-                                                           "srid",
-                                                           "touches",
-                                                           "transform",
-                                                           "within",
-                                                           "x",
-                                                           "y",
-                                                           "z"};
-  const std::string name = lower(function);
+  static constexpr std::string_view kNames =
+      "area asbinary asgeojson astext aswkt boundary buffer castautomagic casttomulti "
+      "casttopoint casttosingle casttoxy centroid contains convexhull coorddimension "
+      "crosses difference disjoint distance envelope equals geometryn geometrytype "
+      "geomfromtext geomfromwkb glength intersection intersects isempty isvalid m "
+      "makepoint makepointz numgeometries numpoints overlaps perimeter setsrid srid "
+      "touches transform within x y z";
+  const std::string name = in_lower_case(function);
   return name.starts_with("st_") || name.starts_with("mbr") || name == "hstore_get_value" ||
-         std::ranges::find(kNames, name) != kNames.end();
+         has_word(kNames, name);
 }
 
 /// Virtual tables of SpatiaLite that read their own database.
 bool is_of_database(const std::string& module) {
-  static constexpr std::array<std::string_view, 6> kModules{"virtualspatialindex",
-                                                            "virtualelementary",
-                                                            "virtualknn",
-                                                            "virtualknn2",
-                                                            "virtualnetwork",
-                                                            "virtualrouting"};
-  return std::ranges::find(kModules, lower(module)) != kModules.end();
+  static constexpr std::string_view kModules =
+      "virtualspatialindex virtualelementary virtualknn virtualknn2 virtualnetwork "
+      "virtualrouting";
+  return has_word(kModules, in_lower_case(module));
 }
 
 /// The rest of a message of SQLite behind a beginning.

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -16,6 +15,7 @@
 #include "gdal/session.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/io_error.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "source_kind.hpp"
 
@@ -33,10 +33,7 @@ const char* driver_of(const std::string& ending) {
 std::string free_name(const std::string& name, std::set<std::string>& taken) {
   for (int number = 1;; ++number) {
     std::string candidate = number == 1 ? name : fmt::format("{}_{}", name, number);
-    std::string lower = candidate;
-    std::ranges::transform(
-        lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (taken.insert(lower).second) return candidate;
+    if (taken.insert(in_lower_case(candidate)).second) return candidate;
   }
 }
 

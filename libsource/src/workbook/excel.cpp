@@ -57,8 +57,6 @@ class RelationReader : public XmlHandler {
                          .type = std::string(type.substr(type.rfind('/') + 1)),
                          .part = part_at(folder_, tag.attribute("Target"))});
   }
-  void end(std::string_view /*name*/) override {}
-  void text(std::string_view /*piece*/) override {}
 
   std::vector<Relation> relations{};
 
@@ -96,8 +94,6 @@ class WorkbookReader : public XmlHandler {
                       .relation = std::string(tag.attribute("relationships|id")),
                       .is_hidden = state == "hidden" || state == "veryHidden"});
   }
-  void end(std::string_view /*name*/) override {}
-  void text(std::string_view /*piece*/) override {}
 
   std::vector<ListedSheet> sheets{};
   bool is_since_1904 = false;
@@ -115,8 +111,6 @@ class StyleReader : public XmlHandler {
       formats.push_back(found == own_.end() ? format_of_number(number) : found->second);
     }
   }
-  void end(std::string_view /*name*/) override {}
-  void text(std::string_view /*piece*/) override {}
 
   std::vector<NumberFormat> formats{};
 

@@ -33,9 +33,9 @@ class XmlHandler {
  public:
   virtual ~XmlHandler() = default;
   virtual void begin(const XmlTag& tag) = 0;
-  virtual void end(std::string_view name) = 0;
+  virtual void end(std::string_view /*name*/) {}
   /// Text between tags, in pieces.
-  virtual void text(std::string_view piece) = 0;
+  virtual void text(std::string_view /*piece*/) {}
 };
 
 /// Reads a part of an archive as XML. Document types, and with them entities, are refused: with

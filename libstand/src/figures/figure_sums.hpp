@@ -68,11 +68,11 @@ void set_dominant_height(const Inventory& inventory,
 /// upper class; the tolerance covers rounding.
 double diameter_class(double dbh_cm, double width_cm);
 
-/// The classes of diameter_distribution().
+/// Classes of one width, starting at 0, from the first to the last class with a tree.
 class DiameterSums {
  public:
   explicit DiameterSums(double width_cm) : width_cm_(width_cm) {}
-  /// \throws as diameter_distribution()
+  /// \throws UsageError if the width is not above 0, or would make more than 10,000 classes
   void add(const Inventory& inventory, std::span<const std::size_t> trees);
   std::vector<DiameterClass> classes(double area_m2) const;
 

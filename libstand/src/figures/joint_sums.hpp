@@ -11,7 +11,7 @@
 
 namespace silvafit::stand {
 
-/// Accumulates joint_distribution() over parts of an inventory.
+/// Sums over an inventory or its parts.
 class JointSums {
  public:
   JointSums(std::string first, std::string second)
@@ -20,6 +20,7 @@ class JointSums {
   const std::string& first() const { return first_; }
   const std::string& second() const { return second_; }
   /// \param trees  in the order in which their weights are added
+  /// \throws UsageError if a name is none of W, M, U and C
   void add(const StructuralUnits& units, std::span<const std::size_t> trees);
   JointDistribution distribution() const;
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "figures/figure_columns.hpp"
 #include "silvafit/base/json_values.hpp"
 
 namespace silvafit::stand {
@@ -14,23 +15,13 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json figures_json(const StandFigures& figures, const std::vector<std::string>& names) {
-  ordered_json result{{"trees", figures.trees},
-                      {"area_ha", number_or_null(figures.area_ha)},
-                      {"stems_per_ha", number_or_null(figures.stems_per_ha)},
-                      {"basal_area_m2_per_ha", number_or_null(figures.basal_area_m2_per_ha)},
-                      {"mean_dbh_cm", number_or_null(figures.mean_dbh_cm)},
-                      {"sd_dbh_cm", number_or_null(figures.sd_dbh_cm)},
-                      {"quadratic_mean_dbh_cm", number_or_null(figures.quadratic_mean_dbh_cm)},
-                      {"mean_height_m", number_or_null(figures.mean_height_m)},
-                      {"sd_height_m", number_or_null(figures.sd_height_m)},
-                      {"lorey_height_m", number_or_null(figures.lorey_height_m)},
-                      {"dominant_height_m", number_or_null(figures.dominant_height_m)},
-                      {"dominant_lorey_height_m", number_or_null(figures.dominant_lorey_height_m)},
-                      {"dominant_dbh_cm", number_or_null(figures.dominant_dbh_cm)},
-                      {"crown_cover_percent", number_or_null(figures.crown_cover_percent)},
-                      {"trees_without_crown_width", figures.trees_without_crown_width},
-                      {"dominant_trees", figures.dominant_trees},
-                      {"dominant_trees_without_height", figures.dominant_trees_without_height}};
+  ordered_json result{{"trees", figures.trees}};
+  for (const auto& [name, value] : kFigureColumns) {
+    result[std::string(name)] = number_or_null(figures.*value);
+  }
+  result["trees_without_crown_width"] = figures.trees_without_crown_width;
+  result["dominant_trees"] = figures.dominant_trees;
+  result["dominant_trees_without_height"] = figures.dominant_trees_without_height;
   for (std::size_t i = 0; i < names.size(); ++i) {
     result[names[i] + "_per_ha"] = number_or_null(figures.quantities_per_ha[i]);
     result["trees_without_" + names[i]] = figures.trees_without_quantity[i];
@@ -47,13 +38,6 @@ ordered_json clark_evans_json(const std::optional<ClarkEvans>& result) {
           {"R_donnelly", number_or_null(result->R_donnelly)},
           {"z_donnelly", number_or_null(result->z_donnelly)},
           {"p_donnelly", number_or_null(result->p_donnelly)}};
-}
-
-ordered_json estimate_json(const Estimate& estimate) {
-  return {{"per_ha", number_or_null(estimate.per_ha)},
-          {"standard_error", number_or_null(estimate.standard_error)},
-          {"total", number_or_null(estimate.total)},
-          {"total_standard_error", number_or_null(estimate.total_standard_error)}};
 }
 
 ordered_json mean_json(const Mean& mean) {
@@ -84,12 +68,12 @@ ordered_json areas_json(const StandReport& report) {
 
 ordered_json estimates_json(const StratumFigures& figures, const std::vector<std::string>& names) {
   ordered_json result{{"trees", figures.trees},
-                      {"stems", estimate_json(figures.stems)},
-                      {"basal_area_m2", estimate_json(figures.basal_area_m2)},
+                      {"stems", json_of(figures.stems)},
+                      {"basal_area_m2", json_of(figures.basal_area_m2)},
                       {"mean_height_m", mean_json(figures.mean_height_m)},
                       {"quadratic_mean_dbh_cm", mean_json(figures.quadratic_mean_dbh_cm)}};
   for (std::size_t i = 0; i < names.size(); ++i) {
-    result[names[i]] = estimate_json(figures.quantities[i]);
+    result[names[i]] = json_of(figures.quantities[i]);
     result[names[i] + "_of_tree"] = mean_json(figures.quantities_of_tree[i]);
   }
   return result;
@@ -99,7 +83,7 @@ ordered_json strata_json(const StandReport& report) {
   ordered_json list = ordered_json::array();
   for (const StratumFigures& stratum : report.strata) {
     list.push_back({{"stratum", text_or_null(stratum.name)},
-                    {"kind", kind_of(stratum)},
+                    {"kind", name_of(stratum.kind)},
                     {"plots", stratum.plots},
                     {"sampled_ha", number_or_null(stratum.sampled_ha)},
                     {"area_ha", number_or_null(stratum.area_ha)}});
@@ -182,6 +166,13 @@ ordered_json structure_json(const StandReport& report) {
 }
 
 }  // namespace
+
+ordered_json json_of(const Estimate& estimate) {
+  return {{"per_ha", number_or_null(estimate.per_ha)},
+          {"standard_error", number_or_null(estimate.standard_error)},
+          {"total", number_or_null(estimate.total)},
+          {"total_standard_error", number_or_null(estimate.total_standard_error)}};
+}
 
 ordered_json json_of(const UnitSummary& summary, const std::vector<FurtherIndex>& further) {
   ordered_json result{{"trees", summary.trees},

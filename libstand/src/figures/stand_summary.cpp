@@ -207,13 +207,4 @@ std::vector<DiameterClass> DiameterSums::classes(double area_m2) const {
   return classes;
 }
 
-std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
-                                                 std::span<const std::size_t> trees,
-                                                 double area_m2,
-                                                 double width_cm) {
-  DiameterSums sums(width_cm);
-  sums.add(inventory, trees);
-  return sums.classes(area_m2);
-}
-
 }  // namespace silvafit::stand

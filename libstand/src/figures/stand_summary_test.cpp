@@ -67,7 +67,7 @@ TEST_CASE("dominant heights and diameters are those of ForestElementsR") {
 TEST_CASE("diameter classes begin at their lower limit") {
   const Inventory stand =
       stand_of({{.dbh_cm = 7.9}, {.dbh_cm = 8.0}, {.dbh_cm = 11.9}, {.dbh_cm = 16.3}});
-  const auto classes = diameter_distribution(stand, all_rows(stand), 1e4, 4.0);
+  const auto classes = diameter_distribution(stand, 1e4, 4.0);
   REQUIRE(classes.size() == 4);
   CHECK(classes[0].low_cm == 4.0);
   CHECK(classes[0].trees == 1);
@@ -79,16 +79,12 @@ TEST_CASE("diameter classes begin at their lower limit") {
         Approx(basal_area_m2(8) + basal_area_m2(11.9)).epsilon(1e-14));
   // 0.3 is just below three tenths in binary numbers.
   const Inventory small = stand_of({{.dbh_cm = 0.3}});
-  CHECK(diameter_distribution(small, all_rows(small), 1e4, 0.1)[0].low_cm ==
-        Approx(0.3).epsilon(1e-14));
-  CHECK_THROWS_WITH(diameter_distribution(stand, all_rows(stand), 1e4, 0.0),
-                    Contains("`class_width`"));
-  CHECK_THROWS_WITH(diameter_distribution(stand, all_rows(stand), 1e4, 1e-6),
-                    Contains("too narrow"));
+  CHECK(diameter_distribution(small, 1e4, 0.1)[0].low_cm == Approx(0.3).epsilon(1e-14));
+  CHECK_THROWS_WITH(diameter_distribution(stand, 1e4, 0.0), Contains("`class_width`"));
+  CHECK_THROWS_WITH(diameter_distribution(stand, 1e4, 1e-6), Contains("too narrow"));
   // Equal diameters need one class, but not one whose number is beyond the whole numbers.
   const Inventory equal = stand_of({{.dbh_cm = 20.0}, {.dbh_cm = 20.0}});
-  CHECK_THROWS_WITH(diameter_distribution(equal, all_rows(equal), 1e4, 1e-16),
-                    Contains("too narrow"));
+  CHECK_THROWS_WITH(diameter_distribution(equal, 1e4, 1e-16), Contains("too narrow"));
 }
 
 TEST_CASE("strata are estimated as Cochran's ratio, and summed by their areas") {

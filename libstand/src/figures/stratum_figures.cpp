@@ -205,15 +205,4 @@ std::vector<StratumFigures> stratum_figures(const PlotSums& plots,
   return result;
 }
 
-std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
-                                            const std::vector<SampledArea>& areas,
-                                            const std::vector<std::string>& stratum_of_area,
-                                            const std::map<std::string, double>& stratum_areas_ha,
-                                            bool are_weights,
-                                            const StratumSettings& settings) {
-  PlotSums plots;
-  plots.add(inventory, areas);
-  return stratum_figures(plots, stratum_of_area, stratum_areas_ha, are_weights, settings);
-}
-
 }  // namespace silvafit::stand

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "figures/joint_sums.hpp"
 #include "silvafit/base/error.hpp"
@@ -46,16 +45,6 @@ JointDistribution JointSums::distribution() const {
   JointDistribution result = sums_;
   for (double& share : result.share) share = weight_ > 0.0 ? share / weight_ : data::kMissing;
   return result;
-}
-
-JointDistribution joint_distribution(const StructuralUnits& units,
-                                     std::string_view first,
-                                     std::string_view second) {
-  std::vector<std::size_t> trees(units.core.size());
-  std::iota(trees.begin(), trees.end(), std::size_t{0});
-  JointSums sums{std::string(first), std::string(second)};
-  sums.add(units, trees);
-  return sums.distribution();
 }
 
 }  // namespace silvafit::stand

@@ -7,8 +7,10 @@
 #include <numeric>
 
 #include "silvafit/base/error.hpp"
+#include "test_support/stand_test_support.hpp"
 
 using namespace silvafit::stand;
+using namespace silvafit::stand::test;
 
 TEST_CASE("joint distributions count core trees by both classes") {
   StructuralUnits units{.neighbors = 2,

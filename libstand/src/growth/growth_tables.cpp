@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "figures/figure_columns.hpp"
 #include "silvafit/base/json_values.hpp"
+#include "silvafit/data/list_table.hpp"
 #include "silvafit/stand/growth.hpp"
 #include "silvafit/stand/stand_json.hpp"
 
@@ -18,134 +20,91 @@ using nlohmann::ordered_json;
 
 GrowthPart growth_part(std::size_t number) { return static_cast<GrowthPart>(number); }
 
-std::string name_of_stratum(const StratumGrowth& stratum) {
-  return stratum.kind == StratumFigures::Kind::kAll ? "all" : stratum.name;
-}
-
-std::string_view kind_of_growth(const StratumGrowth& stratum) {
-  using Kind = StratumFigures::Kind;
-  if (stratum.kind == Kind::kAll) return "all";
-  return stratum.kind == Kind::kWithout ? "none" : "stratum";
-}
+std::string part_name(std::size_t part) { return std::string(name_of(growth_part(part))); }
 
 data::Table trees_table(const GrowthReport& report) {
-  data::Table table(report.trees.size());
-  const auto text = [&](const std::string& name,
-                        const std::function<std::string(const TreeGrowth&)>& value) {
-    data::TextColumn column;
-    for (const TreeGrowth& tree : report.trees) column.append(value(tree));
-    table.set(name, std::move(column));
-  };
-  const auto number = [&](const std::string& name,
-                          const std::function<double(const TreeGrowth&)>& value) {
-    std::vector<double> column;
-    for (const TreeGrowth& tree : report.trees) column.push_back(value(tree));
-    table.set(name, std::move(column));
-  };
-  text("plot", [](const TreeGrowth& tree) { return tree.plot; });
-  text("tree", [](const TreeGrowth& tree) { return tree.tree; });
-  text("species", [](const TreeGrowth& tree) { return tree.species; });
-  text("from", [](const TreeGrowth& tree) { return tree.from; });
-  text("to", [](const TreeGrowth& tree) { return tree.to; });
-  text("fate", [](const TreeGrowth& tree) { return std::string(name_of(tree.fate)); });
-  const auto member = [&number](const std::string& name, double TreeGrowth::*value) {
-    number(name, [value](const TreeGrowth& tree) { return tree.*value; });
-  };
-  member("years", &TreeGrowth::years);
+  using Tree = TreeGrowth;
+  data::ListTable<Tree> table(report.trees);
+  table.add("plot", &Tree::plot);
+  table.add("tree", &Tree::tree);
+  table.add("species", &Tree::species);
+  table.add("from", &Tree::from);
+  table.add("to", &Tree::to);
+  table.add("fate", [](const Tree& tree) { return name_of(tree.fate); });
+  table.add("years", &Tree::years);
   // The columns at the start have the standard names, so that the file can be used for fits.
-  member("dbh", &TreeGrowth::dbh_start_cm);
-  member("dbh_end", &TreeGrowth::dbh_end_cm);
-  member("h", &TreeGrowth::h_start_m);
-  member("h_end", &TreeGrowth::h_end_m);
-  member("id", &TreeGrowth::dbh_cm_per_year);
-  member("ih", &TreeGrowth::h_m_per_year);
-  member("ig", &TreeGrowth::basal_area_cm2_per_year);
+  table.add("dbh", &Tree::dbh_start_cm);
+  table.add("dbh_end", &Tree::dbh_end_cm);
+  table.add("h", &Tree::h_start_m);
+  table.add("h_end", &Tree::h_end_m);
+  table.add("id", &Tree::dbh_cm_per_year);
+  table.add("ih", &Tree::h_m_per_year);
+  table.add("ig", &Tree::basal_area_cm2_per_year);
   for (std::size_t i = 0; i < report.quantities.size(); ++i) {
-    number("i_" + report.quantities[i],
-           [i](const TreeGrowth& tree) { return tree.quantities_per_year[i]; });
+    table.add("i_" + report.quantities[i],
+              [i](const Tree& tree) { return tree.quantities_per_year[i]; });
   }
-  number("interpolated", [](const TreeGrowth& tree) { return tree.is_interpolated ? 1.0 : 0.0; });
-  return table;
+  table.add("interpolated", &Tree::is_interpolated);
+  return std::move(table).table();
 }
 
 data::Table plots_table(const GrowthReport& report) {
-  data::Table table(report.plots.size());
-  const auto text = [&](const std::string& name, std::string PlotGrowth::*member) {
-    data::TextColumn column;
-    for (const PlotGrowth& plot : report.plots) column.append(plot.*member);
-    table.set(name, std::move(column));
-  };
-  const auto number = [&](const std::string& name,
-                          const std::function<double(const PlotGrowth&)>& value) {
-    std::vector<double> column;
-    for (const PlotGrowth& plot : report.plots) column.push_back(value(plot));
-    table.set(name, std::move(column));
-  };
-  text("plot", &PlotGrowth::plot);
-  text("stratum", &PlotGrowth::stratum);
-  text("from", &PlotGrowth::from);
-  text("to", &PlotGrowth::to);
-  number("years", [](const PlotGrowth& plot) { return plot.years; });
-  number("area_ha", [](const PlotGrowth& plot) { return plot.area_ha; });
+  data::ListTable<PlotGrowth> table(report.plots);
+  table.add("plot", &PlotGrowth::plot);
+  table.add("stratum", &PlotGrowth::stratum);
+  table.add("from", &PlotGrowth::from);
+  table.add("to", &PlotGrowth::to);
+  table.add("years", &PlotGrowth::years);
+  table.add("area_ha", &PlotGrowth::area_ha);
   for (std::size_t value = 0; value < report.values.size(); ++value) {
     for (std::size_t part = 0; part < kGrowthParts; ++part) {
-      number(report.values[value] + "_" + std::string(name_of(growth_part(part))),
-             [=](const PlotGrowth& plot) { return plot.values[value][part]; });
+      table.add(report.values[value] + "_" + part_name(part),
+                [=](const PlotGrowth& plot) { return plot.values[value][part]; });
     }
   }
-  return table;
+  return std::move(table).table();
 }
 
+/// A part of the growth of one value in a stratum.
+struct StratumPart {
+  const StratumGrowth& stratum;
+  std::size_t value = 0;
+  std::size_t part = 0;
+};
+
 data::Table growth_strata_table(const GrowthReport& report) {
-  data::TextColumn stratum;
-  data::TextColumn kind;
-  data::TextColumn from;
-  data::TextColumn to;
-  data::TextColumn value_name;
-  data::TextColumn part_name;
-  std::vector<double> period;
-  std::vector<double> plots;
-  std::array<std::vector<double>, 4> numbers;
-  for (const StratumGrowth& one : report.strata) {
+  std::vector<StratumPart> parts;
+  for (const StratumGrowth& stratum : report.strata) {
     for (std::size_t value = 0; value < report.values.size(); ++value) {
       for (std::size_t part = 0; part < kGrowthParts; ++part) {
-        stratum.append(name_of_stratum(one));
-        kind.append(kind_of_growth(one));
-        from.append(one.from);
-        to.append(one.to);
-        value_name.append(report.values[value]);
-        part_name.append(name_of(growth_part(part)));
-        period.push_back(static_cast<double>(one.period));
-        plots.push_back(static_cast<double>(one.plots));
-        const Estimate& estimate = one.values[value][part];
-        numbers[0].push_back(estimate.per_ha);
-        numbers[1].push_back(estimate.standard_error);
-        numbers[2].push_back(estimate.total);
-        numbers[3].push_back(estimate.total_standard_error);
+        parts.push_back({.stratum = stratum, .value = value, .part = part});
       }
     }
   }
-  data::Table table(period.size());
-  table.set("stratum", std::move(stratum));
-  table.set("kind", std::move(kind));
-  table.set("period", std::move(period));
-  table.set("from", std::move(from));
-  table.set("to", std::move(to));
-  table.set("plots", std::move(plots));
-  table.set("value", std::move(value_name));
-  table.set("part", std::move(part_name));
-  table.set("per_ha", std::move(numbers[0]));
-  table.set("per_ha_se", std::move(numbers[1]));
-  table.set("total", std::move(numbers[2]));
-  table.set("total_se", std::move(numbers[3]));
-  return table;
-}
-
-ordered_json estimate_of_growth_json(const Estimate& estimate) {
-  return {{"per_ha", number_or_null(estimate.per_ha)},
-          {"standard_error", number_or_null(estimate.standard_error)},
-          {"total", number_or_null(estimate.total)},
-          {"total_standard_error", number_or_null(estimate.total_standard_error)}};
+  data::ListTable<StratumPart> table(parts);
+  const auto of_stratum = [&table](const char* name, auto value) {
+    table.add(name, [value](const StratumPart& one) { return std::invoke(value, one.stratum); });
+  };
+  of_stratum("stratum", [](const StratumGrowth& stratum) {
+    return stratum.kind == StratumFigures::Kind::kAll ? "all" : stratum.name;
+  });
+  of_stratum("kind", [](const StratumGrowth& stratum) { return name_of(stratum.kind); });
+  of_stratum("period", &StratumGrowth::period);
+  of_stratum("from", &StratumGrowth::from);
+  of_stratum("to", &StratumGrowth::to);
+  of_stratum("plots", &StratumGrowth::plots);
+  table.add("value", [&report](const StratumPart& one) { return report.values[one.value]; });
+  table.add("part", [](const StratumPart& one) { return part_name(one.part); });
+  const auto of_estimate = [&table](const char* name, double Estimate::*member) {
+    table.add(name, [member](const StratumPart& one) {
+      return one.stratum.values[one.value][one.part].*member;
+    });
+  };
+  of_estimate("per_ha", &Estimate::per_ha);
+  of_estimate("per_ha_se", &Estimate::standard_error);
+  of_estimate("total", &Estimate::total);
+  of_estimate("total_se", &Estimate::total_standard_error);
+  return std::move(table).table();
 }
 
 ordered_json plots_json(const GrowthReport& report) {
@@ -159,8 +118,7 @@ ordered_json plots_json(const GrowthReport& report) {
                        {"area_ha", number_or_null(plot.area_ha)}};
     for (std::size_t value = 0; value < report.values.size(); ++value) {
       for (std::size_t part = 0; part < kGrowthParts; ++part) {
-        entry[report.values[value]][std::string(name_of(growth_part(part)))] =
-            number_or_null(plot.values[value][part]);
+        entry[report.values[value]][part_name(part)] = number_or_null(plot.values[value][part]);
       }
     }
     list.push_back(std::move(entry));
@@ -172,15 +130,14 @@ ordered_json strata_of_growth_json(const GrowthReport& report) {
   ordered_json list = ordered_json::array();
   for (const StratumGrowth& stratum : report.strata) {
     ordered_json entry{{"stratum", text_or_null(stratum.name)},
-                       {"kind", kind_of_growth(stratum)},
+                       {"kind", name_of(stratum.kind)},
                        {"period", stratum.period},
                        {"from", stratum.from},
                        {"to", stratum.to},
                        {"plots", stratum.plots}};
     for (std::size_t value = 0; value < report.values.size(); ++value) {
       for (std::size_t part = 0; part < kGrowthParts; ++part) {
-        entry[report.values[value]][std::string(name_of(growth_part(part)))] =
-            estimate_of_growth_json(stratum.values[value][part]);
+        entry[report.values[value]][part_name(part)] = json_of(stratum.values[value][part]);
       }
     }
     list.push_back(std::move(entry));

@@ -25,6 +25,12 @@ inline std::vector<std::string> problems(const CheckedInventory& checked) {
   return texts;
 }
 
+inline std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown = 5) {
+  ExcludedSummary summary(most_shown);
+  summary.add(checked);
+  return summary.text(checked.inventory.file);
+}
+
 inline InventoryOptions with_columns(const std::string& text) {
   return {.columns = parse_column_mappings(text)};
 }

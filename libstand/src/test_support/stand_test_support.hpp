@@ -11,9 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "figures/figure_sums.hpp"
+#include "figures/joint_sums.hpp"
+#include "figures/plot_sums.hpp"
 #include "silvafit/base/random.hpp"
 #include "silvafit/stand/species_table.hpp"
 #include "silvafit/stand/structural_units.hpp"
+#include "silvafit/stand/unit_summary.hpp"
 
 namespace silvafit::stand::test {
 
@@ -51,6 +55,40 @@ inline std::vector<std::size_t> all_rows(const Inventory& inventory) {
   std::vector<std::size_t> rows(inventory.size());
   std::iota(rows.begin(), rows.end(), std::size_t{0});
   return rows;
+}
+
+inline UnitSummaries summaries_of(const Inventory& inventory, const StructuralUnits& units) {
+  UnitSummaries summaries;
+  summaries.add(inventory, units);
+  return summaries;
+}
+
+inline JointDistribution joint_distribution(const StructuralUnits& units,
+                                            const std::string& first,
+                                            const std::string& second) {
+  std::vector<std::size_t> trees(units.core.size());
+  std::iota(trees.begin(), trees.end(), std::size_t{0});
+  JointSums sums(first, second);
+  sums.add(units, trees);
+  return sums.distribution();
+}
+
+inline std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
+                                                        double area_m2,
+                                                        double width_cm) {
+  DiameterSums sums(width_cm);
+  sums.add(inventory, all_rows(inventory));
+  return sums.classes(area_m2);
+}
+
+inline std::vector<StratumFigures> stratum_figures(
+    const Inventory& inventory,
+    const std::vector<SampledArea>& areas,
+    const std::vector<std::string>& stratum_of_area,
+    const std::map<std::string, double>& stratum_areas_ha) {
+  PlotSums plots;
+  plots.add(inventory, areas);
+  return stand::stratum_figures(plots, stratum_of_area, stratum_areas_ha, false, {});
 }
 
 inline double basal_area_m2(double dbh_cm) { return M_PI * dbh_cm * dbh_cm / 4e4; }

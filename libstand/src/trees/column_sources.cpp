@@ -6,13 +6,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/expression.hpp"
+#include "silvafit/data/text_formula.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "trees/known_tables.hpp"
 #include "trees/usual_names.hpp"
@@ -21,13 +22,6 @@ namespace silvafit::stand {
 namespace {
 
 constexpr std::string_view kStatus = "status";
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::ranges::transform(
-      result, result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
 
 /// The field of a standard column under another usual spelling.
 /// \throws UsageError if there are two such fields; of several status columns the first is used
@@ -155,30 +149,6 @@ std::vector<ColumnMapping> PolarPosition::sources() const {
 
 constexpr char kColumnsOption[] = "`columns`";
 
-/// Splits at commas that stand outside parentheses, double quotes and backquotes.
-std::vector<std::string_view> split_at_commas(std::string_view text) {
-  std::vector<std::string_view> parts;
-  int depth = 0;
-  char quote = '\0';  // the one that is open
-  std::size_t start = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool is_quote = text[i] == '"' || text[i] == '`';
-    if (is_quote && quote == '\0') {
-      quote = text[i];
-    } else if (text[i] == quote) {
-      quote = '\0';
-    }
-    if (quote != '\0') continue;
-    if (text[i] == '(') ++depth;
-    if (text[i] == ')') --depth;
-    if (text[i] != ',' || depth > 0) continue;
-    parts.push_back(text.substr(start, i - start));
-    start = i + 1;
-  }
-  parts.push_back(text.substr(start));
-  return parts;
-}
-
 ColumnMapping mapping_of(std::string_view part) {
   const std::size_t sign = part.find('=');
   if (sign != std::string_view::npos) {
@@ -201,9 +171,25 @@ const ColumnMapping* mapping_to(std::string_view name, const std::vector<ColumnM
 
 std::optional<std::size_t> field_in_any_case(std::string_view name,
                                              const std::vector<std::string>& header) {
-  const auto found = std::ranges::find(header, name, &lower);
+  const auto found = std::ranges::find_if(
+      header, [name](const std::string& column) { return are_equal_words(column, name); });
   if (found == header.end()) return std::nullopt;
   return static_cast<std::size_t>(found - header.begin());
+}
+
+std::optional<ColumnMapping> source_of(const std::string& name,
+                                       const std::vector<std::string>& header,
+                                       const std::vector<std::string>& units,
+                                       const std::vector<ColumnMapping>& mapped,
+                                       const std::string& file) {
+  if (const ColumnMapping* const mapping = mapping_to(name, mapped)) {
+    return in_our_unit(*mapping, header, units);
+  }
+  const auto is_it = [&name](const std::string& known) { return known == name; };
+  const std::vector<ColumnMapping> usual = usual_columns(header, is_it, file, units, false, mapped);
+  if (!usual.empty()) return usual.front();
+  const bool is_own = std::ranges::find(header, name) != header.end();
+  return is_own ? std::optional(ColumnMapping{.name = name, .source = name}) : std::nullopt;
 }
 
 /// Times and statuses are columns, because expressions make numbers.
@@ -267,27 +253,37 @@ data::TextColumn joined_labels(const data::Table& table, const std::vector<std::
   return labels;
 }
 
+void take_missing_codes(
+    std::string_view measure,
+    const std::vector<std::string>& columns,
+    bool zeros,
+    data::Table& table,
+    const std::function<void(const std::string& column, const std::string& code)>& found) {
+  for (const std::string& column : columns) {
+    if (!table.has(column) || !table.is_numeric(column)) continue;
+    std::vector<double> values(table.numbers(column).begin(), table.numbers(column).end());
+    for (double& value : values) {
+      const bool is_zero = zeros && value == 0.0 && is_zero_missing(measure);
+      if (!is_zero && !is_missing_number_of(measure, value)) continue;
+      if (found) found(column, data::shortest(value));
+      value = data::kMissing;
+    }
+    table.set(column, std::move(values));
+  }
+}
+
 std::vector<double> measured_values(
     std::string_view name,
     const data::ColumnReference& reference,
     data::Table table,
     const std::function<void(const std::string& column, const std::string& code)>& found) {
-  const auto take = [&](const std::string& column, double& value) {
-    if (found) found(column, data::shortest(value));
-    value = data::kMissing;
-  };
-  for (const std::string& column : std::vector<std::string>(table.names())) {
-    if (!table.is_numeric(column)) continue;
-    std::vector<double> read(table.numbers(column).begin(), table.numbers(column).end());
-    for (double& value : read) {
-      if (value < 0.0 && is_missing_number_of(name, value)) take(column, value);
-    }
-    table.set(column, std::move(read));
-  }
+  take_missing_codes(name, reference.columns(), !reference.expression, table, found);
   std::vector<data::TextCell> ignored;
   std::vector<double> values = data::numbers_of(table, reference, ignored);
   for (double& value : values) {
-    if (value == 0.0 && is_zero_missing(name)) take(reference.text, value);
+    if (value != 0.0 || !is_zero_missing(name)) continue;
+    if (found) found(reference.text, data::shortest(value));
+    value = data::kMissing;
   }
   return values;
 }
@@ -406,10 +402,14 @@ std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,
   return fmt::format("the table is {}: {}", known->title, text);
 }
 
+std::vector<ColumnMapping> parse_column_mappings(const std::vector<std::string>& entries) {
+  return parse_column_mappings(fmt::format("{}", fmt::join(entries, ",")));
+}
+
 std::vector<ColumnMapping> parse_column_mappings(std::string_view text) {
   std::vector<ColumnMapping> mappings;
   if (data::trimmed(text).empty()) return mappings;
-  for (const std::string_view part : split_at_commas(text)) {
+  for (const std::string_view part : data::split_at(text, ',')) {
     ColumnMapping mapping = mapping_of(part);
     const bool known = std::ranges::any_of(
         mappings, [&mapping](const ColumnMapping& other) { return other.name == mapping.name; });

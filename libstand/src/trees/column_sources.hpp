@@ -19,6 +19,17 @@ namespace silvafit::stand {
 std::optional<std::size_t> field_in_any_case(std::string_view name,
                                              const std::vector<std::string>& header);
 
+/// Where a table has a column: as mapped, a measure in our unit, under a usual name, or under its
+/// own; none if it does not.
+/// \param units   of each column, from a row below the header
+/// \param mapped  by the user
+/// \throws as usual_columns()
+std::optional<ColumnMapping> source_of(const std::string& name,
+                                       const std::vector<std::string>& header,
+                                       const std::vector<std::string>& units,
+                                       const std::vector<ColumnMapping>& mapped,
+                                       const std::string& file);
+
 /// Times, stands and statuses are columns, because expressions make numbers.
 /// \throws UsageError if the source is not a column
 void require_column(const ColumnMapping& mapping,

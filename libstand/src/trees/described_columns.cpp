@@ -11,8 +11,10 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/expression.hpp"
+#include "trees/column_sources.hpp"
 #include "trees/folded_text.hpp"
 #include "trees/usual_names.hpp"
 
@@ -49,22 +51,13 @@ Names words_of(std::string_view text) {
   return words;
 }
 
-bool contains_word(std::string_view list, std::string_view word) {
-  for (std::size_t begin = 0; begin < list.size();) {
-    const std::size_t end = std::min(list.find(' ', begin), list.size());
-    if (list.substr(begin, end - begin) == word) return true;
-    begin = end + 1;
-  }
-  return false;
-}
-
 /// Describes one table; an object, because its steps share the table.
 class Describer {
  public:
-  Describer(const data::TableSource& source, const RowPreparation& preparation)
-      : preparation_(preparation),
-        prepared_(prepared_table(source, preparation)),
-        reader_(prepared_.table, preparation.missing) {
+  Describer(const data::TableSource& source, const InventoryOptions& options)
+      : options_(options),
+        prepared_(prepared_table(source, options)),
+        reader_(prepared_.table, options.missing) {
     result_.file = reader_.file();
   }
 
@@ -80,7 +73,7 @@ class Describer {
   }
   const Names& header() const { return reader_.header(); }
 
-  const RowPreparation& preparation_;
+  const InventoryOptions& options_;
   PreparedTable prepared_;
   data::CsvReader reader_;
   data::Table table_{};
@@ -95,47 +88,32 @@ void Describer::add_source(const std::string& name, const std::string& source) {
   Names columns = is_label(name) ? joined_columns(source, header()) : Names();
   if (columns.empty()) {
     const auto reference = data::column_reference(name, source, header(), reader_.file());
-    columns = {reference.text};
-    if (reference.expression) {
-      columns.clear();
-      for (const std::string& variable : reference.expression->variables()) {
-        data::TextMatch match;
-        columns.push_back(data::is_text_match(variable, match) ? match.column : variable);
-      }
-    }
+    columns = reference.columns();
   }
   for (const std::string& column : columns) readers_.emplace(column, sources_.size() - 1);
 }
 
 void Describer::find_sources() {
   const auto& units = reader_.layout().units;
-  for (const ColumnMapping& mapping : preparation_.columns) {
+  for (const ColumnMapping& mapping : options_.columns) {
     add_source(mapping.name, in_our_unit(mapping, header(), units).source);
   }
   for (const TreeColumn& column : tree_columns()) {
     const std::string name(column.name);
-    if (mapping_to(name, preparation_.columns) != nullptr || name == "status") continue;
+    const bool is_found_otherwise = name == "status" || column.makes_position();
+    if (is_found_otherwise || mapping_to(name, options_.columns) != nullptr) continue;
     try {
-      const auto usual = usual_columns(
-          header(),
-          [&](const std::string& known) { return known == name; },
-          "",
-          units,
-          false,
-          preparation_.columns);
-      if (!usual.empty()) add_source(name, usual.front().source);
-      const bool is_column = std::ranges::find(header(), name) != header().end();
-      if (usual.empty() && !column.makes_position() && is_column) {
-        add_source(name, name);
+      if (const auto source = source_of(name, header(), units, options_.columns, "")) {
+        add_source(name, source->source);
       }
     } catch (const UsageError& error) {
       note(error.message());
     }
   }
   const auto add_other = [this](const std::string& name, const auto& column) {
-    if (column && mapping_to(name, preparation_.columns) == nullptr) add_source(name, *column);
+    if (column && mapping_to(name, options_.columns) == nullptr) add_source(name, *column);
   };
-  add_other("status", status_column(header(), preparation_.columns, {}, reader_.file()));
+  add_other("status", status_column(header(), options_.columns, {}, reader_.file()));
   add_other("year", usual_time_column(header()));
 }
 
@@ -203,7 +181,7 @@ void Describer::add_lacks() {
   for (const auto& [command, needs] : kNeeds) {
     LackingCommand lacking{.command = std::string(command)};
     for (const TreeColumn& column : tree_columns()) {
-      const bool is_needed = contains_word(needs, column.name);
+      const bool is_needed = has_word(needs, column.name);
       if (is_needed && !has(column.name)) lacking.lacks.emplace_back(column.name);
     }
     result_.commands.push_back(std::move(lacking));
@@ -232,7 +210,7 @@ TableDescription Describer::run() {
     }
   }
   table_ = data::read_csv_table(
-      reader_, {.text_columns = std::move(labels), .missing = preparation_.missing}, &codes_);
+      reader_, {.text_columns = std::move(labels), .missing = options_.missing}, &codes_);
   result_.rows = table_.rows();
   for (const std::string& column : table_.names()) describe(column);
   if (!codes_.empty()) note("codes read as missing values: " + codes_.text());
@@ -243,8 +221,8 @@ TableDescription Describer::run() {
 }  // namespace
 
 TableDescription describe_columns(const data::TableSource& source,
-                                  const RowPreparation& preparation) {
-  return Describer(source, preparation).run();
+                                  const InventoryOptions& options) {
+  return Describer(source, options).run();
 }
 
 std::vector<std::string> likely_columns(std::string_view name,
@@ -252,8 +230,8 @@ std::vector<std::string> likely_columns(std::string_view name,
   constexpr std::size_t kLongEnough = 3;  // letters of a name that other letters may follow
   const TreeColumn* const column = tree_column(name);
   const auto is_named = [&](const std::string& word) {
-    return word == folded_letters(name) || contains_word(column->usual, word) ||
-           contains_word(column->vague, word);
+    return word == folded_letters(name) || has_word(column->usual, word) ||
+           has_word(column->vague, word);
   };
   std::vector<std::string> likely;
   for (const std::string& text : header) {

@@ -24,12 +24,6 @@ Place Inventory::place(std::size_t row) const {
   return place;
 }
 
-std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown) {
-  ExcludedSummary summary(most_shown);
-  summary.add(checked);
-  return summary.text(checked.inventory.file);
-}
-
 void ExcludedSummary::add(const CheckedInventory& batch) {
   left_out_ += batch.excluded_tree_count;
   kept_ += batch.inventory.size();

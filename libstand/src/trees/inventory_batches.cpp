@@ -36,7 +36,7 @@ std::optional<data::TableParts> InventoryReader::parts(std::size_t rows) {
   }
   // Without a column of plots, all trees are of one.
   if (!is_of_rows && !plot.exists()) {
-    if (has_condition) prepared_ = prepared_table(csv_.source(), preparation());
+    if (has_condition) prepared_ = prepared_table(csv_.source(), options_);
     if (has_condition) csv_ = data::CsvReader(prepared_.table, options_.missing);
     return std::nullopt;
   }
@@ -62,7 +62,7 @@ std::optional<data::TableParts> InventoryReader::parts(std::size_t rows) {
 }
 
 void InventoryReader::open(const std::shared_ptr<const data::TableText>& part) {
-  prepared_.table = prepared_table(part, preparation(), true).table;
+  prepared_.table = prepared_table(part, options_, true).table;
   csv_ = data::CsvReader(prepared_.table, options_.missing);
 }
 
@@ -143,9 +143,8 @@ std::vector<std::string> InventoryReader::sources_of_others() const {
       want(other.source);
       continue;
     }
-    for (const std::string& variable : data::Expression::parse(other.source).variables()) {
-      data::TextMatch match;
-      want(data::is_text_match(variable, match) ? match.column : variable);
+    for (const std::string& column : data::columns_of(data::Expression::parse(other.source))) {
+      want(column);
     }
   }
   // An expression without columns still needs the rows.

@@ -258,7 +258,7 @@ ColumnPlan Planner::plan() {
   plan.stand_field = stand_field(plan);
   const auto status = status_column(header_, options_.columns, options_.status_codes, file_);
   if (status) plan.status_field = field_named(*status);
-  plan.filled_down = filled_fields(options_.fill_down, header_, options_.columns, file_);
+  plan.filled_down = filled_fields(options_, header_, file_);
   require_needed(plan);
   collect_expression_fields(plan);
   collect_others(plan);

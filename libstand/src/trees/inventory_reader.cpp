@@ -38,11 +38,11 @@ InventoryReader::InventoryReader(const data::TableSource& source,
                                  BatchOf of)
     : options_(std::move(options)),
       of_(of),
-      prepared_(of == BatchOf::kTable ? prepared_table(source, preparation())
+      prepared_(of == BatchOf::kTable ? prepared_table(source, options_)
                                       : PreparedTable{.table = source}),
       csv_(prepared_.table, options_.missing),
       file_(csv_.file()) {
-  if (of != BatchOf::kTable && preparation().makes_columns(csv_.header(), file_)) {
+  if (of != BatchOf::kTable && makes_columns(options_, csv_.header(), file_)) {
     throw UsageError("columns of visits or of texts are made of the whole table; omit `stream`",
                      {.file = file_, .column = "`stream`"});
   }
@@ -174,14 +174,6 @@ void InventoryReader::read_row(const std::vector<std::string_view>& fields,
       expression_texts_[i].append(data::trimmed(fields[source.field]));
     }
   }
-}
-
-RowPreparation InventoryReader::preparation() const {
-  return {.where = options_.where,
-          .visits = options_.visits,
-          .columns = options_.columns,
-          .missing = options_.missing,
-          .fill_down = options_.fill_down};
 }
 
 bool InventoryReader::read_block() {

@@ -62,7 +62,6 @@ class InventoryReader {
   static constexpr std::size_t kBlockRows = 4096;
 
   bool read_block();
-  RowPreparation preparation() const;
   void read_row(const std::vector<std::string_view>& fields,
                 InventoryRow& row,
                 std::size_t position);

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <utility>
 
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/json_reader.hpp"
 #include "trees/folded_text.hpp"
@@ -75,18 +75,12 @@ const std::vector<KnownTable>& known_tables() {
   return tables;
 }
 
-bool is_same(std::string_view left, std::string_view right) {
-  return std::ranges::equal(left, right, [](unsigned char a, unsigned char b) {
-    return std::tolower(a) == std::tolower(b);
-  });
-}
-
 /// The column of a name, which some databases write in other cases.
 std::optional<std::string> column_named(std::string_view name, const Header& header) {
   const auto own = std::ranges::find(header, name);
   if (own != header.end()) return *own;
   const auto found = std::ranges::find_if(
-      header, [name](const std::string& column) { return is_same(column, name); });
+      header, [name](const std::string& column) { return are_equal_words(column, name); });
   return found == header.end() ? std::nullopt : std::optional(*found);
 }
 
@@ -164,7 +158,7 @@ std::string_view known_unit(const std::string& column, const Header& header) {
   const KnownTable* const table = known_table(header);
   if (table == nullptr) return {};
   const auto found = std::ranges::find_if(
-      table->units, [&column](const auto& unit) { return is_same(unit.first, column); });
+      table->units, [&column](const auto& unit) { return are_equal_words(unit.first, column); });
   return found == table->units.end() ? std::string_view() : found->second;
 }
 
@@ -176,10 +170,10 @@ std::optional<std::string> known_status_column(const Header& header) {
 
 const KnownTable* known_status_table(std::string_view column, const Header& header) {
   const KnownTable* const own = known_table(header);
-  if (own != nullptr && is_same(own->status_column, column)) return own;
-  if (is_same(column, "status")) return nullptr;
+  if (own != nullptr && are_equal_words(own->status_column, column)) return own;
+  if (are_equal_words(column, "status")) return nullptr;
   for (const KnownTable& table : known_tables()) {
-    if (!table.status_column.empty() && is_same(table.status_column, column)) return &table;
+    if (!table.status_column.empty() && are_equal_words(table.status_column, column)) return &table;
   }
   return nullptr;
 }

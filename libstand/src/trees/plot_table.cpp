@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/column_reference.hpp"
 #include "trees/folded_text.hpp"
 #include "trees/known_tables.hpp"
@@ -27,51 +28,61 @@ constexpr double kDegreesOfRadian = 180.0 / std::numbers::pi;
 /// A number of a plot, its usual names as folded_letters gives them, and its range.
 struct NumberColumn {
   std::string_view name;
-  std::string_view usual;  ///< with blanks between them; a unit is part of a name
-  double unit = 1.0;       ///< factor from the unit of the usual names to the standard unit
+  double PlotRecord::*value = nullptr;
+  std::string_view usual{};  ///< with blanks between them; a unit is part of a name
+  double unit = 1.0;         ///< factor from the unit of the usual names to the standard unit
   double low = 0.0;
   double high = 0.0;  ///< 0: no upper limit
   bool may_be_low = false;
 };
 
+/// Columns of one name, and of one value, follow each other.
 constexpr std::array<NumberColumn, 11> kNumbers{{
-    {"area",
-     "areaqm aream2 plotarea plotaream2 plotsize plotsizem2 flache flaeche probeflache "
-     "probekreisflache flachem2 surface superficie",
-     1.0,
-     0.0},
-    {"area", "areaha plotareaha plotsizeha flacheha surfaceha superficieha", 1e4, 0.0},
-    {"radius", "r radiusm plotradius plotradiusm probekreisradius rayon rayonm radio radiom", 1.0},
-    {"expansion", "expansionfactor expfactor treesperha tph nha repfactor", 1.0},
-    {"slope",
-     "slopedeg slopedegrees inclination neigung hangneigung pente pendiente",
-     1.0,
-     0.0,
-     90.0,
-     true},
-    {"slope_percent", "slopepct slopeperc neigungprozent pentepct", 1.0, 0.0, 0.0, true},
+    {.name = "area",
+     .value = &PlotRecord::area_m2,
+     .usual = "areaqm aream2 plotarea plotaream2 plotsize plotsizem2 flache flaeche probeflache "
+              "probekreisflache flachem2 surface superficie"},
+    {.name = "area",
+     .value = &PlotRecord::area_m2,
+     .usual = "areaha plotareaha plotsizeha flacheha surfaceha superficieha",
+     .unit = 1e4},
+    {.name = "radius",
+     .value = &PlotRecord::radius_m,
+     .usual = "r radiusm plotradius plotradiusm probekreisradius rayon rayonm radio radiom"},
+    {.name = "expansion",
+     .value = &PlotRecord::expansion,
+     .usual = "expansionfactor expfactor treesperha tph nha repfactor"},
+    {.name = "slope",
+     .value = &PlotRecord::slope_deg,
+     .usual = "slopedeg slopedegrees inclination neigung hangneigung pente pendiente",
+     .high = 90.0,
+     .may_be_low = true},
+    {.name = "slope_percent",
+     .value = &PlotRecord::slope_deg,
+     .usual = "slopepct slopeperc neigungprozent pentepct",
+     .may_be_low = true},
     // Adjusted proportions of FIA exceed 1 by the part of a stratum's plots that was not sampled;
     // above 2, most of the stratum would be unknown, and the column is in percent.
-    {"share", "proportion plotshare anteil condpropunadj", 1.0, 0.0, 2.0, true},
-    {"x", "", 1.0},
-    {"y", "", 1.0},
-    {"stratum_area",
-     "strataarea stratumareaha strataareaha stratumha schichtflache",
-     1.0,
-     0.0,
-     0.0,
-     true},
-    {"stratum_weight", "strataweight stratumwgt schichtgewicht", 1.0, 0.0, 0.0, true},
+    {.name = "share",
+     .value = &PlotRecord::share,
+     .usual = "proportion plotshare anteil condpropunadj",
+     .high = 2.0,
+     .may_be_low = true},
+    {.name = "x", .value = &PlotRecord::x},
+    {.name = "y", .value = &PlotRecord::y},
+    {.name = "stratum_area",
+     .value = &PlotRecord::stratum_ha,
+     .usual = "strataarea stratumareaha strataareaha stratumha schichtflache",
+     .may_be_low = true},
+    {.name = "stratum_weight",
+     .value = &PlotRecord::stratum_weight,
+     .usual = "strataweight stratumwgt schichtgewicht",
+     .may_be_low = true},
 }};
 
 constexpr std::string_view kStratumNames = "strata stratumid stratumname schicht strate estrato";
 constexpr std::array<std::string_view, 5> kTexts{
     "plot", "stratum", "estimation_unit", "year", "date"};
-
-bool lists_word(std::string_view list, std::string_view word) {
-  return !word.empty() &&
-         fmt::format(" {} ", list).find(fmt::format(" {} ", word)) != std::string::npos;
-}
 
 /// Whether the header says that the slope is in percent: `Slope (%)`.
 bool is_percent(std::string_view header) { return header.find('%') != std::string_view::npos; }
@@ -94,6 +105,7 @@ class PlotTableReader {
   std::optional<std::string> usual_column(std::string_view name) const;
   void add(std::string_view name, std::string source, bool is_usual);
   void read_table(const data::TableSource& source);
+  std::vector<PlotRecord> records();
   std::vector<double> numbers(const std::string& name);
   std::string text(const std::string& name, std::size_t row) const;
   void check_range(const std::string& name, std::vector<double>& values);
@@ -111,19 +123,6 @@ class PlotTableReader {
   bool is_of_trees_ = false;
   std::map<std::pair<std::string, std::string>, PlotRecord> known_{};  ///< by plot and time
 };
-
-/// The numbers of a record, with their names.
-std::vector<std::pair<std::string, double>> values_of(const PlotRecord& record) {
-  return {{"area", record.area_m2},
-          {"radius", record.radius_m},
-          {"expansion", record.expansion},
-          {"slope", record.slope_deg},
-          {"share", record.share},
-          {"x", record.x},
-          {"y", record.y},
-          {"stratum_area", record.stratum_ha},
-          {"stratum_weight", record.stratum_weight}};
-}
 
 void PlotTableReader::check_names() const {
   std::vector<std::string> known(kTexts.begin(), kTexts.end());
@@ -149,15 +148,15 @@ std::optional<std::string> PlotTableReader::usual_column(std::string_view name) 
   for (const std::string& column : header_) {
     const std::string key = folded_letters(column);
     bool is_it = key == folded_letters(name) && !is_percent(column);
-    if (name == "stratum") is_it = is_it || lists_word(kStratumNames, key);
+    if (name == "stratum") is_it = is_it || has_word(kStratumNames, key);
     if (name == "estimation_unit") is_it = is_it || key == "estnunit";
     if (name == "slope_percent") {
-      is_it = is_it || (is_percent(column) && lists_word("slope inclination neigung hangneigung "
-                                                         "pente pendiente",
-                                                         key));
+      is_it = is_it || (is_percent(column) && has_word("slope inclination neigung hangneigung "
+                                                       "pente pendiente",
+                                                       key));
     }
     for (const NumberColumn& one : kNumbers) {
-      is_it = is_it || (one.name == name && !is_percent(column) && lists_word(one.usual, key));
+      is_it = is_it || (one.name == name && !is_percent(column) && has_word(one.usual, key));
     }
     if (name == "plot" || name == "x" || name == "y") {
       const std::optional<MeantName> meant = meant_name(column);
@@ -188,7 +187,7 @@ void PlotTableReader::add(std::string_view name, std::string source, bool is_usu
   }
   double factor = 1.0;
   for (const NumberColumn& one : kNumbers) {
-    if (one.name == name && lists_word(one.usual, folded_letters(source))) factor = one.unit;
+    if (one.name == name && has_word(one.usual, folded_letters(source))) factor = one.unit;
   }
   factors_[std::string(name)] = factor;
   sources_.emplace(name, std::move(source));
@@ -278,7 +277,24 @@ std::vector<double> PlotTableReader::numbers(const std::string& name) {
   }
   for (double& value : values) value *= factors_[name];
   check_range(name, values);
+  if (name != "slope_percent") return values;
+  for (double& value : values) value = std::atan(value / 100.0) * kDegreesOfRadian;
   return values;
+}
+
+/// The rows with their numbers, of several columns of one value the first that is known.
+std::vector<PlotRecord> PlotTableReader::records() {
+  std::vector<PlotRecord> records(table_.rows());
+  std::string_view read;
+  for (const NumberColumn& column : kNumbers) {
+    if (std::exchange(read, column.name) == column.name) continue;
+    const std::vector<double> values = numbers(std::string(column.name));
+    for (std::size_t row = 0; row < records.size(); ++row) {
+      double& value = records[row].*column.value;
+      if (std::isnan(value)) value = values[row];
+    }
+  }
+  return records;
 }
 
 std::string PlotTableReader::text(const std::string& name, std::size_t row) const {
@@ -308,13 +324,13 @@ bool PlotTableReader::repeats(const PlotRecord& record, std::size_t row) {
         name,
         fmt::format("{} differs from {} on line {}, of the same plot", value, known, first.line));
   };
-  const auto values = values_of(record);
-  const auto known = values_of(first);
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const auto& [name, value] = values[k];
-    const bool is_same =
-        value == known[k].second || (std::isnan(value) && std::isnan(known[k].second));
-    if (!is_same) differs(name, value, known[k].second);
+  double PlotRecord::*compared = nullptr;
+  for (const NumberColumn& column : kNumbers) {
+    if (std::exchange(compared, column.value) == column.value) continue;
+    const double value = record.*column.value;
+    const double known = first.*column.value;
+    const bool is_same = value == known || (std::isnan(value) && std::isnan(known));
+    if (!is_same) differs(std::string(column.name), value, known);
   }
   if (record.stratum != first.stratum) differs("stratum", record.stratum, first.stratum);
   return true;
@@ -335,34 +351,14 @@ PlotTable PlotTableReader::read() {
   result_.has_time = sources_.contains(time);
   result_.has_slope = sources_.contains("slope") || sources_.contains("slope_percent");
   result_.has_center = sources_.contains("x") && sources_.contains("y");
-  const std::vector<double> area = numbers("area");
-  const std::vector<double> radius = numbers("radius");
-  const std::vector<double> expansion = numbers("expansion");
-  const std::vector<double> slope = numbers("slope");
-  const std::vector<double> percent = numbers("slope_percent");
-  const std::vector<double> share = numbers("share");
-  const std::vector<double> x = numbers("x");
-  const std::vector<double> y = numbers("y");
-  const std::vector<double> stratum_ha = numbers("stratum_area");
-  const std::vector<double> stratum_weight = numbers("stratum_weight");
-  for (std::size_t row = 0; row < table_.rows(); ++row) {
-    PlotRecord record{.line = table_.line(row),
-                      .plot = text("plot", row),
-                      .stratum = text("stratum", row),
-                      .estimation_unit = text("estimation_unit", row),
-                      .time = text(time, row),
-                      .area_m2 = area[row],
-                      .radius_m = radius[row],
-                      .expansion = expansion[row],
-                      .slope_deg = slope[row],
-                      .share = share[row],
-                      .x = x[row],
-                      .y = y[row],
-                      .stratum_ha = stratum_ha[row],
-                      .stratum_weight = stratum_weight[row]};
-    if (std::isnan(record.slope_deg)) {
-      record.slope_deg = std::atan(percent[row] / 100.0) * kDegreesOfRadian;
-    }
+  std::vector<PlotRecord> rows = records();
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    PlotRecord& record = rows[row];
+    record.line = table_.line(row);
+    record.plot = text("plot", row);
+    record.stratum = text("stratum", row);
+    record.estimation_unit = text("estimation_unit", row);
+    record.time = text(time, row);
     if (record.plot.empty()) problem(row, sources_.find("plot")->second, "the plot is missing");
     if (!repeats(record, row)) result_.plots.push_back(std::move(record));
   }
@@ -377,7 +373,7 @@ PlotTable PlotTableReader::read() {
 const NumberColumn* area_named(const std::string& column) {
   const std::string key = folded_letters(column);
   const auto found = std::ranges::find_if(kNumbers, [&](const NumberColumn& one) {
-    return one.name == "area" && (key == "area" || lists_word(one.usual, key));
+    return one.name == "area" && (key == "area" || has_word(one.usual, key));
   });
   return found == kNumbers.end() ? nullptr : &*found;
 }

@@ -35,12 +35,6 @@ std::optional<std::size_t> field_named(std::string_view name, const Names& heade
   return static_cast<std::size_t>(found - header.begin());
 }
 
-/// The column of an expression's variable.
-std::string column_of(const std::string& variable) {
-  data::TextMatch match;
-  return data::is_text_match(variable, match) ? match.column : variable;
-}
-
 /// A text of records without rows.
 data::TableText empty_copy(const data::TableText& text) {
   return {.name = text.name, .separator = text.separator, .head = text.head};
@@ -199,7 +193,7 @@ std::string Visits::note() const {
 /// Prepares one table; an object, because its steps share the text.
 class Preparation {
  public:
-  Preparation(const data::TableSource& source, const RowPreparation& wanted, bool is_part)
+  Preparation(const data::TableSource& source, const InventoryOptions& wanted, bool is_part)
       : wanted_(wanted), is_part_(is_part), reader_(source, wanted.missing) {}
 
   PreparedTable run();
@@ -210,10 +204,13 @@ class Preparation {
   void choose_rows();
   data::Table columns_of_condition() const;
   data::Table table_of(const Names& columns, Names text_columns) const;
-  void add_column(const std::string& name, bool as_text, data::Table& table) const;
+  void add_column(const std::string& name,
+                  const std::string& source,
+                  bool as_text,
+                  data::Table& table) const;
   const Names& header() const { return text_->head->header; }
 
-  const RowPreparation& wanted_;
+  const InventoryOptions& wanted_;
   bool is_part_;
   data::CsvReader reader_;
   Text text_{};
@@ -223,8 +220,7 @@ class Preparation {
 
 /// The table as text with a head, of a row for each visit if these are in columns.
 void Preparation::take_rows() {
-  const std::vector<std::size_t> filled =
-      filled_fields(wanted_.fill_down, reader_.header(), wanted_.columns, reader_.file());
+  const std::vector<std::size_t> filled = filled_fields(wanted_, reader_.header(), reader_.file());
   for (const std::size_t field : filled) reader_.fill_down(field);
   std::optional<Visits> visits;
   if (!wanted_.visits.empty()) visits.emplace(wanted_.visits, reader_);
@@ -295,31 +291,14 @@ void Preparation::add_texts() {
 }
 
 /// Adds a column that a condition names.
-void Preparation::add_column(const std::string& name, bool as_text, data::Table& table) const {
-  const auto& units = text_->head->layout.units;
-  ColumnMapping source{.name = name, .source = name};
-  if (const ColumnMapping* const mapping = mapping_to(name, wanted_.columns)) {
-    source = in_our_unit(*mapping, header(), units);
-  } else {
-    const auto usual = usual_columns(
-        header(),
-        [&](const std::string& known) { return known == name; },
-        text_->name,
-        units,
-        false,
-        wanted_.columns);
-    if (!usual.empty()) source = usual.front();
-  }
-  const Names parts = is_label(name) ? joined_columns(source.source, header()) : Names();
+void Preparation::add_column(const std::string& name,
+                             const std::string& source,
+                             bool as_text,
+                             data::Table& table) const {
+  const Names parts = is_label(name) ? joined_columns(source, header()) : Names();
   if (!parts.empty()) return table.set(name, joined_labels(table_of(parts, parts), parts));
-  const auto reference = data::column_reference(name, source.source, header(), text_->name);
-  Names columns{reference.text};
-  if (reference.expression) {
-    columns.clear();
-    for (const std::string& variable : reference.expression->variables()) {
-      columns.push_back(column_of(variable));
-    }
-  }
+  const auto reference = data::column_reference(name, source, header(), text_->name);
+  const Names columns = reference.columns();
   const data::Table read = table_of(columns, as_text && !reference.expression ? columns : Names());
   if (!is_measure(name) && !reference.expression) {
     return data::copy_column(name, read, reference.text, table);
@@ -334,14 +313,11 @@ void Preparation::add_column(const std::string& name, bool as_text, data::Table&
 data::Table Preparation::columns_of_condition() const {
   data::Table table(text_->lines.size());
   for (const std::string& variable : data::Expression::parse(wanted_.where).variables()) {
-    const std::string name = column_of(variable);
-    const bool as_text = name != variable;
-    const auto is_it = [&name](const std::string& known) { return known == name; };
-    const bool is_known =
-        field_named(name, header()) || mapping_to(name, wanted_.columns) != nullptr ||
-        !usual_columns(header(), is_it, text_->name, {}, false, wanted_.columns).empty();
+    const std::string name = data::column_of(variable);
     if (table.has(name)) continue;
-    if (!is_known) {
+    const auto source =
+        source_of(name, header(), text_->head->layout.units, wanted_.columns, text_->name);
+    if (!source) {
       throw InputError(fmt::format("unknown column '{}' in the condition {} (put text in double "
                                    "quotes); available: {}",
                                    name,
@@ -349,7 +325,7 @@ data::Table Preparation::columns_of_condition() const {
                                    data::list_of(header())),
                        {.file = text_->name, .column = "`where`"});
     }
-    add_column(name, as_text, table);
+    add_column(name, source->source, name != variable, table);
   }
   return table;
 }
@@ -386,20 +362,22 @@ PreparedTable Preparation::run() {
 
 }  // namespace
 
-bool RowPreparation::makes_columns(const std::vector<std::string>& header,
-                                   const std::string& file) const {
-  return !visits.empty() || std::ranges::any_of(columns, [&](const ColumnMapping& mapping) {
+bool makes_columns(const InventoryOptions& options,
+                   const std::vector<std::string>& header,
+                   const std::string& file) {
+  const auto is_text = [&](const ColumnMapping& mapping) {
     return data::TextFormula::parse(mapping.source, header, file).has_value();
-  });
+  };
+  return !options.visits.empty() || std::ranges::any_of(options.columns, is_text);
 }
 
 PreparedTable prepared_table(const data::TableSource& source,
-                             const RowPreparation& preparation,
+                             const InventoryOptions& options,
                              bool is_part) {
-  const bool is_plain = preparation.where.empty() && preparation.visits.empty();
-  if (is_plain && preparation.columns.empty()) return {.table = source};
+  const bool is_plain = options.where.empty() && options.visits.empty();
+  if (is_plain && options.columns.empty()) return {.table = source};
   if (is_plain) {
-    const bool may_be_text = std::ranges::any_of(preparation.columns, [](const auto& mapping) {
+    const bool may_be_text = std::ranges::any_of(options.columns, [](const auto& mapping) {
       return mapping.source.find_first_of("\"(") != std::string::npos;
     });
     if (!may_be_text) return {.table = source};
@@ -408,21 +386,20 @@ PreparedTable prepared_table(const data::TableSource& source,
     // A pipe cannot be read twice.
     const bool is_pipe = path != nullptr && std::filesystem::exists(*path, ignored) &&
                          !std::filesystem::is_regular_file(*path, ignored);
-    if (is_pipe) return Preparation(source, preparation, is_part).run();
+    if (is_pipe) return Preparation(source, options, is_part).run();
     const data::CsvReader reader(source);
-    if (!preparation.makes_columns(reader.header(), reader.file())) return {.table = source};
+    if (!makes_columns(options, reader.header(), reader.file())) return {.table = source};
   }
-  return Preparation(source, preparation, is_part).run();
+  return Preparation(source, options, is_part).run();
 }
 
-std::vector<std::size_t> filled_fields(const std::vector<std::string>& names,
+std::vector<std::size_t> filled_fields(const InventoryOptions& options,
                                        const std::vector<std::string>& header,
-                                       const std::vector<ColumnMapping>& columns,
                                        const std::string& file) {
   std::vector<std::size_t> fields;
-  for (const std::string& name : names) {
+  for (const std::string& name : options.fill_down) {
     auto field = field_named(name, header);
-    const ColumnMapping* const mapping = mapping_to(name, columns);
+    const ColumnMapping* const mapping = mapping_to(name, options.columns);
     if (!field && mapping != nullptr) field = field_named(mapping->source, header);
     const auto is_it = [&name](const std::string& known) { return known == name; };
     const auto usual = field ? std::vector<ColumnMapping>() : usual_columns(header, is_it, file);

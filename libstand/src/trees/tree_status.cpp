@@ -9,6 +9,7 @@
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
 #include "trees/folded_text.hpp"
@@ -17,31 +18,23 @@
 namespace silvafit::stand {
 namespace {
 
-/// Words in the form of folded_letters, with blanks around each.
+/// Words in the form of folded_letters, with blanks between them.
 constexpr std::string_view kAliveWords =
-    " a l v alive live living healthy sound lebend lebendig vital gesund vivant vif sain viv vivo "
-    "viva sano elava elossa terve levande frisk zywe 活 活立木 活木 存活 正常 健康 健在 ";
+    "a l v alive live living healthy sound lebend lebendig vital gesund vivant vif sain viv vivo "
+    "viva sano elava elossa terve levande frisk zywe 活 活立木 活木 存活 正常 健康 健在";
 constexpr std::string_view kDeadWords =
-    " d dead standingdead deadstanding snag tot abgestorben durr duerr stehendtot totstehend "
+    "d dead standingdead deadstanding snag tot abgestorben durr duerr stehendtot totstehend "
     "stehendestotholz totholz durrstander mort morte mortsurpied muerto muerta muertoenpie "
-    "seco morto morta kuollut kelo pystykuollut dod martwe 死 死亡 枯死 枯死木 枯立木 死木 立枯 ";
+    "seco morto morta kuollut kelo pystykuollut dod martwe 死 死亡 枯死 枯死木 枯立木 死木 立枯";
 constexpr std::string_view kGoneWords =
-    " cut cutdown felled harvested removed logged fallen down deaddown downdead lying windthrow "
+    "cut cutdown felled harvested removed logged fallen down deaddown downdead lying windthrow "
     "windthrown stump gefallt gefaellt entnommen geerntet genutzt eingeschlagen ausgeschieden "
     "umgefallen liegend liegendtot baumstumpf stumpf stubben stock windwurf coupe coupee abattu "
     "abattue exploite recolte chablis souche mortausol cortado cortada talado talada cosechado "
     "caido caida tocon cortada hakattu kaadettu poistettu kaatunut maapuu kanto avverkad stubbe "
-    "采伐 砍伐 伐倒 伐倒木 间伐 倒木 枯倒木 伐桩 树桩 伐根 已采伐 ";
-constexpr std::string_view kYes = " 1 true t yes y ja j oui o si kylla 是 ";
-constexpr std::string_view kNo = " 0 false f no n nein non ei 否 ";
-
-bool is_among_words(std::string_view list, const std::string& word) {
-  return list.find(" " + word + " ") != std::string_view::npos;
-}
-
-}  // namespace
-
-namespace {
+    "采伐 砍伐 伐倒 伐倒木 间伐 倒木 枯倒木 伐桩 树桩 伐根 已采伐";
+constexpr std::string_view kYes = "1 true t yes y ja j oui o si kylla 是";
+constexpr std::string_view kNo = "0 false f no n nein non ei 否";
 
 struct GivenCodes {
   const std::vector<std::string>* codes;
@@ -81,11 +74,11 @@ StatusColumn::StatusColumn(std::string header,
       table_(known_status_table(header_, table)),
       codes_(std::move(codes)) {
   check_codes(codes_);
-  constexpr std::string_view kAliveHeaders = " alive living live lebend vivant vivo elossa 存活 ";
-  constexpr std::string_view kDeadHeaders = " dead tot mort muerto kuollut ";
+  constexpr std::string_view kAliveHeaders = "alive living live lebend vivant vivo elossa 存活";
+  constexpr std::string_view kDeadHeaders = "dead tot mort muerto kuollut";
   const std::string name = folded_letters(header_);
-  if (is_among_words(kAliveHeaders, name)) kind_ = Kind::kAlive;
-  if (is_among_words(kDeadHeaders, name)) kind_ = Kind::kDead;
+  if (has_word(kAliveHeaders, name)) kind_ = Kind::kAlive;
+  if (has_word(kDeadHeaders, name)) kind_ = Kind::kDead;
 }
 
 std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const {
@@ -97,12 +90,12 @@ std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const
   if (kind_ != Kind::kStatus) {
     const TreeStatus if_yes = kind_ == Kind::kAlive ? TreeStatus::kAlive : TreeStatus::kDead;
     const TreeStatus if_no = kind_ == Kind::kAlive ? TreeStatus::kDead : TreeStatus::kAlive;
-    if (is_among_words(kYes, word)) return if_yes;
-    if (is_among_words(kNo, word)) return if_no;
+    if (has_word(kYes, word)) return if_yes;
+    if (has_word(kNo, word)) return if_no;
   }
-  if (is_among_words(kAliveWords, word)) return TreeStatus::kAlive;
-  if (is_among_words(kDeadWords, word)) return TreeStatus::kDead;
-  if (is_among_words(kGoneWords, word)) return TreeStatus::kGone;
+  if (has_word(kAliveWords, word)) return TreeStatus::kAlive;
+  if (has_word(kDeadWords, word)) return TreeStatus::kDead;
+  if (has_word(kGoneWords, word)) return TreeStatus::kGone;
   return std::nullopt;
 }
 

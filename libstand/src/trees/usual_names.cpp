@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 
+#include "silvafit/base/words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/stand/tree_columns.hpp"
 #include "trees/folded_text.hpp"
@@ -66,21 +67,8 @@ bool ends_with_height(std::string_view text) {
 
 /// Units that no measure has.
 bool is_other_unit(std::string_view text) {
-  constexpr std::array<std::string_view, 14> kOthers{"%",
-                                                     "°",
-                                                     "deg",
-                                                     "degree",
-                                                     "degrees",
-                                                     "grad",
-                                                     "gon",
-                                                     "gons",
-                                                     "ha",
-                                                     "m2",
-                                                     "m²",
-                                                     "m3",
-                                                     "m³",
-                                                     "years"};
-  return std::ranges::find(kOthers, text) != kOthers.end();
+  constexpr std::string_view kOthers = "% ° deg degree degrees grad gon gons ha m2 m² m3 m³ years";
+  return has_word(kOthers, text);
 }
 
 HeaderParts parts_of(std::string_view header) {
@@ -100,17 +88,6 @@ HeaderParts parts_of(std::string_view header) {
   if (parts.unit && parts.unit->name == "m" && ends_with_height(text)) parts.unit.reset();
   parts.name = text;
   return parts;
-}
-
-/// Whether a list with blanks between its words has a word.
-bool has_word(std::string_view list, std::string_view word) {
-  for (std::size_t at = list.find(word); at != std::string_view::npos;
-       at = list.find(word, at + 1)) {
-    const bool begins = at == 0 || list[at - 1] == ' ';
-    const std::size_t end = at + word.size();
-    if (begins && (end == list.size() || list[end] == ' ')) return true;
-  }
-  return false;
 }
 
 /// The name without a remark in brackets at its end: `Höhe (gemessen)`.

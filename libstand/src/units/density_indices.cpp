@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/column_reference.hpp"
 #include "silvafit/data/program.hpp"
 #include "silvafit/data/table.hpp"
 
@@ -26,9 +27,7 @@ data::Expression parsed(std::string_view text, const data::Table& table) {
         {.column = kOpenGrownOption});
   }
   data::Expression expression = data::Expression::parse(text);
-  for (const std::string& variable : expression.variables()) {
-    data::TextMatch match;
-    const std::string& name = data::is_text_match(variable, match) ? match.column : variable;
+  for (const std::string& name : data::columns_of(expression)) {
     if (table.has(name)) continue;
     throw InputError(data::no_such_column(name, table.names()),
                      {.file = table.file(), .column = kOpenGrownOption});

@@ -45,7 +45,7 @@ TEST_CASE("Hanisch's core trees have all neighbors nearer than the boundary, and
   // 200 m2 over (10 - 4) (20 - 4) m2
   CHECK(units.weight_of(0) == Approx(200.0 / 96.0).epsilon(1e-15));
   CHECK(units.weight_of(2) == 0.0);
-  const UnitSummary all = summarize_all(stand, units);
+  const UnitSummary all = summaries_of(stand, units).all();
   CHECK(all.core_trees == 2);
   CHECK(all.U == 0.5);
 }

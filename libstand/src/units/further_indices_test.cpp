@@ -236,7 +236,7 @@ TEST_CASE("further indices are the last columns of the file, after the weights")
         "plot,tree,species,core,W,M,U,C,nn1,d1,weight,T,Hegyi\n"
         "1,1,A,1,,0,0,0,2,4,4,0.5,0.125\n"
         "1,2,A,0,,0,1,0,1,4,0,0.5,0.5\n");
-  CHECK(summarize_all(stand, units).further == std::vector<double>{0.5, 0.125});
+  CHECK(summaries_of(stand, units).all().further == std::vector<double>{0.5, 0.125});
   CHECK(further_index_named("BAL") == FurtherIndex::kBasalAreaLarger);
   CHECK_FALSE(further_index_named("bal"));
 }
@@ -280,8 +280,8 @@ TEST_CASE("BAL and CCF change no core tree, and a note states their area") {
   options.open_grown_crown = "dbh / 10";
   const StructuralUnits units = structural_units(stand, options);
   CHECK(units.core == plain.core);
-  CHECK(summarize_all(stand, units).M == summarize_all(stand, plain).M);
-  CHECK(summarize_all(stand, units).M == Approx(2.0 / 5.0));
+  CHECK(summaries_of(stand, units).all().M == summaries_of(stand, plain).all().M);
+  CHECK(summaries_of(stand, units).all().M == Approx(2.0 / 5.0));
   // The thinnest tree of plot 1: those of 20 and 30 cm on 6 m2.
   CHECK(units.further[0].values[2] == Approx(M_PI / 4.0 * (0.04 + 0.09) / 6e-4).epsilon(1e-14));
   CHECK(units.further[1].values[0] ==

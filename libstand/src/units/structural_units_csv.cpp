@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Structural units as CSV.
-#include <charconv>
 #include <cmath>
 #include <ostream>
 #include <string>
@@ -11,14 +10,9 @@
 namespace silvafit::stand {
 namespace {
 
-constexpr std::size_t kFlushAt = std::size_t{1} << 18;
-
 void append_number(std::string& out, double value) {
   out += ',';
-  if (std::isnan(value)) return;
-  char digits[32];
-  const auto [end, status] = std::to_chars(digits, digits + sizeof digits, value);
-  out.append(digits, end);
+  if (!std::isnan(value)) out += data::shortest(value);
 }
 
 /// Writes rows, with the labels of neighbors.
@@ -26,7 +20,7 @@ class UnitWriter {
  public:
   UnitWriter(const Inventory& inventory,
              const StructuralUnits& units,
-             std::optional<bool> ids_repeat = std::nullopt)
+             std::optional<bool> ids_repeat)
       : inventory_(inventory),
         units_(units),
         needs_plot_(units.scope == SearchScope::kStand &&
@@ -100,15 +94,9 @@ void write_structural_units(const Inventory& inventory,
                             const StructuralUnits& units,
                             std::ostream& stream,
                             bool with_header) {
-  const UnitWriter writer(inventory, units);
-  std::string out = with_header ? header_of_units(units) : "";
-  for (std::size_t row = 0; row < inventory.size(); ++row) {
-    writer.append_row(out, row);
-    if (out.size() < kFlushAt) continue;
-    stream.write(out.data(), static_cast<std::streamsize>(out.size()));
-    out.clear();
-  }
-  stream.write(out.data(), static_cast<std::streamsize>(out.size()));
+  if (with_header) stream << header_of_units(units);
+  write_structural_units(
+      inventory, units, [&stream](std::size_t /*tree*/, std::string_view row) { stream << row; });
 }
 
 }  // namespace silvafit::stand

@@ -322,14 +322,14 @@ TEST_CASE("in a random stand the mean of W is near one half") {
   // The mean of W in stands placed at random is about 0.5 (Hui and Gadow 2002: 0.475 to 0.517).
   const Inventory stand = stand_of(random_stand(4000, 11));
   const StructuralUnits units = structural_units(stand, {.buffer_m = 2.0});
-  const UnitSummary all = summarize_all(stand, units);
+  const UnitSummary all = summaries_of(stand, units).all();
   CHECK(all.trees == 4000);
   CHECK(all.core_trees > 3000);
   CHECK(all.W == Approx(0.5).margin(0.02));
   // Three species in equal shares: a neighbor is another one with probability 2/3.
   CHECK(all.M == Approx(2.0 / 3.0).margin(0.02));
   std::size_t sum = 0;
-  for (const UnitSummary& species : summarize_by_species(stand, units)) sum += species.trees;
+  for (const UnitSummary& species : summaries_of(stand, units).by_species()) sum += species.trees;
   CHECK(sum == 4000);
 }
 

@@ -117,17 +117,4 @@ std::vector<UnitSummary> UnitSummaries::by_species() const {
 
 UnitSummary UnitSummaries::all() const { return state_->all.summary(""); }
 
-std::vector<UnitSummary> summarize_by_species(const Inventory& inventory,
-                                              const StructuralUnits& units) {
-  UnitSummaries summaries;
-  summaries.add(inventory, units);
-  return summaries.by_species();
-}
-
-UnitSummary summarize_all(const Inventory& inventory, const StructuralUnits& units) {
-  UnitSummaries summaries;
-  summaries.add(inventory, units);
-  return summaries.all();
-}
-
 }  // namespace silvafit::stand

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cctype>
 #include <map>
 
 #include "silvafit/base/error.hpp"
@@ -13,33 +11,21 @@
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/stand/inventory.hpp"
+#include "trees/column_sources.hpp"
 #include "windows/window_files.hpp"
 
 namespace silvafit::stand {
 namespace {
-
-/// The index of a column; upper and lower case are equal.
-std::optional<std::size_t> field_named(const std::vector<std::string>& header,
-                                       std::string_view name) {
-  const auto is_it = [name](const std::string& column) {
-    return std::ranges::equal(column, name, [](unsigned char left, unsigned char right) {
-      return std::tolower(left) == std::tolower(right);
-    });
-  };
-  const auto found = std::ranges::find_if(header, is_it);
-  if (found == header.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header.begin());
-}
 
 class CsvWindowReader {
  public:
   explicit CsvWindowReader(const data::TableSource& table)
       : file_(data::file_of(table)), csv_(table), header_(csv_.header()) {
     plot_ = plot_field();
-    wkt_ = field_named(header_, "wkt");
-    x_ = field_named(header_, "x");
-    y_ = field_named(header_, "y");
-    radius_ = field_named(header_, "radius");
+    wkt_ = field_in_any_case("wkt", header_);
+    x_ = field_in_any_case("x", header_);
+    y_ = field_in_any_case("y", header_);
+    radius_ = field_in_any_case("radius", header_);
     if (wkt_ || (x_ && y_)) return;
     throw InputError(fmt::format("windows need the column wkt, or x, y and radius, or x and y of "
                                  "the corners in order, and plot if there are several plots; "
@@ -77,10 +63,10 @@ class CsvWindowReader {
 
 /// The column of plots, under its standard name or a usual one.
 std::optional<std::size_t> CsvWindowReader::plot_field() const {
-  if (const auto own = field_named(header_, "plot")) return own;
+  if (const auto own = field_in_any_case("plot", header_)) return own;
   const auto is_plot = [](const std::string& name) { return name == "plot"; };
   const std::vector<ColumnMapping> usual = usual_columns(header_, is_plot, file_);
-  return usual.empty() ? std::nullopt : field_named(header_, usual.front().source);
+  return usual.empty() ? std::nullopt : field_in_any_case(usual.front().source, header_);
 }
 
 double CsvWindowReader::number(const std::vector<std::string_view>& fields, std::size_t field) {

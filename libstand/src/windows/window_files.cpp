@@ -9,6 +9,7 @@
 
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/base/words.hpp"
 
 namespace silvafit::stand {
 namespace {
@@ -58,9 +59,7 @@ std::vector<NamedWindow> WindowCollector::windows(const std::string& file) const
 }
 
 std::vector<NamedWindow> read_windows(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::ranges::transform(
-      ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = in_lower_case(path.extension().string());
   if (ending == ".csv") return read_csv_windows(path);
   if (ending == ".wkt") return read_wkt_windows(path);
   // For any file ending: JSON begins with a brace, well-known text with a word.

@@ -366,7 +366,7 @@ TEST_CASE("GeoJSON windows are read as feature, collection or bare geometry") {
   CHECK(several[1].window.area_m2() == 146.0);
 }
 
-TEST_CASE("an invalid window is refused with the number of its feature") {
+TEST_CASE("an invalid window is refused with the place of its feature") {
   CHECK_THROWS_WITH(read_windows_text("{\n\"type\": \n"), Contains("not valid JSON from here"));
   CHECK_THROWS_WITH(read_windows_text("[]"), Contains("expected a Polygon or MultiPolygon"));
   CHECK_THROWS_WITH(read_windows_text(R"({"type": "Point", "coordinates": [1, 2]})"),
@@ -374,15 +374,17 @@ TEST_CASE("an invalid window is refused with the number of its feature") {
   CHECK_THROWS_WITH(read_windows_text(R"({"type": "FeatureCollection", "features": []})"),
                     Contains("contains no window"));
   CHECK_THROWS_WITH(read_windows_text(R"({"type": "Feature", "geometry": null})"),
-                    Contains("feature 1"));
+                    Contains("geometry: expected a Polygon"));
   CHECK_THROWS_WITH(read_windows_text(polygon("[[[0,0],[\"a\",0],[1,1]]]")),
-                    Contains("[x, y] in meters"));
+                    Contains("coordinates[0][1][0]") && Contains("must be a number"));
+  CHECK_THROWS_WITH(read_windows_text(polygon("[[[0,0],[5],[1,1]]]")),
+                    Contains("coordinates[0][1]") && Contains("[x, y] in meters"));
   const std::string bow = polygon("[[[0,0],[10,10],[10,0],[0,10],[0,0]]]");
   CHECK_THROWS_AS(read_windows_text(bow), silvafit::InputError);
   CHECK_THROWS_WITH(read_windows_text(R"({"type": "FeatureCollection", "features": [)" +
                                       feature(polygon("[[[0,0],[1,0],[1,1]]]"), "1") + "," +
                                       feature(bow, "2") + "]}"),
-                    Contains("feature 2: not a valid polygon: the boundary crosses"));
+                    Contains("features[1]: not a valid polygon: the boundary crosses"));
   CHECK_THROWS_WITH(read_windows("/no/such/window.geojson"), Contains("/no/such/window.geojson"));
 }
 

@@ -105,7 +105,7 @@ TEST_CASE("existing columns remain, and an index that cannot be computed is an e
 
 TEST_CASE("added columns may name an index that has to be computed") {
   data::Table table = two_plots();
-  add_columns("U=U,dominated=U*100", table);
+  add_columns({{"U", "U"}, {"dominated", "U*100"}}, table);
   CHECK(table.numbers("U")[0] == 1.0);
   CHECK(table.numbers("dominated")[0] == 100.0);
 }

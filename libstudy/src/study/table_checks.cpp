@@ -102,12 +102,12 @@ std::string origin_of_missing(const std::vector<std::string>& columns, const dat
   return index == columns.end() ? std::string() : origin_of(*index, columns, table);
 }
 
-std::vector<std::string> add_columns(std::string_view text,
+std::vector<std::string> add_columns(const std::vector<stand::ColumnMapping>& columns,
                                      data::Table& table,
                                      const stand::StructuralUnitOptions& options) {
   std::vector<std::string> notes;
   std::vector<std::string> computed;
-  for (const stand::ColumnMapping& mapping : stand::parse_column_mappings(text)) {
+  for (const stand::ColumnMapping& mapping : columns) {
     if (!table.has(mapping.source)) {
       const std::vector<std::string> names = structure_names_in({mapping.source}, table);
       for (std::string& note : add_structure_columns(names, table, options)) {

@@ -80,7 +80,7 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
   if (settings.plots || !settings.plots_file.empty()) {
     design.plots = stand::read_plot_table(
         settings.plots ? *settings.plots : data::TableSource(settings.plots_file),
-        stand::parse_column_mappings(fmt::format("{}", fmt::join(settings.plots_columns, ","))));
+        stand::parse_column_mappings(settings.plots_columns));
   }
   stand::check_design(design);
   return design;
@@ -94,32 +94,17 @@ std::vector<std::string> columns_of(const SamplingSettings& settings) {
   return columns;
 }
 
-stand::StatusCodes status_codes(const ReadingSettings& settings) {
-  return {.alive = settings.alive_codes, .dead = settings.dead_codes, .cut = settings.cut_codes};
-}
-
-stand::RowPreparation row_preparation(const ReadingSettings& settings) {
-  const auto mappings = [](const std::vector<std::string>& entries) {
-    return stand::parse_column_mappings(fmt::format("{}", fmt::join(entries, ",")));
-  };
-  return {.where = settings.rows.where,
-          .visits = mappings(settings.rows.visits),
-          .columns = mappings(settings.columns),
-          .missing = settings.missing,
-          .fill_down = settings.fill_down};
-}
-
 stand::InventoryOptions inventory_options(const ReadingSettings& settings,
                                           stand::InventoryOptions options) {
-  stand::RowPreparation rows = row_preparation(settings);
-  options.columns = std::move(rows.columns);
-  options.where = std::move(rows.where);
-  options.visits = std::move(rows.visits);
+  options.columns = stand::parse_column_mappings(settings.columns);
+  options.where = settings.rows.where;
+  options.visits = stand::parse_column_mappings(settings.rows.visits);
   options.trust_units = settings.trust_units;
   options.missing = settings.missing;
   options.fill_down = settings.fill_down;
   options.dead = settings.dead;
-  options.status_codes = status_codes(settings);
+  options.status_codes = {
+      .alive = settings.alive_codes, .dead = settings.dead_codes, .cut = settings.cut_codes};
   options.case_sensitive = settings.case_sensitive;
   return options;
 }

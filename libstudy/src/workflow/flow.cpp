@@ -31,7 +31,8 @@ data::TableParts table_parts(
   }
   const data::CsvReader reader(source, settings.missing);
   data::TablePartsOptions options{.missing = settings.missing, .rows = rows};
-  options.fill_down = filled_fields(reader.header(), settings, reader.file());
+  options.fill_down =
+      stand::filled_fields(inventory_options(settings), reader.header(), reader.file());
   const std::string name = group(reader.header());
   if (!name.empty()) options.group = fields_of(name, reader.header(), settings, reader.file());
   return {*path, options};

@@ -7,7 +7,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <set>
 #include <span>
 #include <utility>
@@ -253,38 +252,33 @@ RepeatedTreeCounts keep_one_row_per_tree(data::Table& table,
       stand::repeated_trees(inventory_of(table, rows, plot, tree, measure), times_of(table, rows));
   if (repeated.empty()) return {};
   RepeatedTreeCounts counts;
-  std::vector<char> is_kept(table.rows(), 1);
-  std::map<std::size_t, std::string> new_ids;
-  for (const stand::RepeatedTree& one : repeated) {
-    const std::size_t row = rows[one.row];
-    const Place place = place_in(table, plot, tree, row);
-    if (!one.is_same_tree) {
-      if (counts.others++ == 0) counts.first_other = describe(place, "now " + one.new_id);
-      new_ids.emplace(row, one.new_id);
-      continue;
-    }
-    is_kept[row] = 0;
-    if (counts.same++ > 0) continue;
-    const std::size_t line = table.line(rows[one.first_row]);
-    counts.first_same =
-        describe(place,
-                 fmt::format("the same tree is {}{}",
-                             line > 0 ? fmt::format("on line {}", line) : "in an earlier row",
-                             one.is_later ? ", measured at another time" : ""));
-  }
   Rows kept;
   data::TextColumn ids;
+  auto next = repeated.begin();
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    const auto new_id = new_ids.find(row);
-    if (new_id != new_ids.end()) {
-      ids.append(new_id->second);
-    } else {
-      tree.is_missing(row) ? ids.append_missing() : ids.append(tree[row]);
+    const bool is_first = next == repeated.end() || rows[next->row] != row;
+    if (!is_first && next->is_same_tree) {
+      const std::size_t line = table.line(rows[next->first_row]);
+      const std::string same =
+          fmt::format("the same tree is {}{}",
+                      line > 0 ? fmt::format("on line {}", line) : "in an earlier row",
+                      next->is_later ? ", measured at another time" : "");
+      if (counts.same++ == 0) counts.first_same = describe(place_in(table, plot, tree, row), same);
+      ++next;
+      continue;
     }
-    if (is_kept[row] != 0) kept.push_back(row);
+    kept.push_back(row);
+    if (is_first) {
+      tree.is_missing(row) ? ids.append_missing() : ids.append(tree[row]);
+      continue;
+    }
+    if (counts.others++ == 0) {
+      counts.first_other = describe(place_in(table, plot, tree, row), "now " + next->new_id);
+    }
+    ids.append(next++->new_id);
   }
-  table.set(tree_column, std::move(ids));
   if (counts.same > 0) table = table.select(kept);
+  table.set(tree_column, std::move(ids));
   return counts;
 }
 

@@ -77,13 +77,13 @@ void write_rows_with_columns(const data::TableSource& in,
                              const RecordSink& sink) {
   const auto* const text = std::get_if<std::shared_ptr<const data::TableText>>(&in);
   const bool is_part = text != nullptr && (*text)->head;
-  const stand::PreparedTable prepared =
-      stand::prepared_table(in, row_preparation(reading), is_part);
+  const stand::InventoryOptions options = inventory_options(reading);
+  const stand::PreparedTable prepared = stand::prepared_table(in, options, is_part);
   const std::vector<char> is_number = columns_of_numbers(prepared.table);
   data::CsvReader reader(prepared.table);
   std::vector<std::string> header = reader.header();
   header.resize(header.size() - prepared.made);
-  for (const std::size_t field : filled_fields(header, reading, reader.file())) {
+  for (const std::size_t field : stand::filled_fields(options, header, reader.file())) {
     reader.fill_down(field);
   }
   const auto replaced = std::ranges::find(header, columns.replaced) - header.begin();

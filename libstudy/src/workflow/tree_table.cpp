@@ -33,8 +33,6 @@ bool contains(const Names& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-std::string joined(const Names& entries) { return fmt::format("{}", fmt::join(entries, ",")); }
-
 /// The treatment of rows with the plot and tree of an earlier row.
 enum class RepeatedRows {
   kAll,            ///< all rows are kept
@@ -44,10 +42,9 @@ enum class RepeatedRows {
 
 /// Settings for converting a file to a table.
 struct Wishes {
-  Names names{};      ///< columns that remain text, by our names
-  Mappings mapped{};  ///< sources of other columns of ours; these are not added
+  stand::InventoryOptions options{};  ///< the columns that it maps are not added
+  Names names{};                      ///< columns that remain text, by our names
   std::function<bool(const std::string&)> is_wanted{};
-  const ReadingSettings& settings;
   bool unifies_spellings = false;
   Names species{};  ///< whose spelling is given
   bool leaves_out_dead = false;
@@ -61,11 +58,10 @@ class TableReader {
  public:
   TableReader(const data::TableSource& source, const Wishes& wishes)
       : wishes_(wishes),
-        prepared_(stand::prepared_table(
-            source, row_preparation(wishes.settings), wishes.state != nullptr)),
-        reader_(prepared_.table, wishes.settings.missing),
+        prepared_(stand::prepared_table(source, wishes.options, wishes.state != nullptr)),
+        reader_(prepared_.table, wishes.options.missing),
         state_(wishes.state == nullptr ? own_state_ : *wishes.state) {
-    result_.mapped = wishes.mapped;
+    result_.mapped = wishes.options.columns;
   }
 
   struct Result : ObservedTable {
@@ -138,11 +134,11 @@ void TableReader::read_table() {
     }
   }
   const std::vector<std::size_t> fields =
-      filled_fields(reader_.header(), wishes_.settings, reader_.file());
+      stand::filled_fields(wishes_.options, reader_.header(), reader_.file());
   for (const std::size_t field : fields) reader_.fill_down(field);
   result_.table = data::read_csv_table(
       reader_,
-      {.text_columns = std::move(texts), .missing = wishes_.settings.missing, .fill_down = fields},
+      {.text_columns = std::move(texts), .missing = wishes_.options.missing, .fill_down = fields},
       &state_.codes);
 }
 
@@ -154,20 +150,13 @@ void TableReader::find_missing_values(const std::string& name,
                                       bool is_own) {
   const data::ColumnReference reference =
       data::column_reference(name, source, result_.table.names(), reader_.file());
-  Names columns{source};
-  if (reference.expression) columns = reference.expression->variables();
-  for (const std::string& column : columns) {
-    if (!result_.table.has(column) || !result_.table.is_numeric(column)) continue;
-    const auto old = result_.table.numbers(column);
-    std::vector<double> values(old.begin(), old.end());
-    for (double& value : values) {
-      const bool is_zero = value == 0.0 && is_own && stand::is_zero_missing(name);
-      if (!is_zero && !stand::is_missing_number_of(name, value)) continue;
-      state_.codes.add(column, data::shortest(value));
-      value = data::kMissing;
-    }
-    result_.table.set(column, std::move(values));
-  }
+  stand::take_missing_codes(name,
+                            reference.columns(),
+                            is_own,
+                            result_.table,
+                            [this](const std::string& column, const std::string& code) {
+                              state_.codes.add(column, code);
+                            });
 }
 
 /// Adds a column under our name; the source column remains.
@@ -191,7 +180,7 @@ void TableReader::unify_spellings() {
   const stand::ColumnMapping* const mapping = stand::mapping_to("species", result_.mapped);
   const std::string name = mapping == nullptr ? "species" : mapping->source;
   data::Table& table = result_.table;
-  if (wishes_.settings.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
+  if (wishes_.options.case_sensitive || !table.has(name) || table.is_numeric(name)) return;
   data::TextColumn species = table.text(name);
   state_.spellings.know(wishes_.species);
   state_.spellings.unify(species);
@@ -201,7 +190,7 @@ void TableReader::unify_spellings() {
 
 /// Excludes the trees that are dead or cut, or notes that they are used.
 void TableReader::read_status() {
-  const stand::StatusCodes codes = status_codes(wishes_.settings);
+  const stand::StatusCodes& codes = wishes_.options.status_codes;
   const auto column = stand::status_column(reader_.header(), result_.mapped, codes, reader_.file());
   if (!column || !result_.table.has(*column)) return;
   if (!state_.status) state_.status.emplace(*column, codes, reader_.header());
@@ -216,7 +205,7 @@ void TableReader::read_status() {
   if (status.dead() + status.gone() + status.not_in_sample() == 0 && status.remarks().empty()) {
     return;
   }
-  const bool includes = wishes_.settings.dead == stand::DeadTrees::kInclude;
+  const bool includes = wishes_.options.dead == stand::DeadTrees::kInclude;
   const bool are_left_out = wishes_.leaves_out_dead && !includes;
   const bool are_found = wishes_.finds_dead && !includes;
   note(fmt::format(
@@ -271,20 +260,15 @@ TableReader::Result TableReader::read() {
   Mappings renamed = usual_;
   renamed.insert(renamed.end(), converted_.begin(), converted_.end());
   note(stand::describe_usual_columns(renamed, reader_.header()));
-  for (const stand::ColumnMapping& column : renamed) {
-    if (!stand::is_measure(column.name)) continue;
-    find_missing_values(column.name, column.source, true);
-  }
-  for (const stand::ColumnMapping& mapping : result_.mapped) {
-    const bool is_known = stand::mapping_to(mapping.name, converted_) != nullptr;
-    if (!is_known && stand::is_measure(mapping.name) && wishes_.is_wanted(mapping.name)) {
-      find_missing_values(mapping.name, mapping.source, result_.table.has(mapping.source));
-    }
-  }
-  for (const std::string& name : reader_.header()) {
-    const bool is_elsewhere = stand::mapping_to(name, result_.mapped) != nullptr ||
-                              stand::mapping_to(name, usual_) != nullptr;
-    if (!name.empty() && !is_elsewhere && wishes_.is_wanted(name) && stand::is_measure(name)) {
+  for (const stand::TreeColumn& column : stand::tree_columns()) {
+    const std::string name(column.name);
+    const stand::ColumnMapping* source = stand::mapping_to(name, renamed);
+    const bool is_known = source != nullptr;
+    if (!column.is_measure() || (!is_known && !wishes_.is_wanted(name))) continue;
+    if (source == nullptr) source = stand::mapping_to(name, result_.mapped);
+    if (source != nullptr) {
+      find_missing_values(name, source->source, is_known || result_.table.has(source->source));
+    } else if (contains(reader_.header(), name)) {
       find_missing_values(name, name, true);
     }
   }
@@ -345,7 +329,7 @@ void check_table_units(const data::Table& table, const Mappings& mapped) {
 
 std::map<std::string, std::string> column_map(const std::vector<std::string>& entries) {
   std::map<std::string, std::string> map;
-  for (stand::ColumnMapping& mapping : stand::parse_column_mappings(joined(entries))) {
+  for (stand::ColumnMapping& mapping : stand::parse_column_mappings(entries)) {
     map.emplace(std::move(mapping.name), std::move(mapping.source));
   }
   return map;
@@ -376,13 +360,6 @@ std::vector<std::size_t> fields_of(const std::string& name,
   return usual.size() == 1 ? find(usual.front().source) : fields;
 }
 
-std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
-                                       const ReadingSettings& settings,
-                                       const std::string& file) {
-  return stand::filled_fields(
-      settings.fill_down, header, stand::parse_column_mappings(joined(settings.columns)), file);
-}
-
 ReadTable read_tree_table(const data::TableSource& source,
                           const ReadingSettings& settings,
                           const std::string& by,
@@ -390,14 +367,14 @@ ReadTable read_tree_table(const data::TableSource& source,
                           const NoteCallback& note,
                           ReadingState* state) {
   columns = column_map(settings.columns);
-  Wishes wishes{.names = {"plot", "tree", "species"},
+  Wishes wishes{.options = inventory_options(settings),
+                .names = {"plot", "tree", "species"},
                 .is_wanted = [](const std::string&) { return true; },
-                .settings = settings,
                 .unifies_spellings = true,
                 .leaves_out_dead = true,
                 .repeated = by.empty() ? RepeatedRows::kOneOfEachTree : RepeatedRows::kAll,
                 .state = state};
-  for (const auto& [name, column] : columns) wishes.mapped.push_back({name, column});
+  std::ranges::sort(wishes.options.columns, {}, &stand::ColumnMapping::name);
   TableReader::Result result = TableReader(source, wishes).read();
   // Joined labels are columns of our names now.
   std::erase_if(columns, [&result](const auto& entry) {
@@ -414,26 +391,21 @@ ObservedTable read_model_table(const data::TableSource& source,
                                const ReadingSettings& settings,
                                const ModelColumns& columns,
                                const NoteCallback& note) {
-  const Wishes wishes{.names = columns.names,
-                      .mapped = stand::parse_column_mappings(joined(settings.columns)),
+  const Wishes wishes{.options = inventory_options(settings),
+                      .names = columns.names,
                       .is_wanted =
                           [&](const std::string& name) {
                             const bool is_label = name == "plot" || name == "tree";
                             return contains(columns.wanted, name) ||
                                    (is_label && !columns.wanted.empty());
                           },
-                      .settings = settings,
                       .unifies_spellings = !columns.keeps_spellings,
                       .species = columns.species,
                       .finds_dead = columns.finds_dead,
                       .repeated = RepeatedRows::kObservations,
                       .state = columns.state};
   TableReader::Result result = TableReader(source, wishes).read();
-  Names entries;
-  for (const stand::ColumnMapping& mapping : result.mapped) {
-    entries.push_back(mapping.name + "=" + mapping.source);
-  }
-  const Names computed = add_columns(joined(entries), result.table, columns.units);
+  const Names computed = add_columns(result.mapped, result.table, columns.units);
   ReadingState own;
   ReadingState& state = columns.state == nullptr ? own : *columns.state;
   for (const std::string& text : computed) ++state.computed[text];

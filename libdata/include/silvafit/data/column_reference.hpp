@@ -18,7 +18,16 @@ namespace silvafit::data {
 struct ColumnReference {
   std::string text{};                      ///< as the user wrote it
   std::optional<Expression> expression{};  ///< none if `text` is the name of a column
+
+  /// The columns that it reads.
+  std::vector<std::string> columns() const;
 };
+
+/// The column that a variable of an expression reads: itself, or the one that it compares with
+/// text.
+std::string column_of(const std::string& variable);
+/// Those of all variables of an expression, each once.
+std::vector<std::string> columns_of(const Expression& expression);
 
 /// Interprets the right side of `--columns NAME=TEXT`, in the same way for all commands. A text
 /// that equals the name of a column, including blanks, dots and brackets, is that column. Any other

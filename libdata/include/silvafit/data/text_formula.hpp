@@ -14,6 +14,10 @@
 
 namespace silvafit::data {
 
+/// The parts of a text between a sign, without blanks around them. Signs within parentheses, double
+/// quotes and backquotes do not separate.
+std::vector<std::string_view> split_at(std::string_view text, char sign);
+
 /// A formula of columns and texts in double quotes: `a + " " + b` joins texts, `first(a, b)` is the
 /// first that is not missing, `ifelse(CONDITION, a, b)` one of two; NA is a missing value. A joined
 /// text is missing if a column in it is.

@@ -43,8 +43,7 @@ struct TableDescription {
 
 /// Reads a whole table and describes it. Columns that could be two standard ones are noted.
 /// \throws as data::read_csv_table and prepared_table
-TableDescription describe_columns(const data::TableSource& source,
-                                  const RowPreparation& preparation);
+TableDescription describe_columns(const data::TableSource& source, const InventoryOptions& options);
 
 /// Columns of a header whose names contain a usual name of a standard column, and that have no
 /// other meaning: DBH.2018 for dbh.

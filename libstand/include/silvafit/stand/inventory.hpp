@@ -112,9 +112,12 @@ enum class DeadTrees {
 };
 
 struct InventoryOptions {
-  std::vector<ColumnMapping> columns{};
-  std::string where{};                  ///< as RowPreparation::where
-  std::vector<ColumnMapping> visits{};  ///< as RowPreparation::visits
+  std::vector<ColumnMapping> columns{};  ///< sources may be a data::TextFormula
+  /// Condition for the rows to use, of columns of the file and standard names; empty: all rows.
+  std::string where{};
+  /// `dbh=DBH_{year}`: columns of one measure at several times, which become a row each with the
+  /// columns `year` and `dbh`. What stands at {} begins with a digit.
+  std::vector<ColumnMapping> visits{};
   /// Columns of the file to keep in Inventory::other if they are not standard columns. Mappings to
   /// other names are kept there too.
   std::vector<std::string> keep{};
@@ -213,7 +216,7 @@ class InventoryBatches {
   bool is_sorted() const;
   /// Whether the file numbers its trees.
   bool has_numbers() const;
-  /// describe_excluded() of all batches read so far.
+  /// ExcludedSummary of all batches read so far.
   std::string excluded() const;
 
  private:
@@ -221,15 +224,14 @@ class InventoryBatches {
   std::unique_ptr<State> state_;
 };
 
-/// A text with the number of skipped rows and the reasons for the first ones; empty if none was
-/// skipped. Rows of dead trees are not counted.
-std::string describe_excluded(const CheckedInventory& checked, std::size_t most_shown = 5);
-
-/// The same for several batches of a file; only the rows that are shown are kept.
+/// The skipped rows of an inventory, or of its batches one after another; only those that are shown
+/// are kept.
 class ExcludedSummary {
  public:
   explicit ExcludedSummary(std::size_t most_shown = 5) : most_shown_(most_shown) {}
   void add(const CheckedInventory& batch);
+  /// Their number and the reasons for the first ones; empty if none was skipped. Rows of dead trees
+  /// are not counted.
   std::string text(const std::string& file) const;
 
  private:

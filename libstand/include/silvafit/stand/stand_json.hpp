@@ -24,7 +24,7 @@ nlohmann::ordered_json json_of(const UnitSummary& summary,
 nlohmann::ordered_json json_of(const StandReport& report);
 
 /// Kind of a row of strata: "stratum", "none" (plots without one) or "all".
-std::string_view kind_of(const StratumFigures& stratum);
+std::string_view name_of(StratumFigures::Kind kind);
 
 /// The same as tables: plots, strata, species, diameters and, with positions, classes (the joint
 /// distributions of two indices), each under its name.

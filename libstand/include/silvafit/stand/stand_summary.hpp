@@ -59,13 +59,6 @@ struct DiameterClass {
   double basal_area_m2_per_ha = 0.0;
 };
 
-/// Classes of one width, starting at 0, from the first to the last class with a tree.
-/// \throws UsageError if the width is not above 0, or would make more than 10,000 classes
-std::vector<DiameterClass> diameter_distribution(const Inventory& inventory,
-                                                 std::span<const std::size_t> trees,
-                                                 double area_m2,
-                                                 double width_cm);
-
 /// A mean per hectare over plots and its standard error, and the total of a stratum.
 struct Estimate {
   double per_ha = 0.0;
@@ -113,30 +106,6 @@ struct StratumSettings {
   /// stratum is multiplied by the share of its area that is not in a plot.
   bool is_finite = false;
 };
-
-/// Estimates by stratum and, last, for all together.
-///
-/// Plots are a simple random sample of their stratum. Per hectare: the ratio R = sum y / sum a of
-/// the plots' values and areas; standard error sqrt(sum (y - R a)^2 / (n (n - 1))) / mean a,
-/// which is that of the mean if plots are equal (Cochran 1977, chapter 6). Over strata:
-/// weighted by their areas if all are known (chapter 5), else all plots are one sample. Means over
-/// trees are ratios of two such totals, sum of heights to number of trees with a height, with the
-/// standard error of the combined ratio (chapter 6.11), which is that of the total of y - R x
-/// divided by the total of x; for the quadratic mean diameter with the first term of a Taylor
-/// series. Plots without a stratum have an entry of their own after the strata, and are not in the
-/// values of all that are weighted by areas.
-/// \param stratum_of_area   the stratum of each area, empty if it has none; no entries: no strata,
-///                          and the result is one entry
-/// \param stratum_areas_ha  areas by name; may be empty
-/// \param are_weights       they are relative areas, which give no totals
-/// \throws UsageError if an area is given for an unknown stratum, or not for all strata, or
-///   `settings` need areas of strata that are not given, or are smaller than those of the plots
-std::vector<StratumFigures> stratum_figures(const Inventory& inventory,
-                                            const std::vector<SampledArea>& areas,
-                                            const std::vector<std::string>& stratum_of_area,
-                                            const std::map<std::string, double>& stratum_areas_ha,
-                                            bool are_weights = false,
-                                            const StratumSettings& settings = {});
 
 /// Trees of one kind, such as a species and diameter class.
 struct DomainFigures {

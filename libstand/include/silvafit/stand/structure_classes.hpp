@@ -3,14 +3,15 @@
 #pragma once
 
 #include <cstddef>
-#include <string_view>
 #include <vector>
 
 #include "silvafit/stand/structural_units.hpp"
 
 namespace silvafit::stand {
 
-/// Proportions of the core trees by the classes 0, 1/n, ..., 1 of two indices.
+/// Proportions of the core trees by the classes 0, 1/n, ..., 1 of two of W, M, U and C, with the
+/// weights of the edge correction; NaN if there is no tree.
+/// Source: Li and others 2012, Journal of Vegetation Science 23, 1180-1190.
 struct JointDistribution {
   std::size_t neighbors = 0;    ///< n; there are n + 1 classes
   std::size_t trees = 0;        ///< core trees that have both indices
@@ -20,13 +21,5 @@ struct JointDistribution {
     return share[first_class * (neighbors + 1) + second_class];
   }
 };
-
-/// Bivariate distribution of two of W, M, U and C over core trees, with the weights of the edge
-/// correction. Proportions are NaN if there is no tree.
-/// \throws UsageError if a name is none of these
-/// Source: Li and others 2012, Journal of Vegetation Science 23, 1180-1190.
-JointDistribution joint_distribution(const StructuralUnits& units,
-                                     std::string_view first,
-                                     std::string_view second);
 
 }  // namespace silvafit::stand

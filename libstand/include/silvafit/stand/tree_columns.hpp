@@ -70,6 +70,16 @@ bool is_missing_number_of(std::string_view name, double value);
 /// Whether a measure cannot be 0, so that 0 is a missing-value code: dbh, h and cw.
 bool is_zero_missing(std::string_view name);
 
+/// Makes codes of missing values of a measure missing in columns of numbers: those of
+/// is_missing_number_of() and, with `zeros`, 0 where the measure cannot be 0.
+/// \param found  called with the column and each code
+void take_missing_codes(
+    std::string_view measure,
+    const std::vector<std::string>& columns,
+    bool zeros,
+    data::Table& table,
+    const std::function<void(const std::string& column, const std::string& code)>& found);
+
 /// `name=source`: the source of a standard column.
 struct ColumnMapping {
   std::string name{};    ///< plot, tree, species, x, y, z, dbh, h, hcb, cw, cr_e ..., or any other
@@ -80,6 +90,7 @@ struct ColumnMapping {
 /// not separate.
 /// \throws UsageError if a part is not `name=source` or a name comes twice
 std::vector<ColumnMapping> parse_column_mappings(std::string_view text);
+std::vector<ColumnMapping> parse_column_mappings(const std::vector<std::string>& entries);
 
 /// The mapping to a name; null if there is none.
 const ColumnMapping* mapping_to(std::string_view name, const std::vector<ColumnMapping>& mappings);

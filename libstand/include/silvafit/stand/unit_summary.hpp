@@ -46,9 +46,4 @@ class UnitSummaries {
   std::unique_ptr<State> state_;
 };
 
-/// The summaries of one inventory.
-std::vector<UnitSummary> summarize_by_species(const Inventory& inventory,
-                                              const StructuralUnits& units);
-UnitSummary summarize_all(const Inventory& inventory, const StructuralUnits& units);
-
 }  // namespace silvafit::stand

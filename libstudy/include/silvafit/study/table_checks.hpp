@@ -17,11 +17,11 @@ namespace silvafit::study {
 
 /// Adds columns under names of the user's choice. Structural indices that a source names and the
 /// table lacks are computed by add_structure_columns: `C=C`.
-/// \param text     `NAME=SOURCE,...`, a source being a column or an expression of columns
+/// \param columns  a source is a column or an expression of columns
 /// \param options  of structural indices
 /// \return         notes on which indices were computed, and how
-/// \throws UsageError if the text cannot be read; else as data::checked_values
-std::vector<std::string> add_columns(std::string_view text,
+/// \throws as data::checked_values
+std::vector<std::string> add_columns(const std::vector<stand::ColumnMapping>& columns,
                                      data::Table& table,
                                      const stand::StructuralUnitOptions& options = {});
 

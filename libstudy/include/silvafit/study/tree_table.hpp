@@ -122,11 +122,4 @@ std::vector<std::size_t> fields_of(const std::string& name,
                                    const ReadingSettings& settings,
                                    const std::string& file);
 
-/// The fields that ReadingSettings::fill_down means, by position in a header.
-/// \param file  for messages
-/// \throws UsageError if there is no such column
-std::vector<std::size_t> filled_fields(const std::vector<std::string>& header,
-                                       const ReadingSettings& settings,
-                                       const std::string& file);
-
 }  // namespace silvafit::study

@@ -76,13 +76,6 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings);
 /// Columns of the inventory that a design needs.
 std::vector<std::string> columns_of(const SamplingSettings& settings);
 
-/// The codes of a status column.
-stand::StatusCodes status_codes(const ReadingSettings& settings);
-
-/// The preparation of a table by these settings.
-/// \throws UsageError if a column cannot be read
-stand::RowPreparation row_preparation(const ReadingSettings& settings);
-
 /// The options of an inventory's reader by these settings; a caller may add its own.
 /// \throws UsageError if a column or a word cannot be read
 stand::InventoryOptions inventory_options(const ReadingSettings& settings,
