@@ -56,6 +56,10 @@ Convergence fitted(const data::Table& table,
   return fit_model(model, table, options).fit.convergence;
 }
 
+std::string text_of(const Degeneracy& found) {
+  return found.reason ? verdict_of({*found.reason}) : "";
+}
+
 /// The degeneracy of a fit of "h ~ ..." with the given estimate and standard deviation of `a`.
 std::string at(const char* formula, const VectorXd& estimate, double deviation) {
   const data::Table table = curves(0.5);
@@ -66,7 +70,7 @@ std::string at(const char* formula, const VectorXd& estimate, double deviation) 
   fit.estimate = estimate;
   fit.random = {{.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, deviation * deviation)}};
   fit.residual_sd = VectorXd::Constant(model.observations(), 0.5);
-  return degeneracy(model, frame_at(model, estimate), fit).text;
+  return text_of(degeneracy(model, frame_at(model, estimate), fit));
 }
 
 }  // namespace
@@ -104,7 +108,7 @@ TEST_CASE("groups of one observation whose random effects replace the residual a
   fit.estimate = Eigen::Vector2d(23.0, 0.06);
   fit.random = {{.names = {"a"}, .covariance = MatrixXd::Constant(1, 1, 4.0)}};
   fit.residual_sd = VectorXd::Constant(model.observations(), 1e-4);
-  const std::string what = degeneracy(model, frame_at(model, fit.estimate), fit).text;
+  const std::string what = text_of(degeneracy(model, frame_at(model, fit.estimate), fit));
   CHECK_THAT(what, Contains("each group of plot has one observation"));
 }
 

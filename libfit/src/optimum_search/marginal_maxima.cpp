@@ -70,6 +70,7 @@ void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) const {
   for (const Candidate& maximum : laplace.maxima_) {
     starts.push_back({.fit = maximum.fit,
                       .origin = "maximum of Laplace's likelihood",
+                      .obstacle = {},
                       .rank = value_at(maximum.fit, integration_)});
   }
 }

@@ -13,6 +13,7 @@
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/unit_summary.hpp"
+#include "test_support/inventory_test_support.hpp"
 
 using namespace silvafit::stand;
 using Catch::Matchers::Contains;

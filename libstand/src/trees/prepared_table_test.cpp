@@ -66,7 +66,7 @@ TEST_CASE("a code of missing values fulfils no condition, in any unit") {
 
 TEST_CASE("a condition reads columns of the file and ours") {
   const auto trees_where = [](const char* where) {
-    RowPreparation rows{.where = where, .columns = parse_column_mappings("dbh=DBH_2019")};
+    const InventoryOptions rows{.columns = parse_column_mappings("dbh=DBH_2019"), .where = where};
     return column(prepared_table(csv(kWide), rows).table, "tree");
   };
   CHECK(trees_where("genus == \"Abies\"") == std::vector<double>{1, 3});
