@@ -68,10 +68,10 @@ void MarginalMaxima::add_laplace_maxima(std::vector<Candidate>& starts) const {
   MarginalMaxima laplace(model_, pooled_, Integration::kLaplace, options_, found_);
   laplace.follow(laplace.starts(), kClimbs);
   for (const Candidate& maximum : laplace.maxima_) {
-    starts.push_back({.fit = maximum.fit,
-                      .origin = "maximum of Laplace's likelihood",
-                      .obstacle = {},
-                      .rank = value_at(maximum.fit, integration_)});
+    Candidate& start = starts.emplace_back();
+    start.fit = maximum.fit;
+    start.origin = "maximum of Laplace's likelihood";
+    start.rank = value_at(maximum.fit, integration_);
   }
 }
 
