@@ -29,7 +29,7 @@ MAY_INCLUDE = {
 # it in this list. A public header belongs to the folder of the source of the same name. Tests may include everything.
 FOLDERS = {
     "data": ["json", "table", "expression", "program", "columns", "settings"],
-    "fit": ["text", "variance", "correlation", "model", "optimization", "result", "conditional_modes", "likelihood", "least_squares",
+    "fit": ["text", "variance", "correlation", "model", "verdict", "optimization", "result", "conditional_modes", "likelihood", "least_squares",
             "mixed_effects", "lindstrom_bates", "marginal_likelihood", "optimum_search", "fit_model", "inference",
             "prediction", "resampling", "shared_fit", "summary"],
     "stand": ["trees", "windows", "units", "sampling", "figures", "growth"],

@@ -234,7 +234,7 @@ Formula parse_formula(std::string_view text) {
         "a formula has the form `response ~ expression`; the ~ is missing", text, text.size() + 1);
   }
   return {.left = left_side(text, tilde),
-          .right = Expression(parse_part(text, tilde + 1, text.size(), UnusedNames::kRefused)),
+          .right = Expression::parse(text, tilde + 1, text.size()),
           .text = std::string(text)};
 }
 

@@ -8,7 +8,6 @@
 #include <charconv>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -90,21 +89,12 @@ class Parser {
     return result;
   }
 
-  void require_names_in(const NodePointer& result) const {
-    std::set<std::string> found;
-    for (const std::string& name : Expression(result).variables()) {
-      TextMatch match;
-      found.insert(is_text_match(name, match) ? match.column : name);
-    }
-    for (const auto& [name, position] : names_) {
-      if (found.contains(name)) continue;
-      fail_at(fmt::format("the value does not depend on '{}' here; leave it out", name), position);
-    }
-  }
+  /// The names in the text, and where they stand.
+  const std::vector<NamePlace>& names() const { return names_; }
 
  private:
   NodePointer named(std::string name, std::size_t position) {
-    names_.emplace_back(name, position);
+    names_.push_back({.name = name, .position = position + 1});
     return make_variable(std::move(name));
   }
 
@@ -447,7 +437,7 @@ class Parser {
   std::size_t position_;
   std::size_t end_;
   const std::vector<NodePointer>* arguments_;
-  std::vector<std::pair<std::string, std::size_t>> names_{};  ///< those read, and where
+  std::vector<NamePlace> names_{};
   int depth_ = 0;
 };
 
@@ -470,13 +460,13 @@ std::string text_match_name(std::string_view column, std::string_view value) {
 NodePointer parse_part(std::string_view text,
                        std::size_t begin,
                        std::size_t end,
-                       UnusedNames unused) {
+                       std::vector<NamePlace>* names) {
   if (end - begin > kLongest) {
     throw FormulaError(fmt::format("the formula is longer than {} characters", kLongest), "", 1);
   }
   Parser parser(text, begin, end);
   NodePointer result = parser.parse();
-  if (unused == UnusedNames::kRefused) parser.require_names_in(result);
+  if (names != nullptr) *names = parser.names();
   return result;
 }
 

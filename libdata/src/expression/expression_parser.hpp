@@ -5,21 +5,20 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "expression/expression_node.hpp"
+#include "silvafit/data/expression_parts.hpp"
 
 namespace silvafit::data {
 
-/// Whether a name that a factor or an exponent of zero removes is an error. In a model it would be
-/// a parameter that nobody misses.
-enum class UnusedNames { kAllowed, kRefused };
-
 /// Parses the part [begin, end) of a text.
+/// \param names  set to the names in the part, also those that vanish from the value
 /// \throws FormulaError with the column in the whole text
 NodePointer parse_part(std::string_view text,
                        std::size_t begin,
                        std::size_t end,
-                       UnusedNames unused = UnusedNames::kAllowed);
+                       std::vector<NamePlace>* names = nullptr);
 
 /// The variable that stands for the comparison of a column with text.
 std::string text_match_name(std::string_view column, std::string_view value);

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
 #include "expression/expression_node.hpp"
+#include "expression/expression_parser.hpp"
 
 namespace silvafit::data {
 namespace {
@@ -195,6 +197,18 @@ NameUse use_of(const Expression& expression, std::string_view name) {
 std::vector<InseparableNames> inseparable_names(const Expression& expression,
                                                 const std::vector<std::string>& names) {
   return InseparableSearch(expression.node(), names).of(expression.node());
+}
+
+std::vector<NamePlace> vanished_names(std::string_view formula) {
+  std::vector<NamePlace> names;
+  const Expression value(parse_part(formula, formula.find('~') + 1, formula.size(), &names));
+  std::set<std::string> found;
+  for (const std::string& name : value.variables()) {
+    TextMatch match;
+    found.insert(is_text_match(name, match) ? match.column : name);
+  }
+  std::erase_if(names, [&](const NamePlace& place) { return found.contains(place.name); });
+  return names;
 }
 
 }  // namespace silvafit::data

@@ -65,3 +65,13 @@ TEST_CASE("names of identifiable models are not inseparable") {
   CHECK(inseparable("a + b*x + c*x^2", {"a", "b", "c"}).empty());
   CHECK(inseparable("1.3 + d^2/(a + b*d)^2", {"a", "b"}).empty());
 }
+
+TEST_CASE("names that a zero removes from a formula are found with their places") {
+  const auto vanished = vanished_names("h ~ a + 0*b*dbh + c*(species == \"SM\")*x^0");
+  REQUIRE(vanished.size() == 3);
+  CHECK(vanished[0].name == "b");
+  CHECK(vanished[0].position == 11);
+  CHECK(vanished[1].name == "dbh");
+  CHECK(vanished[2].name == "x");
+  CHECK(vanished_names("h ~ a + b*dbh").empty());
+}

@@ -50,14 +50,6 @@ TEST_CASE("names may be Chinese, dotted, or in backquotes") {
   CHECK(names == std::vector<std::string>{"胸径", "d.b_h2", "crown width [m]"});
 }
 
-TEST_CASE("a model names nothing on which its value does not depend") {
-  using Catch::Matchers::Contains;
-  CHECK_THROWS_WITH(parse_formula("h ~ a + 0*b*dbh"),
-                    Contains("column 11: the value does not depend on 'b'"));
-  CHECK_THROWS_WITH(parse_formula("h ~ a*dbh^0"), Contains("does not depend on 'dbh'"));
-  CHECK(parse_formula("h ~ a*(species == \"SM\")").right.variables().size() == 2);
-}
-
 TEST_CASE("signs of printed formulas are no letters of names") {
   using Catch::Matchers::Contains;
   CHECK_THROWS_WITH(parse_formula("h ~ a·dbh"), Contains("write *, or"));

@@ -15,6 +15,7 @@
 #include "model/formula_advice.hpp"
 #include "model/sub_model_terms.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/expression_parts.hpp"
 #include "silvafit/fit/response.hpp"
 #include "text/text_parts.hpp"
 
@@ -403,6 +404,13 @@ ModelSpecification specify_model(std::string_view formula,
     if (data::is_text_match(name, match) || table.has(name)) continue;
     check_parameter_name(name, formula, columns.empty() ? table.names() : columns);
     specification.parameters.push_back({.name = name});
+  }
+  for (const data::NamePlace& place : data::vanished_names(formula)) {
+    if (table.has(place.name)) continue;
+    throw FormulaError(
+        fmt::format("the value does not depend on '{}' here; leave it out", place.name),
+        formula,
+        place.position);
   }
   if (specification.parameters.empty()) {
     throw FormulaError(

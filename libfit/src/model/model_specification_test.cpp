@@ -29,6 +29,13 @@ TEST_CASE("names that are not columns are parameters, in order") {
   CHECK(model.coefficient_names() == Names{"a", "b", "c"});
 }
 
+TEST_CASE("a parameter that a zero removes from the formula is refused, a column is not") {
+  CHECK_THROWS_WITH(specify_model("h ~ a + 0*b*dbh", {}, columns({"h", "dbh"})),
+                    Catch::Contains("column 11: the value does not depend on 'b'"));
+  CHECK(specify_model("h ~ a + 0*dbh", {}, columns({"h", "dbh"})).coefficient_names() ==
+        Names{"a"});
+}
+
 TEST_CASE("sub-models add coefficients named parameter:covariate") {
   const auto table = columns({"h", "dbh", "C", "U"});
   const auto model = specify_model(

@@ -29,6 +29,17 @@ struct NameUse {
 };
 NameUse use_of(const Expression& expression, std::string_view name);
 
+/// A name in a text.
+struct NamePlace {
+  std::string name{};
+  std::size_t position = 0;  ///< column of its first character, from 1
+};
+
+/// The names of the right-hand side of a formula on which its value does not depend, because a
+/// factor or an exponent of zero removes them.
+/// \throws FormulaError as parse_formula
+std::vector<NamePlace> vanished_names(std::string_view formula);
+
 /// Some of the names, and the part of an expression through which alone they act on its value.
 struct InseparableNames {
   std::vector<std::string> names{};
