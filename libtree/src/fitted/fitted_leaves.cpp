@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "fitted/standing_skeleton.hpp"
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {

@@ -13,8 +13,8 @@
 #include "fitted/gap_branches.hpp"
 #include "fitted/radius_axes.hpp"
 #include "fitted/standing_skeleton.hpp"
-#include "morphology/skeleton_line.hpp"
 #include "segments/affine_map.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {

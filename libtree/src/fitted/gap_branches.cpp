@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "morphology/crown_gaps.hpp"
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "test_support/fitted_test_support.hpp"
 #include "test_support/tree_test_support.hpp"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {

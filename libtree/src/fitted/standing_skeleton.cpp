@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {

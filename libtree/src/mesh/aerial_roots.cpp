@@ -9,7 +9,7 @@
 
 #include "mesh/jitter.hpp"
 #include "mesh/tube.hpp"
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {

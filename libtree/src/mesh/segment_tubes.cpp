@@ -9,7 +9,7 @@
 #include "mesh/ring_in_crown.hpp"
 #include "mesh/tube.hpp"
 #include "mesh/wood_error.hpp"
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 
 namespace silvafit::tree {
 namespace {

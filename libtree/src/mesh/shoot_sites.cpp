@@ -9,7 +9,7 @@
 
 #include "mesh/jitter.hpp"
 #include "mesh/level_of_detail.hpp"
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/tree/texture_library.hpp"
 

@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "morphology/crown_gaps.hpp"
-#include "morphology/skeleton_line.hpp"
 #include "segments/branch_plan.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/fingerprint.hpp"
 

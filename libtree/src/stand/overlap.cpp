@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/error.hpp"
 #include "test_support/measurement_test_support.hpp"
 #include "test_support/stand_test_support.hpp"

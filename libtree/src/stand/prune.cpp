@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "fitted/fitted_leaves.hpp"
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/tree/overlap.hpp"
 
 namespace silvafit::tree {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 #include "silvafit/base/constants.hpp"
 
 namespace silvafit::tree {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "morphology/skeleton_line.hpp"
+#include "segments/skeleton_line.hpp"
 
 #include <algorithm>
 #include <limits>
