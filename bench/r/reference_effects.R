@@ -6,9 +6,8 @@ source("json.R")
 library(nlme)
 
 write <- function(data, name) write.csv(data, file.path("../../tests/reference/data-gpl", name), row.names = FALSE, quote = FALSE)
-# Labels of samples and dilutions within blocks: pdIdent(~ sample - 1) is a random intercept of each sample of a block.
-assay <- transform(as.data.frame(Assay), in_block = paste0(Block, sample), at_dilution = paste0(Block, "-", dilut))
-assay$dilut <- paste0("d", assay$dilut)
+# pdIdent(~ sample - 1) is a random intercept of each sample of a block.
+assay <- transform(as.data.frame(Assay), dilut = paste0("d", dilut))
 write(assay, "Assay.csv")
 write(as.data.frame(Wafer), "Wafer.csv")
 write(as.data.frame(Machines), "Machines.csv")
@@ -28,7 +27,7 @@ wafer_fit <- lme(current ~ voltage + I(voltage^2), Wafer, random = list(Wafer = 
 machines_fit <- lme(score ~ Machine - 1, Machines, random = ~ Machine - 1 | Worker)
 interaction_fit <- lme(score ~ Machine, Machines, random = ~ 1 | Worker / Machine)
 fits <- c(
-  figures("assay", "Assay.csv", "logDens ~ m", "m ~ sample * dilut", "m | Block/in_block + Block/at_dilution", FALSE, assay_fit),
+  figures("assay", "Assay.csv", "logDens ~ m", "m ~ sample * dilut", "m | Block/sample + Block/dilut", FALSE, assay_fit),
   figures("wafer", "Wafer.csv", "current ~ a + b*voltage + c*voltage^2", "", "a + b + c | Wafer/Site", TRUE, wafer_fit),
   figures("machines", "Machines.csv", "score ~ m", "m ~ 0 + Machine",
           'm:(Machine == "A") + m:(Machine == "B") + m:(Machine == "C") | Worker', FALSE, machines_fit),
