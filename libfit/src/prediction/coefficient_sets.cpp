@@ -116,8 +116,8 @@ class KnownGroups {
   KnownGroups(const KnownGroups&) = delete;
   KnownGroups& operator=(const KnownGroups&) = delete;
 
-  /// The group of a row in each term, -1 where it is unknown.
-  virtual std::vector<Index> of_row(std::size_t row) const = 0;
+  /// Sets the group of a row in each term, -1 where it is unknown.
+  virtual void of_row(std::size_t row, std::vector<Index>& groups) const = 0;
   /// The effects of groups by term, those of the last term first.
   virtual std::vector<KnownEffects> effects(const std::vector<Index>& groups) const {
     std::vector<KnownEffects> result;
@@ -141,13 +141,12 @@ class FittedGroups : public KnownGroups {
     for (const EstimatedEffects& term : fit.random) numbers_.push_back(numbered(term.labels));
   }
 
-  std::vector<Index> of_row(std::size_t row) const override {
-    std::vector<Index> result;
+  void of_row(std::size_t row, std::vector<Index>& groups) const override {
+    groups.clear();
     for (std::size_t t = 0; t < numbers_.size(); ++t) {
       const auto found = numbers_[t].find(labels_.of(t, row));
-      result.push_back(found == numbers_[t].end() ? -1 : found->second);
+      groups.push_back(found == numbers_[t].end() ? -1 : found->second);
     }
-    return result;
   }
 
  private:
@@ -174,8 +173,8 @@ class CalibratedGroups : public KnownGroups {
     }
   }
 
-  std::vector<Index> of_row(std::size_t row) const override {
-    std::vector<Index> result(terms_.size(), -1);
+  void of_row(std::size_t row, std::vector<Index>& groups) const override {
+    groups.assign(terms_.size(), -1);
     std::size_t t = terms_.size();
     Index group = -1;
     while (group < 0 && t-- > 0) {
@@ -183,10 +182,9 @@ class CalibratedGroups : public KnownGroups {
       if (own >= 0 && is_known_[t][static_cast<std::size_t>(own)]) group = own;
     }
     for (; group >= 0; --t) {
-      result[t] = group;
+      groups[t] = group;
       group = terms_[t].coarser_group[static_cast<std::size_t>(group)];
     }
-    return result;
   }
 
   std::vector<KnownEffects> effects(const std::vector<Index>& groups) const override {
@@ -242,15 +240,22 @@ std::vector<std::vector<Index>> add_sets(const FittedModel& fit,
                                          CoefficientSets& result) {
   std::map<std::vector<Index>, Index> sets;
   std::vector<std::vector<Index>> groups_of_set;
+  std::vector<Index> groups;
+  Index set = -1;
   for (std::size_t row = 0; row < rows; ++row) {
-    const auto [place, is_new] = sets.emplace(known.of_row(row), std::ssize(groups_of_set));
-    if (is_new) groups_of_set.push_back(place->first);
-    result.set_of_row[row] = place->second;
+    known.of_row(row, groups);
+    // Rows of a group mostly stand together.
+    if (set < 0 || groups != groups_of_set[static_cast<std::size_t>(set)]) {
+      const auto [place, is_new] = sets.emplace(groups, std::ssize(groups_of_set));
+      if (is_new) groups_of_set.push_back(groups);
+      set = place->second;
+    }
+    result.set_of_row[row] = set;
   }
   SetBuilder builder(fit, std::ssize(groups_of_set), with_covariances, result);
-  for (std::size_t set = 0; set < groups_of_set.size(); ++set) {
-    const std::vector<KnownEffects> effects = known.effects(groups_of_set[set]);
-    if (!effects.empty()) builder.set(static_cast<Index>(set), effects);
+  for (std::size_t k = 0; k < groups_of_set.size(); ++k) {
+    const std::vector<KnownEffects> effects = known.effects(groups_of_set[k]);
+    if (!effects.empty()) builder.set(static_cast<Index>(k), effects);
   }
   return groups_of_set;
 }
