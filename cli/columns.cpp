@@ -9,7 +9,7 @@
 #include <string>
 
 #include "command.hpp"
-#include "inventory_options.hpp"
+#include "shared_options.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/stand/described_columns.hpp"
 #include "standard_output.hpp"

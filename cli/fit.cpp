@@ -13,9 +13,9 @@
 
 #include "command.hpp"
 #include "fit_resampling.hpp"
-#include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
+#include "shared_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/ranks.hpp"
 #include "silvafit/data/checked_columns.hpp"

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "grow_command.hpp"
-#include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
+#include "shared_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/grow_setting_list.hpp"
 #include "table_arguments.hpp"

@@ -6,10 +6,10 @@
 
 #include "command.hpp"
 #include "help.hpp"
-#include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "row_output.hpp"
 #include "setting_options.hpp"
+#include "shared_options.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/impute_table.hpp"
 #include "standard_output.hpp"

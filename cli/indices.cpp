@@ -7,9 +7,9 @@
 
 #include "command.hpp"
 #include "help.hpp"
-#include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "row_output.hpp"
+#include "shared_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/study_files.hpp"
 #include "standard_output.hpp"

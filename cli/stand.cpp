@@ -9,10 +9,10 @@
 
 #include "command.hpp"
 #include "help.hpp"
-#include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "row_output.hpp"
 #include "setting_options.hpp"
+#include "shared_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"

@@ -16,9 +16,9 @@
 
 #include "command.hpp"
 #include "help.hpp"
-#include "inventory_options.hpp"
 #include "output_files.hpp"
 #include "setting_options.hpp"
+#include "shared_options.hpp"
 #include "silvafit/base/atomic_file.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/paths.hpp"

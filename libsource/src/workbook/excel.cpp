@@ -139,7 +139,7 @@ class StringCollector {
     is_text_ = tag.name == "t" && pronunciations_ == 0;
   }
   void end(std::string_view name) {
-    if (name == "rPh") --pronunciations_;
+    if (name == "rPh") pronunciations_ -= 1;
     is_text_ = false;
   }
   void add(std::string_view piece) {

@@ -128,7 +128,7 @@ void DocumentReader::end(std::string_view name) {
   if (foreign_ > 0) {
     --foreign_;
   } else if (is_cell_) {
-    if (name == "p") --paragraphs_;
+    if (name == "p") paragraphs_ -= 1;
     if (name == "table-cell" || name == "covered-table-cell") end_cell();
   } else if (name == "table-row" && is_row_) {
     end_row();

@@ -29,8 +29,7 @@ struct DerivedQuantity {
 /// Reads "h30 = 1.3 + a*(1 - exp(-b*30))", or an expression alone, which is then its own name.
 /// Names that are no words stand between backquotes, as in `a:(species == "SM")`.
 /// \throws FormulaError if the text cannot be read, a name in it is not a coefficient, or its own
-/// name
-///   is that of a coefficient or of another parameter
+///   name is that of a coefficient or of another parameter
 DerivedQuantity parse_derived_quantity(std::string_view text,
                                        const std::vector<std::string>& coefficients);
 

@@ -46,9 +46,9 @@ Residuals residuals(const FittedModel& fit, const data::Table& table);
 /// Covariance of the responses of the complete rows of a table, in its order.
 ///
 /// Given the random effects sigma^2 G R G; `is_marginal`: Z Psi Z' + sigma^2 G R G of the model
-/// linear around the estimates, where the responses of different groups are independent. \return (N
-/// x N), so that a table has the rows of one group, or of a few \throws UsageError with crossed
-/// groups; as NonlinearModel for the table
+/// linear around the estimates, where the responses of different groups are independent.
+/// \return (N x N), so that a table has the rows of one group, or of a few
+/// \throws UsageError with crossed groups; as NonlinearModel for the table
 Eigen::MatrixXd response_covariance(const FittedModel& fit,
                                     const data::Table& table,
                                     bool is_marginal);

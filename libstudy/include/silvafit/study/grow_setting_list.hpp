@@ -58,9 +58,7 @@ void each_setting(S& settings, Visit&& visit) {
             .option("plain"));
   visit(Setting("season", settings.season, "Colors of leaves; deciduous trees are bare in winter")
             .one_of({"summer", "autumn", "winter", "spring"}));
-  visit(Setting("builder",
-                settings.builder,
-                "Builder of the trees (for its presets: silvafit models --builders)")
+  visit(Setting("builder", settings.builder, "Builder of the trees; each has its own presets")
             .one_of({"segment", "lsystem", "ifs", "bamboo"}));
   visit(Setting("grammar",
                 settings.grammar,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "inventory_options.hpp"
+#include "shared_options.hpp"
 
 #include <algorithm>
 #include <utility>
