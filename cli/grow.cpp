@@ -58,7 +58,7 @@ void add_grow_command(CLI::App& program) {
   add_example(*command,
               "silvafit grow examples/fir-mixed/inventory.csv --plot 1 --scene plot1.glb");
   command->callback([arguments, command] {
-    const bool has_ground = arguments->settings.out.empty() || arguments->settings.per == "plot";
+    const bool has_ground = arguments->settings.out.empty() || arguments->settings.is_by_plot;
     refuse_idle(*command, "--ground", has_ground, "--scene or --per plot");
     run(*arguments);
   });

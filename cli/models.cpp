@@ -28,18 +28,6 @@ struct ModelsOptions {
   bool equations = false;
 };
 
-const char* word_of(study::Sign sign) {
-  switch (sign) {
-    case study::Sign::kPositive:
-      return "positive";
-    case study::Sign::kNegative:
-      return "negative";
-    case study::Sign::kAny:
-      return "any sign";
-  }
-  return "";
-}
-
 void print_table(const std::vector<const BaseModel*>& models) {
   std::size_t name_width = 4;
   for (const BaseModel* model : models) name_width = std::max(name_width, model->name.size());
@@ -125,8 +113,8 @@ std::string species_text(std::vector<std::string> names) {
 }
 
 void print_builders(const tree::BuilderCatalogue& catalogue) {
-  for (const tree::BuilderKind kind : tree::builder_kinds()) {
-    print_text("{}\n", tree::builder_name(kind));
+  for (const tree::BuilderKind kind : all_values<tree::BuilderKind>()) {
+    print_text("{}\n", word_of(kind));
     for (const tree::Builder* builder : catalogue.of(kind)) {
       const tree::PresetHead& preset = builder->preset();
       print_text("  {:<24} {}\n", preset.name, preset.title);
@@ -140,7 +128,7 @@ void print_builders_json(const tree::BuilderCatalogue& catalogue) {
   nlohmann::ordered_json result;
   result["schema"] = "silvafit-builders/1";
   result["builders"] = nlohmann::ordered_json::array();
-  for (const tree::BuilderKind kind : tree::builder_kinds()) {
+  for (const tree::BuilderKind kind : all_values<tree::BuilderKind>()) {
     nlohmann::ordered_json presets = nlohmann::ordered_json::array();
     for (const tree::Builder* builder : catalogue.of(kind)) {
       const tree::PresetHead& preset = builder->preset();
@@ -148,8 +136,7 @@ void print_builders_json(const tree::BuilderCatalogue& catalogue) {
                          {"title", preset.title},
                          {"species", catalogue.species_of(*builder)}});
     }
-    result["builders"].push_back(
-        {{"builder", tree::builder_name(kind)}, {"presets", std::move(presets)}});
+    result["builders"].push_back({{"builder", word_of(kind)}, {"presets", std::move(presets)}});
   }
   print_json_value(result);
 }

@@ -111,7 +111,7 @@ void print_structure(const stand::StandReport& report) {
   if (!report.units) return;
   std::vector<std::string> header{"species", "core trees", "W", "M", "U", "C"};
   for (const stand::FurtherValues& one : report.units->further) {
-    header.emplace_back(name_of(one.index));
+    header.emplace_back(word_of(one.index));
   }
   TextTable table(header);
   const auto add = [&table](const std::string& name, const stand::UnitSummary& summary) {
@@ -166,8 +166,8 @@ constexpr std::array<std::pair<GrowthPart, const char*>, 8> kShownParts{
      {GrowthPart::kNotFound, "not found /yr"}}};
 
 void print_fates(const stand::GrowthReport& report) {
-  std::map<std::string_view, std::size_t> trees;
-  for (const stand::TreeGrowth& tree : report.trees) ++trees[stand::name_of(tree.fate)];
+  std::map<std::string, std::size_t> trees;
+  for (const stand::TreeGrowth& tree : report.trees) ++trees[word_of(tree.fate)];
   print_text("Trees by fate in a period:");
   for (const auto& [fate, count] : trees) print_text(" {} {}", count, fate);
   print_text("\n\n");
@@ -176,7 +176,7 @@ void print_fates(const stand::GrowthReport& report) {
 void print_growth_of_plots(const std::string& value, const data::Table& plots) {
   Shown columns{{"plot", "plot"}, {"from", "from"}, {"to", "to"}, {"years", "years"}};
   for (const auto& [part, title] : kShownParts) {
-    columns.push_back({fmt::format("{}_{}", value, stand::name_of(part)), title, 2});
+    columns.push_back({fmt::format("{}_{}", value, word_of(part)), title, 2});
   }
   TextTable table(columns);
   table.add(plots);

@@ -50,7 +50,7 @@ struct StudyArguments {
 /// One criterion for all levels; likelihood-ratio tests are then not used.
 void apply_criterion(const std::string& text, study::StudyOptions& options) {
   if (text == "level") return;
-  const study::Criterion all = study::parse_criterion(text);
+  const study::Criterion all = value_of<study::Criterion>(text, "criterion");
   options.criteria = {.base = all, .covariates = all, .random = all, .variance = all};
   options.needs_tests = false;
 }

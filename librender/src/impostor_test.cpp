@@ -74,7 +74,7 @@ TEST_CASE("impostors hide as much as the mesh, in the mean of all directions") {
   tree::Impostors impostors;
   double sum = 0.0;
   int number = 0;
-  for (const tree::BuilderKind kind : tree::builder_kinds()) {
+  for (const tree::BuilderKind kind : all_values<tree::BuilderKind>()) {
     for (const tree::Builder* builder : catalogue.of(kind)) {
       // Figures of a paper, nearly without leaves.
       if (builder->name().starts_with("honda")) continue;

@@ -80,7 +80,7 @@ void write_builders(const BuilderCatalogue& catalogue, const fs::path& folder) {
   const auto far = open_scene(folder / "impostors.glb", SceneFormat::kGlb);
   const auto packed =
       open_scene(folder / "impostors-packed.glb", SceneFormat::kGlb, {.compress = true});
-  for (const BuilderKind kind : builder_kinds()) {
+  for (const BuilderKind kind : silvafit::all_values<BuilderKind>()) {
     for (const Builder* builder : catalogue.of(kind)) {
       std::vector<SceneTree> trees;
       int level = 0;
@@ -92,7 +92,8 @@ void write_builders(const BuilderCatalogue& catalogue, const fs::path& folder) {
         far->add_tree(impostor);
         packed->add_tree(impostor);
       }
-      write_glb(trees, folder / (std::string(builder_name(kind)) + "-" + builder->name() + ".glb"));
+      write_glb(trees,
+                folder / (std::string(silvafit::word_of(kind)) + "-" + builder->name() + ".glb"));
     }
   }
   far->finish();

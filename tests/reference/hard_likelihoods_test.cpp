@@ -55,7 +55,7 @@ TEST_CASE("standard errors do not depend on the units of the data") {
       scale("x", x_unit, other);
       scale("y", y_unit, other);
       const fit::FittedModel fit = fitted_by(other, kLogisticOfX, "b | plot", "none", method).fit;
-      INFO(fit::method_text(method) << ", x times " << x_unit << ", y times " << y_unit);
+      INFO(word_of(method) << ", x times " << x_unit << ", y times " << y_unit);
       REQUIRE(fit.convergence.converged());
       const Eigen::Vector3d unit(y_unit, 1.0, 1.0 / x_unit);  // of a, c and b
       for (Eigen::Index j = 0; j < 3; ++j) {
@@ -77,7 +77,7 @@ TEST_CASE("one more random effect does not lower the likelihood, and rows have n
   const data::Table reversed = table.select(order);
   for (const fit::Method method :
        {fit::Method::kLaplace, fit::Method::kQuadrature, fit::Method::kInteraction}) {
-    INFO(fit::method_text(method));
+    INFO(word_of(method));
     const auto likelihood = [&](const data::Table& rows, const char* random) {
       const fit::FittedModel fit = fitted_by(rows, "y ~ a*x^b", random, "power", method).fit;
       CHECK(fit.convergence.converged());
@@ -97,7 +97,7 @@ TEST_CASE("a constant that outgrows a steep power is not taken for a constant va
     const fit::FitResult result =
         fitted_by(table, kLogisticOfX, "b | plot", "constant-plus-power", method);
     const fit::FittedModel& fit = result.fit;
-    INFO(fit::method_text(method) << ": " << fit.convergence.verdict());
+    INFO(word_of(method) << ": " << fit.convergence.verdict());
     // The reported estimates are those of the likelihood.
     const Eigen::VectorXd fitted_values = result.fitted_conditional;
     const Eigen::VectorXd by_row = fit.residual_sd(fitted_values, table.select(result.rows));

@@ -42,7 +42,7 @@ TEST_CASE("heights of spati are imputed as nlme does it", "[reference]") {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::size_t row = rows[i] - 1;
     CHECK(result.source[row] == study::ImputeSource::kImputed);
-    CHECK(study::level_text(result.level[row]) == reference["level"][i].get<std::string>());
+    CHECK(word_of(result.level[row]) == reference["level"][i].get<std::string>());
     population += static_cast<std::size_t>(result.level[row] == study::ImputeLevel::kPopulation);
     const auto difference = [&](const char* name) {
       return std::abs(result.value[row] - reference[name][i].get<double>());

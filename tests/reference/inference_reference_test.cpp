@@ -84,7 +84,7 @@ fit::FittedModel fitted_record(const json& record,
   }
   specification.variance = fit::parse_variance_function(record.value("variance", "none"));
   fit::FitModelOptions options{.reml = record.value("reml", false)};
-  if (*method != '\0') options.method = fit::parse_method(method);
+  if (*method != '\0') options.method = value_of<fit::Method>(method, "method");
   return fit::fit_model(specification, table, options).fit;
 }
 

@@ -264,7 +264,7 @@ TEST_CASE("mixed fits of all methods are at the bound if the likelihood decrease
                               Method::kQuadrature,
                               Method::kFirstOrder,
                               Method::kInteraction}) {
-    INFO(method_text(method));
+    INFO(word_of(method));
     const auto fitted = [&](const std::map<std::string, double>& fixed,
                             const std::map<std::string, Bounds>& bounds) {
       return fit_model(model,

@@ -59,9 +59,9 @@ End end_of_refit(const ModelSpecification& model,
   const FittedModel scratch = fit_model(model, table, options).fit;
   options.from = &earlier;
   const FittedModel refit = fit_model(model, table, options).fit;
-  INFO(method_text(scratch.method)
-       << ", variance " << model.variance.text() << ", " << scratch.convergence.verdict() << " / "
-       << refit.convergence.verdict());
+  INFO(word_of(scratch.method) << ", variance " << model.variance.text() << ", "
+                               << scratch.convergence.verdict() << " / "
+                               << refit.convergence.verdict());
   CHECK(refit.convergence.converged() == scratch.convergence.converged());
   if (!scratch.convergence.converged()) return End::kSame;
   const bool is_marginal = is_mixed(scratch.method) && scratch.method != Method::kLindstromBates;

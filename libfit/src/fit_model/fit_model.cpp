@@ -41,17 +41,17 @@ using Eigen::VectorXd;
 void check_method(const ModelSpecification& specification, Method method, bool reml) {
   if (!specification.random.empty() && !is_mixed(method)) {
     throw UsageError(fmt::format("the method {} does not fit random effects; use lb or laplace",
-                                 method_text(method)));
+                                 word_of(method)));
   }
   if (specification.random.empty() && is_mixed(method)) {
     throw UsageError(fmt::format(
         "the method {} needs random effects; for a model without random effects use ols or gnls",
-        method_text(method)));
+        word_of(method)));
   }
   if (reml && method != Method::kLindstromBates && method != Method::kGeneralized) {
     throw UsageError(fmt::format(
         "restricted maximum likelihood (REML) is available for lb and gnls only, not for {}",
-        method_text(method)));
+        word_of(method)));
   }
   if (method == Method::kOrdinary && !specification.variance.is_constant()) {
     throw UsageError("the method ols does not fit a variance function; use gnls");
@@ -61,7 +61,7 @@ void check_method(const ModelSpecification& specification, Method method, bool r
     throw UsageError(
         fmt::format("the method {} has independent residuals; for a `correlation` "
                     "use lb, or gnls without random effects",
-                    method_text(method)));
+                    word_of(method)));
   }
 }
 
@@ -475,8 +475,7 @@ FitResult fit_model(const ModelSpecification& specification,
     FitResult other = fit_by(specification, table, options, Method::kInteraction);
     if (other.fit.convergence.converged()) {
       result = std::move(other);
-      result.fit.convergence.find(
-          {.kind = Finding::Kind::kFallback, .names = {method_text(method)}});
+      result.fit.convergence.find({.kind = Finding::Kind::kFallback, .names = {word_of(method)}});
     }
   }
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;

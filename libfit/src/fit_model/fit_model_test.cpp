@@ -144,7 +144,7 @@ TEST_CASE("the method has to suit the model") {
   CHECK_THROWS_AS(fit_model(specification, table, {.method = Method::kOrdinary}), UsageError);
   CHECK_THROWS_WITH(fit_model(specification, table, {.start = {{"q", 1.0}}}),
                     Contains("unknown coefficient 'q'"));
-  CHECK_THROWS_WITH(parse_method("reml"), Contains("available: ols, gnls, lb"));
+  CHECK_THROWS_WITH(value_of<Method>("reml", "method"), Contains("available: ols, gnls, lb"));
   data::Table plots = table;
   plots.set("plot", std::vector<double>{1, 1, 1, 1, 1, 2, 2, 2, 2, 2});
   ModelSpecification mixed = specify_model("y ~ a + b*x + c*x^2", {}, plots);
@@ -153,7 +153,8 @@ TEST_CASE("the method has to suit the model") {
   CHECK_THROWS_WITH(
       fit_model(mixed, plots, {.method = Method::kQuadrature, .quadrature_points = 28}),
       Contains("the limit is 20000, 27 per random effect"));
-  for (const char* name : {"ols", "gnls", "lb"}) CHECK(method_text(parse_method(name)) == name);
+  for (const char* name : {"ols", "gnls", "lb"})
+    CHECK(word_of(value_of<Method>(name, "method")) == name);
 }
 
 TEST_CASE("a fit without possible start values has a message with the reason") {

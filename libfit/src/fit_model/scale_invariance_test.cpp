@@ -82,7 +82,7 @@ FittedModel fitted(const Case& of, const data::Table& table, const std::string& 
   if (!of.random.empty()) add_random_effects(model, of.random, table);
   if (!of.variance.empty()) model.variance = parse_variance_function(of.variance);
   FitModelOptions options;
-  options.method = parse_method(method);
+  options.method = value_of<Method>(method, "method");
   options.reml = of.reml;
   return fit_model(model, table, options).fit;
 }
@@ -200,7 +200,7 @@ TEST_CASE("intervals do not depend on the origin of a covariate") {
       for (std::size_t k = 0; k < near.parameters.size(); ++k) {
         const ParameterInterval& a = near.parameters[k];
         const ParameterInterval& b = far.parameters[k];
-        INFO(method << " " << interval_method_text(kind) << " " << a.name << " " << b.note);
+        INFO(method << " " << word_of(kind) << " " << a.name << " " << b.note);
         const bool is_of_origin = a.name == "a" || a.name == "sd(a)" || a.name == "cor(a, s)";
         if (is_of_origin) continue;
         const double margin = kRandomSlopes.errors * (a.upper - a.lower);

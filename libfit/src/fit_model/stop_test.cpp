@@ -49,7 +49,7 @@ TEST_CASE("a fit ends where the caller asks for it") {
   const data::Table table = plots_of_trees(10, 20);
   const ModelSpecification specification = height_model(table, true);
   for (const Method method : {Method::kLindstromBates, Method::kInteraction, Method::kQuadrature}) {
-    CAPTURE(method_text(method));
+    CAPTURE(word_of(method));
     std::stop_source source;
     int lines = 0;
     const FitModelOptions options{.method = method,

@@ -50,8 +50,8 @@ std::string obstacle_to_comparing(const FittedModel& a, const FittedModel& b) {
     return a.method == b.method
                ? std::string("the likelihoods use different numbers of quadrature points")
                : fmt::format("the likelihoods of {} and {} are different approximations",
-                             method_text(a.method),
-                             method_text(b.method));
+                             word_of(a.method),
+                             word_of(b.method));
   }
   if (a.reml != b.reml) {
     return "one fit is by REML, the other by ML";

@@ -62,7 +62,7 @@ FittedModel fitted_by_method(const data::Table& table,
   for (RandomEffects& term : model.random) term.covariance = covariance;
   model.variance = parse_variance_function(variance);
   FitModelOptions options;
-  options.method = parse_method(method);
+  options.method = value_of<Method>(method, "method");
   return fit_model(model, table, options).fit;
 }
 
@@ -244,7 +244,7 @@ TEST_CASE("intervals are refused for other data, wrong levels and fits that fail
   FittedModel fit = fitted_by_method(table, "a | plot", "none", "lb");
   CHECK_THROWS_AS(confidence_intervals(fit, curves(8)), UsageError);
   CHECK_THROWS_AS(confidence_intervals(fit, table, {.level = 1.0}), UsageError);
-  CHECK_THROWS_AS(parse_interval_method("bootstrap"), UsageError);
+  CHECK_THROWS_AS(value_of<IntervalMethod>("bootstrap", "kind of interval"), UsageError);
   FittedModel exact = fit;
   exact.sigma = 0.0;
   CHECK_THROWS_WITH(confidence_intervals(exact, table), Catch::Matchers::Contains("perfect fit"));

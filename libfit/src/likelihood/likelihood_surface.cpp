@@ -107,7 +107,7 @@ std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {
 
 std::string likelihood_in_words(const FittedModel& fit) {
   if (is_marginal(fit.method)) {
-    return fmt::format("marginal likelihood by {}", method_text(fit.method));
+    return fmt::format("marginal likelihood by {}", word_of(fit.method));
   }
   if (is_linearized(fit)) {
     return fmt::format("{}likelihood of the model linear around the estimates",

@@ -140,7 +140,7 @@ TEST_CASE("maxima of marginal likelihoods are those of their definitions") {
     FitModelOptions options{.method = Method::kQuadrature, .quadrature_points = 25};
     // The exact integral is reached by quadrature with many points.
     const bool is_integral = name == "exact" || name.starts_with("agq");
-    if (!is_integral) options.method = parse_method(name);
+    if (!is_integral) options.method = value_of<Method>(name, "method");
     const FittedModel fit = fit_model(specified(reference, table), table, options).fit;
     CHECK(fit.convergence.converged());
     CHECK(fit.log_likelihood == Approx(reference["logLik"].get<double>()).epsilon(1e-10));

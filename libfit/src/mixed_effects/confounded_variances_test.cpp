@@ -110,7 +110,7 @@ TEST_CASE("with one plot per stand only the sum of the two variances is identifi
   // Z Z' of stands is that of plots: V = (psi_stand + psi_plot) Z Z' + sigma^2 I.
   const data::Table table = lines({.stands = 12});
   for (const Method method : {Method::kLindstromBates, Method::kLaplace, Method::kInteraction}) {
-    INFO(method_text(method));
+    INFO(word_of(method));
     const FittedModel fit = confounded_fit(table, specified(table, "a | stand/plot"), method);
     CHECK_FALSE(fit.convergence.converged());
     CHECK_THAT(fit.convergence.verdict(),
@@ -149,7 +149,7 @@ TEST_CASE("with one tree per plot only the sum of both variances is identifiable
   const FittedModel pooled = confounded_fit(table, specified(table, ""), Method::kOrdinary);
   const auto n = static_cast<double>(table.rows());
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
-    INFO(method_text(method));
+    INFO(word_of(method));
     const FittedModel fit = confounded_fit(table, specified(table, "a | plot"), method);
     CHECK_FALSE(fit.convergence.converged());
     CHECK_THAT(fit.convergence.verdict(),

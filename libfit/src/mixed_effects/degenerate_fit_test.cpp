@@ -52,7 +52,7 @@ Convergence fitted(const data::Table& table,
   ModelSpecification model = specify_model("h ~ a*(1 - exp(-b*d))", parameters, table);
   add_random_effects(model, random, table);
   FitModelOptions options;
-  options.method = parse_method(method);
+  options.method = value_of<Method>(method, "method");
   return fit_model(model, table, options).fit.convergence;
 }
 

@@ -245,6 +245,6 @@ TEST_CASE("random effects and variance functions are read") {
   CHECK(power.text() == "power(dbh)");
   CHECK(parse_variance_function("constant-plus-power").parameter_count() == 2);
   CHECK_THROWS_AS(parse_variance_function("cubic"), silvafit::UsageError);
-  CHECK(covariance_text(parse_covariance("diagonal")) == "diagonal");
+  CHECK(silvafit::word_of(parse_covariance("diagonal")) == "diagonal");
   CHECK_THROWS_AS(parse_covariance("round"), silvafit::UsageError);
 }

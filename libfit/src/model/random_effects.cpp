@@ -206,18 +206,12 @@ NestedParts nested_parts(std::string_view label) {
 }
 
 Covariance parse_covariance(std::string_view text) {
-  if (text == "general") return Covariance::kGeneral;
-  if (text == "diagonal") return Covariance::kDiagonal;
-  if (text == "identity") return Covariance::kIdentity;
+  const std::optional<Covariance> found = find_word<Covariance>(text);
+  if (found && *found != Covariance::kBlock) return *found;
   throw UsageError(
       fmt::format("unknown covariance structure '{}'; available: general, diagonal, identity, and "
                   "blocks by parentheses as in `random=(a + b) + c | plot`",
                   text));
-}
-
-std::string covariance_text(Covariance covariance) {
-  constexpr std::array kNames{"general", "diagonal", "identity", "block"};
-  return kNames[static_cast<std::size_t>(covariance)];
 }
 
 }  // namespace silvafit::fit

@@ -121,7 +121,7 @@ TEST_CASE("of interchangeable terms the varying one gets the random effect") {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
     const Table table = biexponential(seed);
     for (const Method method : {Method::kLindstromBates, Method::kInteraction, Method::kLaplace}) {
-      INFO("seed " << seed << ", " << method_text(method));
+      INFO("seed " << seed << ", " << silvafit::word_of(method));
       const FittedModel fit = searched_fit(table, kBiexponential, "A1 | g", {.method = method});
       INFO(fit.convergence.verdict());
       REQUIRE(fit.convergence.converged());
@@ -158,7 +158,7 @@ TEST_CASE("groups decide between curves that fit all groups together equally wel
   for (const std::uint64_t seed : {3U, 4U}) {
     const Table table = growth(seed);
     for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
-      INFO("seed " << seed << ", " << method_text(method));
+      INFO("seed " << seed << ", " << silvafit::word_of(method));
       const FittedModel fit = searched_fit(table, kGrowth, "h1 + s1 + th | g", {.method = method});
       const FittedModel from_truth = searched_fit(
           table, kGrowth, "h1 + s1 + th | g", {.method = method, .start = kGrowthTruth});
@@ -210,7 +210,7 @@ TEST_CASE("peaks are found if their places vary more than they are wide") {
                                        }},
                                   seed);
     for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
-      INFO("seed " << seed << ", " << method_text(method));
+      INFO("seed " << seed << ", " << silvafit::word_of(method));
       const FittedModel fit =
           searched_fit(table, "y ~ c + d*x + A*exp(-((x - m)/s)^2)", "m | g", {.method = method});
       INFO(fit.convergence.verdict());
@@ -306,7 +306,7 @@ TEST_CASE("start values never give a lower result") {
     const FittedModel usual = searched_fit(table, kBiexponential, "A1 | g", {.method = method});
     REQUIRE(usual.convergence.converged());
     for (const auto& start : {far, useless}) {
-      INFO(method_text(method));
+      INFO(silvafit::word_of(method));
       const FittedModel fit =
           searched_fit(table, kBiexponential, "A1 | g", {.method = method, .start = start});
       REQUIRE(fit.convergence.converged());
@@ -331,7 +331,7 @@ TEST_CASE("a phase is found if its period varies between groups") {
                        }},
                   seed);
     for (const Method method : {Method::kLindstromBates, Method::kInteraction}) {
-      INFO("seed " << seed << ", " << method_text(method));
+      INFO("seed " << seed << ", " << silvafit::word_of(method));
       const FittedModel fit =
           searched_fit(table, "y ~ M + A*cos(2*pi*(x - t)/P)", "P | g", {.method = method});
       INFO(fit.convergence.verdict());

@@ -105,7 +105,7 @@ TEST_CASE("calibration on a fit's own trees returns its own random effects") {
                               Method::kQuadrature}) {
     for (const char* variance :
          {"none", "power", "exponential", "power(dbh)", "stratum(species) * power"}) {
-      INFO(method_text(method) << " " << variance);
+      INFO(silvafit::word_of(method) << " " << variance);
       const FittedModel fit = fitted(table, {.variance = variance, .method = method});
       const Calibration calibration = calibrate(fit, table, {.seen_groups = SeenGroups::kNew});
       CHECK(distance(in_order_of_fit(calibration, fit.random.back().effects.cols()),
@@ -177,7 +177,7 @@ TEST_CASE("at the calibrated effects the gradient of the density vanishes") {
   const Table table = trees_of({.plots = 6});
   for (const Method method :
        {Method::kLindstromBates, Method::kFirstOrder, Method::kInteraction, Method::kLaplace}) {
-    INFO(method_text(method));
+    INFO(silvafit::word_of(method));
     FittedModel fit = fitted(table, {.variance = "power", .method = method});
     // That of the fit may be singular.
     fit.random.back().covariance = Eigen::Matrix2d{{6.0, 0.004}, {0.004, 6e-5}};
@@ -201,7 +201,7 @@ TEST_CASE("at the calibrated effects the gradient of the density vanishes") {
 TEST_CASE("calibration returns a nested fit's own random effects of both groupings") {
   const Table table = trees_of({.stands = 9, .plots = 4});
   for (const Method method : {Method::kLindstromBates, Method::kLaplace}) {
-    INFO(method_text(method));
+    INFO(silvafit::word_of(method));
     const FittedModel fit = fitted(
         table, {.random = "a | stand; a + b | stand/plot", .variance = "power", .method = method});
     const Calibration calibration = calibrate(fit, table, {.seen_groups = SeenGroups::kNew});
@@ -359,7 +359,7 @@ TEST_CASE("the sensitivity is the derivative of random effects by the coefficien
   const Table table = trees_of({.stands = 5, .plots = 4, .trees = 4});
   const Method method = GENERATE(
       Method::kLindstromBates, Method::kFirstOrder, Method::kInteraction, Method::kLaplace);
-  INFO(method_text(method));
+  INFO(silvafit::word_of(method));
   FittedModel fit = fitted(trees_of({.stands = 8, .plots = 4}),
                            {.random = "a | stand; a + b | stand/plot", .variance = "power"});
   fit.method = method;

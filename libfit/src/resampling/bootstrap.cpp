@@ -25,7 +25,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 /// In the order of the enumeration.
-constexpr std::array<std::string_view, 2> kResampleNames{"parametric", "cases"};
 
 /// The result of one replicate.
 struct Replicate {
@@ -224,19 +223,6 @@ std::vector<CountedReason> commonest_first(const std::map<std::string, std::size
 }
 
 }  // namespace
-
-std::string resample_text(Resample resample) {
-  return std::string(kResampleNames[static_cast<std::size_t>(resample)]);
-}
-
-Resample parse_resample(std::string_view text) {
-  const auto* const found = std::ranges::find(kResampleNames, text);
-  if (found == kResampleNames.end()) {
-    throw UsageError(fmt::format(
-        "unknown kind of resampling '{}'; available: {}", text, fmt::join(kResampleNames, ", ")));
-  }
-  return static_cast<Resample>(found - kResampleNames.begin());
-}
 
 Bootstrap bootstrap(const FittedModel& fit,
                     const data::Table& table,

@@ -241,7 +241,8 @@ TEST_CASE("impossible bootstraps are refused") {
   FittedModel fit = one_way_fit(table);
   CHECK_THROWS_AS(bootstrap(fit, table, {.replicates = 1}), UsageError);
   CHECK_THROWS_AS(bootstrap(fit, table, {.level = 1.0}), UsageError);
-  CHECK_THROWS_WITH(parse_resample("residuals"), Contains("available: parametric, cases"));
+  CHECK_THROWS_WITH(value_of<Resample>("residuals", "kind of resampling"),
+                    Contains("available: parametric, cases"));
   fit.convergence.status = ConvergenceStatus::kDiverged;
   CHECK_THROWS_WITH(bootstrap(fit, table), Contains("has not converged"));
 }

@@ -15,46 +15,24 @@ namespace {
 
 using EvidenceKind = Evidence::Kind;
 
-struct StatusTexts {
-  std::string_view name;
-  std::string_view phrase;
+/// The status in words, in the order of the enumeration.
+constexpr std::array<std::string_view, 15> kPhrases{
+    "converged",
+    "boundary (singular) fit",
+    "perfect fit",
+    "published model",
+    "not identifiable",
+    "no maximum of the likelihood",
+    "a contained model has a higher log-likelihood",
+    "the approximation of the likelihood is not valid",
+    "the search diverged",
+    "the iteration limit was reached",
+    "no maximum was reached",
+    "no start values",
+    "too few observations",
+    "no fit within the bounds",
+    "not converged",
 };
-
-/// In the order of the enumeration.
-constexpr std::array<StatusTexts, 15> kStatus{{
-    {"converged", "converged"},
-    {"boundary", "boundary (singular) fit"},
-    {"perfect_fit", "perfect fit"},
-    {"published", "published model"},
-    {"not_identifiable", "not identifiable"},
-    {"no_maximum", "no maximum of the likelihood"},
-    {"contained_model_higher", "a contained model has a higher log-likelihood"},
-    {"invalid_approximation", "the approximation of the likelihood is not valid"},
-    {"diverged", "the search diverged"},
-    {"iteration_limit", "the iteration limit was reached"},
-    {"maximum_not_reached", "no maximum was reached"},
-    {"no_start_values", "no start values"},
-    {"too_few_observations", "too few observations"},
-    {"outside_bounds", "no fit within the bounds"},
-    {"unknown", "not converged"},
-}};
-constexpr std::array<std::string_view, 16> kKindNames{"boundary",
-                                                      "lower_bound",
-                                                      "upper_bound",
-                                                      "not_identifiable",
-                                                      "hardly_identifiable",
-                                                      "unbounded",
-                                                      "moving",
-                                                      "contained_model",
-                                                      "marginal_log_likelihood",
-                                                      "marginal_maximum",
-                                                      "higher_end",
-                                                      "other_optimum",
-                                                      "floored_values",
-                                                      "power_of_few",
-                                                      "taken_as_parameter",
-                                                      "response_values"};
-
 bool explains_failure(EvidenceKind kind) {
   return kind == EvidenceKind::kNotIdentifiable || kind == EvidenceKind::kHardlyIdentifiable ||
          kind == EvidenceKind::kUnbounded || kind == EvidenceKind::kContainedModel;
@@ -66,24 +44,6 @@ bool is_boundary(const Evidence& evidence) {
 }
 
 }  // namespace
-
-std::string_view status_text(ConvergenceStatus status) {
-  return kStatus[static_cast<std::size_t>(status)].name;
-}
-
-ConvergenceStatus parse_status(std::string_view text) {
-  const auto* const found = std::ranges::find(kStatus, text, &StatusTexts::name);
-  return found == kStatus.end() ? ConvergenceStatus::kUnknown
-                                : static_cast<ConvergenceStatus>(found - kStatus.begin());
-}
-
-std::string_view kind_text(EvidenceKind kind) { return kKindNames[static_cast<std::size_t>(kind)]; }
-
-std::optional<EvidenceKind> parse_kind(std::string_view text) {
-  const auto* const found = std::ranges::find(kKindNames, text);
-  if (found == kKindNames.end()) return std::nullopt;
-  return static_cast<EvidenceKind>(found - kKindNames.begin());
-}
 
 std::string text_of(const Evidence& evidence) {
   if (std::isnan(evidence.value)) return evidence.term;
@@ -117,7 +77,7 @@ std::vector<std::string> Convergence::boundary() const {
 bool Convergence::has_boundary() const { return std::ranges::any_of(evidence, is_boundary); }
 
 std::string Convergence::summary() const {
-  std::string result(kStatus[static_cast<std::size_t>(status)].phrase);
+  std::string result(kPhrases[static_cast<std::size_t>(status)]);
   const char* separator = ": ";
   for (const Evidence& item : evidence) {
     if (!explains_failure(item.kind)) continue;

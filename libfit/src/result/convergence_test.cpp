@@ -47,16 +47,15 @@ FittedModel fitted(const std::string& formula, const std::string& random = {}) {
 TEST_CASE("the names of statuses and kinds of evidence are read back") {
   for (int i = 0; i <= static_cast<int>(ConvergenceStatus::kUnknown); ++i) {
     const auto status = static_cast<ConvergenceStatus>(i);
-    CHECK_FALSE(status_text(status).empty());
-    CHECK(parse_status(status_text(status)) == status);
+    CHECK_FALSE(word_of(status).empty());
+    CHECK(find_word<ConvergenceStatus>(word_of(status)) == status);
   }
   for (int i = 0; i <= static_cast<int>(Evidence::Kind::kPowerOfFew); ++i) {
     const auto kind = static_cast<Evidence::Kind>(i);
-    CHECK_FALSE(kind_text(kind).empty());
-    CHECK(parse_kind(kind_text(kind)) == kind);
+    CHECK_FALSE(word_of(kind).empty());
+    CHECK(find_word<Evidence::Kind>(word_of(kind)) == kind);
   }
-  CHECK(parse_status("of a later version") == ConvergenceStatus::kUnknown);
-  CHECK_FALSE(parse_kind("of a later version"));
+  CHECK_FALSE(find_word<Evidence::Kind>("of a later version"));
 }
 
 TEST_CASE("a converged fit with a parameter at its bound is a boundary fit") {

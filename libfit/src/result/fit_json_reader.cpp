@@ -152,13 +152,11 @@ RandomEffects read_term(const JsonReader& json, const std::vector<std::string>& 
     term.is_crossed = true;
     term.within = within->texts();
   }
-  if (json.at("form").text() == covariance_text(Covariance::kBlock)) {
-    term.covariance = Covariance::kBlock;
+  term.covariance = json.at("form").word<Covariance>();
+  if (term.covariance == Covariance::kBlock) {
     for (const JsonReader& size : json.at("blocks").items()) {
       term.blocks.push_back(size.count_or_zero());
     }
-  } else {
-    term.covariance = read_with(json.at("form"), parse_covariance);
   }
   for (const JsonReader& effect : json.at("effects").items()) {
     if (std::ranges::find(known, effect.text()) == known.end()) {
@@ -331,7 +329,9 @@ ConvergenceStatus read_status(const JsonReader& json) {
   const bool has_converged = json.at("converged").boolean();
   const auto text = json.find("status");
   if (text) {
-    const ConvergenceStatus status = parse_status(text->text());
+    // Other words may be those of later versions.
+    const auto status =
+        find_word<ConvergenceStatus>(text->text()).value_or(ConvergenceStatus::kUnknown);
     if (Convergence{.status = status}.converged() == has_converged) return status;
   }
   return has_converged ? ConvergenceStatus::kConverged : ConvergenceStatus::kUnknown;
@@ -346,7 +346,7 @@ Convergence read_convergence(const JsonReader& json) {
                      .rank = evidence.at("rank").count_or_zero()};
   if (const auto findings = evidence.find("findings")) {
     for (const JsonReader& item : findings->items()) {
-      const std::optional<Evidence::Kind> kind = parse_kind(item.at("kind").text());
+      const std::optional<Evidence::Kind> kind = find_word<Evidence::Kind>(item.at("kind").text());
       if (!kind) continue;
       result.evidence.push_back({.kind = *kind,
                                  .term = item.at("term").any_text(),
@@ -393,7 +393,7 @@ FittedModel from_json(const JsonReader& json) {
   const Schema schema = read_schema(json.at("schema"));
   FittedModel fit(read_specification(json));
   if (!json.at("model").is_null()) fit.model = json.at("model").any_text();
-  fit.method = read_with(json.at("method"), parse_method);
+  fit.method = json.at("method").word<Method>();
   fit.reml = json.at("reml").boolean();
   if (json.has("agq_points")) fit.quadrature_points = json.at("agq_points").count_or_zero();
   fit.observations = json.at("n").count_or_zero();

@@ -69,7 +69,7 @@ ordered_json evidence(const Convergence& convergence) {
   ordered_json findings = ordered_json::array();
   for (const Evidence& item : convergence.evidence) {
     findings.push_back(
-        {{"kind", kind_text(item.kind)}, {"term", item.term}, {"value", number(item.value)}});
+        {{"kind", word_of(item.kind)}, {"term", item.term}, {"value", number(item.value)}});
   }
   return {{"gradient", number(convergence.newton_decrement)},
           {"iterations", convergence.iterations},
@@ -157,7 +157,7 @@ void add_uncertainty(const EstimatedEffects& term, ordered_json& result) {
 ordered_json random_term(const RandomEffects& specification, const EstimatedEffects& term) {
   ordered_json result{{"group", specification.group},
                       {"effects", specification.coefficients},
-                      {"form", covariance_text(specification.covariance)}};
+                      {"form", word_of(specification.covariance)}};
   // Only of crossed terms; the second of two nested ones is within the first.
   if (specification.is_crossed) result["within"] = specification.within;
   if (specification.covariance == Covariance::kBlock) result["blocks"] = specification.blocks;
@@ -295,14 +295,14 @@ ordered_json json_of(const FittedModel& model) {
       {"model", text_or_null(fit.model)},
       {"formula", fit.specification.formula.text},
       {"parameters", parameters(fit.specification)},
-      {"method", method_text(fit.method)},
+      {"method", word_of(fit.method)},
       {"reml", fit.reml},
       {"n", fit.observations},
       {"excluded", fit.excluded},
       {"response_fingerprint", text_or_null(fit.response_fingerprint)},
       {"groups", groups(fit)},
       {"converged", fit.convergence.converged()},
-      {"status", status_text(fit.convergence.status)},
+      {"status", word_of(fit.convergence.status)},
       {"verdict", fit.convergence.verdict()},
       {"evidence", evidence(fit.convergence)},
       {"fixed", fixed(fit)},

@@ -14,24 +14,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-/// In the order of the enumeration.
-constexpr std::array<std::string_view, 7> kMethodNames{
-    "ols", "gnls", "lb", "foce", "focei", "laplace", "agq"};
-
 }  // namespace
-
-std::string method_text(Method method) {
-  return std::string(kMethodNames[static_cast<std::size_t>(method)]);
-}
-
-Method parse_method(std::string_view text) {
-  const auto* const found = std::ranges::find(kMethodNames, text);
-  if (found == kMethodNames.end()) {
-    throw UsageError(
-        fmt::format("unknown method '{}'; available: {}", text, fmt::join(kMethodNames, ", ")));
-  }
-  return static_cast<Method>(found - kMethodNames.begin());
-}
 
 bool is_mixed(Method method) {
   return method != Method::kOrdinary && method != Method::kGeneralized;

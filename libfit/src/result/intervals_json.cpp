@@ -35,27 +35,17 @@ double read_limit(const JsonReader& json, const std::string& key, double infinit
 
 }  // namespace
 
-IntervalMethod parse_interval_method(std::string_view text) {
-  if (text == "wald") return IntervalMethod::kWald;
-  if (text == "profile") return IntervalMethod::kProfile;
-  throw UsageError(fmt::format("unknown kind of interval '{}'; available: wald, profile", text));
-}
-
-std::string interval_method_text(IntervalMethod method) {
-  return method == IntervalMethod::kWald ? "wald" : "profile";
-}
-
 ordered_json intervals_json(const Intervals& intervals) {
   ordered_json parameters = ordered_json::object();
   for (const ParameterInterval& one : intervals.parameters) {
     ordered_json& target = parameters[one.name];
-    target["kind"] = kParameterKinds[static_cast<std::size_t>(one.kind)];
+    target["kind"] = word_of(one.kind);
     add_limit("estimate", one.estimate, target);
     add_limit("lower", one.lower, target);
     add_limit("upper", one.upper, target);
     if (!one.note.empty()) target["note"] = one.note;
   }
-  return {{"method", interval_method_text(intervals.method)},
+  return {{"method", word_of(intervals.method)},
           {"level", intervals.level},
           {"likelihood", intervals.likelihood},
           {"parameters", std::move(parameters)}};
@@ -64,15 +54,9 @@ ordered_json intervals_json(const Intervals& intervals) {
 Intervals read_intervals(const JsonReader& json) {
   Intervals result{.level = json.at("level").number_or_missing(),
                    .likelihood = json.at("likelihood").any_text()};
-  try {
-    result.method = parse_interval_method(json.at("method").text());
-  } catch (const UsageError& error) {
-    json.at("method").fail(error.message());
-  }
+  result.method = json.at("method").word<IntervalMethod>();
   for (const auto& [name, value] : json.at("parameters").members()) {
-    const auto* const kind = std::ranges::find(kParameterKinds, value.at("kind").text());
-    if (kind == kParameterKinds.end()) value.at("kind").fail("is not a known kind of parameter");
-    result.parameters.push_back({.kind = static_cast<ParameterKind>(kind - kParameterKinds.begin()),
+    result.parameters.push_back({.kind = value.at("kind").word<ParameterKind>(),
                                  .name = name,
                                  .estimate = read_limit(value, "estimate", kInfinity),
                                  .lower = read_limit(value, "lower", -kInfinity),

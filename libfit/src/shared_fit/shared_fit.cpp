@@ -33,7 +33,7 @@ Integration shared_integration(Method method) {
   throw UsageError(
       fmt::format("groups can be shared for the methods foce, focei, laplace and agq, not for {}; "
                   "use `method=laplace`",
-                  method_text(method)));
+                  word_of(method)));
 }
 
 void check(const ModelSpecification& specification, const FitModelOptions& options) {

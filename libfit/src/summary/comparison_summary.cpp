@@ -26,7 +26,7 @@ void append_fits(std::string& text, const Comparison& comparison, const FitNames
   for (const ComparedFit& one : comparison.fits) {
     const FittedModel& fit = *one.fit;
     table.add({names.at(&fit),
-               method_text(fit.method),
+               word_of(fit.method),
                fit.parameter_count > 0 ? fmt::to_string(fit.parameter_count) : "-",
                fmt::format("{:.4f}", fit.log_likelihood),
                shown(fit.aic()),

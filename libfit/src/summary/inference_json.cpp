@@ -35,7 +35,7 @@ ordered_json json_of(const ComparedFit& one, const FitNames& names) {
   const FittedModel& fit = *one.fit;
   return {{"name", names.at(&fit)},
           {"model", text_or_null(fit.model)},
-          {"method", method_text(fit.method)},
+          {"method", word_of(fit.method)},
           {"k", fit.parameter_count > 0 ? ordered_json(fit.parameter_count) : ordered_json()},
           {"log_likelihood", number_or_null(fit.log_likelihood)},
           {"aic", number_or_null(fit.aic())},
@@ -77,7 +77,7 @@ ordered_json json_of(const Bootstrap& bootstrap) {
                                   {"percentile", interval(parameter.percentile)},
                                   {"basic", interval(parameter.basic)}};
   }
-  return {{"resample", resample_text(bootstrap.resample)},
+  return {{"resample", word_of(bootstrap.resample)},
           {"seed", bootstrap.seed},
           {"level", bootstrap.level},
           {"replicates", bootstrap.replicates},

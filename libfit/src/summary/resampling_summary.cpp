@@ -33,7 +33,7 @@ std::string summary(const Bootstrap& bootstrap) {
   std::string text;
   append(text,
          "\n{} bootstrap, seed {}: {} of {} replicates converged; {:g} % intervals\n",
-         resample_text(bootstrap.resample),
+         word_of(bootstrap.resample),
          bootstrap.seed,
          bootstrap.converged,
          bootstrap.replicates,

@@ -32,7 +32,7 @@ void append_random_structure(std::string& text,
          "  random: {} | {}, {} covariance\n",
          random.text(),
          groups,
-         covariance_text(random.covariance));
+         word_of(random.covariance));
 }
 
 /// The coarser groups first, as in --random; "year, crossed" where groups are not within others.
@@ -60,7 +60,7 @@ std::string groups_text(std::size_t count, const std::string& column) {
 std::string method_title(const FittedModel& fit) {
   const char* const likelihood = fit.reml ? " by REML" : " by ML";
   const auto title = [&](const char* name, const char* by) {
-    return fmt::format("{} ({}){}", method_text(fit.method), name, by);
+    return fmt::format("{} ({}){}", word_of(fit.method), name, by);
   };
   switch (fit.method) {
     case Method::kOrdinary:
@@ -78,7 +78,7 @@ std::string method_title(const FittedModel& fit) {
     case Method::kQuadrature:
       return title("adaptive Gauss-Hermite quadrature", likelihood);
   }
-  return method_text(fit.method);
+  return word_of(fit.method);
 }
 
 void append_model(std::string& text, const FittedModel& fit) {

@@ -182,7 +182,7 @@ ordered_json json_of(const UnitSummary& summary, const std::vector<FurtherIndex>
                       {"U", number_or_null(summary.U)},
                       {"C", number_or_null(summary.C)}};
   for (std::size_t i = 0; i < summary.further.size(); ++i) {
-    result[std::string(name_of(further[i]))] = number_or_null(summary.further[i]);
+    result[word_of(further[i])] = number_or_null(summary.further[i]);
   }
   return result;
 }

@@ -20,7 +20,7 @@ using nlohmann::ordered_json;
 
 GrowthPart growth_part(std::size_t number) { return static_cast<GrowthPart>(number); }
 
-std::string part_name(std::size_t part) { return std::string(name_of(growth_part(part))); }
+std::string part_name(std::size_t part) { return word_of(growth_part(part)); }
 
 data::Table trees_table(const GrowthReport& report) {
   using Tree = TreeGrowth;
@@ -30,7 +30,7 @@ data::Table trees_table(const GrowthReport& report) {
   table.add("species", &Tree::species);
   table.add("from", &Tree::from);
   table.add("to", &Tree::to);
-  table.add("fate", [](const Tree& tree) { return name_of(tree.fate); });
+  table.add("fate", [](const Tree& tree) { return word_of(tree.fate); });
   table.add("years", &Tree::years);
   // The columns at the start have the standard names, so that the file can be used for fits.
   table.add("dbh", &Tree::dbh_start_cm);
@@ -147,35 +147,6 @@ ordered_json strata_of_growth_json(const GrowthReport& report) {
 
 }  // namespace
 
-std::string_view name_of(TreeFate fate) {
-  switch (fate) {
-    case TreeFate::kSurvivor:
-      return "survivor";
-    case TreeFate::kIngrowth:
-      return "ingrowth";
-    case TreeFate::kMortality:
-      return "mortality";
-    case TreeFate::kCut:
-      return "cut";
-    case TreeFate::kNotFound:
-      break;
-  }
-  return "not found";
-}
-
-std::string_view name_of(GrowthPart part) {
-  constexpr std::array<std::string_view, kGrowthParts> kNames{"start",
-                                                              "end",
-                                                              "net_change",
-                                                              "survivor_growth",
-                                                              "ingrowth",
-                                                              "mortality",
-                                                              "cut",
-                                                              "not_found",
-                                                              "factor_change"};
-  return kNames[static_cast<std::size_t>(part)];
-}
-
 std::vector<std::pair<std::string, data::Table>> tables_of(const GrowthReport& report) {
   std::vector<std::pair<std::string, data::Table>> tables;
   tables.emplace_back("growth_trees", trees_table(report));
@@ -186,14 +157,10 @@ std::vector<std::pair<std::string, data::Table>> tables_of(const GrowthReport& r
 
 ordered_json json_of(const GrowthReport& report) {
   ordered_json fates = ordered_json::object();
-  for (const TreeFate fate : {TreeFate::kSurvivor,
-                              TreeFate::kIngrowth,
-                              TreeFate::kMortality,
-                              TreeFate::kCut,
-                              TreeFate::kNotFound}) {
+  for (const TreeFate fate : all_values<TreeFate>()) {
     std::size_t count = 0;
     for (const TreeGrowth& tree : report.trees) count += tree.fate == fate ? 1 : 0;
-    fates[std::string(name_of(fate))] = count;
+    fates[word_of(fate)] = count;
   }
   return {{"trees", std::move(fates)},
           {"plots", plots_json(report)},

@@ -72,7 +72,7 @@ TEST_CASE("Every tree of a period has one fate, and its increments are differenc
   REQUIRE(report.trees.size() == 5);
   std::vector<std::string> fates;
   for (const TreeGrowth& tree : report.trees) {
-    fates.push_back(tree.tree + " " + std::string(name_of(tree.fate)));
+    fates.push_back(tree.tree + " " + std::string(silvafit::word_of(tree.fate)));
   }
   CHECK(fates == std::vector<std::string>{
                      "1 survivor", "2 mortality", "3 cut", "4 not found", "5 ingrowth"});

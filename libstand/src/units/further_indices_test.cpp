@@ -237,14 +237,14 @@ TEST_CASE("further indices are the last columns of the file, after the weights")
         "1,1,A,1,,0,0,0,2,4,4,0.5,0.125\n"
         "1,2,A,0,,0,1,0,1,4,0,0.5,0.5\n");
   CHECK(summaries_of(stand, units).all().further == std::vector<double>{0.5, 0.125});
-  CHECK(further_index_named("BAL") == FurtherIndex::kBasalAreaLarger);
-  CHECK_FALSE(further_index_named("bal"));
+  CHECK(silvafit::find_word<FurtherIndex>("BAL") == FurtherIndex::kBasalAreaLarger);
+  CHECK_FALSE(silvafit::find_word<FurtherIndex>("bal"));
 }
 
 TEST_CASE("turning, moving and shuffling a stand changes no further index") {
   const std::vector<Tree> trees = random_stand(300, 41);
-  StructuralUnitOptions options =
-      with({all_further_indices().begin(), all_further_indices().end()}, 4);
+  constexpr auto all = silvafit::all_values<FurtherIndex>();
+  StructuralUnitOptions options = with({all.begin(), all.end()}, 4);
   options.competition_radius_m = 5.0;
   options.open_grown_crown = "1 + 0.2*dbh";
   // The hull turns with the trees.

@@ -168,7 +168,7 @@ void Calculator::allocate() {
   if (!inventory_.cw_m.empty()) units_.C.assign(trees, data::kMissing);
   units_.nearest.assign(trees * options_.neighbors, kNoTree);
   units_.distance_m.assign(trees * options_.neighbors, data::kMissing);
-  for (const FurtherIndex index : all_further_indices()) {
+  for (const FurtherIndex index : all_values<FurtherIndex>()) {
     if (!contains(options_.further, index)) continue;
     units_.further.push_back(
         {.index = index, .values = std::vector<double>(trees, data::kMissing)});
@@ -388,7 +388,7 @@ void Calculator::note_assumed_areas(const PlotWindows& assumed) {
   std::vector<std::string_view> names;
   for (const FurtherIndex index :
        {FurtherIndex::kBasalAreaLarger, FurtherIndex::kCrownCompetition}) {
-    if (contains(options_.further, index)) names.push_back(name_of(index));
+    if (contains(options_.further, index)) names.push_back(word_of(index));
   }
   const std::string indices =
       fmt::format("{} {}", fmt::join(names, " and "), names.size() == 1 ? "is" : "are");

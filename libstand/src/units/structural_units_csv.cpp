@@ -72,8 +72,7 @@ std::string header_of_units(const StructuralUnits& units) {
     for (std::size_t i = 1; i <= units.neighbors; ++i) header += prefix + std::to_string(i);
   }
   if (!units.weight.empty()) header += ",weight";
-  for (const FurtherValues& further : units.further)
-    header += "," + std::string(name_of(further.index));
+  for (const FurtherValues& further : units.further) header += "," + word_of(further.index);
   return header + '\n';
 }
 

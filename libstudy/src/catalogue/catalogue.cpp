@@ -65,12 +65,11 @@ void check_names(const JsonReader& place,
 
 BaseParameter read_parameter(const JsonReader& json, const std::string& response) {
   json.allow_only({"name", "meaning", "unit", "sign", "start"});
-  constexpr Sign kSigns[] = {Sign::kAny, Sign::kPositive, Sign::kNegative};
   BaseParameter result{
       .name = json.at("name").text(),
       .meaning = json.at("meaning").text(),
       .unit = json.at("unit").text(),
-      .sign = kSigns[json.at("sign").one_of({"any", "positive", "negative"})],
+      .sign = json.at("sign").word<Sign>(),
       .start = json.at("start").expression(),
   };
   check_names(json.at("start"), result.start, summary_names(response));

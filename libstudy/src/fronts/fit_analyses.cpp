@@ -348,9 +348,8 @@ AnalysisWork intervals_work(AnalysisCall& call) {
     using One = fit::ParameterInterval;
     Table parameters(found.parameters.size());
     parameters.set("name", texts(found.parameters, &One::name));
-    parameters.set("kind", texts(found.parameters, [](const One& one) {
-                     return fit::kParameterKinds[static_cast<std::size_t>(one.kind)];
-                   }));
+    parameters.set("kind",
+                   texts(found.parameters, [](const One& one) { return word_of(one.kind); }));
     parameters.set("estimate", numbers(found.parameters, &One::estimate));
     parameters.set("lower", numbers(found.parameters, &One::lower));
     parameters.set("upper", numbers(found.parameters, &One::upper));

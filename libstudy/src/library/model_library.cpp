@@ -112,7 +112,6 @@ double sigma_of(const fit::FittedModel& fit) {
 }
 
 constexpr std::array<std::string_view, 3> kLevels{"base", "covariates", "mixed"};
-constexpr std::array<std::string_view, 3> kRoles{"ols", "covariates", "nlme"};
 
 LibraryModel library_model(const JsonReader& model, const std::string& source) {
   LibraryModel result{.species = model.at("species").text(),

@@ -36,10 +36,10 @@ struct Candidates {
   bool lacks_columns() const { return !missing.empty(); }
 };
 
-/// Roles of a study from the most complex one to the simplest, which needs the fewest columns.
+/// The place of a role among those of a study, the most complex one first.
 std::size_t rank_of(const std::string& role) {
-  constexpr std::array<std::string_view, 3> kRoles{"nlme", "covariates", "ols"};
-  return static_cast<std::size_t>(std::ranges::find(kRoles, role) - kRoles.begin());
+  return static_cast<std::size_t>(std::find(kRoles.rbegin(), kRoles.rend(), role) -
+                                  kRoles.rbegin());
 }
 
 /// Whether a model may predict if models of a given role are requested.

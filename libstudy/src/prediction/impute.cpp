@@ -260,30 +260,6 @@ std::optional<fit::FittedModel> model_of(const Part& part,
 
 }  // namespace
 
-std::string source_text(ImputeSource source) {
-  switch (source) {
-    case ImputeSource::kMeasured:
-      return "measured";
-    case ImputeSource::kImputed:
-      return "imputed";
-    default:
-      return "missing";
-  }
-}
-
-std::string level_text(ImputeLevel level) {
-  switch (level) {
-    case ImputeLevel::kPlot:
-      return "plot";
-    case ImputeLevel::kStand:
-      return "stand";
-    case ImputeLevel::kPopulation:
-      return "population";
-    default:
-      return "";
-  }
-}
-
 std::size_t Imputation::count(ImputeSource which) const {
   return static_cast<std::size_t>(std::ranges::count(source, which));
 }

@@ -121,7 +121,7 @@ Attempt fitted(const Mean& mean, const data::Table& table, const ImputeOptions& 
     if (random != "none") fit::add_random_effects(specification, random, table);
     specification.variance = fit::parse_variance_function(variance_text(table, options));
     fit::FitModelOptions how = mean.options;
-    if (!options.method.empty()) how.method = fit::parse_method(options.method);
+    if (options.method) how.method = options.method;
     // A method for random effects is ignored if there are none.
     if (random == "none" && options.random.empty()) how.method.reset();
     fit::FittedModel fit = fit::fit_model(specification, table, how).fit;

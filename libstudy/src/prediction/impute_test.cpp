@@ -271,7 +271,7 @@ TEST_CASE("nested groupings take the plot's effects, the stand's, or the populat
     const std::string stand(stands[row]);
     const bool has_stand = stand < "S5";
     const bool has_plot = has_stand && plots[row] != "3";
-    CHECK(level_text(plain.level[row]) == (has_plot ? "plot" : has_stand ? "stand" : "population"));
+    CHECK(word_of(plain.level[row]) == (has_plot ? "plot" : has_stand ? "stand" : "population"));
     if (has_plot) continue;
     const double mean = fit.estimate[0] + fit.estimate[1] * table.numbers("dbh")[row];
     // They differ by rounding only.

@@ -92,9 +92,8 @@ ordered_json covariate_rows(const ResponseStudy& result) {
 ordered_json random_rows(const ResponseStudy& result) {
   ordered_json rows = ordered_json::array();
   for (const Candidate& candidate : result.random) {
-    ordered_json row{
-        {"effects", candidate.terms},
-        {"covariance", fit::covariance_text(candidate.fit.specification.random.back().covariance)}};
+    ordered_json row{{"effects", candidate.terms},
+                     {"covariance", word_of(candidate.fit.specification.random.back().covariance)}};
     add_test(row, candidate);
     add_criteria(row, candidate);
     rows.push_back(std::move(row));

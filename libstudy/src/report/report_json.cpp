@@ -38,26 +38,6 @@ std::string eigen() {
   return fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION);
 }
 
-const char* kind_text(ColumnKind kind) {
-  switch (kind) {
-    case ColumnKind::kText:
-      return "text";
-    case ColumnKind::kCount:
-      return "count";
-    case ColumnKind::kEstimate:
-      return "estimate";
-    case ColumnKind::kCriterion:
-      return "criterion";
-    case ColumnKind::kShare:
-      return "share";
-    case ColumnKind::kPercent:
-      return "percent";
-    case ColumnKind::kP:
-      return "p";
-  }
-  return "text";
-}
-
 ordered_json cell_value(const TableCell& cell, ColumnKind kind) {
   if (const auto* text = std::get_if<std::string>(&cell)) return *text;
   if (std::holds_alternative<MarkedNumber>(cell)) return shown_text(cell, kind);
@@ -111,7 +91,7 @@ ordered_json json_of(const FormattedTable& table) {
   ordered_json columns = ordered_json::array();
   for (const TableColumn& column : table.columns) {
     columns.push_back(
-        {{"name", column.name}, {"title", column.title}, {"kind", kind_text(column.kind)}});
+        {{"name", column.name}, {"title", column.title}, {"kind", word_of(column.kind)}});
   }
   ordered_json rows = ordered_json::array();
   for (const TableRow& row : table.rows) {

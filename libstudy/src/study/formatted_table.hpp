@@ -2,9 +2,13 @@
 // A table as CSV with all digits, and as Markdown and LaTeX with rounded numbers.
 #pragma once
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
+
+#include "silvafit/base/enum_words.hpp"
 
 namespace silvafit::study {
 
@@ -18,6 +22,9 @@ enum class ColumnKind {
   kPercent,    ///< 1 decimal
   kP,          ///< 3 decimals, or < 0.001
 };
+constexpr std::array<std::string_view, 7> words_of(ColumnKind /*kind*/) {
+  return {"text", "count", "estimate", "criterion", "share", "percent", "p"};
+}
 
 struct TableColumn {
   std::string name{};   ///< in CSV: likelihood_ratio

@@ -199,24 +199,10 @@ TEST_CASE("the words of a setting are those of its values") {
     return options.method;
   };
   for (const char* word : {"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"}) {
-    CHECK(method_of(word) == fit::parse_method(word));
+    CHECK(method_of(word) == value_of<fit::Method>(word, "method"));
   }
   CHECK_FALSE(method_of(""));
   CHECK_THROWS_WITH(method_of("nlme"), Catch::Contains("'nlme' is not one of ols, gnls, lb"));
-  tree::BuilderKind builder{};
-  fit::Resample resample{};
-  fit::IntervalMethod intervals{};
-  const auto words = [](auto& value, std::vector<std::string_view> all, auto name_of) {
-    for (const std::string_view word : all) {
-      data::set_word(data::Setting("key", value, "help").one_of(all), std::string(word));
-      CHECK(name_of(value) == word);
-    }
-  };
-  words(builder, {"segment", "lsystem", "ifs", "bamboo"}, tree::builder_name);
-  words(resample, {"parametric", "cases"}, fit::resample_text);
-  words(intervals, {"wald", "profile"}, [](fit::IntervalMethod method) {
-    return method == fit::parse_interval_method("wald") ? "wald" : "profile";
-  });
 }
 
 TEST_CASE("numbers of settings have ranges") {

@@ -20,14 +20,6 @@ using data::Setting;
 using data::SettingForm;
 using Json = SettingsWriter::Json;
 
-Criterion criterion_of(const JsonReader& json) {
-  try {
-    return parse_criterion(json.text());
-  } catch (const UsageError& error) {
-    json.fail(error.what());
-  }
-}
-
 /// Whether a setting changes what the indices of a tree mean; others choose trees or columns.
 bool is_of_indices(std::string_view key) {
   constexpr std::array<std::string_view, 5> kOthers{
@@ -165,13 +157,13 @@ void SettingsReader::read(const JsonReader& json,
 void SettingsReader::read(const JsonReader& json, const Setting<LevelCriteria>& setting) const {
   LevelCriteria& criteria = setting.value;
   if (!json.is_object()) {
-    const Criterion all = criterion_of(json);
+    const Criterion all = json.word<Criterion>();
     criteria = {.base = all, .covariates = all, .random = all, .variance = all};
     return;
   }
   json.allow_only({"base", "covariates", "random", "variance"});
   const auto read_level = [&](std::string_view key, Criterion& criterion) {
-    if (const auto found = json.find(key)) criterion = criterion_of(*found);
+    if (const auto found = json.find(key)) criterion = found->word<Criterion>();
   };
   read_level("base", criteria.base);
   read_level("covariates", criteria.covariates);
@@ -201,10 +193,10 @@ Json SettingsWriter::json_of(const Setting<const std::vector<std::string>>& sett
 
 Json SettingsWriter::json_of(const Setting<const LevelCriteria>& setting) {
   const LevelCriteria& criteria = setting.value;
-  return {{"base", criterion_text(criteria.base)},
-          {"covariates", criterion_text(criteria.covariates)},
-          {"random", criterion_text(criteria.random)},
-          {"variance", criterion_text(criteria.variance)}};
+  return {{"base", word_of(criteria.base)},
+          {"covariates", word_of(criteria.covariates)},
+          {"random", word_of(criteria.random)},
+          {"variance", word_of(criteria.variance)}};
 }
 
 UnitSettings read_unit_settings(const JsonReader& json) {

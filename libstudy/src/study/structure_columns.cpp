@@ -100,7 +100,7 @@ std::vector<double> unit_column(const stand::StructuralUnits& units, std::string
     return weights;
   }
   const auto further = std::ranges::find(
-      units.further, stand::further_index_named(name), &stand::FurtherValues::index);
+      units.further, find_word<stand::FurtherIndex>(name), &stand::FurtherValues::index);
   return further->values;
 }
 
@@ -148,7 +148,7 @@ std::vector<std::string> names_in(const std::string& text) {
 }  // namespace
 
 bool is_structure_name(std::string_view name) {
-  return is_unit_name(name) || stand::further_index_named(name).has_value() ||
+  return is_unit_name(name) || find_word<stand::FurtherIndex>(name).has_value() ||
          plot_column(name) != nullptr;
 }
 
@@ -178,7 +178,7 @@ std::vector<std::string> add_structure_columns(const std::vector<std::string>& n
     }
     if (table.has(name)) continue;
     wanted.push_back(name);
-    const auto further = stand::further_index_named(name);
+    const auto further = find_word<stand::FurtherIndex>(name);
     if (further) options.further.push_back(*further);
     needs_units = needs_units || further || is_unit_name(name);
     needs_plots = needs_plots || plot_column(name) != nullptr;

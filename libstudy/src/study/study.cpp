@@ -17,9 +17,6 @@
 namespace silvafit::study {
 namespace {
 
-/// Names in the order of the enumeration.
-constexpr std::array<std::string_view, 4> kCriterionNames{"aic", "aicc", "bic", "cv"};
-
 void check_options(const Catalogue& catalogue, const StudyOptions& options) {
   std::set<std::string> known;
   for (const BaseModel& model : catalogue.models()) known.insert(model.response);
@@ -143,19 +140,6 @@ std::size_t Study::fit_count() const {
   std::size_t count = 0;
   for (const StageTime& stage : stages) count += stage.fits;
   return count;
-}
-
-std::string criterion_text(Criterion criterion) {
-  return std::string(kCriterionNames[static_cast<std::size_t>(criterion)]);
-}
-
-Criterion parse_criterion(std::string_view text) {
-  const auto* const found = std::ranges::find(kCriterionNames, text);
-  if (found == kCriterionNames.end()) {
-    throw UsageError(fmt::format(
-        "unknown criterion '{}'; available: {}", text, fmt::join(kCriterionNames, ", ")));
-  }
-  return static_cast<Criterion>(found - kCriterionNames.begin());
 }
 
 std::string unit_of(const std::string& response) {

@@ -289,8 +289,8 @@ TEST_CASE("a requested criterion decides without tests") {
   REQUIRE(choose_covariates(candidates, {}) == 0U);  // 2 * 1.8 = 3.6 < 3.84
   CHECK(choose_covariates(candidates, by_one(Criterion::kBic)) == 1U);
   CHECK(choose_variance(candidates, by_one(Criterion::kAic)) == 1U);
-  CHECK(criterion_text(parse_criterion("aicc")) == "aicc");
-  CHECK_THROWS_AS(parse_criterion("mse"), UsageError);
+  CHECK(value_of<Criterion>("aicc", "criterion") == Criterion::kAicc);
+  CHECK_THROWS_AS(value_of<Criterion>("mse", "criterion"), UsageError);
 }
 
 TEST_CASE(

@@ -141,9 +141,9 @@ FormattedTable random_effects_table(const Study& study) {
     for (const Candidate& candidate : result.random) {
       const fit::Covariance form = candidate.fit.specification.random.back().covariance;
       table.rows.push_back(joined(
-          joined(joined(subject(result),
-                        {name_of(candidate, &ResponseStudy::random), fit::covariance_text(form)}),
-                 test_cells(candidate.test)),
+          joined(
+              joined(subject(result), {name_of(candidate, &ResponseStudy::random), word_of(form)}),
+              test_cells(candidate.test)),
           criteria(candidate)));
     }
   }

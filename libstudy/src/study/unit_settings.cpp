@@ -113,13 +113,13 @@ std::vector<stand::FurtherIndex> further_indices(const UnitSettings& settings) {
   std::vector<stand::FurtherIndex> indices;
   for (const std::string& name : settings.further) {
     if (name == "all") {
-      for (const stand::FurtherIndex index : stand::all_further_indices()) {
+      for (const stand::FurtherIndex index : all_values<stand::FurtherIndex>()) {
         const bool needs_crowns = index == stand::FurtherIndex::kCrownCompetition;
         if (!needs_crowns || !settings.open_grown.empty()) indices.push_back(index);
       }
       continue;
     }
-    const std::optional<stand::FurtherIndex> index = stand::further_index_named(name);
+    const std::optional<stand::FurtherIndex> index = find_word<stand::FurtherIndex>(name);
     if (!index) {
       throw UsageError(fmt::format("'{}' is not one of CO, T, Hegyi, BAL, CCF, all", name),
                        {.column = "`further`"});

@@ -35,9 +35,8 @@ std::vector<tree::SceneTree> grown_models(const tree::SharedModels& shared,
     const tree::SharedModel& model = shared.models[i / levels];
     const tree::GrowOptions grow{
         .seed = options.seed,
-        .mesh = tree::level_of_detail(
-            options.levels[i % levels],
-            {.textured = options.textures, .season = tree::season_from_text(options.season)})};
+        .mesh = tree::level_of_detail(options.levels[i % levels],
+                                      {.textured = options.textures, .season = options.season})};
     grown[i] = tree::grow_tree(model.morphology, *model.builder, grow);
   });
   return grown;

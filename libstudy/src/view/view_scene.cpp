@@ -240,7 +240,7 @@ std::optional<tree::TreeShape> shape_of(const ViewTree& tree, const json& extras
 const tree::Builder& preset_named(const std::string& name,
                                   const std::string& species,
                                   const tree::BuilderCatalogue& catalogue) {
-  for (const tree::BuilderKind kind : tree::builder_kinds()) {
+  for (const tree::BuilderKind kind : all_values<tree::BuilderKind>()) {
     for (const tree::Builder* builder : catalogue.of(kind)) {
       if (builder->name() == name) return *builder;
     }

@@ -78,10 +78,9 @@ std::string source_of(const std::map<std::string, std::string>& columns, const s
 }
 
 tree::MorphologyTableOptions morphology_options(const GrowJob& job) {
-  const bool is_by_plot = job.per == "plot";
   return {.use = tree::use_from_text(job.use),
           .plots = job.plots,
-          .needs_position = !job.scene.empty() || job.resolve_overlaps || is_by_plot,
+          .needs_position = !job.scene.empty() || job.resolve_overlaps || job.is_by_plot,
           .only_height = job.is_unfitted};
 }
 
@@ -244,7 +243,7 @@ void Growth::add(GrowResult&& part) {
   for (const auto& [name, count] : part.counts.guesses) result_.counts.guesses[name] += count;
   result_.counts.crossing += part.counts.crossing;
   result_.counts.overlaps += part.counts.overlaps;
-  const bool is_same_folder = job_.per == "tree" && !result_.files.empty();
+  const bool is_same_folder = !job_.is_by_plot && !result_.files.empty();
   for (std::size_t i = 0; i < part.files.size(); ++i) {
     if (!is_same_folder) {
       result_.files.push_back(std::move(part.files[i]));
@@ -277,7 +276,7 @@ Growth::Trees Growth::read(const data::TableSource& rows) {
   if (manifest_ != nullptr) {
     trees.lines = lines_of(table.table, options.columns, read.morphologies);
   }
-  if (job_.per == "plot") {
+  if (job_.is_by_plot) {
     trees.moments.moments = plots_of(std::move(read.morphologies), trees.lines);
   } else {
     trees.moments.moments.push_back({.trees = std::move(read.morphologies)});
@@ -295,7 +294,7 @@ void Growth::grow(const Trees& trees) {
   GrowResult part = grow_moments(job_, moments, catalogue_, for_all_);
   if (job_.stream) return add(std::move(part));
   result_ = std::move(part);
-  result_.moments = job_.per == "plot" ? 1 : moments.size();
+  result_.moments = job_.is_by_plot ? 1 : moments.size();
 }
 
 GrowResult Growth::run(const data::TableSource& trees) {
@@ -342,7 +341,6 @@ GrowResult grow_moments(const GrowJob& job,
                         const std::vector<tree::Moment>& moments,
                         const tree::BuilderCatalogue& catalogue,
                         const tree::Builder* for_all) {
-  const bool is_by_plot = job.per == "plot";
   std::vector<tree::Morphology> stand;
   for (const tree::Moment& moment : moments) {
     stand.insert(stand.end(), moment.trees.begin(), moment.trees.end());
@@ -353,15 +351,16 @@ GrowResult grow_moments(const GrowJob& job,
   } else {
     std::size_t before = 0;
     for (const tree::Moment& moment : moments) {
-      GrowJob one = is_by_plot       ? of_plot(job, moment.name)
+      GrowJob one = job.is_by_plot   ? of_plot(job, moment.name)
                     : job.by.empty() ? job
                                      : of_moment(job, moment);
       one.first_tree = before;
       // The file of a plot has its own origin and ground.
-      append(grow_trees(one, moment.trees, is_by_plot ? moment.trees : stand, catalogue, for_all),
-             is_by_plot ? "" : moment.name,
-             before,
-             all);
+      append(
+          grow_trees(one, moment.trees, job.is_by_plot ? moment.trees : stand, catalogue, for_all),
+          job.is_by_plot ? "" : moment.name,
+          before,
+          all);
       before += moment.trees.size();
     }
   }

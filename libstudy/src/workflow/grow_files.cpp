@@ -103,14 +103,13 @@ std::vector<std::string> tree_names(const GrowJob& job,
 }
 
 fs::path tree_path(const GrowJob& job, const std::string& name, int level) {
-  return fs::path(job.out) /
-         (name + level_suffix(job, level) + "." + tree::file_ending(job.scene_format));
+  return fs::path(job.out) / (name + level_suffix(job, level) + "." + word_of(job.scene_format));
 }
 
 std::string folder_text(const GrowJob& job, int level) {
   const std::string suffix = level_suffix(job, level);
   if (suffix.empty()) return job.out;
-  return fmt::format("{} (*{}.{})", job.out, suffix, tree::file_ending(job.scene_format));
+  return fmt::format("{} (*{}.{})", job.out, suffix, word_of(job.scene_format));
 }
 
 fs::path scene_path(const GrowSettings& settings, int level) {
@@ -121,7 +120,7 @@ fs::path scene_path(const GrowSettings& settings, int level) {
 GrowJob of_plot(const GrowJob& job, const std::string& plot) {
   GrowJob one = job;
   const std::string name = untaken(job, distinct_from_levels(file_name(plot)));
-  one.scene = (fs::path(job.out) / (name + "." + tree::file_ending(job.scene_format))).string();
+  one.scene = (fs::path(job.out) / (name + "." + word_of(job.scene_format))).string();
   one.out.clear();
   return one;
 }

@@ -33,11 +33,7 @@ void check_moments(const GrowJob& job) {
 
 /// The files of `out`, and what parts of a table do not have.
 void check_parts(const GrowJob& job) {
-  if (job.per != "tree" && job.per != "plot") {
-    throw UsageError("`per` must be tree or plot, not " + job.per);
-  }
-  const bool is_by_plot = job.per == "plot";
-  if (is_by_plot && (job.out.empty() || !job.by.empty())) {
+  if (job.is_by_plot && (job.out.empty() || !job.by.empty())) {
     throw UsageError(
         "`per=plot` needs `out`, the folder of the plots' files, and one time; omit "
         "`scene` and `by`");
@@ -55,7 +51,7 @@ void check_parts(const GrowJob& job) {
   if (!job.by.empty()) {
     throw UsageError("`by` needs all rows; omit `stream` or `by`", {.column = "`stream`"});
   }
-  if (job.resolve_overlaps && !is_by_plot) {
+  if (job.resolve_overlaps && !job.is_by_plot) {
     throw UsageError(
         "neighbors may be in another part of the file; with `stream`, overlaps are resolved within "
         "plots only: add `per=plot`",
@@ -113,15 +109,15 @@ void check_levels(const GrowJob& job) {
   }
 }
 
-/// Whether a path ends as a file of one of the formats.
-bool has_model_ending(const std::filesystem::path& path) {
-  constexpr std::array<std::string_view, 4> kEndings{".glb", ".gltf", ".obj", ".ply"};
-  return std::ranges::find(kEndings, path.extension().string()) != kEndings.end();
+/// The ending of a file's name, without the dot.
+std::string ending_of(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  return ending.empty() ? ending : ending.substr(1);
 }
 
 /// --out is a folder; a new one with the name of a model file was meant as a file.
 void check_folder(const GrowJob& job) {
-  if (has_model_ending(job.out) && !std::filesystem::is_directory(job.out)) {
+  if (find_word<tree::SceneFormat>(ending_of(job.out)) && !std::filesystem::is_directory(job.out)) {
     throw UsageError(
         fmt::format("`out` is a folder for one file per tree; for one file with all trees, use "
                     "`scene={}`",
@@ -131,15 +127,16 @@ void check_folder(const GrowJob& job) {
 
 /// The requested format, or that of the scene's file name ending.
 tree::SceneFormat scene_format_of(const GrowJob& job) {
-  std::string format = job.format;
-  const std::string ending = std::filesystem::path(job.scene).extension().string();
-  const std::string of_ending = ending.empty() ? "" : ending.substr(1);
-  if (format.empty()) format = of_ending.empty() ? "glb" : of_ending;
-  if (format != of_ending && has_model_ending(job.scene)) {
-    throw UsageError(fmt::format(
-        "`scene` ends in .{} but `format` is {}; remove one of the two", of_ending, format));
+  const std::string ending = ending_of(job.scene);
+  const auto of_ending = find_word<tree::SceneFormat>(ending);
+  if (job.format && of_ending && *job.format != *of_ending) {
+    throw UsageError(fmt::format("`scene` ends in .{} but `format` is {}; remove one of the two",
+                                 ending,
+                                 word_of(*job.format)));
   }
-  return tree::scene_format_from_text(format);
+  if (job.format) return *job.format;
+  return ending.empty() ? tree::SceneFormat::kGlb
+                        : value_of<tree::SceneFormat>(ending, "scene format");
 }
 
 }  // namespace
@@ -180,9 +177,8 @@ GrowJob grow_job(const GrowSettings& settings,
 tree::GrowOptions grow_options(const GrowJob& job, int level) {
   const bool is_far = level == tree::kImpostorLevel;
   return {.seed = job.seed,
-          .mesh = tree::level_of_detail(
-              std::min(level, tree::kLevelsOfDetail - 1),
-              {.textured = job.textures, .season = tree::season_from_text(job.season)}),
+          .mesh = tree::level_of_detail(std::min(level, tree::kLevelsOfDetail - 1),
+                                        {.textured = job.textures, .season = job.season}),
           .is_unfitted = job.is_unfitted,
           .impostors = is_far ? &job.state->impostors : nullptr};
 }

@@ -114,7 +114,7 @@ ordered_json json_of(const GrowResult& result) {
   const GrowSettings& settings = result.settings;
   ordered_json json{{"schema", "silvafit-grow/1"},
                     {"silvafit", SILVAFIT_VERSION},
-                    {"builder", tree::builder_name(settings.builder)},
+                    {"builder", word_of(settings.builder)},
                     {"use", settings.use},
                     {"seed", settings.seed}};
   if (settings.is_unfitted) json["unfitted"] = true;
@@ -141,7 +141,7 @@ ordered_json json_of(const GrowResult& result) {
     if (!one.beside.empty()) files.back()["beside"] = one.beside;
     triangles += one.triangles;
   }
-  if (!settings.scene.empty() || settings.per == "plot") json["scenes"] = std::move(files);
+  if (!settings.scene.empty() || settings.is_by_plot) json["scenes"] = std::move(files);
   ordered_json rows = ordered_json::array();
   for (const tree::LeftOut& row : result.left_out) rows.push_back(json_of(row));
   json["left_out"] = std::move(rows);

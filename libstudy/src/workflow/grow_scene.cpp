@@ -40,7 +40,7 @@ void add_ground(const GrowJob& job,
                 const std::vector<tree::Morphology>& trees,
                 const tree::Position& origin,
                 tree::SceneWriter& writer) {
-  if (job.ground == "none") return;
+  if (job.ground == SceneGround::kNone) return;
   std::vector<tree::Position> stems;
   stems.reserve(trees.size());
   double lowest = trees.front().position.z_m;
@@ -48,7 +48,7 @@ void add_ground(const GrowJob& job,
     stems.push_back(tree.position);
     lowest = std::min(lowest, tree.position.z_m);
   }
-  if (job.ground == "flat") {
+  if (job.ground == SceneGround::kFlat) {
     // Four corners define it.
     for (tree::Position& stem : stems) stem.z_m = lowest;
     const auto by = [&](double tree::Position::*axis) {

@@ -313,8 +313,8 @@ data::Table imputed_columns(const TableImputation& imputed) {
   data::TextColumn level;
   data::TextColumn flag;
   for (std::size_t row = 0; row < result.value.size(); ++row) {
-    source.append(source_text(result.source[row]));
-    level.append(level_text(result.level[row]));
+    source.append(word_of(result.source[row]));
+    level.append(word_of(result.level[row]));
     flag.append(result.flag[row]);
   }
   const bool has_intervals = !result.lower.empty();

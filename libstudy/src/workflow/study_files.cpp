@@ -141,7 +141,7 @@ data::Table inventory_table(const stand::Inventory& inventory,
   if (!units->C.empty()) table.set("C", units->C);
   if (!units->weight.empty()) table.set("weight", units->weight);
   for (const stand::FurtherValues& further : units->further) {
-    table.set(stand::name_of(further.index), further.values);
+    table.set(word_of(further.index), further.values);
   }
   return table;
 }

@@ -100,7 +100,7 @@ stand::StructuralUnitOptions options_of(const TilePlan& plan,
     throw UsageError(
         fmt::format("{} is a sum over all trees of the stand; it cannot be computed in "
                     "tiles",
-                    stand::name_of(index)),
+                    word_of(index)),
         {.column = "`further`"});
   }
   // The inventory is a part; the default window is that of all trees.
@@ -273,8 +273,8 @@ TileResult tile_scene(const fs::path& folder,
   const TileRows rows = read_tile(folder, plan, tile, true);
   GrowSettings own = settings;
   own.reading = plan.settings.reading;
-  own.format = settings.format.empty() ? "glb" : settings.format;
-  own.scene = fs::path(file).replace_extension(own.format).string();
+  const tree::SceneFormat format = settings.format.value_or(tree::SceneFormat::kGlb);
+  own.scene = fs::path(file).replace_extension(word_of(format)).string();
   own.is_part = true;
   fs::create_directories(file.parent_path());
   const GrowResult grown = grow(rows.table, catalogue, own, callbacks);

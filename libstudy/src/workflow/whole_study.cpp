@@ -181,7 +181,7 @@ ordered_json result_json(const ResponseStudy& result) {
 std::vector<stand::FurtherIndex> further_indices(const StudyConfiguration& settings) {
   std::vector<stand::FurtherIndex> indices = further_indices(settings.units);
   for (const std::string& name : settings.study.covariates) {
-    if (const auto index = stand::further_index_named(name)) indices.push_back(*index);
+    if (const auto index = find_word<stand::FurtherIndex>(name)) indices.push_back(*index);
   }
   return indices;
 }

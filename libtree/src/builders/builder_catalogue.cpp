@@ -79,7 +79,7 @@ const Builder& BuilderCatalogue::named(BuilderKind kind, std::string_view name) 
     if (builder->name() == name) return *builder;
     names += (names.empty() ? "" : ", ") + builder->name();
   }
-  throw UsageError("unknown preset '" + std::string(name) + "' of builder " + builder_name(kind) +
+  throw UsageError("unknown preset '" + std::string(name) + "' of builder " + word_of(kind) +
                    "; available: " + names);
 }
 
@@ -143,7 +143,7 @@ const Builder& BuilderCatalogue::fallback(BuilderKind kind) const {
     const std::vector<std::string>& species = builder->preset().species;
     if (std::find(species.begin(), species.end(), kAnySpecies) != species.end()) return *builder;
   }
-  throw InputError(std::string("no preset of builder ") + builder_name(kind) +
+  throw InputError("no preset of builder " + word_of(kind) +
                    " has \"*\" among its species (for species that no other preset lists)");
 }
 

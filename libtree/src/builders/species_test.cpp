@@ -81,7 +81,7 @@ TEST_CASE("each species of the map has a preset, whatever name is used") {
 
 TEST_CASE("the season changes leaves only, and no measurement") {
   std::set<std::string> bare;
-  for (const BuilderKind kind : builder_kinds()) {
+  for (const BuilderKind kind : all_values<BuilderKind>()) {
     for (const Builder* builder : test::shipped_builders().of(kind)) {
       const Morphology tree = usual_tree(*builder);
       for (const bool textured : {false, true}) {

@@ -1,37 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "silvafit/tree/builder.hpp"
 
-#include <array>
-
 #include "silvafit/base/error.hpp"
 
 namespace silvafit::tree {
-
-const std::vector<BuilderKind>& builder_kinds() {
-  static const std::vector<BuilderKind> kinds{
-      BuilderKind::kSegment, BuilderKind::kLsystem, BuilderKind::kIfs, BuilderKind::kBamboo};
-  return kinds;
-}
-
-const char* builder_name(BuilderKind kind) {
-  constexpr std::array<const char*, 4> kNames{"segment", "lsystem", "ifs", "bamboo"};
-  return kNames.at(static_cast<std::size_t>(kind));
-}
-
-BuilderKind builder_from_text(std::string_view text) {
-  std::string names;
-  for (const BuilderKind kind : builder_kinds()) {
-    if (text == builder_name(kind)) return kind;
-    names += (names.empty() ? "" : ", ") + std::string(builder_name(kind));
-  }
-  throw UsageError("unknown builder '" + std::string(text) + "'; available: " + names);
-}
 
 Builder::Builder(BuilderKind kind, PresetHead preset) : kind_(kind), preset_(std::move(preset)) {}
 
 Skeleton Builder::grow_freely(double /*h_m*/, Random& /*random*/) const {
   throw UsageError(
-      "the builder " + std::string(builder_name(kind_)) +
+      "the builder " + word_of(kind_) +
       " places branches by the measurements; trees without them need the `builder` lsystem or ifs");
 }
 

@@ -158,14 +158,4 @@ Bark bark_of(const std::filesystem::path& models, const data::JsonReader& entry)
   return bark;
 }
 
-Season season_from_text(std::string_view text) {
-  constexpr std::array<std::string_view, 4> kNames{"summer", "autumn", "winter", "spring"};
-  const auto found = std::ranges::find(kNames, text);
-  if (found == kNames.end()) {
-    throw UsageError("unknown season '" + std::string(text) +
-                     "'; choose summer, autumn, winter or spring");
-  }
-  return static_cast<Season>(found - kNames.begin());
-}
-
 }  // namespace silvafit::tree

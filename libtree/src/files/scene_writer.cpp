@@ -10,25 +10,6 @@
 
 namespace silvafit::tree {
 
-namespace {
-
-/// By format.
-constexpr std::array<const char*, 4> kEndings{"glb", "gltf", "obj", "ply"};
-
-}  // namespace
-
-SceneFormat scene_format_from_text(const std::string& text) {
-  const auto found = std::ranges::find(kEndings, text);
-  if (found == kEndings.end()) {
-    throw UsageError("a scene format must be glb, gltf, obj or ply, not " + text);
-  }
-  return static_cast<SceneFormat>(found - kEndings.begin());
-}
-
-const char* file_ending(SceneFormat format) {
-  return kEndings.at(static_cast<std::size_t>(format));
-}
-
 std::vector<ModelPart> parts_of(const Mesh& mesh, const std::string& preset) {
   std::vector<ModelPart> parts;
   for (const MeshPart& part : mesh.parts) {

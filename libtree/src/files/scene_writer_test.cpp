@@ -350,7 +350,7 @@ TEST_CASE("without finish no file is left, and impossible scenes are refused") {
     CHECK(folder.count() == 0);
   }
   CHECK_THROWS_AS(open_scene(folder / "x", SceneFormat::kObj, {.compress = true}), UsageError);
-  CHECK_THROWS_AS(scene_format_from_text("fbx"), UsageError);
+  CHECK_THROWS_AS(silvafit::value_of<SceneFormat>("fbx", "scene format"), UsageError);
 }
 
 TEST_CASE("a scene that is too long for GLB is refused, but not as glTF") {

@@ -18,7 +18,7 @@ namespace {
 
 std::vector<const Builder*> all_presets() {
   std::vector<const Builder*> presets;
-  for (const BuilderKind kind : builder_kinds()) {
+  for (const BuilderKind kind : all_values<BuilderKind>()) {
     for (const Builder* builder : test::shipped_builders().of(kind)) presets.push_back(builder);
   }
   return presets;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
@@ -15,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/expression.hpp"
 
 namespace silvafit::data {
@@ -50,6 +52,12 @@ class JsonReader {
   std::string label() const;
   /// The index of the text in `names`.
   std::size_t one_of(const std::vector<std::string_view>& names) const;
+  /// The value of an enumeration's word.
+  template <Worded E>
+  E word() const {
+    const auto words = words_of(E{});
+    return static_cast<E>(one_of({words.begin(), words.end()}));
+  }
   bool boolean() const;
 
   double number() const;

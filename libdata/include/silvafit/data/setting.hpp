@@ -2,12 +2,15 @@
 // A setting, described once: the program, JSON files, R, Python and the documentation read it here.
 #pragma once
 
+#include <array>
 #include <concepts>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <vector>
+
+#include "silvafit/base/enum_words.hpp"
 
 namespace silvafit::data {
 
@@ -36,6 +39,18 @@ struct SettingHead {
   double highest = 0.0;  ///< 0: no limit
 };
 
+/// The type of a setting's value, without const and std::optional.
+template <typename T>
+struct ValueType {
+  using type = std::remove_const_t<T>;
+};
+template <typename T>
+struct ValueType<std::optional<T>> : ValueType<T> {};
+template <typename T>
+struct ValueType<const std::optional<T>> : ValueType<T> {};
+template <typename T>
+using ValueOf = typename ValueType<T>::type;
+
 /// A value with its name and description. A list of settings is a function that visits each:
 ///
 ///     template <typename Visit>
@@ -49,7 +64,12 @@ struct SettingHead {
 template <typename T>
 struct Setting : SettingHead {
   Setting(std::string_view own_key, T& own_value, std::string_view own_help)
-      : SettingHead{.key = own_key, .help = own_help}, value(own_value) {}
+      : SettingHead{.key = own_key, .help = own_help}, value(own_value) {
+    if constexpr (Worded<ValueOf<T>>) {
+      const auto words = words_of(ValueOf<T>{});
+      choices.assign(words.begin(), words.end());
+    }
+  }
 
   /// What stands for the value in usage lines, such as COLUMN.
   Setting& type(std::string_view name) {
@@ -61,7 +81,8 @@ struct Setting : SettingHead {
     type_name = name;
     return *this;
   }
-  /// The words that are allowed; of a bool the words of false and true.
+  /// The words of a bool, those of false and true, of a text, or of an enumeration that is not
+  /// Worded; a Worded one has its own.
   Setting& one_of(std::vector<std::string_view> words) {
     choices = std::move(words);
     return *this;
@@ -120,9 +141,7 @@ void require_number(const Setting<T>& setting) {
 
 /// Whether the values of a type are words.
 template <typename T>
-struct HasWords : std::bool_constant<std::is_enum_v<T>> {};
-template <typename T>
-struct HasWords<std::optional<T>> : HasWords<T> {};
+struct HasWords : std::bool_constant<std::is_enum_v<ValueOf<T>>> {};
 
 /// The number of a word.
 /// \throws UsageError that lists the words if it is unknown

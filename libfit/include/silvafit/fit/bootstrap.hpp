@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -11,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 
@@ -23,9 +25,9 @@ enum class Resample {
                 ///< ratios stay relative to the fit's first stratum, and a replicate without it has
                 ///< neither ratios nor sigma
 };
-std::string resample_text(Resample resample);
-/// \throws UsageError with the available names
-Resample parse_resample(std::string_view text);
+constexpr std::array<std::string_view, 2> words_of(Resample /*resample*/) {
+  return {"parametric", "cases"};
+}
 
 struct BootstrapOptions {
   std::size_t replicates = 500;

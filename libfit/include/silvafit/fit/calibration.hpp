@@ -3,9 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/effect_uncertainty.hpp"
 #include "silvafit/fit/fitted_model.hpp"
@@ -23,6 +26,9 @@ enum class SeenGroups {
   /// conditional covariance represent the earlier trees.
   kCombined,
 };
+constexpr std::array<std::string_view, 3> words_of(SeenGroups /*groups*/) {
+  return {"fitted", "new", "combined"};
+}
 
 struct CalibrationOptions {
   SeenGroups seen_groups = SeenGroups::kFitted;

@@ -2,6 +2,7 @@
 // Convergence of a fit: status, message and evidence.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/fit/finding.hpp"
 
 namespace silvafit::fit {
@@ -31,9 +33,23 @@ enum class ConvergenceStatus {
   kOutsideBounds,         ///< "outside_bounds": no fit was found within the given bounds
   kUnknown,               ///< "unknown": in files of earlier versions
 };
-std::string_view status_text(ConvergenceStatus status);
-/// kUnknown for other texts, which may be from later versions.
-ConvergenceStatus parse_status(std::string_view text);
+constexpr std::array<std::string_view, 15> words_of(ConvergenceStatus /*status*/) {
+  return {"converged",
+          "boundary",
+          "perfect_fit",
+          "published",
+          "not_identifiable",
+          "no_maximum",
+          "contained_model_higher",
+          "invalid_approximation",
+          "diverged",
+          "iteration_limit",
+          "maximum_not_reached",
+          "no_start_values",
+          "too_few_observations",
+          "outside_bounds",
+          "unknown"};
+}
 
 /// One finding about a fit.
 struct Evidence {
@@ -59,9 +75,24 @@ struct Evidence {
   std::string term{};  ///< "sd(a)", "cor(a, b)", "laplace"
   double value = std::numeric_limits<double>::quiet_NaN();
 };
-std::string_view kind_text(Evidence::Kind kind);
-/// No value for other texts, which may be from later versions.
-std::optional<Evidence::Kind> parse_kind(std::string_view text);
+constexpr std::array<std::string_view, 16> words_of(Evidence::Kind /*kind*/) {
+  return {"boundary",
+          "lower_bound",
+          "upper_bound",
+          "not_identifiable",
+          "hardly_identifiable",
+          "unbounded",
+          "moving",
+          "contained_model",
+          "marginal_log_likelihood",
+          "marginal_maximum",
+          "higher_end",
+          "other_optimum",
+          "floored_values",
+          "power_of_few",
+          "taken_as_parameter",
+          "response_values"};
+}
 /// "sd(b) = 0"; "a = 60, its upper bound"; only the term if there is no value.
 std::string text_of(const Evidence& evidence);
 

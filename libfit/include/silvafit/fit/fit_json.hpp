@@ -12,15 +12,6 @@
 
 namespace silvafit::fit {
 
-/// The names of kinds of parameters in files, R and Python, in the order of the enumeration.
-inline constexpr std::array<std::string_view, 7> kParameterKinds{"fixed",
-                                                                 "standard deviation",
-                                                                 "correlation",
-                                                                 "variance function",
-                                                                 "sigma",
-                                                                 "residual correlation",
-                                                                 "derived"};
-
 /// A fit as a JSON object; docs/json.md lists its keys, which are always in the same order.
 ///
 /// Numbers are read back as the same doubles; those that are not finite are null.

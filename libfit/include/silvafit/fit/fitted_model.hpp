@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <limits>
 #include <map>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/estimates.hpp"
 #include "silvafit/fit/fit_statistics.hpp"
@@ -34,9 +36,9 @@ enum class Method {
 };
 /// Whether a method estimates random effects.
 bool is_mixed(Method method);
-std::string method_text(Method method);
-/// \throws UsageError with the available names if there is no such method
-Method parse_method(std::string_view text);
+constexpr std::array<std::string_view, 7> words_of(Method /*method*/) {
+  return {"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"};
+}
 /// The default method of a specification: lb with random effects, else gnls with a variance
 /// function or correlated residuals, else ols.
 Method default_method(const ModelSpecification& specification);

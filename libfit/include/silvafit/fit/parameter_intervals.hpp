@@ -2,9 +2,12 @@
 // Confidence intervals of parameters in a fit.
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "silvafit/base/enum_words.hpp"
 
 namespace silvafit::fit {
 
@@ -12,9 +15,9 @@ enum class IntervalMethod {
   kWald,     ///< estimate and standard error, on a scale where the likelihood is nearly parabolic
   kProfile,  ///< from the likelihood maximized over all other parameters
 };
-/// \throws UsageError if there is no such method
-IntervalMethod parse_interval_method(std::string_view text);
-std::string interval_method_text(IntervalMethod method);
+constexpr std::array<std::string_view, 2> words_of(IntervalMethod /*method*/) {
+  return {"wald", "profile"};
+}
 
 /// The kind of a parameter.
 enum class ParameterKind {
@@ -26,6 +29,15 @@ enum class ParameterKind {
   kResidualCorrelation,
   kDerived,
 };
+constexpr std::array<std::string_view, 7> words_of(ParameterKind /*kind*/) {
+  return {"fixed",
+          "standard deviation",
+          "correlation",
+          "variance function",
+          "sigma",
+          "residual correlation",
+          "derived"};
+}
 
 /// The interval of one parameter. An unknown limit is NaN, one that does not exist is infinite; the
 /// note has the reason.

@@ -3,10 +3,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/calibration.hpp"
 #include "silvafit/fit/fitted_model.hpp"
@@ -20,6 +23,9 @@ enum class Level {
   kCalibrated,   ///< f(beta + b): b from the measured trees of the table; see calibrate
   kMarginal,     ///< the mean of f(beta + b) over all groups, b ~ N(0, Psi)
 };
+constexpr std::array<std::string_view, 4> words_of(Level /*level*/) {
+  return {"population", "conditional", "calibrated", "marginal"};
+}
 
 /// The conditional prediction for a group that is not in the fit, and the calibrated one for such a
 /// group without a measured tree.
@@ -29,12 +35,18 @@ enum class NewGroups {
   kMissing,     ///< NaN
   kError,       ///< none: InputError at the first such row
 };
+constexpr std::array<std::string_view, 4> words_of(NewGroups /*groups*/) {
+  return {"population", "marginal", "missing", "error"};
+}
 
 /// The quantity of an interval.
 enum class IntervalKind {
   kPrediction,  ///< a new tree's value
   kConfidence,  ///< the mean of such trees at the level
 };
+constexpr std::array<std::string_view, 2> words_of(IntervalKind /*kind*/) {
+  return {"prediction", "confidence"};
+}
 
 /// A column that is itself a prediction: heights that a crown-base model needs.
 struct UncertainColumn {

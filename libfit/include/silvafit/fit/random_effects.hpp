@@ -2,14 +2,20 @@
 // The coefficients that vary between groups, and the form of their covariance.
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "silvafit/base/enum_words.hpp"
 
 namespace silvafit::fit {
 
 /// The form of the covariance matrix Psi of a group's random effects.
 enum class Covariance { kGeneral, kDiagonal, kIdentity, kBlock };
+constexpr std::array<std::string_view, 4> words_of(Covariance /*covariance*/) {
+  return {"general", "diagonal", "identity", "block"};
+}
 
 /// Coefficients that vary between groups, written `a + b:C | plot`.
 struct RandomEffects {
@@ -78,6 +84,5 @@ std::string without_escapes(std::string_view part);
 
 /// Reads general, diagonal or identity; blocks are made in the text of random effects.
 Covariance parse_covariance(std::string_view text);
-std::string covariance_text(Covariance covariance);
 
 }  // namespace silvafit::fit

@@ -63,8 +63,7 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("method",
                 settings.method,
                 "Method of the fit (default: lb with random effects, gnls with a variance "
-                "function, else ols); see docs/fit-command.md for which to choose")
-            .one_of({"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"}));
+                "function, else ols); see docs/fit-command.md for which to choose"));
   visit(Setting("agq_points",
                 settings.quadrature_points,
                 "Quadrature points per random effect for the method agq")
@@ -97,7 +96,6 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.method,
                 "Confidence intervals of all parameters: wald (from standard errors) or profile "
                 "(from the profile likelihood)")
-            .one_of({"wald", "profile"})
             .option("intervals"));
   visit(Setting("level", settings.level, "Level of the intervals").share());
 }
@@ -115,8 +113,7 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("resample",
                 settings.resample,
                 "Bootstrap data: parametric (simulated from the fit) or cases (groups drawn with "
-                "replacement)")
-            .one_of({"parametric", "cases"}));
+                "replacement)"));
   visit(Setting("level", settings.level, "Level of the bootstrap intervals")
             .share()
             .option("bootstrap-level"));

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/stand_report.hpp"
 #include "silvafit/stand/stand_summary.hpp"
@@ -24,9 +25,9 @@ enum class TreeFate {
   kCut,       ///< cut, fallen or a stump at the end
   kNotFound,  ///< alive at the start, without a row at the end and later
 };
-
-/// survivor, ingrowth, mortality, cut, not found.
-std::string_view name_of(TreeFate fate);
+constexpr std::array<std::string_view, 5> words_of(TreeFate /*fate*/) {
+  return {"survivor", "ingrowth", "mortality", "cut", "not found"};
+}
 
 /// A tree in a period. Values are NaN where they were not measured.
 struct TreeGrowth {
@@ -63,9 +64,17 @@ enum class GrowthPart {
   kCount
 };
 inline constexpr std::size_t kGrowthParts = static_cast<std::size_t>(GrowthPart::kCount);
-
-/// start, end, net_change, survivor_growth, ingrowth, mortality, cut, not_found, factor_change.
-std::string_view name_of(GrowthPart part);
+constexpr std::array<std::string_view, kGrowthParts> words_of(GrowthPart /*part*/) {
+  return {"start",
+          "end",
+          "net_change",
+          "survivor_growth",
+          "ingrowth",
+          "mortality",
+          "cut",
+          "not_found",
+          "factor_change"};
+}
 
 /// A value for each part.
 using GrowthParts = std::array<double, kGrowthParts>;

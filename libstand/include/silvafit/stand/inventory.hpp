@@ -2,6 +2,7 @@
 // Forest inventories with one row per tree, and the checks of their values.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -9,8 +10,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/data/table.hpp"
@@ -110,6 +113,9 @@ enum class DeadTrees {
   kNeighbors,  ///< they are used only as neighbors of living trees
   kInclude,    ///< they are used as living ones
 };
+constexpr std::array<std::string_view, 3> words_of(DeadTrees /*use*/) {
+  return {"leave-out", "neighbors", "include"};
+}
 
 struct InventoryOptions {
   std::vector<ColumnMapping> columns{};  ///< sources may be a data::TextFormula

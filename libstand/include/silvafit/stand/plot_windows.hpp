@@ -2,12 +2,15 @@
 // The window of each plot of an inventory.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/window.hpp"
 
@@ -18,6 +21,9 @@ enum class SearchScope {
   kPlot,   ///< among the trees of the same plot
   kStand,  ///< among all trees
 };
+constexpr std::array<std::string_view, 2> words_of(SearchScope /*scope*/) {
+  return {"plot", "stand"};
+}
 
 /// The window that is used if none is given.
 enum class AssumedWindow {

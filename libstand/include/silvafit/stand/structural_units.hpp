@@ -2,6 +2,7 @@
 // Structural units: a tree and its nearest neighbors, and the indices that describe them.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/stand/plot_windows.hpp"
 #include "silvafit/stand/unit_findings.hpp"
@@ -28,9 +30,15 @@ enum class EdgeCorrection {
   kTorus,    ///< opposite sides of a rectangular window are joined
   kNone,     ///< every tree inside the window is a core tree
 };
+constexpr std::array<std::string_view, 4> words_of(EdgeCorrection /*edge*/) {
+  return {"buffer", "hanisch", "torus", "none"};
+}
 
 /// The size that U and T compare.
 enum class SizeMeasure { kDbh, kHeight, kCrownWidth };
+constexpr std::array<std::string_view, 3> words_of(SizeMeasure /*size*/) {
+  return {"dbh", "h", "cw"};
+}
 
 /// The reach of a crown towards another crown in C.
 enum class CrownReach {
@@ -38,6 +46,9 @@ enum class CrownReach {
   kFacingRadii,  ///< the radius towards the other stem, on the quarter ellipse between two of the
                  ///< four measured radii
 };
+constexpr std::array<std::string_view, 2> words_of(CrownReach /*reach*/) {
+  return {"mean", "facing"};
+}
 
 /// Indices besides W, M, U and C; structural_units computes those that are requested.
 enum class FurtherIndex {
@@ -48,12 +59,9 @@ enum class FurtherIndex {
   kCrownCompetition,  ///< CCF: crown area of open-grown trees of the same dbh [% of the area]
 };
 
-/// CO, T, Hegyi, BAL or CCF.
-std::string_view name_of(FurtherIndex index);
-/// The index with that name; none if the name is unknown.
-std::optional<FurtherIndex> further_index_named(std::string_view name);
-/// All of them, in the order above.
-std::span<const FurtherIndex> all_further_indices();
+constexpr std::array<std::string_view, 5> words_of(FurtherIndex /*index*/) {
+  return {"CO", "T", "Hegyi", "BAL", "CCF"};
+}
 
 struct StructuralUnitOptions {
   std::size_t neighbors = 4;           ///< n, 1 to 64

@@ -89,18 +89,15 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.level,
                 "population: random effects 0 (b = 0); conditional: random effects of the fit; "
                 "calibrated: random effects from the trees measured in the file; marginal: mean "
-                "over all groups")
-            .one_of({"population", "conditional", "calibrated", "marginal"}));
+                "over all groups"));
   visit(Setting("new_groups",
                 settings.new_groups,
                 "Conditional predictions for groups that are not in the fit, and calibrated "
-                "predictions for such groups without a measured tree")
-            .one_of({"population", "marginal", "missing", "error"}));
+                "predictions for such groups without a measured tree"));
   visit(Setting("seen_groups",
                 settings.seen_groups,
                 "Calibrated predictions for groups of the fit: use the random effects of the fit "
-                "(fitted), only the trees of the file (new), or both (combined)")
-            .one_of({"fitted", "new", "combined"}));
+                "(fitted), only the trees of the file (new), or both (combined)"));
   visit(
       Setting("coverage", settings.interval, "Add interval limits with this coverage, such as 0.95")
           .type("LEVEL")
@@ -109,7 +106,6 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("interval",
                 settings.interval_kind,
                 "prediction: for the value of a tree; confidence: for the mean of such trees")
-            .one_of({"prediction", "confidence"})
             .option("interval-kind"));
   visit(Setting("standard_errors",
                 settings.standard_errors,
@@ -118,7 +114,7 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.role,
                 "Which models of a study to use (default: nlme, where a model whose columns are "
                 "not all in the file is replaced by the next simpler one)")
-            .one_of({"ols", "covariates", "nlme"}));
+            .one_of({kRoles.begin(), kRoles.end()}));
 }
 
 template <data::Same<ImputeOptions> S, typename Visit>
@@ -140,8 +136,7 @@ void each_setting(S& settings, Visit&& visit) {
             .type("EFFECTS"));
   visit(Setting("variance", settings.variance, "Variance function, as in fit (default: power(dbh))")
             .type("FUNCTION"));
-  visit(Setting("method", settings.method, "Method, as in fit (default: lb)")
-            .one_of({"ols", "gnls", "lb", "foce", "focei", "laplace", "agq"}));
+  visit(Setting("method", settings.method, "Method, as in fit (default: lb)"));
   visit(Setting("group", settings.group, "Column of the plots (default: plot)").type("COLUMN"));
   visit(Setting("by", settings.by, "Column whose values get separate models, such as species")
             .type("COLUMN"));
@@ -177,8 +172,7 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.textures,
                 "Pictures of bark and shoots; plain: leaves as polygons in plain colors")
             .option("plain"));
-  visit(Setting("season", settings.season, "Colors of leaves; deciduous trees are bare in winter")
-            .one_of({"summer", "autumn", "winter", "spring"}));
+  visit(Setting("season", settings.season, "Colors of leaves; deciduous trees are bare in winter"));
 }
 
 template <data::Same<TileSettings> S, typename Visit>
@@ -204,7 +198,7 @@ void each_setting(S& settings, Visit&& visit) {
             "group", settings.group, "Predict with the random effects of this plot (default: none)")
             .type("PLOT"));
   visit(Setting("role", settings.role, "Which models of a study to use")
-            .one_of({"ols", "covariates", "nlme"}));
+            .one_of({kRoles.begin(), kRoles.end()}));
   visit(Setting("uniform_angle",
                 settings.uniform_angle_index,
                 "W of the scenes if the models do not depend on it")

@@ -2,6 +2,7 @@
 // The catalogue of base models, read from models/base and checked.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/expression.hpp"
 #include "silvafit/data/table.hpp"
 
@@ -16,6 +18,9 @@ namespace silvafit::study {
 
 /// The sign of a parameter, if it is known before any fit.
 enum class Sign { kAny, kPositive, kNegative };
+constexpr std::array<std::string_view, 3> words_of(Sign /*sign*/) {
+  return {"any", "positive", "negative"};
+}
 
 /// How a response changes with DBH for all parameters of the stated signs.
 enum class Monotone { kUnknown, kIncreasing, kDecreasing };

@@ -2,13 +2,16 @@
 // Growing the trees of a table into files: a scene of a stand, or one file per tree.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/csv.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/unit_settings.hpp"
@@ -21,16 +24,26 @@
 
 namespace silvafit::study {
 
+/// The ground of a scene.
+enum class SceneGround {
+  kStems,  ///< through the stem bases
+  kFlat,   ///< at the lowest stem base
+  kNone,
+};
+constexpr std::array<std::string_view, 3> words_of(SceneGround /*ground*/) {
+  return {"stems", "flat", "none"};
+}
+
 struct GrowSettings {
   ReadingSettings reading{};
   std::vector<std::string> plots{};  ///< plots to grow; empty: all
   std::string use =
       "observed";  ///< source of h, hcb and cw: observed, ols, population, conditional
   // What is written: one of the two.
-  std::string scene{};       ///< file of all trees at their positions
-  std::string out{};         ///< folder of one file per tree, at the origin, or per plot
-  std::string per = "tree";  ///< what has a file in `out`: tree or plot
-  std::string format{};      ///< glb, gltf, obj or ply; empty: from the ending of `scene`, else glb
+  std::string scene{};      ///< file of all trees at their positions
+  std::string out{};        ///< folder of one file per tree, at the origin, or per plot
+  bool is_by_plot = false;  ///< one file per plot in `out`, not per tree
+  std::optional<tree::SceneFormat> format{};  ///< none: from the ending of `scene`, else GLB
   // How trees look.
   tree::BuilderKind builder = tree::BuilderKind::kSegment;
   std::string preset{};      ///< of the builder, for all trees; empty: by species
@@ -41,14 +54,14 @@ struct GrowSettings {
   bool resolve_overlaps = false;       ///< remove and turn branches where crowns overlap
   bool share = false;                  ///< trees of similar shape share a model
   std::size_t models_per_preset = 64;  ///< with `share`
-  std::string ground = "stems";        ///< of a scene: stems, flat or none
+  SceneGround ground = SceneGround::kStems;
   // How files are written; tree::SceneOptions explains them.
   bool instancing = false;
   bool quantize = false;
   bool compress = false;
   bool ascii = false;
-  bool textures = true;           ///< PLY has none
-  std::string season = "summer";  ///< summer, autumn, winter or spring
+  bool textures = true;  ///< PLY has none
+  tree::Season season = tree::Season::kSummer;
   // Repeated measurements.
   std::string by{};               ///< column of the time; one scene a time: FILE-2021.glb, ...
   bool animate = false;           ///< one animated scene of all times instead

@@ -20,15 +20,14 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("out", settings.out, "Write one file per tree, at the origin, to this folder")
             .type("DIR"));
   visit(Setting("per",
-                settings.per,
+                settings.is_by_plot,
                 "Files of the folder: one per tree, or one per plot with its trees at their "
                 "positions")
             .one_of({"tree", "plot"}));
   visit(Setting("format",
                 settings.format,
                 "File format: glb, gltf, obj or ply (default: from the ending of the scene, else "
-                "glb)")
-            .one_of({"glb", "gltf", "obj", "ply"}));
+                "glb)"));
   visit(Setting("resolve_overlaps",
                 settings.resolve_overlaps,
                 "Remove and turn branches where the crowns of neighbors overlap"));
@@ -36,9 +35,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.levels,
                 "Level of detail, 0 (finest) to 3, or 4 for pictures of crowns on crossed cards; "
                 "several levels, such as 0,2, are written to separate files"));
-  visit(
-      Setting("ground", settings.ground, "Ground of a scene: through the stem bases, flat, or none")
-          .one_of({"stems", "flat", "none"}));
+  visit(Setting(
+      "ground", settings.ground, "Ground of a scene: through the stem bases, flat, or none"));
   visit(Setting("share",
                 settings.share,
                 "Trees of similar shape share a model, scaled to their height and crown width"));
@@ -56,10 +54,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.textures,
                 "Pictures of bark and shoots; plain: leaves as polygons in plain colors")
             .option("plain"));
-  visit(Setting("season", settings.season, "Colors of leaves; deciduous trees are bare in winter")
-            .one_of({"summer", "autumn", "winter", "spring"}));
-  visit(Setting("builder", settings.builder, "Builder of the trees; each has its own presets")
-            .one_of({"segment", "lsystem", "ifs", "bamboo"}));
+  visit(Setting("season", settings.season, "Colors of leaves; deciduous trees are bare in winter"));
+  visit(Setting("builder", settings.builder, "Builder of the trees; each has its own presets"));
   visit(Setting("grammar",
                 settings.grammar,
                 "L-system grammar for all trees, with the builder lsystem; the preset gives crown, "

@@ -2,11 +2,14 @@
 // Imputes values that were measured on some trees of an inventory only, mainly heights.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/catalogue.hpp"
@@ -28,8 +31,8 @@ struct ImputeOptions {
   /// Random effects as in `a + b | plot`, "none" for none; empty: the first two coefficients, or
   /// fewer if that does not converge.
   std::string random{};
-  std::string variance{};  ///< empty: power(dbh)
-  std::string method{};    ///< empty: lb, or gnls without random effects
+  std::string variance{};               ///< empty: power(dbh)
+  std::optional<fit::Method> method{};  ///< none: lb, or gnls without random effects
   /// Adds a random residual to each imputed value, and random effects drawn for each plot (and
   /// stand, of nested groupings) without measured trees, so that imputed values vary as measured
   /// ones do.
@@ -45,14 +48,18 @@ enum class ImputeSource {
   kImputed,
   kMissing,  ///< neither measured nor imputed
 };
+constexpr std::array<std::string_view, 3> words_of(ImputeSource /*source*/) {
+  return {"measured", "imputed", "missing"};
+}
 enum class ImputeLevel {
   kNone,        ///< of a measured tree, or one that could not be imputed
   kPlot,        ///< with the random effects of its plot
   kStand,       ///< nested groupings: with those of the coarser group, none measured on the plot
   kPopulation,  ///< with random effects of 0, or drawn ones; or the model has none
 };
-std::string source_text(ImputeSource source);
-std::string level_text(ImputeLevel level);
+constexpr std::array<std::string_view, 4> words_of(ImputeLevel /*level*/) {
+  return {"", "plot", "stand", "population"};
+}
 
 /// The model of some of the trees.
 struct ImputeModel {

@@ -2,11 +2,13 @@
 // Model libraries: the fits of a study in one file, for prediction and for other programs.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "silvafit/data/json_reader.hpp"
@@ -24,12 +26,15 @@ struct LibraryInventory {
   std::optional<UnitSettings> units{};  ///< what its structural indices, if any, were computed with
 };
 
+/// The models of a study by their role, from the simplest one, which needs the fewest columns.
+inline constexpr std::array<std::string_view, 3> kRoles{"ols", "covariates", "nlme"};
+
 /// One fit and its use.
 struct LibraryModel {
   std::string species{};   ///< empty: for trees of any species
   std::string response{};  ///< "h"
   std::string unit{};      ///< of the response, "m"; empty where it is not known
-  std::string role{};      ///< ols, covariates or nlme; empty: used for every requested role
+  std::string role{};      ///< one of kRoles; empty: used for every requested role
   fit::FittedModel fit;
 };
 

@@ -50,8 +50,7 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.dead,
                 "Standing dead trees, by a column of the status: leave-out; neighbors (they are "
                 "neighbors of living trees, but not in summaries or models); include (as living "
-                "ones; cut and fallen trees, too)")
-            .one_of({"leave-out", "neighbors", "include"}));
+                "ones; cut and fallen trees, too)"));
   visit(Setting("alive_codes", settings.alive_codes, "Values of the status that mean alive")
             .type("CODE,..."));
   visit(
@@ -85,28 +84,24 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.edge,
                 "Edge correction: buffer (trees near the boundary are neighbors only), hanisch "
                 "(core trees are those whose neighbors are nearer than the boundary, with "
-                "weights), torus (opposite sides are joined) or none")
-            .one_of({"buffer", "hanisch", "torus", "none"}));
+                "weights), torus (opposite sides are joined) or none"));
   visit(Setting("buffer", settings.buffer_m, "Width of the buffer in m").type("M").optional());
   visit(Setting("further",
                 settings.further,
                 "Further indices: CO crown overlap, T size differentiation, Hegyi, BAL basal area "
                 "of larger trees, CCF crown competition factor; or all")
             .type("INDEX,..."));
-  visit(Setting("per", settings.per, "Search neighbors within each plot or the whole stand")
-            .one_of({"plot", "stand"}));
+  visit(Setting("per", settings.per, "Search neighbors within each plot or the whole stand"));
   visit(Setting("neighbors", settings.neighbors, "Number of neighbors in a structural unit"));
   visit(Setting("alpha",
                 settings.alpha,
                 "Limit angle of W in degrees (default: 360 / (neighbors + 1)), for single species "
                 "as in 72,SM=60")
             .type("ANGLE,SPECIES=ANGLE,..."));
-  visit(Setting("dominance", settings.dominance, "Size that U and T compare: dbh, h or cw")
-            .one_of({"dbh", "h", "cw"}));
+  visit(Setting("dominance", settings.dominance, "Size that U and T compare: dbh, h or cw"));
   visit(Setting("crowding",
                 settings.crowding,
-                "Crowns in C: mean (half of cw) or facing (radii towards each other)")
-            .one_of({"mean", "facing"}));
+                "Crowns in C: mean (half of cw) or facing (radii towards each other)"));
   visit(Setting("competition_radius",
                 settings.competition_radius_m,
                 "Hegyi: competitors are the trees within this radius in m (default: the neighbors)")

@@ -2,6 +2,7 @@
 // The study: for each species and response, base models, structural covariates, mixed effects.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/data/table.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/study/callbacks.hpp"
@@ -27,10 +29,9 @@ enum class Criterion {
   kCrossValidation,
 };
 
-/// The criterion of that name: aic, aicc, bic, cv.
-/// \throws UsageError that lists the criteria if there is none of this name
-Criterion parse_criterion(std::string_view text);
-std::string criterion_text(Criterion criterion);
+constexpr std::array<std::string_view, 4> words_of(Criterion /*criterion*/) {
+  return {"aic", "aicc", "bic", "cv"};
+}
 
 /// The criterion of each level.
 struct LevelCriteria {

@@ -25,7 +25,7 @@ struct ViewOptions {
   std::size_t models_per_preset = 6;  ///< number of models of a species preset
   std::vector<int> levels{0, 1, 2, 3};
   bool textures = true;  ///< pictures of bark and shoots, else leaves as polygons in plain colors
-  std::string season = "summer";  ///< summer, autumn, winter or spring
+  tree::Season season = tree::Season::kSummer;
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one for each core
 };

@@ -2,6 +2,7 @@
 // The builders, which grow a tree from its measurements.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -10,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/tree/crown.hpp"
 #include "silvafit/tree/fitted_skeleton.hpp"
 #include "silvafit/tree/mesh.hpp"
@@ -22,13 +24,9 @@
 namespace silvafit::tree {
 
 enum class BuilderKind { kSegment, kLsystem, kIfs, kBamboo };
-
-/// All builders, in the order in which they are listed.
-const std::vector<BuilderKind>& builder_kinds();
-/// Name of a kind on the command line and in files: segment, lsystem, ifs, bamboo.
-const char* builder_name(BuilderKind kind);
-/// \throws UsageError with the available names
-BuilderKind builder_from_text(std::string_view text);
+constexpr std::array<std::string_view, 4> words_of(BuilderKind /*kind*/) {
+  return {"segment", "lsystem", "ifs", "bamboo"};
+}
 
 /// A builder with one of its presets: grows any tree to its measurements.
 ///

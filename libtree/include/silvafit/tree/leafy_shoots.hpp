@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/tree/texture_library.hpp"
 
 namespace silvafit::tree {
@@ -15,9 +16,9 @@ namespace silvafit::tree {
 using Color = std::array<double, 3>;
 
 enum class Season { kSummer, kAutumn, kWinter, kSpring };
-
-/// \throws UsageError unless it is summer, autumn, winter or spring
-Season season_from_text(std::string_view text);
+constexpr std::array<std::string_view, 4> words_of(Season /*season*/) {
+  return {"summer", "autumn", "winter", "spring"};
+}
 
 /// Shoots along the branches of a tree: two crossed cards each.
 struct LeafyShoots {

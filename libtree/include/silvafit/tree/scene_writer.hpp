@@ -11,8 +11,10 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "silvafit/base/enum_words.hpp"
 #include "silvafit/tree/mesh.hpp"
 #include "silvafit/tree/morphology.hpp"
 #include "silvafit/tree/scene.hpp"
@@ -21,11 +23,10 @@
 namespace silvafit::tree {
 
 enum class SceneFormat { kGlb, kGltf, kObj, kPly };
-
-/// \throws UsageError if the text is not glb, gltf, obj or ply
-SceneFormat scene_format_from_text(const std::string& text);
-/// Ending of file names, without the dot.
-const char* file_ending(SceneFormat format);
+/// The words are the endings of file names, without the dot.
+constexpr std::array<std::string_view, 4> words_of(SceneFormat /*format*/) {
+  return {"glb", "gltf", "obj", "ply"};
+}
 
 /// The pictures of OBJ files in one folder, which share them. Several threads may use it.
 class SharedPictures {
