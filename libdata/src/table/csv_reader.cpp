@@ -207,8 +207,10 @@ void CsvReader::State::take_separator_line() {
 }
 
 void CsvReader::State::skip_byte_order_mark() {
-  const std::string_view start(buffer.data(), std::min<std::size_t>(end, 3));
-  if (start == "\xEF\xBB\xBF") begin = 3;
+  // Programs that add a mark to a file that has one leave two.
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  const std::string_view start(buffer.data(), end);
+  while (start.substr(begin).starts_with(kMark)) begin += kMark.size();
   if (start.starts_with("\xFF\xFE") || start.starts_with("\xFE\xFF")) {
     fail(1, advice_on_utf16(start, file));
   }

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "figures/ratio_estimates.hpp"
+#include "growth/growth_checks.hpp"
 #include "growth/growth_strata.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
@@ -114,9 +115,17 @@ std::vector<std::size_t> GrowthMaker::living_rows(const MeasuredPlot& plot,
                                                   const MeasuredTree& tree,
                                                   LivingTrees& living) {
   const auto alive_at = [&](std::size_t k) { return tree.rows[k] && is_alive(*tree.rows[k]); };
+  std::size_t end = tree.rows.size();
+  while (end > 0 && !alive_at(end - 1)) --end;
   std::vector<std::size_t> alive;
-  for (std::size_t k = 0; k < tree.rows.size(); ++k) {
-    if (alive_at(k)) alive.push_back(k);
+  for (std::size_t k = 0; k < end; ++k) {
+    if (!tree.rows[k]) continue;
+    const std::size_t row = *tree.rows[k];
+    // A tree that is alive later was not dead; its row counts, unless others tell more.
+    if (!is_alive(row) && revived_++ == 0) {
+      first_revived_ = describe(inventory_.place(row), "dead or cut, but alive later");
+    }
+    if (is_alive(row) || alive.empty() || !std::isnan(inventory_.dbh_cm[row])) alive.push_back(k);
   }
   std::vector<std::size_t> rows(tree.rows.size(), kNoTreeRow);
   for (std::size_t i = 0; i < alive.size(); ++i) {
@@ -125,10 +134,6 @@ std::vector<std::size_t> GrowthMaker::living_rows(const MeasuredPlot& plot,
     const std::size_t next = i + 1 < alive.size() ? alive[i + 1] : k;
     const double years = plot.occasions[next].years - plot.occasions[k].years;
     for (std::size_t missing = k + 1; missing < next; ++missing) {
-      if (tree.rows[missing] && revived_++ == 0) {
-        first_revived_ =
-            describe(inventory_.place(*tree.rows[missing]), "dead or cut, but alive later");
-      }
       const double share = (plot.occasions[missing].years - plot.occasions[k].years) / years;
       rows[missing] =
           living.add_between(*tree.rows[k], *tree.rows[next], share, label_of(plot, missing));
@@ -401,16 +406,19 @@ void GrowthMaker::add_plots() {
 
 void GrowthMaker::check_density() const {
   if (options_.trust_units) return;
+  check_increments(report_, inventory_.file);
   constexpr std::size_t kNumber = 0;  // of GrowthReport::values
   constexpr std::size_t kBasalArea = 1;
   const Place place{.file = inventory_.file,
                     .column = options_.plot_area_m2 ? "`plot_area`" : "area"};
-  double basal_area_m2 = 0.0;
+  double start_m2 = 0.0;
+  double end_m2 = 0.0;
   double area_ha = 0.0;
   for (std::size_t i = 0; i < areas_ha_.size(); ++i) {
     if (!(areas_ha_[i] > 0.0)) continue;
     GrowthParts parts = report_.plots[i].values[kBasalArea];
-    basal_area_m2 += part_of(parts, GrowthPart::kStart) * areas_ha_[i];
+    start_m2 += part_of(parts, GrowthPart::kStart) * areas_ha_[i];
+    end_m2 += part_of(parts, GrowthPart::kEnd) * areas_ha_[i];
     area_ha += areas_ha_[i];
     if (!living_.represented.empty()) continue;
     GrowthParts numbers = report_.plots[i].values[kNumber];
@@ -419,7 +427,8 @@ void GrowthMaker::check_density() const {
                        areas_ha_[i] * kSquareMetersPerHectare,
                        place);
   }
-  check_density_is_possible(basal_area_m2 / area_ha, place);
+  check_density_is_possible(start_m2 / area_ha, place);
+  check_density_is_possible(end_m2 / area_ha, place);
 }
 
 /// By the table of plots, or a column of the trees.
@@ -498,9 +507,19 @@ void GrowthMaker::add_notes() {
   note_missing();
   std::size_t not_found = 0;
   std::size_t shrunk = 0;
+  std::vector<std::string> too_fast;
   std::string first_lost;
   for (const TreeGrowth& tree : report_.trees) {
     if (tree.dbh_cm_per_year < 0.0) ++shrunk;
+    if (tree.dbh_cm_per_year > kFastestCmPerYear) {
+      too_fast.push_back(fmt::format("plot {}, tree {} ({} to {} cm, {} to {})",
+                                     tree.plot,
+                                     tree.tree,
+                                     tree.dbh_start_cm,
+                                     tree.dbh_end_cm,
+                                     tree.from,
+                                     tree.to));
+    }
     if (tree.fate == TreeFate::kNotFound && not_found++ == 0) {
       first_lost = fmt::format("plot {}, tree {}, {}", tree.plot, tree.tree, tree.to);
     }
@@ -530,6 +549,11 @@ void GrowthMaker::add_notes() {
                    counted(renamed_.size(), "tree has", "trees have"),
                    renamed_.size() == 1 ? "counts" : "count",
                    data::list_of(renamed_)));
+  note(too_fast.size(),
+       fmt::format("{} above {} cm per year, more than any tree grows, and kept: {}",
+                   counted(too_fast.size(), "dbh increment is", "dbh increments are"),
+                   kFastestCmPerYear,
+                   data::list_of(too_fast)));
   note(shrunk,
        fmt::format("{} negative and kept: errors of measurement, or bark that was lost",
                    counted(shrunk, "dbh increment is", "dbh increments are")));

@@ -25,6 +25,10 @@ constexpr double kRadiansOfDegree = std::numbers::pi / 180.0;
 /// Distances are measured to centimeters at best.
 constexpr double kDistanceTolerance = 0.01;
 
+/// The relative difference of equal areas: a radius from 2 m on, written with one decimal, is
+/// within 2.5 % of the exact one, and its area within 5 %.
+constexpr double kRoundedArea = 0.05;
+
 double circle_area_m2(double radius_m) { return std::numbers::pi * radius_m * radius_m; }
 
 /// The distance up to which an angle count counts a tree [m].
@@ -54,6 +58,7 @@ class SampleMaker {
  private:
   void join();
   void note_unmatched();
+  void note_gaps();
   const PlotRecord* record_of(std::size_t tree) const {
     return records_[inventory_.plot.code(tree)];
   }
@@ -163,12 +168,40 @@ void SampleMaker::note_unmatched() {
                             "plots of the table have no tree and are counted as empty"),
                     data::list_of(without_trees)));
   }
+  note_gaps();
   if (!outside.empty()) {
     sample_.notes.push_back(
         fmt::format("{} share 0, no part in the population, and {} with area 0: {}",
                     counted(outside.size(), "plot of the table has", "plots of the table have"),
                     outside.size() == 1 ? "counts" : "count",
                     data::list_of(outside)));
+  }
+}
+
+/// Plots of the table without a number that is needed.
+void SampleMaker::note_gaps() {
+  std::vector<std::string> without_area;
+  std::vector<std::string> without_slope;
+  for (const PlotRecord& record : design_.plots->plots) {
+    if (uses_table_areas() && std::isnan(plot_area_m2(&record))) {
+      without_area.push_back(record.plot);
+    }
+    if (design_.corrects_slope && std::isnan(record.slope_deg)) {
+      without_slope.push_back(record.plot);
+    }
+  }
+  // If none has an area, that is an error elsewhere.
+  if (!without_area.empty() && without_area.size() < design_.plots->plots.size()) {
+    sample_.notes.push_back(
+        fmt::format("{} in the table and not counted: {}",
+                    counted(without_area.size(), "plot has no area", "plots have no area"),
+                    data::list_of(without_area)));
+  }
+  if (!without_slope.empty()) {
+    sample_.notes.push_back(
+        fmt::format("{} in the table and taken as level: {}",
+                    counted(without_slope.size(), "plot has no slope", "plots have no slope"),
+                    data::list_of(without_slope)));
   }
 }
 
@@ -252,9 +285,22 @@ double SampleMaker::plot_area_m2(const PlotRecord* record) const {
     return subplots * circle_area_m2(design_.circles.back().radius_m);
   }
   if (design_.basal_area_factor > 0.0 || record == nullptr) return data::kMissing;
-  if (!std::isnan(record->area_m2)) return record->area_m2;
-  if (!std::isnan(record->radius_m)) return subplots * circle_area_m2(record->radius_m);
-  return kSquareMetersPerHectare / record->expansion;
+  const std::array areas{record->area_m2,
+                         subplots * circle_area_m2(record->radius_m),
+                         kSquareMetersPerHectare / record->expansion};
+  double result = data::kMissing;
+  for (const double area_m2 : areas) {
+    if (std::isnan(area_m2)) continue;
+    if (std::isnan(result)) result = area_m2;
+    if (std::abs(area_m2 - result) <= kRoundedArea * result) continue;
+    throw InputError(
+        fmt::format("area, radius and expansion of the plot do not agree: {:.6g} m2 or {:.6g} m2; "
+                    "name the right one, such as `plots_columns=area=COLUMN`",
+                    result,
+                    area_m2),
+        {.file = design_.plots->file, .line = record->line, .plot = record->plot});
+  }
+  return result;
 }
 
 Point SampleMaker::center_of(const PlotRecord* record, Origin origin) const {

@@ -418,6 +418,21 @@ std::vector<std::string> InventoryReader::recognized() const {
   return texts;
 }
 
+/// Numbers of trees that begin again for most rows are those of several plots or times.
+void InventoryReader::refuse_plots_without_column() const {
+  const std::size_t trees = result_.inventory.size();
+  if (plan_.labels[kPlot].exists() || 2 * repeated_numbers_.renamed <= trees) return;
+  throw InputError(
+      fmt::format(
+          "{} of {} trees have the number of another tree, but there is no column plot; name "
+          "it with `columns=plot=COLUMN`, or the time with `columns=year=COLUMN`; "
+          "available: {}",
+          repeated_numbers_.renamed,
+          trees,
+          data::list_of(csv_.header())),
+      {.file = result_.inventory.file});
+}
+
 std::vector<std::string> InventoryReader::notes() const {
   std::vector<std::string> notes = recognized();
   std::string empty_plots = note_on_empty_plots();
@@ -492,6 +507,7 @@ CheckedInventory InventoryReader::read() {
   read_other_columns();
   count_findings();
   if (!is_whole) return std::move(result_);
+  refuse_plots_without_column();
   result_.notes = notes();
   std::string similar_plots = describe_similar_plots(inventory.plot);
   if (!similar_plots.empty()) result_.notes.push_back(std::move(similar_plots));

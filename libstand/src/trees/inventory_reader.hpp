@@ -52,6 +52,7 @@ class InventoryReader {
   void require_trees() const;
   bool has_tree_numbers() const { return plan_.labels[kTree].exists(); }
   /// Notes on all rows read so far.
+  void refuse_plots_without_column() const;
   std::vector<std::string> notes() const;
   /// Those notes that describe how the file was read.
   std::vector<std::string> recognized() const;

@@ -80,12 +80,29 @@ constexpr std::array<NumberColumn, 11> kNumbers{{
      .may_be_low = true},
 }};
 
+/// Names of which one is enough, because each gives the same.
+constexpr std::array<std::array<std::string_view, 3>, 3> kAlternatives{
+    {{"area", "radius", "expansion"},
+     {"slope", "slope_percent"},
+     {"stratum_area", "stratum_weight"}}};
+
 constexpr std::string_view kStratumNames = "strata stratumid stratumname schicht strate estrato";
 constexpr std::array<std::string_view, 5> kTexts{
     "plot", "stratum", "estimation_unit", "year", "date"};
 
 /// Whether the header says that the slope is in percent: `Slope (%)`.
 bool is_percent(std::string_view header) { return header.find('%') != std::string_view::npos; }
+
+/// The factor of the unit in the header of such a column, as in `Area (ac)` and `radius [ft]`; none
+/// if it is another column, or has no unit.
+std::optional<double> unit_of(const NumberColumn& column, const std::string& header) {
+  const HeaderParts parts = header_parts(header);
+  const std::string key = folded_letters(parts.name);
+  if (key != column.name && !has_word(column.usual, key)) return std::nullopt;
+  if (column.name == "area") return square_meters(parts.other_unit);
+  if (column.name == "radius" && parts.unit) return parts.unit->meters;
+  return std::nullopt;
+}
 
 class PlotTableReader {
  public:
@@ -103,6 +120,8 @@ class PlotTableReader {
   void check_names() const;
   void find_columns();
   std::optional<std::string> usual_column(std::string_view name) const;
+  std::string named_instead_of(std::string_view name) const;
+  void note(const std::string& text);
   void add(std::string_view name, std::string source, bool is_usual);
   void read_table(const data::TableSource& source);
   std::vector<PlotRecord> records();
@@ -156,7 +175,8 @@ std::optional<std::string> PlotTableReader::usual_column(std::string_view name) 
                                                        key));
     }
     for (const NumberColumn& one : kNumbers) {
-      is_it = is_it || (one.name == name && !is_percent(column) && has_word(one.usual, key));
+      is_it = is_it || (one.name == name && !is_percent(column) &&
+                        (has_word(one.usual, key) || unit_of(one, column)));
     }
     if (name == "plot" || name == "x" || name == "y") {
       const std::optional<MeantName> meant = meant_name(column);
@@ -180,14 +200,29 @@ std::optional<std::string> PlotTableReader::usual_column(std::string_view name) 
   return found.front();
 }
 
-void PlotTableReader::add(std::string_view name, std::string source, bool is_usual) {
-  if (is_usual && source != name) {
-    result_.recognized += fmt::format(
-        "{}{} is read from column {}", result_.recognized.empty() ? "" : ", ", name, source);
+void PlotTableReader::note(const std::string& text) {
+  result_.recognized += (result_.recognized.empty() ? "" : ", ") + text;
+}
+
+/// The name in `plots_columns` that makes a column of this name unnecessary; empty if there is
+/// none.
+std::string PlotTableReader::named_instead_of(std::string_view name) const {
+  for (const auto& alternatives : kAlternatives) {
+    if (std::ranges::find(alternatives, name) == alternatives.end()) continue;
+    for (const ColumnMapping& mapping : columns_) {
+      if (std::ranges::find(alternatives, mapping.name) != alternatives.end()) return mapping.name;
+    }
   }
+  return {};
+}
+
+void PlotTableReader::add(std::string_view name, std::string source, bool is_usual) {
+  if (is_usual && source != name) note(fmt::format("{} is read from column {}", name, source));
   double factor = 1.0;
   for (const NumberColumn& one : kNumbers) {
-    if (one.name == name && has_word(one.usual, folded_letters(source))) factor = one.unit;
+    if (one.name != name) continue;
+    if (has_word(one.usual, folded_letters(source))) factor = one.unit;
+    if (const auto unit = unit_of(one, source)) factor = *unit;
   }
   factors_[std::string(name)] = factor;
   sources_.emplace(name, std::move(source));
@@ -199,16 +234,21 @@ void PlotTableReader::find_columns() {
     return meant && meant->name == "dbh" && meant->fit != NameFit::kVague;
   });
   std::vector<std::string> names(kTexts.begin(), kTexts.end());
-  for (const NumberColumn& one : kNumbers) names.emplace_back(one.name);
+  for (const NumberColumn& one : kNumbers) {
+    if (names.back() != one.name) names.emplace_back(one.name);
+  }
   for (const std::string& name : names) {
-    if (sources_.contains(name)) continue;
     const auto mapping = std::ranges::find(columns_, name, &ColumnMapping::name);
     if (mapping != columns_.end()) {
       add(name, mapping->source, false);
     } else if (is_of_trees_ && (name == "x" || name == "y" || name == "expansion")) {
       continue;
     } else if (auto column = usual_column(name)) {
-      add(name, std::move(*column), true);
+      if (const std::string named = named_instead_of(name); named.empty()) {
+        add(name, std::move(*column), true);
+      } else {
+        note(fmt::format("column {} is not read, because {} is named", *column, named));
+      }
     }
   }
   if (sources_.contains("plot")) return;

@@ -36,13 +36,17 @@ constexpr Unit kDbhInches{"inches", "*2.54", 2.54};
 constexpr Unit kDbhMillimeters{"millimeters", "/10", 0.1};
 constexpr Unit kDbhDecimeters{"decimeters", "*10", 10.0};
 constexpr Unit kDbhMeters{"meters", "*100", 100.0};
+// Known tables are converted from inches and feet; a copy of one may be in our units already.
+constexpr Unit kDbhConverted{"centimeters already", "*1", 1.0 / 2.54};
+constexpr Unit kConverted{"meters already", "*1", 1.0 / 0.3048};
 
 /// Units in which people measure dbh and height together.
 struct UnitPair {
   Unit dbh{};
   Unit h{};
 };
-constexpr std::array<UnitPair, 12> kPairs{{{kRight, kFeet},
+constexpr std::array<UnitPair, 13> kPairs{{{kDbhConverted, kConverted},
+                                           {kRight, kFeet},
                                            {kRight, kDecimeters},
                                            {kRight, kCentimeters},
                                            {kRight, kMillimeters},
@@ -54,6 +58,12 @@ constexpr std::array<UnitPair, 12> kPairs{{{kRight, kFeet},
                                            {kDbhMillimeters, kMillimeters},
                                            {kDbhMeters, kRight},
                                            {kDbhDecimeters, kRight}}};
+
+/// An expression without the brackets around it.
+std::string_view unbracketed(std::string_view text) {
+  const bool is_bracketed = text.starts_with('(') && text.ends_with(')');
+  return is_bracketed ? text.substr(1, text.size() - 2) : text;
+}
 
 /// The median of the positive values; 0 if there are none.
 double positive_median(std::span<const double> values) {
@@ -165,7 +175,11 @@ std::string Judge::advice(const UnitPair& units) const {
   const auto add = [&](std::string_view name, const Unit& unit) {
     if (unit.name.empty()) return;
     conditions.push_back(fmt::format("{} is in {}", name, unit.name));
-    conversions.push_back(fmt::format("{}={}{}", name, column(name)->source, unit.conversion));
+    std::string_view source = column(name)->source;
+    if (unit.conversion == kConverted.conversion) {
+      source = unbracketed(source).substr(0, unbracketed(source).rfind('*'));
+    }
+    conversions.push_back(fmt::format("{}={}{}", name, source, unit.conversion));
   };
   add("h", units.h);
   add("dbh", units.dbh);
@@ -176,7 +190,14 @@ std::string Judge::advice(const UnitPair& units) const {
 /// The units that make plausible stands, the most usual stand first; all if there are none.
 std::vector<std::string> Judge::advice_on_trees() const {
   constexpr std::size_t kMost = 3;
-  const auto is_possible = [this](const UnitPair& units) {
+  const auto is_converted = [this](std::string_view name, std::string_view conversion) {
+    const SizeColumn* const found = column(name);
+    return found != nullptr && unbracketed(found->source).ends_with(conversion);
+  };
+  const bool are_converted =
+      is_converted("dbh", kDbhInches.conversion) && is_converted("h", kFeet.conversion);
+  const auto is_possible = [&](const UnitPair& units) {
+    if (units.h.name == kConverted.name && !are_converted) return false;
     return (units.h.name.empty() || medians_.h_m > 0.0) &&
            (units.dbh.name.empty() || medians_.dbh_cm > 0.0);
   };

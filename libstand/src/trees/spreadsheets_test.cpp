@@ -114,10 +114,11 @@ TEST_CASE("dead trees are skipped, used only as neighbors, or used like others")
         std::vector<std::string>{"3 Zustand: the tree is dead",
                                  "4 Zustand: the tree is cut, fallen or a stump"});
   CHECK(describe_excluded(checked).empty());
-  CHECK(has_note(checked,
-                 "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, skipped; "
-                 "with `dead=neighbors`, dead trees count as neighbors; unknown status, used as "
-                 "alive: 'krank' (1)"));
+  CHECK(
+      has_note(checked,
+               "the status of trees is read from column Zustand: 1 dead, 1 cut or gone, skipped; "
+               "with `dead=neighbors`, dead trees count as neighbors; 1 row has a missing status, "
+               "used as alive; unknown status, used as alive: 'krank' (1)"));
   const CheckedInventory neighbors = read_inventory_text(text, {.dead = DeadTrees::kNeighbors});
   CHECK(neighbors.inventory.neighbor_only == std::vector<char>{0, 1, 0, 0});
   const CheckedInventory all = read_inventory_text(text, {.dead = DeadTrees::kInclude});

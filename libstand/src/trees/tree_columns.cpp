@@ -148,7 +148,8 @@ constexpr std::array<TreeColumn, 19> kColumns{{
      .values = &Inventory::cr_n_m},
     {.name = "status",
      .meaning = "status (alive, dead, cut)",
-     .usual = "treestatus treestate statuscd livestatus lifestatus alivedead vitality "
+     .usual = "dfstatus vital vitalstatus condition treecondition treestatus treestate statuscd "
+              "livestatus lifestatus alivedead vitality "
               "alive living live dead deadalive aliveordead "
               "livedead zustand baumzustand baumstatus vitalitat lebend tot etat etatarbre statut "
               "vivant "

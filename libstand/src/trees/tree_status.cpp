@@ -111,6 +111,7 @@ std::optional<TreeStatus> StatusColumn::given_meaning(std::string_view value) {
 }
 
 TreeStatus StatusColumn::read(std::string_view value) {
+  if (!value.empty() && data::is_missing_number(value)) ++missing_;
   auto known = known_.find(value);
   if (known == known_.end()) {
     const std::optional<TreeStatus> given = given_meaning(value);
@@ -141,6 +142,10 @@ std::string StatusColumn::remarks() const {
   std::string text;
   if (not_in_sample_ > 0) {
     text += fmt::format("; {} not in the sample, skipped", counted(not_in_sample_, "row", "rows"));
+  }
+  if (missing_ > 0) {
+    text += fmt::format("; {} a missing status, used as alive",
+                        counted(missing_, "row has", "rows have"));
   }
   const std::string unknown = unknown_values();
   if (!unknown.empty()) {

@@ -38,13 +38,6 @@ constexpr std::array<UnitWord, 16> kUnitWords{{{"inch", "in"},
                                                {"millimeter", "mm"},
                                                {"centimeter", "cm"}}};
 
-/// A header in folded letters, split into a name and the words after it.
-struct HeaderParts {
-  std::string name{};
-  std::optional<LengthUnit> unit{};
-  std::string other_unit{};  ///< such as ha or degrees
-};
-
 bool is_separator(char c) {
   return c == ' ' || c == '_' || c == '.' || c == '/' || c == ',' || c == '-' || c == '(' ||
          c == '[' || c == ')' || c == ']' || c == ':' || c == ';' || c == '`';
@@ -67,27 +60,8 @@ bool ends_with_height(std::string_view text) {
 
 /// Units that no measure has.
 bool is_other_unit(std::string_view text) {
-  constexpr std::string_view kOthers = "% ° deg degree degrees grad gon gons ha m2 m² m3 m³ years";
-  return has_word(kOthers, text);
-}
-
-HeaderParts parts_of(std::string_view header) {
-  std::string text = folded(header);
-  // R replaces signs by dots, so that "DBH (cm)" becomes "DBH..cm.".
-  while (!text.empty() && is_separator(text.back())) text.pop_back();
-  const std::size_t begin = last_word(text);
-  const std::string word = text.substr(begin);
-  HeaderParts parts{.name = text};
-  if (begin == 0) return parts;
-  parts.unit = unit_of_length(word);
-  if (!parts.unit && is_other_unit(word)) parts.other_unit = word;
-  if (!parts.unit && parts.other_unit.empty()) return parts;
-  text.resize(begin);
-  while (!text.empty() && is_separator(text.back())) text.pop_back();
-  if (text.ends_with(" in")) text.resize(text.size() - 3);
-  if (parts.unit && parts.unit->name == "m" && ends_with_height(text)) parts.unit.reset();
-  parts.name = text;
-  return parts;
+  constexpr std::string_view kOthers = "% ° deg degree degrees grad gon gons m3 m³ years";
+  return has_word(kOthers, text) || square_meters(text).has_value();
 }
 
 /// The name without a remark in brackets at its end: `Höhe (gemessen)`.
@@ -116,6 +90,33 @@ std::optional<MeantName> look_up(const std::string& key) {
 
 }  // namespace
 
+std::optional<double> square_meters(std::string_view unit) {
+  if (has_word("m2 m² qm sqm", unit)) return 1.0;
+  if (unit == "ha") return 1e4;
+  if (has_word("ac acre acres", unit)) return 4046.8564224;
+  if (has_word("ft2 ft² sqft", unit)) return 0.3048 * 0.3048;
+  return std::nullopt;
+}
+
+HeaderParts header_parts(std::string_view header) {
+  std::string text = folded(header);
+  // R replaces signs by dots, so that "DBH (cm)" becomes "DBH..cm.".
+  while (!text.empty() && is_separator(text.back())) text.pop_back();
+  const std::size_t begin = last_word(text);
+  const std::string word = text.substr(begin);
+  HeaderParts parts{.name = text};
+  if (begin == 0) return parts;
+  parts.unit = unit_of_length(word);
+  if (!parts.unit && is_other_unit(word)) parts.other_unit = word;
+  if (!parts.unit && parts.other_unit.empty()) return parts;
+  text.resize(begin);
+  while (!text.empty() && is_separator(text.back())) text.pop_back();
+  if (text.ends_with(" in")) text.resize(text.size() - 3);
+  if (parts.unit && parts.unit->name == "m" && ends_with_height(text)) parts.unit.reset();
+  parts.name = text;
+  return parts;
+}
+
 std::optional<LengthUnit> unit_of_length(std::string_view text) {
   std::string name = folded(text);
   const auto word = std::ranges::find(kUnitWords, name, &UnitWord::word);
@@ -124,14 +125,16 @@ std::optional<LengthUnit> unit_of_length(std::string_view text) {
   return unit == kUnits.end() ? std::nullopt : std::optional(*unit);
 }
 
-std::optional<LengthUnit> unit_in_header(std::string_view header) { return parts_of(header).unit; }
+std::optional<LengthUnit> unit_in_header(std::string_view header) {
+  return header_parts(header).unit;
+}
 
-bool is_in_gon(std::string_view header) { return is_gon(parts_of(header).other_unit); }
+bool is_in_gon(std::string_view header) { return is_gon(header_parts(header).other_unit); }
 
 bool is_gon(std::string_view unit) { return unit == "gon" || unit == "gons"; }
 
 std::optional<MeantName> meant_name(std::string_view header) {
-  const HeaderParts parts = parts_of(header);
+  const HeaderParts parts = header_parts(header);
   std::optional<MeantName> meant = look_up(folded_letters(parts.name));
   if (!meant) meant = look_up(folded_letters(without_remark(parts.name)));
   if (!meant) return meant;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace silvafit::stand {
@@ -26,6 +27,17 @@ struct LengthUnit {
   std::string_view name{};  ///< mm, cm, dm, m, in or ft
   double meters = 1.0;
 };
+
+/// A header in lower case and without accents, split into its name and its unit.
+struct HeaderParts {
+  std::string name{};
+  std::optional<LengthUnit> unit{};
+  std::string other_unit{};  ///< such as ha or degrees
+};
+HeaderParts header_parts(std::string_view header);
+
+/// The square meters of a unit of area, such as ha or ac; none if it is not one.
+std::optional<double> square_meters(std::string_view unit);
 
 /// The unit of length in the header of a column, such as `DBH (cm)`, `h [m]`, `DBH_mm`, `BHD in cm`
 /// or `d/mm`; none if there is no unit.

@@ -385,7 +385,7 @@ void Calculator::note_assumed_areas(const PlotWindows& assumed) {
   const bool is_torus = options_.edge == EdgeCorrection::kTorus;
   const bool is_per_plot = options_.scope == SearchScope::kPlot;
   UnitFindings& findings = units_.findings;
-  std::vector<std::string_view> names;
+  std::vector<std::string> names;
   for (const FurtherIndex index :
        {FurtherIndex::kBasalAreaLarger, FurtherIndex::kCrownCompetition}) {
     if (contains(options_.further, index)) names.push_back(word_of(index));

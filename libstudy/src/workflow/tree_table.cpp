@@ -196,18 +196,21 @@ void TableReader::read_status() {
   if (!state_.status) state_.status.emplace(*column, codes, reader_.header());
   stand::StatusColumn& status = *state_.status;
   const data::TextColumn values = result_.table.labels(*column);
-  std::vector<std::size_t> alive;
-  std::vector<char> is_dead(values.size(), 0);
+  const bool includes = wishes_.options.dead == stand::DeadTrees::kInclude;
+  const bool are_left_out = wishes_.leaves_out_dead && !includes;
+  const bool are_found = wishes_.finds_dead && !includes;
+  std::vector<std::size_t> used;
+  std::vector<char> is_dead;
   for (std::size_t row = 0; row < values.size(); ++row) {
-    is_dead[row] = status.read(values[row]) == stand::TreeStatus::kAlive ? 0 : 1;
-    if (is_dead[row] == 0) alive.push_back(row);
+    const stand::TreeStatus found = status.read(values[row]);
+    const bool is_alive = found == stand::TreeStatus::kAlive;
+    if (found == stand::TreeStatus::kNotInSample || (are_left_out && !is_alive)) continue;
+    used.push_back(row);
+    is_dead.push_back(is_alive ? 0 : 1);
   }
   if (status.dead() + status.gone() + status.not_in_sample() == 0 && status.remarks().empty()) {
     return;
   }
-  const bool includes = wishes_.options.dead == stand::DeadTrees::kInclude;
-  const bool are_left_out = wishes_.leaves_out_dead && !includes;
-  const bool are_found = wishes_.finds_dead && !includes;
   note(fmt::format(
       "the status of trees is read from column {}: {} dead, {} cut or gone, {}{}",
       *column,
@@ -218,8 +221,9 @@ void TableReader::read_status() {
                      "treats them as living"
                    : "which are used as living trees",
       status.remarks()));
-  if (are_left_out) result_.table = result_.table.select(alive);
-  if (are_found && alive.size() < values.size()) result_.is_dead = std::move(is_dead);
+  if (used.size() < values.size()) result_.table = result_.table.select(used);
+  const bool has_dead = std::ranges::find(is_dead, 1) != is_dead.end();
+  if (are_found && has_dead) result_.is_dead = std::move(is_dead);
 }
 
 /// The rule for rows of one tree (docs/inventory.md).

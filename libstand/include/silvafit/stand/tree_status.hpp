@@ -69,6 +69,7 @@ class StatusColumn {
   std::size_t dead_ = 0;
   std::size_t gone_ = 0;
   std::size_t not_in_sample_ = 0;
+  std::size_t missing_ = 0;
   StatusCodes codes_{};
   std::set<std::string, std::less<>> seen_codes_{};
 };
