@@ -212,6 +212,34 @@ TEST_CASE("Areas that make impossible basal areas are errors of growth") {
   CHECK_NOTHROW(growth_report(checked.inventory, {.plot_area_m2 = 0.05, .trust_units = true}));
 }
 
+TEST_CASE("A tree that is alive later was not dead before") {
+  const CheckedInventory checked = measured(
+      "plot,tree,year,dbh,status\n1,1,2010,25,dead\n1,1,2015,26,alive\n1,2,2010,20,alive\n"
+      "1,2,2015,,dead\n1,2,2020,24,alive\n1,1,2020,27,alive\n");
+  const GrowthReport report = growth_report(checked.inventory, {.plot_area_m2 = 400.0});
+  for (const TreeGrowth& tree : report.trees) CHECK(tree.fate == TreeFate::kSurvivor);
+  CHECK(report.trees[0].dbh_cm_per_year == Approx(0.2).epsilon(1e-13));
+  // Between 20 and 24 cm.
+  CHECK(report.trees[1].dbh_end_cm == Approx(22.0).epsilon(1e-13));
+  CHECK(tells(report.notes, "2 statuses are not used"));
+  for (const PlotGrowth& plot : report.plots) check_balance(plot);
+}
+
+TEST_CASE("Visits in different units are refused, and single impossible increments named") {
+  const auto growth_of = [](const std::string& rows, bool trusts) {
+    return growth_report(measured("plot,tree,year,dbh\n" + rows).inventory,
+                         {.plot_area_m2 = 1000.0, .trust_units = trusts});
+  };
+  const std::string first = "1,1,2010,20\n1,2,2010,30\n1,3,2010,25\n";
+  const std::string millimeters = first + "1,1,2015,240\n1,2,2015,320\n1,3,2015,270\n";
+  CHECK_THROWS_WITH(growth_of(millimeters, false),
+                    Contains("growth.csv: dbh: from 2010 to 2015") && Contains("(plot 1)"));
+  CHECK_NOTHROW(growth_of(millimeters, true));
+  CHECK_THROWS_AS(growth_of(first + "1,1,2015,9\n1,2,2015,13\n1,3,2015,11\n", false), InputError);
+  const GrowthReport one = growth_of(first + "1,1,2015,22\n1,2,2015,330\n1,3,2015,27\n", false);
+  CHECK(tells(one.notes, "plot 1, tree 2 (30 to 330 cm, 2010 to 2015)"));
+}
+
 TEST_CASE("Copies and second stems are distinguished at each time") {
   const CheckedInventory checked = measured(
       "plot,tree,x,y,year,dbh\n1,1,0,0,2010,20\n1,1,0,0,2010,20\n1,1,0,0,2010,12\n"

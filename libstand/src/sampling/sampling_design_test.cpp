@@ -325,6 +325,49 @@ TEST_CASE("A table of plots is checked") {
                     Contains("two dates"));
 }
 
+TEST_CASE("Columns of a table of plots that are named replace others with the same meaning") {
+  const auto area_of = [](const std::string& text, const std::vector<ColumnMapping>& named) {
+    const SamplingDesign design{.plots = read_plot_table(table_text(text), named),
+                                .corrects_slope = true};
+    return sample_of(without_positions({{.dbh_cm = 20}}), design).areas[0].area_m2;
+  };
+  const std::string both = "plot,area,r,slope\n1,500,10,60\n";
+  CHECK(area_of(both, {{"radius", "r"}}) == Approx(M_PI * 100.0 / 2.0).epsilon(1e-13));
+  CHECK(area_of(both, {{"expansion", "r*0 + 25"}}) == Approx(400.0 / 2.0).epsilon(1e-13));
+  // 60 % are atan(0.6).
+  CHECK(area_of(both, {{"area", "area"}, {"slope_percent", "slope"}}) ==
+        Approx(500.0 / std::sqrt(1.36)).epsilon(1e-13));
+  const PlotTable named = read_plot_table(table_text(both), {{"radius", "r"}});
+  CHECK(named.recognized == "column area is not read, because radius is named");
+}
+
+TEST_CASE("Tables of plots that contradict themselves or have gaps are not silent") {
+  const Inventory stand = without_positions({{.dbh_cm = 20}});
+  CHECK_THROWS_WITH(sample_of(stand, {.plots = plots_of("plot,area,radius\n1,400,5\n")}),
+                    Contains("plots.csv:2: area, radius and expansion of the plot do not agree: "
+                             "400 m2 or 78.5398 m2"));
+  CHECK_THROWS_WITH(sample_of(stand, {.plots = plots_of("plot,area,expansion\n1,400,10\n")}),
+                    Contains("400 m2 or 1000 m2"));
+  // A radius of 11.28 m and four subplots of 5.64 m are 400 m2.
+  CHECK_NOTHROW(sample_of(stand, {.plots = plots_of("plot,area,radius\n1,400,11.3\n")}));
+  CHECK_NOTHROW(
+      sample_of(stand, {.plots = plots_of("plot,area,radius\n1,400,5.64\n"), .subplots = 4}));
+  const DesignedSample gaps = sample_of(
+      stand, {.plots = plots_of("plot,area,slope\n1,400,\n2,,10\n"), .corrects_slope = true});
+  CHECK(gaps.areas.size() == 1);
+  CHECK(says(gaps.notes, "1 plot has no area in the table and not counted: 2"));
+  CHECK(says(gaps.notes, "1 plot has no slope in the table and taken as level: 1"));
+}
+
+TEST_CASE("Units in the headers of a table of plots are converted") {
+  // An acre is 43,560 square feet of 0.3048^2 m2.
+  CHECK(plots_of("plot,Area (ac)\n1,0.1\n").plots[0].area_m2 ==
+        Approx(4356.0 * 0.3048 * 0.3048).epsilon(1e-13));
+  CHECK(plots_of("plot,plot_size [ft2]\n1,4356\n").plots[0].area_m2 ==
+        Approx(4356.0 * 0.3048 * 0.3048).epsilon(1e-13));
+  CHECK(plots_of("plot,radius (ft)\n1,24\n").plots[0].radius_m == Approx(7.3152).epsilon(1e-13));
+}
+
 TEST_CASE("Designs that contradict themselves are refused") {
   const Inventory stand = without_positions({{.dbh_cm = 20}});
   CHECK_THROWS_WITH(sample_of(stand, {.circles = {{7, 4}}, .basal_area_factor = 4}),

@@ -47,6 +47,23 @@ TEST_CASE("Spain's IFN is read in mm and gon, with the factors of its four circl
   CHECK(has_note(read, "PCMayores of Spain's IFN"));
 }
 
+TEST_CASE("Spain's trees with one of two diameters have that one") {
+  const CheckedInventory read = read_known(
+      "Estadillo,nArbol,Rumbo,Distanci,Especie,Dn1,Dn2,Ht\n1,1,100,4,23,100,0,5\n"
+      "1,2,200,4,23,300,0,9\n1,3,300,4,23,0,200,9\n");
+  CHECK(read.inventory.dbh_cm == std::vector<double>{10.0, 30.0, 20.0});
+  CHECK(factors_of(read.inventory)[1] == Approx(14.14710607).epsilon(1e-8));
+}
+
+TEST_CASE("FIA's trees without TPA_UNADJ have the factors of the design") {
+  // FIA's own factors: four subplots of 24 ft and, below 5 in, microplots of 6.8 ft per acre.
+  const CheckedInventory read =
+      read_known("PLT_CN,SUBP,TREE,STATUSCD,SPCD,DIA,HT\n9,1,1,1,316,10,60\n9,1,2,1,316,3,20\n");
+  const auto factors = factors_of(read.inventory);
+  CHECK(factors[0] * 0.40468564224 == Approx(6.018046).epsilon(1e-7));
+  CHECK(factors[1] * 0.40468564224 == Approx(74.965282).epsilon(1e-7));
+}
+
 TEST_CASE("France's IFN is read with circumferences, weights and its codes of dead trees") {
   const CheckedInventory read = read_known(
       "CAMPAGNE;IDP;A;ESPAR;VEGET;C13;HTOT;W\n2019;100;1;02;0;0,628318530717959;15,5;39,3\n"

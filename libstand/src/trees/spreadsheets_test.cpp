@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Inventories exported from spreadsheets: names, units, codes and empty cells.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -247,10 +249,29 @@ TEST_CASE("the recommended unit makes trees of a possible shape") {
   CHECK_THROWS_WITH(read_inventory_text(text),
                     Contains("if h is in feet and dbh is in inches, use "
                              "`columns=h=h*0.3048,dbh=dbh*2.54`; "));
+  // FIA's names, in our units already: 64 "cm" and 6 "m" after the conversion.
+  text = "PLT_CN,SUBP,TREE,SPCD,DIA,HT\n9,1,1,316,25,20\n9,1,2,316,26,21\n9,1,3,316,24,19\n";
+  CHECK_THROWS_WITH(read_inventory_text(text),
+                    Contains("if h is in meters already and dbh is in centimeters already, use "
+                             "`columns=h=HT*1,dbh=DIA*1`"));
   // The tallest trees and palms known, and saplings of 2.4 m with 1 cm.
   for (const char* giants : {"1,1,480,115.9", "1,1,40,60", "1,1,1,2.4"}) {
     CHECK_NOTHROW(read_inventory_text(std::string("plot,tree,dbh,h\n") + giants + "\n"));
   }
+}
+
+TEST_CASE("trees whose numbers begin again are not those of one plot") {
+  std::string text = "site,tree,dbh\n";
+  int rows = 10;
+  for (const char* site : {"a", "b", "c"}) {
+    for (int tree = 1; tree <= 4; ++tree) {
+      // Diameters differ, so that none is a copy.
+      text += fmt::format("{},{},{}.{}\n", site, tree, 20 + tree, rows++);
+    }
+  }
+  CHECK_THROWS_WITH(read_inventory_text(text),
+                    Contains("no column plot") && Contains("available: site, tree, dbh"));
+  CHECK_NOTHROW(read_inventory_text(text, with_columns("plot=site")));
 }
 
 TEST_CASE("FIA's positions do not choose the trees of subplots") {

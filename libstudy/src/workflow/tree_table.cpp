@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <list>
 #include <optional>
 #include <utility>
 
@@ -297,24 +298,36 @@ TableReader::Result TableReader::read() {
 }
 
 /// Only tables with dbh are of trees for certain; `h` may be anything in others.
+/// \param is_computed  whether the table has the mapped columns, by our names
 /// \throws InputError if a column or a plot has another unit
-void check_table_units(const data::Table& table, const Mappings& mapped) {
-  const auto has_numbers = [&table](std::string_view name) {
-    return table.has(name) && table.is_numeric(name);
+void check_table_units(const data::Table& table, const Mappings& mapped, bool is_computed) {
+  const auto numbers_of = [&](std::string_view name) -> std::optional<std::vector<double>> {
+    const stand::ColumnMapping* const mapping = stand::mapping_to(name, mapped);
+    if (mapping == nullptr || is_computed) {
+      if (!table.has(name) || !table.is_numeric(name)) return std::nullopt;
+      const auto numbers = table.numbers(name);
+      return std::vector<double>(numbers.begin(), numbers.end());
+    }
+    std::vector<data::TextCell> texts;
+    return data::numbers_of(
+        table, data::column_reference(name, mapping->source, table.names(), table.file()), texts);
   };
-  if (!has_numbers("dbh")) return;
+  const auto dbh = numbers_of("dbh");
+  if (!dbh) return;
   std::vector<stand::SizeColumn> sizes;
+  std::list<std::vector<double>> values;
   for (const stand::TreeColumn& column : stand::tree_columns()) {
-    const bool is_size = column.is_measure() && !column.is_position();
-    if (!is_size || !has_numbers(column.name)) continue;
+    if (!column.is_measure() || column.is_position()) continue;
+    auto numbers = numbers_of(column.name);
+    if (!numbers) continue;
     const stand::ColumnMapping* const mapping = stand::mapping_to(column.name, mapped);
     std::string source(column.name);
     if (mapping != nullptr) {
       const bool is_column = data::Expression::variable(mapping->source).text() == mapping->source;
       source = is_column ? mapping->source : "(" + mapping->source + ")";
     }
-    sizes.push_back(
-        {.name = column.name, .source = std::move(source), .values = table.numbers(column.name)});
+    values.push_back(std::move(*numbers));
+    sizes.push_back({.name = column.name, .source = std::move(source), .values = values.back()});
   }
   const auto labels = [&table](const char* name) {
     return table.has(name) ? table.labels(name) : data::TextColumn();
@@ -322,9 +335,10 @@ void check_table_units(const data::Table& table, const Mappings& mapped) {
   const data::TextColumn plot = labels("plot");
   const data::TextColumn species = labels("species");
   stand::TreeSizes trees{.plot = plot, .species = table.has("species") ? &species : nullptr};
-  if (table.has("plot") && has_numbers("h")) {
-    trees.dbh_cm = table.numbers("dbh");
-    trees.h_m = table.numbers("h");
+  const auto h = numbers_of("h");
+  if (table.has("plot") && h) {
+    trees.dbh_cm = *dbh;
+    trees.h_m = *h;
   }
   stand::check_units_of_trees(trees, sizes, table.file());
 }
@@ -385,6 +399,9 @@ ReadTable read_tree_table(const data::TableSource& source,
     return stand::mapping_to(entry.first, result.mapped) == nullptr;
   });
   for (const stand::ColumnMapping& mapping : result.mapped) columns[mapping.name] = mapping.source;
+  if (!settings.trust_units && (state == nullptr || !std::exchange(state->is_begun, true))) {
+    check_table_units(result.table, result.mapped, false);
+  }
   // The status does not affect a tree's shape.
   columns.erase("status");
   give_notes(result.recognized, note);
@@ -416,7 +433,7 @@ ObservedTable read_model_table(const data::TableSource& source,
   for (const auto& [text, parts] : state.computed) result.recognized.push_back(text);
   give_notes(result.recognized, note);
   if (!settings.trust_units && !std::exchange(state.is_begun, true)) {
-    check_table_units(result.table, result.mapped);
+    check_table_units(result.table, result.mapped, true);
   }
   return static_cast<ObservedTable&&>(result);
 }
