@@ -334,7 +334,7 @@ TEST_CASE("inconsistent content is reported with file and key") {
   CHECK_THROWS_WITH(from_json(changed("/formula", "h ~ 1 + *"), "a.json"),
                     Contains("a.json: formula: column"));
   CHECK_THROWS_WITH(from_json(changed("/method", "magic"), "a.json"),
-                    Contains("a.json: method: unknown method 'magic'"));
+                    Contains("a.json: method: must be one of ols, gnls"));
   CHECK_THROWS_WITH(from_json(changed("/fixed_covariance/1", {1, 2}), "a.json"),
                     Contains("a.json: fixed_covariance[1]: must have 4 numbers, not 2"));
   CHECK_THROWS_WITH(from_json(changed("/sigma", "large"), "a.json"),
