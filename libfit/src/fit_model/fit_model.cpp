@@ -10,12 +10,12 @@
 
 #include "fit_model/constrained_fit.hpp"
 #include "fit_model/doubts.hpp"
-#include "fit_model/integration_method.hpp"
 #include "fit_model/limit_of_curve.hpp"
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "likelihood/effect_posteriors.hpp"
+#include "likelihood/integration_method.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/crossed_checks.hpp"

@@ -61,8 +61,9 @@ class Components {
       is_finite_ = is_finite_ && terms_.back().columns.allFinite();
     }
     if (point.is_restricted && weighted.cols() > 0) {
-      const Eigen::HouseholderQR<MatrixXd> qr(weighted);
-      mean_ = qr.householderQ() * MatrixXd::Identity(weighted.rows(), weighted.cols());
+      const Index p = model.coefficient_count();
+      const Eigen::HouseholderQR<MatrixXd> qr(weighted.leftCols(p));
+      mean_ = qr.householderQ() * MatrixXd::Identity(weighted.rows(), p);
     }
     add_components();
     products_ = gram();

@@ -48,7 +48,9 @@ std::optional<Finding> exactness(const NonlinearModel& model,
 class Curves {
  public:
   Curves(const NonlinearModel& model, const VectorXd& estimate)
-      : model_(model), estimate_(estimate), population_(at(VectorXd::Zero(estimate.size()))) {}
+      : model_(model),
+        estimate_(model.extended(estimate)),
+        population_(at(VectorXd::Zero(estimate_.size()))) {}
 
   VectorXd at(const VectorXd& shift) {
     VectorXd mean;
@@ -103,7 +105,7 @@ class Curves {
   }
 
   const NonlinearModel& model_;
-  const VectorXd& estimate_;
+  VectorXd estimate_;
   NonlinearModel::Workspace workspace_;
   VectorXd population_;
 };
@@ -200,7 +202,7 @@ Degeneracy degeneracy(const NonlinearModel& model,
   const ModelSpecification& specification = model.specification();
   if (exact.is_exact || specification.random.empty()) return exact;
   Curves curves(model, fit.estimate);
-  const Index p = fit.estimate.size();
+  const Index p = model.column_count();
   for (std::size_t t = fit.random.size(); t-- > 0;) {
     const EffectLevel level{.names = fit.random[t].names,
                             .covariance = fit.random[t].covariance,

@@ -12,12 +12,10 @@ namespace silvafit::fit {
 /// \throws UsageError if this is not a coefficient
 void check_known(const ModelSpecification& specification, const std::string& name);
 
-/// \throws UsageError if this is not a coefficient, or has a random effect
-void check_holdable(const ModelSpecification& specification, const std::string& name);
-
-/// A model with some coefficients replaced by numbers in its formula.
+/// A model with some coefficients replaced by numbers in its formula. Random effects of these are
+/// deviations from the numbers: ParameterModel::random_only.
 /// \param held  values by coefficient
-/// \throws UsageError as check_holdable, or if a value is not finite
+/// \throws UsageError as check_known, or if a value is not finite
 ModelSpecification with_constants(const ModelSpecification& specification,
                                   const std::map<std::string, double>& held);
 
