@@ -98,9 +98,9 @@ bool MarginalSearch::is_out_of_scale(const MixedEffectsFit& fit) const {
   MatrixXd jacobian;
   model_.evaluate(fit.estimate, mean, &jacobian, workspace);
   jacobian *= coordinates_.layout().frame().beta;
-  const VectorXd ratio = jacobian.colwise().norm() / (model_.response() - mean).norm();
+  const Eigen::ArrayXd ratio = jacobian.colwise().norm() / (model_.response() - mean).norm();
   constexpr double kUnsuitable = 4.0;
-  return ratio.maxCoeff() > kUnsuitable || ratio.minCoeff() < 1.0 / kUnsuitable;
+  return (ratio > kUnsuitable || ratio < 1.0 / kUnsuitable).any();
 }
 
 Obstacle MarginalSearch::obstacle() const {

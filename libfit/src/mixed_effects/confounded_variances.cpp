@@ -60,8 +60,7 @@ class Components {
           effect_columns(model, model.specification().random[t], point.effects[t], weighted));
       is_finite_ = is_finite_ && terms_.back().columns.allFinite();
     }
-    if (point.is_restricted && weighted.cols() > 0) {
-      const Index p = model.coefficient_count();
+    if (const Index p = model.coefficient_count(); point.is_restricted && p > 0) {
       const Eigen::HouseholderQR<MatrixXd> qr(weighted.leftCols(p));
       mean_ = qr.householderQ() * MatrixXd::Identity(weighted.rows(), p);
     }

@@ -78,7 +78,7 @@ ModelSpecification with_constants(const ModelSpecification& specification, const
 
 ModelSpecification with_held(const ModelSpecification& specification, const Values& held) {
   ModelSpecification result = with_constants(specification, held);
-  if (result.coefficient_names().empty()) {
+  if (result.parameters.empty()) {
     throw UsageError("all coefficients are fixed; at least one must be estimated");
   }
   return result;
