@@ -158,3 +158,22 @@ TEST_CASE("effects of mean zero have the uncertainty of a regression through the
   CHECK(at.prediction_error[0] ==
         Approx(std::sqrt(81.0 * psi + variance + fit.covariance(0, 0))).epsilon(1e-6));
 }
+
+TEST_CASE("a model may have random effects only", "[reference]") {
+  // lmer(distance ~ 0 + (0 + age | Subject), Orthodont, REML = FALSE) of lme4 1.1-31.
+  const data::Table table = data::read_csv_table(test::reference_data("Orthodont.csv"));
+  const fit::ModelTexts texts{.formula = "distance ~ u*age", .random = "u | Subject"};
+  fit::FitModelOptions options;
+  options.method = GENERATE(fit::Method::kLindstromBates,
+                            fit::Method::kFirstOrder,
+                            fit::Method::kInteraction,
+                            fit::Method::kLaplace,
+                            fit::Method::kQuadrature);
+  options.fixed["u"] = 0.0;
+  const fit::FittedModel fit = fit::fit_model(specify_model(texts, table), table, options).fit;
+  CHECK(fit.convergence.converged());
+  CHECK(fit.parameter_count == 2);
+  CHECK(fit.log_likelihood == Approx(-372.047479172).margin(1e-8));
+  CHECK(fit.random[0].sd()[0] == Approx(2.1246).margin(5e-5));
+  CHECK(fit.sigma == Approx(4.1031).margin(5e-5));
+}

@@ -22,8 +22,11 @@ using Eigen::VectorXd;
 /// The covariance of the coefficients by the expected information of the population's curve.
 MatrixXd covariance_at_population(const NonlinearModel& model, const FitResult& result) {
   const FittedModel& fit = result.fit;
-  return expected_covariance(
-      model, fit, fit.estimate, result.residual_sd, frame_at(model, fit.estimate).beta);
+  return expected_covariance(model,
+                             fit,
+                             model.extended(fit.estimate),
+                             result.residual_sd,
+                             frame_at(model, fit.estimate).beta);
 }
 
 /// Coefficients that the population's curve hardly determines, least determined first. Of a search

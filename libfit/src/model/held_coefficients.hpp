@@ -19,7 +19,7 @@ void check_known(const ModelSpecification& specification, const std::string& nam
 ModelSpecification with_constants(const ModelSpecification& specification,
                                   const std::map<std::string, double>& held);
 
-/// The same, if at least one coefficient is left to estimate.
+/// The same, if at least one coefficient or random effect is left to estimate.
 /// \throws UsageError as with_constants, or if none is left
 ModelSpecification with_held(const ModelSpecification& specification,
                              const std::map<std::string, double>& held);
