@@ -177,3 +177,18 @@ TEST_CASE("a model may have random effects only", "[reference]") {
   CHECK(fit.random[0].sd()[0] == Approx(2.1246).margin(5e-5));
   CHECK(fit.sigma == Approx(4.1031).margin(5e-5));
 }
+
+TEST_CASE("effects of mean zero do not depend on the origin of a covariate", "[reference]") {
+  const std::string days = GENERATE("Days + 100", "Days + 1000");
+  const data::Table table = data::read_csv_table(test::reference_data("sleepstudy.csv"));
+  const fit::ModelTexts texts{.formula = "Reaction ~ a + u*(" + days + ")",
+                              .random = "a + u | Subject"};
+  fit::FitModelOptions options;
+  options.method = GENERATE(fit::Method::kLindstromBates, fit::Method::kLaplace);
+  options.fixed["u"] = 0.0;
+  const fit::FittedModel fit = fit::fit_model(specify_model(texts, table), table, options).fit;
+  INFO(fit.convergence.verdict());
+  CHECK(fit.convergence.converged());
+  // lme's for Days itself; lmer ends below it at -887.88 and -916.00.
+  CHECK(fit.log_likelihood == Approx(-887.737940980548).margin(1e-6));
+}

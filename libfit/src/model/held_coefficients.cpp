@@ -16,12 +16,6 @@ namespace {
 using data::Expression;
 using Values = std::map<std::string, double>;
 
-bool has_effects(const ModelSpecification& specification, const std::string& name) {
-  return std::ranges::any_of(specification.random, [&](const RandomEffects& term) {
-    return std::ranges::find(term.coefficients, name) != term.coefficients.end();
-  });
-}
-
 /// Whether a parameter still has coefficients of either kind.
 bool is_left(const ParameterModel& parameter) {
   return parameter.has_intercept || !parameter.covariates.empty() || !parameter.random_only.empty();
@@ -56,6 +50,12 @@ void check_known(const ModelSpecification& specification, const std::string& nam
     throw UsageError(
         fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(known, ", ")));
   }
+}
+
+bool has_effects(const ModelSpecification& specification, const std::string& name) {
+  return std::ranges::any_of(specification.random, [&](const RandomEffects& term) {
+    return std::ranges::find(term.coefficients, name) != term.coefficients.end();
+  });
 }
 
 ModelSpecification with_constants(const ModelSpecification& specification, const Values& held) {

@@ -12,6 +12,9 @@ namespace silvafit::fit {
 /// \throws UsageError if this is not a coefficient
 void check_known(const ModelSpecification& specification, const std::string& name);
 
+/// Whether a coefficient has random effects in any term.
+bool has_effects(const ModelSpecification& specification, const std::string& name);
+
 /// A model with some coefficients replaced by numbers in its formula. Random effects of these are
 /// deviations from the numbers: ParameterModel::random_only.
 /// \param held  values by coefficient
