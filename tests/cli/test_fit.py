@@ -101,6 +101,23 @@ class SubModels(ProgramTest):
         self.assertEqual([row["y_pred"] == "" for row in rows], [False, True, True, False])
 
 
+class RandomOnly(ProgramTest):
+    def test_a_new_group_has_the_effect_of_its_measurements_around_the_fixed_value(self):
+        orthodont = pathlib.Path(__file__).parents[1] / "reference/data-gpl/Orthodont.csv"
+        fit = self.run_json("fit", orthodont, "--formula", "distance ~ a + u*age", "--random", "u | Subject", "--fix", "u=0.5")
+        self.assertEqual(fit["fixed"]["u"]["estimate"], 0.5)
+        self.assertIsNone(fit["fixed"]["u"]["se"])
+        self.write("fit.json", json.dumps(fit))
+        self.write("new.csv", "age,Subject,distance\n8,X,24\n10,X,25\n12,X,\n")
+        done = self.run_program("predict", "fit.json", "new.csv", "--level", "calibrated")
+        rows = list(csv.DictReader(io.StringIO(done.stdout)))
+        # u = 0.5 + psi x'r / (sigma^2 + psi x'x), r the residuals of the mean a + 0.5 age
+        a, psi = fit["fixed"]["a"]["estimate"], fit["random"][0]["covariance"][0][0]
+        products = 8 * (24 - a - 4) + 10 * (25 - a - 5)
+        u = 0.5 + psi * products / (fit["sigma"] ** 2 + psi * (8 ** 2 + 10 ** 2))
+        self.assertAlmostEqual(float(rows[2]["distance_pred"]), a + 12 * u, 3)
+
+
 class LeastSquares(ProgramTest):
     def test_a_coefficient_of_a_comparison_can_be_held(self):
         self.write("stand.csv", stand_csv())

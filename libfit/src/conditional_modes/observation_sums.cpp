@@ -33,7 +33,7 @@ ObservationSums::ObservationSums(const NonlinearModel& model,
       model_(model),
       variance_(variance),
       r_(random_count()),
-      effect_of_(static_cast<std::size_t>(model.coefficient_count()), -1) {
+      effect_of_(static_cast<std::size_t>(model.column_count()), -1) {
   for (Index k = 0; k < r_; ++k) effect_of_[static_cast<std::size_t>(this->random()[k])] = k;
   store_indicators();
   // A quantity with a single stratum, its reference, needs a column of zeros in place of
@@ -119,7 +119,7 @@ ObservationSums::Source ObservationSums::source_of(const std::string& name) {
   if (name == term_names::log_sigma()) {
     return {.kind = Kind::kScalar, .index = count + quantities.size()};
   }
-  for (Index j = 0; j < model_.coefficient_count(); ++j) {
+  for (Index j = 0; j < model_.column_count(); ++j) {
     if (name == term_names::multiplier(j)) {
       return {.kind = Kind::kColumn, .column = model_.design().multiplier(j)};
     }

@@ -15,7 +15,7 @@ namespace silvafit::fit {
 
 /// The point of evaluation: fixed effects, internal parameters of the variance, log sigma.
 struct ObservationPoint {
-  Eigen::VectorXd beta{};      ///< (p)
+  Eigen::VectorXd beta{};      ///< (p) extended by those with random effects only
   Eigen::VectorXd variance{};  ///< (m)
   double log_sigma = 0.0;
 };
@@ -29,7 +29,8 @@ struct HeldWeights {
 
 /// Sums over the rows of each group, from which the modes of random effects follow.
 ///
-/// p coefficients, r random ones, o others; triangles are lower ones by columns.
+/// p coefficients, also those with random effects only, r random ones, o others; triangles are
+/// lower ones by columns.
 class GroupSums {
  public:
   /// Scratch memory of one caller.

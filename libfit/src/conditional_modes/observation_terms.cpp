@@ -312,7 +312,7 @@ class Assembly {
 
   /// The derivatives by random effects and by coefficients that these do not have.
   void add_mixed_terms(ModeTerms& result) {
-    for (Index j = 0; j < model_.coefficient_count(); ++j) {
+    for (Index j = 0; j < model_.column_count(); ++j) {
       if (!is_first_order() && std::ranges::find(random_, j) != random_.end()) continue;
       result.others.push_back(j);
       const Index k = parameter(j);
@@ -330,7 +330,7 @@ class Assembly {
   }
 
   void add_fixed_terms(ObservationTerms& result) {
-    const auto count = model_.coefficient_count();
+    const auto count = model_.column_count();
     for (Index j = 0; j < count; ++j) {
       const Index k = parameter(j);
       Expression slope = density_.first * mean_.by(k);

@@ -98,7 +98,6 @@ void BoundedSearch::branch_from(const Candidate& at, double limit) {
     }
   }
   for (const std::string& name : names) {
-    if (varying_.contains(name)) continue;
     const Bounds& range = bounds_.at(name);
     for (const double bound : {range.low, range.high}) {
       if (std::isfinite(bound)) open(with(at.held, name, bound), limit);
@@ -263,25 +262,12 @@ FitResult BoundedSearch::outside(Candidate candidate) const {
   Convergence& convergence = candidate.result.fit.convergence;
   if (convergence.converged()) convergence.findings.clear();
   convergence.status = ConvergenceStatus::kOutsideBounds;
-  const bool varies = std::ranges::any_of(
-      candidate.crossed, [this](const std::string& name) { return varying_.contains(name); });
-  convergence.find(
-      {.kind = varies ? Finding::Kind::kNoneInsideVarying : Finding::Kind::kNoneInside});
+  convergence.find({.kind = Finding::Kind::kNoneInside});
   return std::move(candidate.result);
-}
-
-/// Whether the fit without bounds lies beyond bounds of coefficients that vary by group only, and
-/// is so much higher that the maximum within them must be at such a bound, where none is searched.
-bool BoundedSearch::ends_at_varying_bound() const {
-  const auto varies = [this](const std::string& name) { return varying_.contains(name); };
-  return best_ && first_ && first_->converged() && !first_->crossed.empty() &&
-         std::ranges::all_of(first_->crossed, varies) &&
-         value_of(*first_) > value_of(*best_) + kVeryStrong;
 }
 
 /// The best result. It has not converged if something better is within the bounds.
 FitResult BoundedSearch::conclusion() {
-  if (ends_at_varying_bound()) return outside(std::move(*first_));
   const auto end = std::ranges::max_element(ends_, {}, value_of);
   const double end_value = end == ends_.end() ? kNone : value_of(*end);
   const double unfinished_value = unfinished_ ? value_of(*unfinished_) : kNone;

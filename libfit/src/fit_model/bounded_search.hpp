@@ -38,13 +38,8 @@ class BoundedSearch {
   BoundedSearch(const std::map<std::string, Bounds>& bounds,
                 const HeldFit& fit,
                 const SlopesOf& slopes_of,
-                const InsideFit& inside = {},
-                std::set<std::string> varying = {})
-      : bounds_(bounds),
-        fit_(fit),
-        slopes_of_(slopes_of),
-        inside_(inside),
-        varying_(std::move(varying)) {}
+                const InsideFit& inside = {})
+      : bounds_(bounds), fit_(fit), slopes_of_(slopes_of), inside_(inside) {}
 
   FitResult run();
 
@@ -89,7 +84,6 @@ class BoundedSearch {
   bool release(const FittedModel& from, const HeldValues& held);
   bool has_maximum_between(const Candidate& end, const std::string& name) const;
   void halve(const Candidate& end, const std::string& name);
-  bool ends_at_varying_bound() const;
   FitResult conclusion();
   // The reported results of a candidate, each with its convergence message.
   FitResult on_bounds(Candidate candidate) const;
@@ -103,7 +97,6 @@ class BoundedSearch {
   const HeldFit& fit_;
   const SlopesOf& slopes_of_;
   InsideFit inside_;
-  std::set<std::string> varying_;  ///< coefficients with random effects, which cannot be held
   std::vector<Branch> open_;
   std::set<HeldValues> known_;  ///< sets that were tried or are in the list of branches
   std::map<HeldValues, Outcome> outcomes_;

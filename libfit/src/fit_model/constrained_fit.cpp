@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -130,11 +129,7 @@ FitResult fit_constrained(const ModelSpecification& specification,
     if (result) result = expanded(*std::move(result), specification, options.fixed);
     return result;
   };
-  std::set<std::string> varying;
-  for (const RandomEffects& term : specification.random) {
-    varying.insert(term.coefficients.begin(), term.coefficients.end());
-  }
-  return BoundedSearch(options.bounds, fit_held, slopes_of, fit_inside, std::move(varying)).run();
+  return BoundedSearch(options.bounds, fit_held, slopes_of, fit_inside).run();
 }
 
 }  // namespace silvafit::fit

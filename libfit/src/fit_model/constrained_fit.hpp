@@ -41,8 +41,7 @@ HeldFit held_fit_of(const ModelSpecification& specification,
 /// the bounds that the search without bounds knows compete with these fits. A single maximum inside
 /// the bounds is found; of several, the best of these fits.
 ///
-/// Bounds of a coefficient with random effects are for its fixed effect. It cannot be held, so that
-/// only optima inside such bounds are found.
+/// Values and bounds of a coefficient with random effects are for its fixed effect.
 ///
 /// Held coefficients have no standard error. Those at a bound count as parameters and are named in
 /// the evidence. A result has not converged if no point fulfils the conditions, or a fit that did

@@ -10,12 +10,12 @@
 
 #include "fit_model/constrained_fit.hpp"
 #include "fit_model/doubts.hpp"
-#include "fit_model/integration_method.hpp"
 #include "fit_model/limit_of_curve.hpp"
 #include "least_squares/exchanged_minima.hpp"
 #include "least_squares/start_search.hpp"
 #include "least_squares/variable_projection.hpp"
 #include "likelihood/effect_posteriors.hpp"
+#include "likelihood/integration_method.hpp"
 #include "lindstrom_bates/lindstrom_bates_search.hpp"
 #include "marginal_likelihood/marginal_fit.hpp"
 #include "mixed_effects/crossed_checks.hpp"
@@ -436,21 +436,26 @@ FitResult fit_by(const ModelSpecification& specification,
     const NonlinearModel bound(model, table, options.threads, options.stop);
     return fit_inside(bound, method, options, free);
   };
-  const bool is_free = options.fixed.empty() && options.bounds.empty();
-  FitResult result = is_free ? fit(specification, nullptr)
-                             : fit_constrained(specification, table, options, fit, inside);
-  const auto find_limit = [&](FitResult& found) {
-    if (!options.bounds.empty() || method == Method::kOrdinary) return;
-    const NonlinearModel model(specification, table, options.threads, options.stop);
-    mark_limit(model, held_fit_of(specification, options.fixed, fit), found);
+  const auto mark_limit_of = [&](const ModelSpecification& fitted, FitResult& found) {
+    const NonlinearModel model(fitted, table, options.threads, options.stop);
+    mark_limit(model, held_fit_of(fitted, {}, fit), found);
   };
-  find_limit(result);
+  // Bounds exclude limits.
+  const bool can_have_limit = options.bounds.empty() && method != Method::kOrdinary;
+  const FreeFit whole_fit = [&](const ModelSpecification& fitted, const FittedModel* nearby) {
+    FitResult found = fit(fitted, nearby);
+    if (can_have_limit) mark_limit_of(fitted, found);
+    return found;
+  };
+  const bool is_free = options.fixed.empty() && options.bounds.empty();
+  FitResult result = is_free ? whole_fit(specification, nullptr)
+                             : fit_constrained(specification, table, options, whole_fit, inside);
   const NonlinearModel model(specification, table, options.threads, options.stop);
   if (auto start = start_beyond_infinity(model, result.fit); is_free && !start.empty()) {
     FitModelOptions beyond = options;
     beyond.start = std::move(start);
     FitResult other = fit_freely(model, method, beyond);
-    find_limit(other);
+    if (can_have_limit) mark_limit_of(specification, other);
     const bool is_higher = other.fit.log_likelihood > result.fit.log_likelihood;
     if (other.fit.convergence.converged() && is_higher) result = std::move(other);
   }

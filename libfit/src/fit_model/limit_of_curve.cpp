@@ -8,6 +8,7 @@
 #include "least_squares/least_squares_verdict.hpp"
 #include "mixed_effects/expected_information.hpp"
 #include "model/coefficient_frame.hpp"
+#include "model/held_coefficients.hpp"
 #include "optimization/tolerances.hpp"
 #include "silvafit/base/constants.hpp"
 #include "verdict/thresholds.hpp"
@@ -22,8 +23,11 @@ using Eigen::VectorXd;
 /// The covariance of the coefficients by the expected information of the population's curve.
 MatrixXd covariance_at_population(const NonlinearModel& model, const FitResult& result) {
   const FittedModel& fit = result.fit;
-  return expected_covariance(
-      model, fit, fit.estimate, result.residual_sd, frame_at(model, fit.estimate).beta);
+  return expected_covariance(model,
+                             fit,
+                             model.extended(fit.estimate),
+                             result.residual_sd,
+                             frame_at(model, fit.estimate).beta);
 }
 
 /// Coefficients that the population's curve hardly determines, least determined first. Of a search
@@ -39,12 +43,6 @@ std::vector<Index> candidates(const NonlinearModel& model,
     return errors[j] / std::abs(fit.estimate[j]);
   });
   return found;
-}
-
-bool is_random(const ModelSpecification& specification, const std::string& name) {
-  return std::ranges::any_of(specification.random, [&](const RandomEffects& term) {
-    return std::ranges::find(term.coefficients, name) != term.coefficients.end();
-  });
 }
 
 /// Whether the search ended somewhere, at a maximum or not; only then its end can be on the way to
@@ -81,7 +79,8 @@ bool has_understated_error(const FittedModel& fit,
   Index widest = -1;
   for (Index j = 0; j < ratio.size(); ++j) {
     if (!(ratio[j] > Thresholds::kFar)) continue;
-    if (is_random(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)])) continue;
+    if (has_effects(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)]))
+      continue;
     if (widest < 0 || ratio[j] > ratio[widest]) widest = j;
   }
   if (widest < 0) return false;
@@ -111,7 +110,7 @@ void mark_limit(const NonlinearModel& model, const HeldFit& held_fit, FitResult&
   if (!expected.allFinite()) return;
   const std::vector<Index> loose = candidates(model, result, expected);
   const auto held = std::ranges::find_if(loose, [&](Index j) {
-    return !is_random(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)]);
+    return !has_effects(fit.specification, fit.coefficient_names[static_cast<std::size_t>(j)]);
   });
   const bool has_limit = held != loose.end() && (is_flat_towards(fit, *held, 1.0, held_fit) ||
                                                  is_flat_towards(fit, *held, -1.0, held_fit));

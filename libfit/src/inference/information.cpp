@@ -91,7 +91,8 @@ ConfoundedVariances confounded_variances(const SurfaceSetting& setting) {
   VariancePoint point{.effects = covariances_of(setting.fit),
                       .variance = setting.internal,
                       .is_restricted = setting.fit.reml};
-  point.coefficients = coefficient_effects(setting.fit, setting.model).colwise() + setting.estimate;
+  point.coefficients = coefficient_effects(setting.fit, setting.model).colwise() +
+                       setting.model.extended(setting.estimate);
   NonlinearModel::Workspace workspace;
   setting.model.evaluate(point.coefficients, point.fitted, nullptr, workspace);
   const ResidualScale scale = setting.variance.scale(point.fitted, setting.internal, false);

@@ -191,7 +191,9 @@ std::vector<Exchange> exchanges(const NonlinearModel& model,
 std::vector<VectorXd> exchanged_minima(const NonlinearModel& model, const VectorXd& minimum) {
   std::vector<Index> varying;
   for (const RandomEffects& term : model.specification().random) {
-    std::ranges::copy(model.coefficients_of(term), std::back_inserter(varying));
+    std::ranges::copy_if(model.coefficients_of(term),
+                         std::back_inserter(varying),
+                         [&](Index place) { return place < minimum.size(); });
   }
   std::vector<VectorXd> result;
   for (const Exchange& exchange : exchanges(model, minimum, varying)) {

@@ -340,7 +340,8 @@ VectorXd spread_constants(const NonlinearModel& model,
   MatrixXd weights;
   pooled.evaluate(constants, mean, &weights, workspace);
   for (Index k = 0; k < constants.size(); ++k) {
-    const std::vector<Index>& members = model.design().coefficients_of(k);
+    std::vector<Index> members = model.design().coefficients_of(k);
+    std::erase_if(members, [&](Index j) { return j >= coefficients.size(); });
     if (model.specification().parameters[static_cast<std::size_t>(k)].has_intercept) {
       coefficients[members.front()] = constants[k];
       continue;

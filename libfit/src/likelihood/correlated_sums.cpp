@@ -23,7 +23,7 @@ CorrelatedSums::CorrelatedSums(const NonlinearModel& model,
              .units = VectorXd::Ones(point.beta.size())},
       precision_(std::exp(-2.0 * point.log_sigma)) {
   holds_weights_ = true;
-  for (Index j = 0; j < model.coefficient_count(); ++j) {
+  for (Index j = 0; j < model.column_count(); ++j) {
     if (std::ranges::find(this->random(), j) == this->random().end()) others_.push_back(j);
   }
 }

@@ -46,7 +46,7 @@ RandomDesign design_of(const MatrixXd& root, const RandomPlaces& places) {
 
 std::vector<EffectPosterior> empty_posteriors(const NonlinearModel& model,
                                               const RandomPlaces& places) {
-  const Index p = model.coefficient_count();
+  const Index p = model.column_count();
   std::vector<EffectPosterior> result;
   Index before = 0;
   for (std::size_t t = 0; t < places.terms.size(); ++t) {
@@ -111,7 +111,7 @@ class BlockPosteriors {
   /// (r x p) the derivative of a group's slope by the coefficients, effects held.
   MatrixXd by_coefficients(Index group, const SmallMatrix& curvature) const {
     const Index r = shared_.places.r();
-    MatrixXd result(r, shared_.model.coefficient_count());
+    MatrixXd result(r, shared_.model.column_count());
     for (Index c = 0; c < r; ++c) {
       result.col(shared_.places.all[static_cast<std::size_t>(c)]) = curvature.col(c);
     }
@@ -142,7 +142,7 @@ class BlockPosteriors {
 
   /// (r x p) the derivatives of the means of a group's prior by the coefficients.
   MatrixXd shift_of(const GroupPlace& at) const {
-    const Index p = shared_.model.coefficient_count();
+    const Index p = shared_.model.column_count();
     MatrixXd shift = MatrixXd::Zero(shared_.places.r(), p);
     for (std::size_t t = 0; t < shared_.priors.slopes.size(); ++t) {
       const auto own = shared_.priors.slopes[t].col(column(t, at));
@@ -153,7 +153,7 @@ class BlockPosteriors {
 
   /// (size x p) d z / d beta' of a cluster; NaN where it is not known.
   MatrixXd follow(Index c) {
-    const Index p = shared_.model.coefficient_count();
+    const Index p = shared_.model.column_count();
     MatrixXd result = MatrixXd::Zero(modes_.size_of(c), p);
     for (Index k = 0; k < modes_.group_count(c); ++k) {
       const GroupPlace at = place(c, k);
@@ -237,7 +237,7 @@ ObservationPoint point_of(const NonlinearModel& model,
                           const VarianceModel& variance,
                           const FittedModel& fit) {
   const ResidualVariance residual = residual_variance_for(fit, model);
-  return {.beta = fit.estimate,
+  return {.beta = model.extended(fit.estimate),
           .variance = variance.parameters(residual.variance),
           .log_sigma = variance.log_scale_of(residual.variance, residual.sigma)};
 }

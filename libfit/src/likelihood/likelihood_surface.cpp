@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "likelihood/integration_method.hpp"
 #include "model/held_coefficients.hpp"
 #include "model/response_fingerprint.hpp"
 #include "result/estimated_terms.hpp"
@@ -58,8 +59,6 @@ void check_same_data(const FittedModel& fit, const NonlinearModel& model) {
                   model.observations()));
 }
 
-bool is_marginal(Method method) { return is_mixed(method) && method != Method::kLindstromBates; }
-
 /// Whether the likelihood is that of the model linear around the estimates.
 bool is_linearized(const FittedModel& fit) {
   return fit.method == Method::kLindstromBates || fit.reml || fit.specification.correlation;
@@ -100,13 +99,13 @@ VectorXd SurfaceSetting::coordinates(const SurfaceLayout& layout, double at_log_
 }
 
 std::unique_ptr<LikelihoodSurface> make_surface(const SurfaceSetting& setting) {
-  if (is_marginal(setting.fit.method)) return make_marginal_surface(setting);
+  if (integration_of(setting.fit.method)) return make_marginal_surface(setting);
   return is_linearized(setting.fit) ? make_linearized_surface(setting)
                                     : make_least_squares_surface(setting);
 }
 
 std::string likelihood_in_words(const FittedModel& fit) {
-  if (is_marginal(fit.method)) {
+  if (integration_of(fit.method)) {
     return fmt::format("marginal likelihood by {}", word_of(fit.method));
   }
   if (is_linearized(fit)) {

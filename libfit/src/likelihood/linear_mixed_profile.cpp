@@ -306,18 +306,19 @@ VectorXd expected_squares(const LinearMixedModel& model,
                           const RelativeFactors& factors,
                           const LinearMixedProfile& at) {
   const GroupMoments& moments = model.moments;
-  const Index p = moments.width() - 1;
+  const Index w = moments.width();
   std::vector<MatrixXd> effects;
   for (std::size_t t = 0; t < factors.size(); ++t) {
     effects.emplace_back(factors[t] * at.spherical[t]);
   }
   VectorXd result(moments.groups());
   const auto fill = [&](Index begin, Index end) {
-    VectorXd combination(p + 1);
-    VectorXd product(p + 1);
+    VectorXd combination(w);
+    VectorXd product(w);
     for (Index group = begin; group < end; ++group) {
-      combination.head(p) = -at.coefficients;
-      combination[p] = 1.0;
+      combination.setZero();
+      combination.head(at.coefficients.size()) = -at.coefficients;
+      combination[w - 1] = 1.0;
       for (std::size_t t = effects.size(); t-- > 0;) {
         const Index of = model.random.of_groups[t][static_cast<std::size_t>(group)];
         Index row = 0;
@@ -325,7 +326,7 @@ VectorXd expected_squares(const LinearMixedModel& model,
           combination[column] -= effects[t](row++, of);
         }
       }
-      const Eigen::Map<const MatrixXd> products(moments.term(group, 0), p + 1, p + 1);
+      const Eigen::Map<const MatrixXd> products(moments.term(group, 0), w, w);
       product.noalias() = products * combination;
       result[group] = combination.dot(product);
     }

@@ -91,6 +91,9 @@ struct LinearMixedModel {
   GroupMoments moments{};
   RandomColumns random{};
   Eigen::Index observations = 0;
+  /// Number of columns of X, the last ones, that form Z only and have no beta. The width of the
+  /// moments is p + random_only + 1.
+  Eigen::Index random_only = 0;
   /// Restricted likelihood: of the residuals, beta integrated out.
   bool restricted = false;
   /// log|X'V^-1 X| in the coefficients' own units, less that of this X; only for restricted

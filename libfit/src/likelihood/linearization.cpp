@@ -150,10 +150,10 @@ void Linearizer::prepare(Scratch& scratch) const {
   scratch.parameter_values.resize(rows, static_cast<Index>(is_scalar_.size()));
   scratch.quantity_values.resize(rows, static_cast<Index>(variance_.quantities().size()));
   scratch.outputs.resize(rows, static_cast<Index>(output_count_));
-  scratch.products.resize(rows, model_.coefficient_count());
+  scratch.products.resize(rows, model_.column_count());
   scratch.residual.resize(rows);
   scratch.term_weight.resize(rows);
-  scratch.columns.resize(static_cast<std::size_t>(model_.coefficient_count()) + 1);
+  scratch.columns.resize(static_cast<std::size_t>(model_.column_count()) + 1);
   scratch.group_products.resize(scratch.columns.size() * scratch.columns.size());
 }
 
@@ -238,7 +238,7 @@ void Linearizer::evaluate_block(const LinearizationPoint& point,
     result.weight.segment(begin, rows) = scratch.outputs.col(parameters + 2).head(rows).array();
   }
   const ParameterDesign& design = model_.design();
-  for (Index j = 0; j < model_.coefficient_count(); ++j) {
+  for (Index j = 0; j < model_.column_count(); ++j) {
     if (design.multiplier(j) == nullptr) continue;
     const double* const by_parameter = scratch.outputs.col(1 + design.parameter_of(j)).data();
     design.differentiate(j, begin, rows, by_parameter, scratch.products.col(j).data());
@@ -283,7 +283,7 @@ void Linearizer::add_segment(const Segment& segment,
   const Index offset = segment.begin - block_begin;
   const Index rows = segment.end - segment.begin;
   const auto count = static_cast<std::size_t>(rows);
-  for (Index j = 0; j < model_.coefficient_count(); ++j) {
+  for (Index j = 0; j < model_.column_count(); ++j) {
     const double* const column =
         point.mixing.size() > 0 ? scratch.mixed.col(j).data() : slope_column(j, scratch);
     scratch.columns[static_cast<std::size_t>(j)] = column + offset;
@@ -421,9 +421,10 @@ bool Linearizer::linearize(const LinearizationPoint& point,
   model_.check_stop();
   const bool varies = !variance_.log_scale().is_zero();
   expand = expand && variance_.parameter_count() > 0;
-  const Index width = model_.coefficient_count() + 1;
+  const Index width = model_.column_count() + 1;
   result.model.random = random_;
   result.model.observations = model_.observations();
+  result.model.random_only = model_.column_count() - model_.coefficient_count();
   result.model.threads = model_.threads();
   result.model.moments =
       expand ? GroupMoments(width,

@@ -20,7 +20,7 @@ namespace silvafit::fit {
 /// The point of the linearization, in the coefficients' own units. The columns of X are those of
 /// J M, M with ones on its diagonal, times the units.
 struct LinearizationPoint {
-  Eigen::VectorXd coefficients{};  ///< (p) fixed effects
+  Eigen::VectorXd coefficients{};  ///< (p) fixed effects, extended by those with effects only
   Eigen::MatrixXd effects{};       ///< (p x G) random effects of each group, else zeros
   Eigen::VectorXd variance{};      ///< (m) internal parameters of the variance function
   Eigen::VectorXd units{};         ///< (p) the unit of each column of X

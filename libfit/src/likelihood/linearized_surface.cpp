@@ -15,12 +15,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// The frame with ones on its diagonal; empty if it is diagonal.
-MatrixXd mixing_of(const CoefficientFrame& frame) {
-  if (frame.beta.isDiagonal(0.0)) return {};
-  return frame.beta * frame.beta.diagonal().cwiseInverse().asDiagonal();
-}
-
 class LinearizedSurface : public LikelihoodSurface {
  public:
   explicit LinearizedSurface(const SurfaceSetting& setting)
@@ -31,11 +25,11 @@ class LinearizedSurface : public LikelihoodSurface {
         model_(setting.model),
         is_restricted_(setting.fit.reml),
         linearizer_(setting.model, setting.variance),
-        point_{.coefficients = setting.estimate,
+        point_{.coefficients = setting.model.extended(setting.estimate),
                .effects = coefficient_effects(setting.fit, setting.model),
                .variance = setting.internal,
-               .units = setting.frame.beta.diagonal(),
-               .mixing = mixing_of(setting.frame)} {
+               .units = setting.frame.units(),
+               .mixing = setting.frame.mixing()} {
     optimum_ = setting.coordinates(layout_, setting.log_sigma);
     is_valid_ = linearize(setting.internal);
   }
@@ -82,7 +76,7 @@ class LinearizedSurface : public LikelihoodSurface {
   bool linearize(const VectorXd& variance) {
     point_.variance = variance;
     at_.model.restricted = is_restricted_;
-    at_.model.log_units = -2.0 * point_.units.array().log().sum();
+    at_.model.log_units = -2.0 * layout_.frame().beta.diagonal().array().log().sum();
     return linearizer_.linearize(point_, variance.size() > 0, nullptr, at_);
   }
 

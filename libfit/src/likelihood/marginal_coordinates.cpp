@@ -3,11 +3,12 @@
 
 namespace silvafit::fit {
 
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 MarginalPoint MarginalCoordinates::point(const VectorXd& x) const {
-  MarginalPoint point{.observation = {.beta = layout_.beta(x),
+  MarginalPoint point{.observation = {.beta = model_.extended(layout_.beta(x)),
                                       .variance = layout_.variance_part(x),
                                       .log_sigma = x[layout_.sigma_at()]}};
   for (std::size_t term = 0; term < layout_.terms(); ++term) {
@@ -18,7 +19,8 @@ MarginalPoint MarginalCoordinates::point(const VectorXd& x) const {
 
 VectorXd MarginalCoordinates::gradient(const MarginalValue& value) const {
   VectorXd result(layout_.size());
-  result.head(layout_.beta_count()) = layout_.beta_gradient(value.by_beta);
+  const Index p = layout_.beta_count();
+  result.head(p) = layout_.beta_gradient(value.by_beta.head(p));
   for (std::size_t term = 0; term < layout_.terms(); ++term) {
     const VectorXd slopes = layout_.factor_gradient(term, value.by_factors[term]);
     result.segment(layout_.factor_at(term), slopes.size()) = slopes;

@@ -17,11 +17,12 @@ class MarginalCoordinates {
   MarginalCoordinates(const NonlinearModel& model,
                       const VarianceModel& variance,
                       const CoefficientFrame& frame)
-      : layout_(model, variance, frame, frame.beta.cols()) {}
+      : model_(model), layout_(model, variance, frame, frame.beta.cols()) {}
 
   const SurfaceLayout& layout() const { return layout_; }
   MarginalPoint point(const Eigen::VectorXd& x) const;
   Eigen::VectorXd gradient(const MarginalValue& value) const;
+  /// \param observation  beta without those that have random effects only
   /// \param covariances  Psi of each term, in the coefficients' own units
   Eigen::VectorXd coordinates(const ObservationPoint& observation,
                               const std::vector<Eigen::MatrixXd>& covariances) const;
@@ -39,6 +40,7 @@ class MarginalCoordinates {
   Eigen::MatrixXd scaled_covariance(const Eigen::VectorXd& x, std::size_t term) const;
 
  private:
+  const NonlinearModel& model_;
   SurfaceLayout layout_;
 };
 

@@ -2,6 +2,7 @@
 // The marginal likelihood around its maximum.
 #include <limits>
 
+#include "likelihood/integration_method.hpp"
 #include "likelihood/likelihood_surface.hpp"
 #include "likelihood/marginal_coordinates.hpp"
 #include "likelihood/marginal_likelihood.hpp"
@@ -12,11 +13,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-Curvature curvature_of(Method method) {
-  if (method == Method::kFirstOrder) return Curvature::kFirstOrder;
-  return method == Method::kInteraction ? Curvature::kExpected : Curvature::kFull;
-}
-
 class MarginalSurface : public LikelihoodSurface {
  public:
   explicit MarginalSurface(const SurfaceSetting& setting)
@@ -24,7 +20,7 @@ class MarginalSurface : public LikelihoodSurface {
             {setting.model, setting.variance, setting.frame, setting.frame.beta.cols()}),
         likelihood_(setting.model,
                     setting.variance,
-                    curvature_of(setting.fit.method),
+                    curvature_of(*integration_of(setting.fit.method)),
                     setting.fit.method == Method::kQuadrature ? setting.fit.quadrature_points : 1),
         coordinates_(setting.model, setting.variance, setting.frame) {
     optimum_ = setting.coordinates(layout_, setting.log_sigma);

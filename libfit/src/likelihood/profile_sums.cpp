@@ -14,13 +14,14 @@ LinearMixedProfile ProfileSums::solve(const LinearMixedModel& model,
                                       const VectorXd& displacement,
                                       const HeldParameters& held) {
   LinearMixedProfile result;
-  const Index p = total.rows() - 1;
+  const Index last = total.rows() - 1;
+  const Index p = last - model.random_only;
   result.information = total.topLeftCorner(p, p);
   information_.compute(result.information);
   if (information_.info() != Eigen::Success) return result;
-  const VectorXd right = total.col(p).head(p);
+  const VectorXd right = total.col(last).head(p);
   result.coefficients = information_.solve(right);
-  result.sum_of_squares = total(p, p) - result.coefficients.dot(right);
+  result.sum_of_squares = total(last, last) - result.coefficients.dot(right);
   if (held.coefficients.size() > 0) {
     const VectorXd away = held.coefficients - result.coefficients;
     result.sum_of_squares += away.dot(result.information * away);
@@ -46,10 +47,12 @@ LinearMixedProfile ProfileSums::solve(const LinearMixedModel& model,
 }
 
 Adjoint ProfileSums::adjoint(const LinearMixedModel& model, const LinearMixedProfile& at) const {
-  const Index p = total.rows() - 1;
+  const Index p = at.coefficients.size();
   Adjoint result{.count = 1};
   const double scale = 1.0 / std::sqrt(2.0 * at.sigma2);
+  const auto random_only = static_cast<std::size_t>(model.random_only);
   for (const double value : at.coefficients) result.vectors.push_back(-value * scale);
+  result.vectors.insert(result.vectors.end(), random_only, 0.0);
   result.vectors.push_back(scale);
   if (!model.restricted) return result;
   const MatrixXd inverse = information_.matrixL().solve(MatrixXd::Identity(p, p));
@@ -57,7 +60,7 @@ Adjoint ProfileSums::adjoint(const LinearMixedModel& model, const LinearMixedPro
     for (Index c = 0; c < p; ++c) {
       result.vectors.push_back(std::numbers::sqrt2 / 2.0 * inverse(k, c));
     }
-    result.vectors.push_back(0.0);
+    result.vectors.insert(result.vectors.end(), random_only + 1, 0.0);
     ++result.count;
   }
   return result;

@@ -43,11 +43,13 @@ VectorXd column_sizes(const Linearization& at) {
   return sizes;
 }
 
-/// The smallest eigenvalue of the columns' correlations (without centering), a measure of linear
-/// dependence.
+/// The smallest eigenvalue of the correlations (without centering) of the columns of fixed effects,
+/// a measure of linear dependence.
 double distance_from_dependence(const Linearization& at) {
-  const VectorXd unit = column_sizes(at).cwiseInverse();
-  const MatrixXd products = column_products(at) / static_cast<double>(at.model.observations);
+  const Index p = at.model.moments.width() - 1 - at.model.random_only;
+  const VectorXd unit = column_sizes(at).head(p).cwiseInverse();
+  const MatrixXd products =
+      column_products(at).topLeftCorner(p, p) / static_cast<double>(at.model.observations);
   if (unit.size() == 0 || !products.allFinite()) return 1.0;
   return symmetric_eigen(unit.asDiagonal() * products * unit.asDiagonal()).values[0];
 }
@@ -61,9 +63,7 @@ MatrixXd mixing_at(const NonlinearModel& model, const MatrixXd& coefficients) {
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
-  const MatrixXd frame = shared_frame(model, std::move(jacobian), 1.0).beta;
-  if (frame.isDiagonal(0.0)) return {};
-  return frame * frame.diagonal().cwiseInverse().asDiagonal();
+  return shared_frame(model, std::move(jacobian), 1.0).mixing();
 }
 
 VarianceData residual_data(const NonlinearModel& model, bool is_correlated) {
@@ -106,15 +106,16 @@ PooledFit pooled_fit(const NonlinearModel& model,
                      const VectorXd& start,
                      const MixedEffectsOptions& options) {
   const VarianceModel constant({}, VarianceData{});
-  LinearizationPoint point{.coefficients = start,
-                           .effects = MatrixXd::Zero(start.size(), model.group_count()),
+  const Index columns = model.column_count();
+  LinearizationPoint point{.coefficients = model.extended(start),
+                           .effects = MatrixXd::Zero(columns, model.group_count()),
                            .variance = VectorXd(0),
-                           .units = VectorXd::Ones(start.size())};
+                           .units = VectorXd::Ones(columns)};
   Linearizer linearizer(model, constant);
   Linearization at;
   linearizer.linearize(point, false, nullptr, at);
   if (distance_from_dependence(at) < kNearDependence) {
-    point.mixing = mixing_at(model, start.replicate(1, model.group_count()));
+    point.mixing = mixing_at(model, point.coefficients.replicate(1, model.group_count()));
     linearizer.linearize(point, false, nullptr, at);
   }
   PooledFit result{
@@ -143,7 +144,7 @@ LindstromBates::LindstromBates(const NonlinearModel& model,
       variance_text_(variance.text()),
       random_(model.random_coefficients()),
       pooled_(pooled),
-      all_(static_cast<std::size_t>(pooled.scale.size())),
+      all_(static_cast<std::size_t>(pooled.coefficients.size())),
       scale_(pooled.scale),
       mixing_(pooled.mixing),
       variance_(variance, residual_data(model, is_correlated)),
@@ -291,6 +292,10 @@ void LindstromBates::choose_correlation(LindstromBatesState& state, bool is_near
   }
 }
 
+double LindstromBates::log_units() const {
+  return -2.0 * scale_.head(model_.coefficient_count()).array().log().sum();
+}
+
 LindstromBatesState LindstromBates::first_order_start() {
   LindstromBatesState state = start(1.0);
   // The series of the weights is accurate only near its center, which is therefore moved.
@@ -346,10 +351,10 @@ bool LindstromBates::rescale(LindstromBatesState& state, Linearization& at) {
     scaled[t] = VectorXd(size(random_[t])).asDiagonal() * scaled[t];
   }
   state.scale = state.scale.cwiseQuotient(size);
-  state.beta = state.beta.cwiseProduct(size);
+  state.beta = state.beta.cwiseProduct(size.head(state.beta.size()));
   at.model.moments.divide_columns(size);
   adopt_units(state.scale, state.mixing);
-  at.model.log_units = -2.0 * scale_.array().log().sum();
+  at.model.log_units = log_units();
   set_factors(scaled, state.theta);
   return true;
 }
@@ -359,7 +364,8 @@ bool LindstromBates::remix(LindstromBatesState& state, Linearization& at) {
   if (distance >= kNearDependence) return false;
   LindstromBatesState mixed = state;
   const MatrixXd effects = own_effects(state);
-  mixed.mixing = mixing_at(model_, effects.colwise() + own_values(all_, state.beta).col(0));
+  mixed.mixing =
+      mixing_at(model_, effects.colwise() + model_.extended(own_values(all_, state.beta)));
   RelativeFactors moved = factors(state.theta);
   for (std::size_t t = 0; t < moved.size(); ++t) moved[t] = own_values(random_[t], moved[t]);
   const auto adopt = [&](const LindstromBatesState& of) { adopt_units(of.scale, of.mixing); };
@@ -397,13 +403,13 @@ bool LindstromBates::linearize(const LindstromBatesState& state,
   if (passes_left_ <= 0) return false;
   --passes_left_;
   ++work_.passes;
-  const LinearizationPoint point{.coefficients = own_values(all_, state.beta),
+  const LinearizationPoint point{.coefficients = model_.extended(own_values(all_, state.beta)),
                                  .effects = own_effects(state),
                                  .variance = variance_parameters(state.theta),
                                  .units = scale_,
                                  .mixing = mixing_};
   at.model.restricted = options_.reml;
-  at.model.log_units = -2.0 * scale_.array().log().sum();
+  at.model.log_units = log_units();
   return linearizer_.linearize(point, true, before, at);
 }
 

@@ -20,8 +20,9 @@ namespace silvafit::fit {
 
 /// The state of an alternation.
 struct LindstromBatesState {
-  Eigen::VectorXd scale{};  ///< (p) one unit of each scaled coefficient
-  /// (p x p) M with coefficients = M scale beta; empty where it is the identity.
+  /// One unit of each scaled coefficient, also of those with random effects only.
+  Eigen::VectorXd scale{};
+  /// M with coefficients = M scale beta, of these columns; empty where it is the identity.
   Eigen::MatrixXd mixing{};
   Eigen::VectorXd beta{};                    ///< (p) scaled coefficients
   std::vector<Eigen::MatrixXd> spherical{};  ///< (q x groups) of each term: v with b = L v, scaled
@@ -86,8 +87,8 @@ enum class SquaresEnd {
 /// The model at the coefficients of the pooled fit (without groups).
 struct PooledFit {
   Eigen::VectorXd coefficients{};  ///< (p)
-  Eigen::VectorXd scale{};         ///< (p) units in which the Jacobian's columns have size one
-  Eigen::MatrixXd mixing{};        ///< (p x p) orthogonalizes nearly dependent columns, or empty
+  Eigen::VectorXd scale{};         ///< units in which all columns of the Jacobian have size one
+  Eigen::MatrixXd mixing{};        ///< orthogonalizes nearly dependent columns, or empty
   double log_likelihood = 0.0;     ///< of the model without random effects, nested in all others
 };
 PooledFit pooled_fit(const NonlinearModel& model,
@@ -182,7 +183,9 @@ class LindstromBates {
   bool rescale(LindstromBatesState& state, Linearization& at);
   /// Orthogonalizes nearly dependent columns at a state, if its units do not.
   bool remix(LindstromBatesState& state, Linearization& at);
-  /// (p x G) random effects of a state in the coefficients' own units.
+  /// log|X'V^-1 X| in own units less that of scaled columns.
+  double log_units() const;
+  /// (columns x G) random effects of a state in the coefficients' own units.
   Eigen::MatrixXd own_effects(const LindstromBatesState& state) const;
   bool linearize(const LindstromBatesState& state, const Linearization* before, Linearization& at);
   /// Minimizes the penalized squares of the random effects and coefficients.
@@ -208,8 +211,8 @@ class LindstromBates {
   std::vector<std::vector<Eigen::Index>> random_;  ///< coefficients with effects of each term
   PooledFit pooled_;
   std::vector<Eigen::Index> all_;        ///< 0, ..., p - 1
-  Eigen::VectorXd scale_;                ///< (p) units in use, those of the current state
-  Eigen::MatrixXd mixing_;               ///< (p x p) in use, or empty
+  Eigen::VectorXd scale_;                ///< units in use, those of the current state
+  Eigen::MatrixXd mixing_;               ///< in use, or empty
   std::vector<RelativeFactor> factors_;  ///< of each term, in the units in use
   VarianceModel variance_;
   bool is_normalized_;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "likelihood/integration_method.hpp"
 #include "likelihood/other_modes.hpp"
 #include "mixed_effects/degenerate_fit.hpp"
 #include "model/symmetric_eigen.hpp"
@@ -27,17 +28,6 @@ constexpr double kConvergedDecrement = 1e-10;
 constexpr double kStopDecrement = 1e-11;
 // The same if the descent is below rounding earlier.
 constexpr double kRoundedStop = 1e-8;
-
-Curvature curvature_of(Integration integration) {
-  switch (integration) {
-    case Integration::kFirstOrder:
-      return Curvature::kFirstOrder;
-    case Integration::kInteraction:
-      return Curvature::kExpected;
-    default:
-      return Curvature::kFull;
-  }
-}
 
 VarianceData data_of(const NonlinearModel& model, const SharedClusters* shared) {
   VarianceData data = VarianceData::of(model);
@@ -108,9 +98,9 @@ bool MarginalSearch::is_out_of_scale(const MixedEffectsFit& fit) const {
   MatrixXd jacobian;
   model_.evaluate(fit.estimate, mean, &jacobian, workspace);
   jacobian *= coordinates_.layout().frame().beta;
-  const VectorXd ratio = jacobian.colwise().norm() / (model_.response() - mean).norm();
+  const Eigen::ArrayXd ratio = jacobian.colwise().norm() / (model_.response() - mean).norm();
   constexpr double kUnsuitable = 4.0;
-  return ratio.maxCoeff() > kUnsuitable || ratio.minCoeff() < 1.0 / kUnsuitable;
+  return (ratio > kUnsuitable || ratio < 1.0 / kUnsuitable).any();
 }
 
 Obstacle MarginalSearch::obstacle() const {
@@ -122,7 +112,7 @@ Obstacle MarginalSearch::obstacle() const {
 MixedEffectsFit MarginalSearch::result() {
   const MarginalPoint point = coordinates_.point(best_.x);
   MixedEffectsFit fit;
-  fit.estimate = point.observation.beta;
+  fit.estimate = coordinates_.layout().beta(best_.x);
   fit.covariance = fixed_covariance();
   const std::vector<MatrixXd> spherical = likelihood_.layout().by_term(best_.modes);
   for (std::size_t t = 0; t < spherical.size(); ++t) {

@@ -154,7 +154,7 @@ PopulationSlopes population_slopes(const NonlinearModel& model, const MixedEffec
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
-  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  model.evaluate(model.extended(fit.estimate), mean, &jacobian, workspace);
   const double root = std::sqrt(static_cast<double>(jacobian.rows()));
   PopulationSlopes result{.sizes = jacobian.colwise().norm() / root};
   result.frame = orthogonal_frame(model, std::move(jacobian), 1.0);

@@ -60,9 +60,9 @@ class Components {
           effect_columns(model, model.specification().random[t], point.effects[t], weighted));
       is_finite_ = is_finite_ && terms_.back().columns.allFinite();
     }
-    if (point.is_restricted && weighted.cols() > 0) {
-      const Eigen::HouseholderQR<MatrixXd> qr(weighted);
-      mean_ = qr.householderQ() * MatrixXd::Identity(weighted.rows(), weighted.cols());
+    if (const Index p = model.coefficient_count(); point.is_restricted && p > 0) {
+      const Eigen::HouseholderQR<MatrixXd> qr(weighted.leftCols(p));
+      mean_ = qr.householderQ() * MatrixXd::Identity(weighted.rows(), p);
     }
     add_components();
     products_ = gram();

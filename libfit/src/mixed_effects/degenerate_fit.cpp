@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -48,7 +49,9 @@ std::optional<Finding> exactness(const NonlinearModel& model,
 class Curves {
  public:
   Curves(const NonlinearModel& model, const VectorXd& estimate)
-      : model_(model), estimate_(estimate), population_(at(VectorXd::Zero(estimate.size()))) {}
+      : model_(model),
+        estimate_(model.extended(estimate)),
+        population_(at(VectorXd::Zero(estimate_.size()))) {}
 
   VectorXd at(const VectorXd& shift) {
     VectorXd mean;
@@ -103,7 +106,7 @@ class Curves {
   }
 
   const NonlinearModel& model_;
-  const VectorXd& estimate_;
+  VectorXd estimate_;
   NonlinearModel::Workspace workspace_;
   VectorXd population_;
 };
@@ -158,6 +161,21 @@ Degeneracy unbounded_effect(const EffectLevel& level, Curves& curves, Index p, d
   return {};
 }
 
+/// Variances of the effects of a term, given those of coefficients with random effects only, whose
+/// mean is known: they tell something of the means of the others.
+VectorXd open_variances(const EffectLevel& level, Index p) {
+  std::vector<Index> known;
+  for (std::size_t k = 0; k < level.places.size(); ++k) {
+    if (level.places[k] >= p) known.push_back(static_cast<Index>(k));
+  }
+  VectorXd result = level.covariance.diagonal();
+  if (known.empty()) return result;
+  const MatrixXd cross = level.covariance(known, Eigen::all);
+  const MatrixXd own = level.covariance(known, known);
+  const MatrixXd solved = own.completeOrthogonalDecomposition().solve(cross);
+  return result - cross.cwiseProduct(solved).colwise().sum().transpose();
+}
+
 /// A coefficient with a smaller standard error than its random effect allows, if any. The standard
 /// error of the mean of G groups with standard deviation s is at least s/sqrt(G); the inverse of a
 /// nearly singular information matrix may have smaller ones.
@@ -167,23 +185,22 @@ Degeneracy impossible_error(const NonlinearModel& model,
                             Index groups) {
   // Without a maximum, the curvature is not an information matrix.
   if (fit.covariance.size() == 0 || !fit.convergence.converged()) return {};
+  const VectorXd variances = open_variances(level, fit.estimate.size());
   for (std::size_t k = 0; k < level.places.size(); ++k) {
     const Index j = level.places[k];
-    const auto at = static_cast<Index>(k);
-    const double least =
-        std::sqrt(level.covariance(at, at) / static_cast<double>(std::max<Index>(1, groups)));
+    if (j >= fit.estimate.size()) continue;
+    const double variance = variances[static_cast<Index>(k)];
+    const double least = std::sqrt(variance / static_cast<double>(std::max<Index>(1, groups)));
     const double error = std::sqrt(fit.covariance(j, j));
     if (model.design().multiplier(j) != nullptr || !(error < Thresholds::kImpossible * least))
       continue;
-    return {
-        .status = ConvergenceStatus::kNotIdentifiable,
-        .evidence = {{.kind = Evidence::Kind::kHardlyIdentifiable,
-                      .term = level.names[k],
-                      .value = error}},
-        .reason = Finding{
-            .kind = Finding::Kind::kImpossibleError,
-            .names = {level.names[k]},
-            .values = {static_cast<double>(groups), std::sqrt(level.covariance(at, at)), error}}};
+    return {.status = ConvergenceStatus::kNotIdentifiable,
+            .evidence = {{.kind = Evidence::Kind::kHardlyIdentifiable,
+                          .term = level.names[k],
+                          .value = error}},
+            .reason = Finding{.kind = Finding::Kind::kImpossibleError,
+                              .names = {level.names[k]},
+                              .values = {static_cast<double>(groups), std::sqrt(variance), error}}};
   }
   return {};
 }
@@ -200,7 +217,7 @@ Degeneracy degeneracy(const NonlinearModel& model,
   const ModelSpecification& specification = model.specification();
   if (exact.is_exact || specification.random.empty()) return exact;
   Curves curves(model, fit.estimate);
-  const Index p = fit.estimate.size();
+  const Index p = model.column_count();
   for (std::size_t t = fit.random.size(); t-- > 0;) {
     const EffectLevel level{.names = fit.random[t].names,
                             .covariance = fit.random[t].covariance,

@@ -65,9 +65,10 @@ MatrixXd standardized_columns(const NonlinearModel& model,
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
   jacobian = residual_sd.cwiseInverse().asDiagonal() * jacobian;
+  const Index p = model.coefficient_count();
   Index effects = 0;
   for (const EstimatedEffects& term : fit.random) effects += term.covariance.rows();
-  MatrixXd result(jacobian.rows(), effects + jacobian.cols());
+  MatrixXd result(jacobian.rows(), effects + p);
   Index begin = 0;
   for (std::size_t t = fit.random.size(); t-- > 0;) {
     const std::vector<Index> places = model.coefficients_of(model.specification().random[t]);
@@ -75,7 +76,7 @@ MatrixXd standardized_columns(const NonlinearModel& model,
     result.middleCols(begin, q) = jacobian(Eigen::all, places) * root_of(fit.random[t].covariance);
     begin += q;
   }
-  result.rightCols(jacobian.cols()) = jacobian * frame;
+  result.rightCols(p) = jacobian.leftCols(p) * frame;
   whiten(model, fit.variance, result);
   return result;
 }

@@ -16,7 +16,8 @@ namespace silvafit::fit {
 /// where a coefficient is hardly identifiable, because one standard error changes the curve far
 /// beyond its linear approximation. Orthogonal triangles instead of cross products keep
 /// directions whose effect on the mean is 1e-8 of that of their coefficients.
-/// \param coefficients  (p) the fixed effects, or (p x G) those of each group
+/// \param coefficients  the fixed effects, or (columns x G) those of each group; with those that
+///   have random effects only
 /// \param residual_sd   (N) of each observation
 /// \param frame         (p x p) T with orthogonal columns J T
 /// \return  NaN where the Jacobian or an estimate is not finite; infinite where it has no full rank

@@ -53,6 +53,7 @@ std::vector<Index> confounded_at(const NonlinearModel& model,
   VectorXd mean;
   MatrixXd jacobian;
   model.evaluate(coefficients, mean, &jacobian, workspace);
+  jacobian.conservativeResize(Eigen::NoChange, model.coefficient_count());
   // All coefficients are held.
   if (jacobian.cols() == 0 || !jacobian.allFinite()) return {};
   return JacobianFactors(jacobian, tolerance).confounded();

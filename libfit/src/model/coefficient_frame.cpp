@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -116,7 +117,8 @@ MatrixXd effect_frame(const NonlinearModel& model,
 }
 
 /// Coefficients with random effects that may be mixed with others, block by block: those that are a
-/// block of each term.
+/// block of each term. Those with random effects only are not mixed: the fixed effects of others
+/// would move their means.
 std::vector<std::vector<Index>> blocks_of_columns(const NonlinearModel& model) {
   std::vector<std::vector<std::vector<Index>>> blocks;  // of each term
   for (const RandomEffects& random : model.specification().random) {
@@ -132,6 +134,9 @@ std::vector<std::vector<Index>> blocks_of_columns(const NonlinearModel& model) {
     return std::ranges::any_of(
         blocks, [&](const auto& of) { return std::ranges::find(of, block) == of.end(); });
   });
+  for (std::vector<Index>& block : result) {
+    std::erase_if(block, [&](Index j) { return j >= model.coefficient_count(); });
+  }
   return result;
 }
 
@@ -154,11 +159,13 @@ MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, do
   std::vector<Index> random;
   const std::vector<std::vector<Index>> terms = model.random_coefficients();
   for (auto places = terms.rbegin(); places != terms.rend(); ++places) {
-    random.insert(random.end(), places->begin(), places->end());
+    std::ranges::copy_if(*places, std::back_inserter(random), [&](Index j) {
+      return j < model.coefficient_count();
+    });
   }
   Orthogonalizer all(columns);
   for (const Index j : random) all.add(j);
-  for (Index j = 0; j < p; ++j) {
+  for (Index j = 0; j < model.coefficient_count(); ++j) {
     if (std::ranges::find(random, j) != random.end()) continue;
     const OrthogonalColumn column = all.add(j);
     if (!column.is_dependent) result.col(j) = length * column.combination;
@@ -170,7 +177,7 @@ MatrixXd shared_columns(const NonlinearModel& model, const MatrixXd& columns, do
 
 CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian, double length) {
   const MatrixXd columns = same_angles(jacobian);
-  const Index p = columns.cols();
+  const Index p = model.coefficient_count();
   CoefficientFrame frame{.beta = MatrixXd(p, p)};
   for (const RandomEffects& random : model.specification().random) {
     frame.effects.push_back(effect_frame(model, random, columns, length));
@@ -178,7 +185,7 @@ CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian
   Orthogonalizer all(columns);
   for (Index j = 0; j < p; ++j) {
     const OrthogonalColumn column = all.add(j);
-    frame.beta.col(j) = length * column.combination;
+    frame.beta.col(j) = length * column.combination.head(p);
     if (column.is_dependent) frame.has_full_rank = false;
   }
   return frame;
@@ -186,11 +193,28 @@ CoefficientFrame orthogonal_frame(const NonlinearModel& model, MatrixXd jacobian
 
 CoefficientFrame shared_frame(const NonlinearModel& model, MatrixXd jacobian, double length) {
   const MatrixXd columns = same_angles(jacobian);
-  CoefficientFrame frame{.beta = shared_columns(model, columns, length)};
+  const MatrixXd all = shared_columns(model, columns, length);
+  const Index p = model.coefficient_count();
+  CoefficientFrame frame{.beta = all.topLeftCorner(p, p)};
   for (const std::vector<Index>& places : model.random_coefficients()) {
-    frame.effects.emplace_back(frame.beta(places, places));
+    frame.effects.emplace_back(all(places, places));
   }
+  frame.random_only = all.diagonal().tail(all.cols() - p);
   return frame;
+}
+
+VectorXd CoefficientFrame::units() const {
+  VectorXd result(beta.cols() + random_only.size());
+  result << beta.diagonal(), random_only;
+  return result;
+}
+
+MatrixXd CoefficientFrame::mixing() const {
+  if (beta.isDiagonal(0.0)) return {};
+  const Index p = beta.cols();
+  MatrixXd result = MatrixXd::Identity(p + random_only.size(), p + random_only.size());
+  result.topLeftCorner(p, p) = beta * beta.diagonal().cwiseInverse().asDiagonal();
+  return result;
 }
 
 namespace {
@@ -202,7 +226,7 @@ CoefficientFrame made_at(const NonlinearModel& model,
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd jacobian;
-  model.evaluate(coefficients, mean, &jacobian, workspace);
+  model.evaluate(model.extended(coefficients), mean, &jacobian, workspace);
   const double length = (model.response() - mean).norm();
   return make(model, std::move(jacobian), std::isfinite(length) && length > 0.0 ? length : 1.0);
 }

@@ -17,14 +17,22 @@ namespace silvafit::fit {
 struct CoefficientFrame {
   Eigen::MatrixXd beta{};                  ///< (p x p) T, with a positive diagonal
   std::vector<Eigen::MatrixXd> effects{};  ///< (q x q) U of each term, lower triangular
+  /// Units of the coefficients with random effects only, of a shared frame.
+  Eigen::VectorXd random_only{};
   bool has_full_rank = true;  ///< whether no column of the Jacobian depends on those before it
+
+  /// The units of all columns of a shared frame: the diagonal of T, then those with effects only.
+  Eigen::VectorXd units() const;
+  /// (columns x columns) T with ones on its diagonal, for all columns; empty if T is diagonal.
+  Eigen::MatrixXd mixing() const;
 };
 
 /// The frame in which the columns of the Jacobian are orthogonal and have the given length.
 /// Effects are only mixed within blocks whose covariance is free, and only if their columns are
 /// nearly dependent: any other mixing would change the model.
 /// If columns depend on those before them, their coordinates do not change the mean.
-/// \param jacobian  (N x p) of the mean by the coefficients; a column that is not finite is omitted
+/// \param jacobian  (N x columns) of the mean by the coefficients, also those with random effects
+///   only; a column that is not finite is omitted
 /// \param length    positive
 CoefficientFrame orthogonal_frame(const NonlinearModel& model,
                                   Eigen::MatrixXd jacobian,

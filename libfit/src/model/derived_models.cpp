@@ -54,6 +54,12 @@ NonlinearModel NonlinearModel::subset(const std::vector<Index>& observations) co
 
 NonlinearModel NonlinearModel::pooled() const {
   NonlinearModel model = *this;
+  std::erase_if(model.specification_.parameters, [&](const ParameterModel& parameter) {
+    if (!parameter.coefficient_names().empty()) return false;
+    data::Expression& mean = model.specification_.formula.right;
+    mean = mean.substitute(parameter.name, data::Expression::constant(0.0));
+    return true;
+  });
   for (ParameterModel& parameter : model.specification_.parameters) {
     parameter = {.name = parameter.name, .has_intercept = true};
   }

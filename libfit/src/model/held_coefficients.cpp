@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "silvafit/base/error.hpp"
@@ -15,24 +16,30 @@ namespace {
 using data::Expression;
 using Values = std::map<std::string, double>;
 
-/// Moves held coefficients of one parameter into the formula.
-void hold_in(ParameterModel& parameter, const Values& held, Expression& formula) {
+/// Whether a parameter still has coefficients of either kind.
+bool is_left(const ParameterModel& parameter) {
+  return parameter.has_intercept || !parameter.covariates.empty() || !parameter.random_only.empty();
+}
+
+/// Moves held coefficients of one parameter into the formula; their random effects remain.
+void hold_in(ParameterModel& parameter, const Values& held, ModelSpecification& model) {
   Expression constant = Expression::constant(0.0);
-  const auto take = [&](const std::string& name, const Expression& multiplier) {
+  const auto take = [&](const Covariate& covariate) {
+    const std::string name = parameter.coefficient_name(covariate);
     const auto found = held.find(name);
     if (found == held.end()) return false;
-    constant = constant + found->second * multiplier;
+    constant = constant + found->second * covariate.value;
+    if (has_effects(model, name)) parameter.random_only.push_back(covariate);
     return true;
   };
-  if (parameter.has_intercept && take(parameter.name, Expression::constant(1.0))) {
+  if (parameter.has_intercept && take({.value = Expression::constant(1.0)})) {
     parameter.has_intercept = false;
   }
-  std::erase_if(parameter.covariates, [&](const Covariate& covariate) {
-    return take(parameter.name + ":" + covariate.label, covariate.value);
-  });
-  const bool is_left = parameter.has_intercept || !parameter.covariates.empty();
+  std::erase_if(parameter.covariates, take);
+  Expression& formula = model.formula.right;
   formula = formula.substitute(
-      parameter.name, is_left ? Expression::variable(parameter.name) + constant : constant);
+      parameter.name,
+      is_left(parameter) ? Expression::variable(parameter.name) + constant : constant);
 }
 
 }  // namespace
@@ -45,30 +52,26 @@ void check_known(const ModelSpecification& specification, const std::string& nam
   }
 }
 
-void check_holdable(const ModelSpecification& specification, const std::string& name) {
-  check_known(specification, name);
-  for (const RandomEffects& term : specification.random) {
-    if (std::ranges::find(term.coefficients, name) == term.coefficients.end()) continue;
-    throw UsageError(
-        fmt::format("{} has a random effect by {}, so it cannot be fixed; remove the random "
-                    "effect or the fixed value",
-                    name,
-                    term.group));
-  }
+bool has_effects(const ModelSpecification& specification, const std::string& name) {
+  return std::ranges::any_of(specification.random, [&](const RandomEffects& term) {
+    return std::ranges::find(term.coefficients, name) != term.coefficients.end();
+  });
 }
 
 ModelSpecification with_constants(const ModelSpecification& specification, const Values& held) {
   for (const auto& [name, value] : held) {
-    check_holdable(specification, name);
+    check_known(specification, name);
     if (!std::isfinite(value))
       throw UsageError(fmt::format("the fixed value of {} is not a number", name));
   }
   ModelSpecification result = specification;
   for (ParameterModel& parameter : result.parameters) {
-    hold_in(parameter, held, result.formula.right);
+    hold_in(parameter, held, result);
   }
-  std::erase_if(result.parameters, [](const ParameterModel& parameter) {
-    return !parameter.has_intercept && parameter.covariates.empty();
+  std::erase_if(result.parameters, std::not_fn(is_left));
+  // Parameters without a fixed effect are last, so that those of pooled() keep their places.
+  std::ranges::stable_partition(result.parameters, [](const ParameterModel& parameter) {
+    return !parameter.coefficient_names().empty();
   });
   return result;
 }

@@ -12,16 +12,17 @@ namespace silvafit::fit {
 /// \throws UsageError if this is not a coefficient
 void check_known(const ModelSpecification& specification, const std::string& name);
 
-/// \throws UsageError if this is not a coefficient, or has a random effect
-void check_holdable(const ModelSpecification& specification, const std::string& name);
+/// Whether a coefficient has random effects in any term.
+bool has_effects(const ModelSpecification& specification, const std::string& name);
 
-/// A model with some coefficients replaced by numbers in its formula.
+/// A model with some coefficients replaced by numbers in its formula. Random effects of these are
+/// deviations from the numbers: ParameterModel::random_only.
 /// \param held  values by coefficient
-/// \throws UsageError as check_holdable, or if a value is not finite
+/// \throws UsageError as check_known, or if a value is not finite
 ModelSpecification with_constants(const ModelSpecification& specification,
                                   const std::map<std::string, double>& held);
 
-/// The same, if at least one coefficient is left to estimate.
+/// The same, if at least one coefficient or random effect is left to estimate.
 /// \throws UsageError as with_constants, or if none is left
 ModelSpecification with_held(const ModelSpecification& specification,
                              const std::map<std::string, double>& held);

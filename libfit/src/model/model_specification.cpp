@@ -298,7 +298,7 @@ void decide_nesting(std::vector<RandomEffects>& terms,
 std::vector<std::string> ParameterModel::coefficient_names() const {
   std::vector<std::string> names;
   if (has_intercept) names.push_back(name);
-  for (const Covariate& covariate : covariates) names.push_back(name + ":" + covariate.label);
+  for (const Covariate& covariate : covariates) names.push_back(coefficient_name(covariate));
   return names;
 }
 
@@ -312,6 +312,16 @@ std::vector<std::string> ModelSpecification::coefficient_names() const {
   std::vector<std::string> names;
   for (const ParameterModel& parameter : parameters) {
     for (std::string& name : parameter.coefficient_names()) names.push_back(std::move(name));
+  }
+  return names;
+}
+
+std::vector<std::string> ModelSpecification::random_only_names() const {
+  std::vector<std::string> names;
+  for (const ParameterModel& parameter : parameters) {
+    for (const Covariate& covariate : parameter.random_only) {
+      names.push_back(parameter.coefficient_name(covariate));
+    }
   }
   return names;
 }
@@ -354,8 +364,10 @@ std::vector<std::string> ModelSpecification::predictors() const {
     if (std::ranges::find(parameters, name, &ParameterModel::name) == parameters.end()) add(name);
   }
   for (const ParameterModel& parameter : parameters) {
-    for (const Covariate& covariate : parameter.covariates) {
-      for (const std::string& name : covariate.value.variables()) add(name);
+    for (const auto* const covariates : {&parameter.covariates, &parameter.random_only}) {
+      for (const Covariate& covariate : *covariates) {
+        for (const std::string& name : covariate.value.variables()) add(name);
+      }
     }
   }
   return names;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "model/held_coefficients.hpp"
 #include "silvafit/base/near_names.hpp"
 #include "silvafit/data/expression_parts.hpp"
 
@@ -38,10 +39,9 @@ std::set<std::string> columns_of(const ModelSpecification& specification) {
 NameList unconfirmed(const ModelSpecification& specification, const std::set<std::string>& known) {
   NameList names;
   for (const ParameterModel& parameter : specification.parameters) {
-    const bool has_random = std::ranges::any_of(specification.random, [&](const auto& term) {
-      return std::ranges::find(term.coefficients, parameter.name) != term.coefficients.end();
-    });
-    if (has_random || known.contains(parameter.name) || !parameter.covariates.empty()) continue;
+    const bool is_used = has_effects(specification, parameter.name) ||
+                         known.contains(parameter.name) || !parameter.covariates.empty();
+    if (is_used) continue;
     names.push_back(parameter.name);
   }
   return names;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -307,7 +308,8 @@ void NonlinearModel::compile() {
   // A parameter has one value per call unless it has covariates or random effects.
   std::vector<data::Program::Input> inputs;
   for (const ParameterModel& parameter : specification_.parameters) {
-    const bool varies = !parameter.covariates.empty() || group_count() > 1;
+    const bool varies =
+        !parameter.covariates.empty() || !parameter.random_only.empty() || group_count() > 1;
     inputs.push_back({.name = parameter.name, .is_scalar = !varies});
   }
   for (const std::string& name : variables_) inputs.push_back({.name = name});
@@ -360,12 +362,20 @@ Index NonlinearModel::group_of(std::size_t term, Index group) const {
 }
 
 Index NonlinearModel::coefficient_index(std::string_view name) const {
-  const auto found = std::ranges::find(names_, name);
-  if (found == names_.end()) {
+  std::vector<std::string> names = names_;
+  std::ranges::move(specification_.random_only_names(), std::back_inserter(names));
+  const auto found = std::ranges::find(names, name);
+  if (found == names.end()) {
     throw UsageError(
-        fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(names_, ", ")));
+        fmt::format("unknown coefficient '{}'; available: {}", name, fmt::join(names, ", ")));
   }
-  return found - names_.begin();
+  return found - names.begin();
+}
+
+Eigen::VectorXd NonlinearModel::extended(const Eigen::VectorXd& coefficients) const {
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(column_count());
+  result.head(coefficients.size()) = coefficients;
+  return result;
 }
 
 std::vector<Index> NonlinearModel::coefficients_of(const RandomEffects& term) const {
@@ -402,7 +412,7 @@ bool NonlinearModel::is_bilinear(Index i, Index j) const {
 }
 
 bool NonlinearModel::is_linear() const {
-  for (Index i = 0; i < coefficient_count(); ++i) {
+  for (Index i = 0; i < column_count(); ++i) {
     for (Index j = 0; j <= i; ++j) {
       if (!is_bilinear(i, j)) return false;
     }
@@ -428,7 +438,9 @@ void NonlinearModel::fill_parameters(const Eigen::Ref<const Eigen::MatrixXd>& co
   const Index first = is_one_set ? 0 : after - group_begin_.begin() - 1;
   for (Index set = first, row = begin; row < end; ++set) {
     const Index stop = is_one_set ? end : std::min(end, group_begin_[set + 1]);
-    const auto value = [&coefficients, set](Index j) { return coefficients(j, set); };
+    const auto value = [&coefficients, set](Index j) {
+      return j < coefficients.rows() ? coefficients(j, set) : 0.0;
+    };
     for (Index k = 0; k < parameters.cols(); ++k) {
       const bool varies = !inputs[static_cast<std::size_t>(k)].is_scalar;
       double* const target = parameters.col(k).data() + (row - begin);
@@ -442,7 +454,8 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
                               Eigen::VectorXd& mean,
                               Eigen::MatrixXd* jacobian,
                               Workspace& workspace) const {
-  if (coefficients.rows() != coefficient_count() ||
+  const Index count = coefficients.rows();
+  if ((count != coefficient_count() && count != column_count()) ||
       (coefficients.cols() != 1 && coefficients.cols() != group_count())) {
     throw UsageError("coefficients must be given once, or once for each group");
   }
@@ -451,7 +464,7 @@ void NonlinearModel::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficie
   constexpr Index kBlockRows = 4096;
   const Index n = observations();
   mean.resize(n);
-  if (jacobian != nullptr) jacobian->resize(n, coefficient_count());
+  if (jacobian != nullptr) jacobian->resize(n, count);
   std::vector<Workspace> others(worker_count(threads_) - 1);
   const auto block_count = static_cast<std::size_t>((n + kBlockRows - 1) / kBlockRows);
   parallel_for(block_count, threads_, [&](std::size_t block, std::size_t worker) {
@@ -484,12 +497,12 @@ void NonlinearModel::evaluate_rows(const Eigen::Ref<const Eigen::MatrixXd>& coef
     outputs.push_back(workspace.derivatives.col(k).data());
   }
   // The derivative by an intercept is that by its parameter.
-  for (Index j = 0; j < coefficient_count(); ++j) {
+  for (Index j = 0; j < coefficients.rows(); ++j) {
     if (design_.multiplier(j) != nullptr) continue;
     outputs[1 + design_.parameter_of(j)] = jacobian->col(j).data() + begin;
   }
   gradient_program_.evaluate(inputs, static_cast<std::size_t>(rows), outputs, workspace.program);
-  for (Index j = 0; j < coefficient_count(); ++j) {
+  for (Index j = 0; j < coefficients.rows(); ++j) {
     if (design_.multiplier(j) == nullptr) continue;
     const double* const by_parameter = outputs[1 + design_.parameter_of(j)];
     design_.differentiate(j, begin, rows, by_parameter, jacobian->col(j).data() + begin);

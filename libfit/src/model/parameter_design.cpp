@@ -16,15 +16,19 @@ ParameterDesign::ParameterDesign(const std::vector<ParameterModel>& parameters,
                                  const std::vector<std::size_t>& rows)
     : coefficients_of_(parameters.size()) {
   std::vector<VectorXd> columns;
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    if (parameters[k].has_intercept) add(static_cast<Index>(k), -1);
-    for (const Covariate& covariate : parameters[k].covariates) {
+  const auto add_covariates = [&](std::size_t k, const std::vector<Covariate>& covariates) {
+    for (const Covariate& covariate : covariates) {
       add(static_cast<Index>(k), std::ssize(columns));
       const std::vector<double> values = data::evaluate(covariate.value, table);
       VectorXd& column = columns.emplace_back(std::ssize(rows));
       for (std::size_t i = 0; i < rows.size(); ++i) column[static_cast<Index>(i)] = values[rows[i]];
     }
+  };
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].has_intercept) add(static_cast<Index>(k), -1);
+    add_covariates(k, parameters[k].covariates);
   }
+  for (std::size_t k = 0; k < parameters.size(); ++k) add_covariates(k, parameters[k].random_only);
   covariates_.resize(std::ssize(rows), std::ssize(columns));
   for (Index k = 0; k < covariates_.cols(); ++k) {
     covariates_.col(k) = columns[static_cast<std::size_t>(k)];

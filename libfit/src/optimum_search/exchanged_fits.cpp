@@ -23,7 +23,8 @@ void renew_effects(const NonlinearModel& model, const VectorXd& before, MixedEff
     EstimatedEffects& random = fit.random[term];
     for (Index k = 0; k < random.covariance.rows(); ++k) {
       const Index place = places[static_cast<std::size_t>(k)];
-      if (fit.estimate[place] == before[place]) continue;
+      // Those with random effects only have no estimate.
+      if (place >= before.size() || fit.estimate[place] == before[place]) continue;
       const double deviation = fit.residual_sd.mean() / slopes[place];
       random.covariance.row(k).setZero();
       random.covariance.col(k).setZero();

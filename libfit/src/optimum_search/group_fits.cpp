@@ -289,12 +289,12 @@ MatrixXd exchanged(const Exchange& exchange, const GroupFits& groups) {
   return result;
 }
 
-/// Numbers of the parameters with random effects.
+/// Numbers of the parameters with random effects, but not of those that have no fixed effect.
 std::vector<Index> varying(const NonlinearModel& model) {
   std::vector<Index> result;
   for (const RandomEffects& term : model.specification().random) {
     for (const Index place : model.coefficients_of(term)) {
-      result.push_back(model.design().parameter_of(place));
+      if (place < model.coefficient_count()) result.push_back(model.design().parameter_of(place));
     }
   }
   return result;
@@ -424,7 +424,8 @@ std::optional<MixedEffectsFit> start_with_effects(const NonlinearModel& model,
   random.effects = MatrixXd::Zero(count, model.group_count());
   for (Index k = 0; k < count; ++k) {
     const Index place = places[static_cast<std::size_t>(k)];
-    // The effects of a covariate's coefficient are not known from a single group.
+    // The effects of a covariate's coefficient, or without a fixed one, are not known from a single
+    // group.
     if (model.design().multiplier(place) != nullptr) return std::nullopt;
     const Index parameter = model.design().parameter_of(place);
     random.effects.row(k) =

@@ -24,13 +24,14 @@ constexpr std::string_view kMaximumOrigin = "maximum of the marginal likelihood"
 constexpr Integration kFirst = Integration::kInteraction;
 constexpr double kNone = -std::numeric_limits<double>::infinity();
 
-/// Coefficients of a group that is drawn from the distribution of a fit's random effects.
+/// Coefficients with fixed effects of a group that is drawn from the distribution of a fit's random
+/// effects.
 VectorXd drawn_group(const NonlinearModel& model,
                      const MixedEffectsFit& fit,
                      std::uint64_t number) {
   constexpr std::uint64_t kSeed = 2;
   Random random(kSeed, number);
-  VectorXd result = fit.estimate;
+  VectorXd result = model.extended(fit.estimate);
   const std::vector<RandomEffects>& terms = model.specification().random;
   for (std::size_t term = 0; term < terms.size(); ++term) {
     const std::vector<Index> places = model.coefficients_of(terms[term]);
@@ -43,7 +44,7 @@ VectorXd drawn_group(const NonlinearModel& model,
       result[places[static_cast<std::size_t>(k)]] += change[k];
     }
   }
-  return result;
+  return result.head(fit.estimate.size());
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ double small_deviation(const NonlinearModel& model,
   NonlinearModel::Workspace workspace;
   Eigen::VectorXd mean;
   MatrixXd jacobian;
-  model.evaluate(fit.estimate, mean, &jacobian, workspace);
+  model.evaluate(model.extended(fit.estimate), mean, &jacobian, workspace);
   const double slope = jacobian.col(places[static_cast<std::size_t>(smaller.left_out)]).norm() /
                        std::sqrt(static_cast<double>(model.observations()));
   constexpr double kShare = 0.1;

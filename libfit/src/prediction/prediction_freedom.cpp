@@ -28,6 +28,9 @@ double residual_freedom(const FittedModel& fit) {
     if (std::isfinite(value)) freedom = std::max(freedom, value);
   }
   if (!fit.has_random_effects()) return freedom;
+  const bool has_estimates = fit.degrees_of_freedom.array().isFinite().any();
+  if (!has_estimates && !fit.coefficients_between.empty())
+    freedom = static_cast<double>(fit.observations);  // of a fit with random effects only
   Index within = fit.observations - std::ssize(fit.random.back().labels);
   if (are_crossed(fit.specification.random)) {
     within = fit.observations;

@@ -37,13 +37,13 @@ void add_group_effects(const NonlinearModel& model,
 }
 
 MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit) {
-  MatrixXd result = fit.estimate.replicate(1, model.group_count());
+  MatrixXd result = model.extended(fit.estimate).replicate(1, model.group_count());
   add_group_effects(model, model.random_coefficients(), effects_of(fit), result);
   return result;
 }
 
 MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model) {
-  MatrixXd result = MatrixXd::Zero(model.coefficient_count(), model.group_count());
+  MatrixXd result = MatrixXd::Zero(model.column_count(), model.group_count());
   std::vector<MatrixXd> by_label;
   for (std::size_t t = 0; t < fit.random.size(); ++t) {
     const EstimatedEffects& term = fit.random[t];

@@ -26,10 +26,11 @@ void add_group_effects(const NonlinearModel& model,
                        const std::vector<Eigen::MatrixXd>& effects,
                        Eigen::MatrixXd& sum);
 
-/// (p x G) coefficients of each group, random effects included.
+/// (columns x G) coefficients of each group, random effects included; also those with random
+/// effects only.
 Eigen::MatrixXd group_coefficients(const NonlinearModel& model, const MixedEffectsFit& fit);
 
-/// (p x G) estimated effects of all terms by the groups' labels; zero for groups that are not
+/// (columns x G) estimated effects of all terms by the groups' labels; zero for groups that are not
 /// in the fit.
 Eigen::MatrixXd coefficient_effects(const FittedModel& fit, const NonlinearModel& model);
 

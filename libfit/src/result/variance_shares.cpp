@@ -24,7 +24,7 @@ VarianceShares variance_shares(const FittedModel& fit,
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd slopes;
-  model.evaluate(fit.estimate, mean, &slopes, workspace);
+  model.evaluate(model.extended(fit.estimate), mean, &slopes, workspace);
   const double rows = static_cast<double>(model.observations());
   const double fixed = (mean.array() - mean.mean()).square().sum() / (rows - 1.0);
   const double random = variance_of_effects(fit, model, slopes).mean();

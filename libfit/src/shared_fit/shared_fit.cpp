@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "fit_model/doubts.hpp"
-#include "fit_model/integration_method.hpp"
 #include "likelihood/effect_posteriors.hpp"
+#include "likelihood/integration_method.hpp"
 #include "marginal_likelihood/marginal_search.hpp"
 #include "mixed_effects/degrees_of_freedom.hpp"
 #include "mixed_effects/mixed_effects_evidence.hpp"

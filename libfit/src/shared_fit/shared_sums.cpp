@@ -120,7 +120,7 @@ void add_shared_statistics(const SharedModel& shared,
   NonlinearModel::Workspace workspace;
   VectorXd mean;
   MatrixXd slopes;
-  model.evaluate(fit.estimate, mean, &slopes, workspace);
+  model.evaluate(model.extended(fit.estimate), mean, &slopes, workspace);
   MatrixXd columns(model.observations(), 10);
   columns << ArrayXd::Ones(response.size()), response, population, population.abs(),
       population.square(), conditional, conditional.abs(), conditional.square(), mean,

@@ -145,10 +145,6 @@ std::string_view text_of(Finding::Kind kind) {
       {kStartFailed, "Not converged: the least-squares fit for the start values failed."},
       {kNoneInside,
        "Not converged: no fit within the bounds was found. The fit without bounds is shown."},
-      {kNoneInsideVarying,
-       "Not converged: no fit within the bounds was found (the bound is for the fixed effect of a "
-       "coefficient that varies by group, which cannot be held at the bound itself). The fit "
-       "without bounds is shown."},
       {kContainedDoubt,
        "Converged, with a doubt: the model {a}, which this one contains, has a higher "
        "log-likelihood ({x:.2f} against {y:.2f}). Use that model, or [give other start "

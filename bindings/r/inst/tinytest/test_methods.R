@@ -89,6 +89,13 @@ held <- silvafit(curve, data = Loblolly, random = Asym ~ 1 | Seed, hold = c(R0 =
 expect_equal(unname(fixef(held)["R0"]), -8)
 expect_true(is.na(summary(held)$tTable["R0", "Std.Error"]))
 expect_equal(class_of_error(silvafit(curve, data = Loblolly, hold = c(nothing = 1))), "silvafit_usage_error")
+# A random slope without a fixed slope, as nlme fits it
+alone <- silvafit(distance ~ a + u * age, data = nlme::Orthodont, random = u ~ 1 | Subject, hold = c(u = 0))
+of_nlme <- nlme::lme(distance ~ 1, data = nlme::Orthodont, random = ~ age - 1 | Subject, method = "ML")
+expect_equal(as.numeric(logLik(alone)), as.numeric(logLik(of_nlme)), tolerance = 1e-8)
+expect_equal(summary(alone)$tTable["a", 1:3], summary(of_nlme)$tTable[1, 1:3], tolerance = 1e-5, check.attributes = FALSE)
+expect_equal(ranef(alone)[rownames(ranef(of_nlme)), "u"], ranef(of_nlme)[, "age"], tolerance = 1e-5)
+expect_equal(unname(predict(alone, nlme::Orthodont)), unname(as.vector(fitted(of_nlme))), tolerance = 1e-5)
 
 if (requireNamespace("broom", quietly = TRUE)) {
   tidy <- broom::tidy(fit, conf.int = TRUE)

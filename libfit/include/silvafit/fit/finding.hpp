@@ -35,9 +35,8 @@ struct Finding {
     kUnfinishedHigher, kUnfinishedFirstOrder, kLinearizationFar, kNoneFromStart, kRisesInwards,
     kHeldImpossible,
     // Before the result; the last finding comes first.
-    kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kNoneInsideVarying,
-    kContainedDoubt, kKink, kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kTwoValues, kCounts,
-    kNameDoubt,
+    kFallback, kFirstBefore = kFallback, kStartFailed, kNoneInside, kContainedDoubt, kKink,
+    kKinkRestricted, kKinkByQuadrature, kKinkFewPoints, kTwoValues, kCounts, kNameDoubt,
     // After the result.
     kMovingMost, kFirstAfter = kMovingMost, kLinearModelInvalid, kEffectsDiverge, kStepsDoNotSettle,
     kPassLimit, kSquaresDiverge, kIterationLimit, kRangeUnbounded, kEvaluationLimit, kJumps,

@@ -136,8 +136,8 @@ struct FitModelOptions {
 /// Fits a model to the rows of a table without missing values in its columns. Mixed and generalized
 /// fits start from the least-squares fit. A failed fit is returned with its convergence message.
 /// \throws UsageError if the method does not suit the specification, a start value, a held value or
-///   a bound is not for a coefficient, or is for one with a random effect; UsageError, InputError,
-///   DomainError as NonlinearModel and fit_least_squares; Stopped if the caller has requested it
+///   a bound is not for a coefficient; UsageError, InputError, DomainError as NonlinearModel and
+///   fit_least_squares; Stopped if the caller has requested it
 FitResult fit_model(const ModelSpecification& specification,
                     const data::Table& table,
                     const FitModelOptions& options = {});

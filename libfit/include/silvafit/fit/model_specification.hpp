@@ -30,8 +30,15 @@ struct ParameterModel {
   std::string name{};
   bool has_intercept = true;
   std::vector<Covariate> covariates{};
+  /// Covariates whose coefficients have random effects but no fixed one: deviations around zero.
+  /// The label of an intercept is empty. In models of which coefficients are held only.
+  std::vector<Covariate> random_only{};
 
-  /// Names of its coefficients: "b" for the intercept, "b:C" for a covariate.
+  /// Name of a coefficient: "b" for an intercept, "b:C" for a covariate.
+  std::string coefficient_name(const Covariate& covariate) const {
+    return covariate.label.empty() ? name : name + ":" + covariate.label;
+  }
+  /// Names of its coefficients with a fixed effect.
   std::vector<std::string> coefficient_names() const;
   /// The right side as text: "1 + C + U".
   std::string text() const;
@@ -55,6 +62,8 @@ struct ModelSpecification {
 
   /// All coefficients in the order of the parameters.
   std::vector<std::string> coefficient_names() const;
+  /// Those with random effects only.
+  std::vector<std::string> random_only_names() const;
   /// The columns that the mean reads: those of the formula, then those of covariates. The
   /// comparison of a column with text is one of them; see data::is_text_match.
   std::vector<std::string> predictors() const;

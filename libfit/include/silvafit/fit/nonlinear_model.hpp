@@ -63,7 +63,11 @@ class NonlinearModel {
   Eigen::Index observations() const { return response_.size(); }
   Eigen::Index coefficient_count() const { return static_cast<Eigen::Index>(names_.size()); }
   const std::vector<std::string>& coefficient_names() const { return names_; }
-  /// Position of a coefficient.
+  /// Number of coefficients with those that have random effects only, which are the last.
+  Eigen::Index column_count() const { return design_.coefficient_count(); }
+  /// (column_count()) coefficients, followed by the zero means of those with random effects only.
+  Eigen::VectorXd extended(const Eigen::VectorXd& coefficients) const;
+  /// Position of a coefficient, also of those with random effects only.
   /// \throws UsageError if there is no coefficient of that name
   Eigen::Index coefficient_index(std::string_view name) const;
 
@@ -133,9 +137,9 @@ class NonlinearModel {
   const ParameterDesign& design() const { return design_; }
 
   /// The mean and, unless null, its Jacobian in the coefficients.
-  /// \param coefficients  (p) the same for all groups, or (p x G) by group
+  /// \param coefficients  (p) the same for all groups, or (p x G) by group; p or column_count()
   /// \param mean          (N) result
-  /// \param jacobian      (N x p) result: df/d coefficient
+  /// \param jacobian      (N x p) result: df/d coefficient, for the rows of `coefficients`
   void evaluate(const Eigen::Ref<const Eigen::MatrixXd>& coefficients,
                 Eigen::VectorXd& mean,
                 Eigen::MatrixXd* jacobian,

@@ -13,7 +13,8 @@ namespace silvafit::fit {
 /// The design of a nonlinear mixed model: phi = A (beta + b), in which the row of A for a parameter
 /// has 1 for its intercept and the covariates of its other coefficients.
 ///
-/// N rows, p coefficients, K parameters. Source: Pinheiro and Bates 2000, equation 7.3.
+/// N rows, p coefficients, those with random effects only last; K parameters. Source: Pinheiro and
+/// Bates 2000, equation 7.3.
 class ParameterDesign {
  public:
   ParameterDesign() = default;

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "conditional_modes/observation_terms.hpp"
 #include "silvafit/fit/fitted_model.hpp"
 #include "silvafit/fit/mixed_effects.hpp"
 
@@ -22,6 +23,18 @@ inline std::optional<Integration> integration_of(Method method) {
       return Integration::kQuadrature;
     default:
       return std::nullopt;
+  }
+}
+
+/// The curvature that stands in the log-determinant of a likelihood.
+inline Curvature curvature_of(Integration integration) {
+  switch (integration) {
+    case Integration::kFirstOrder:
+      return Curvature::kFirstOrder;
+    case Integration::kInteraction:
+      return Curvature::kExpected;
+    default:
+      return Curvature::kFull;
   }
 }
 
