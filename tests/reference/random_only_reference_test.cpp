@@ -113,7 +113,7 @@ TEST_CASE("marginal methods have the likelihood of a linear model with effects o
       GENERATE(fit::Method::kInteraction, fit::Method::kLaplace, fit::Method::kFirstOrder);
   for (const json& reference : file["fits"]) {
     if (reference["id"] != id) continue;
-    INFO(id << " by " << fit::method_text(method));
+    INFO(id << " by " << silvafit::word_of(method));
     const data::Table table = data::read_csv_table(test::reference_data(reference["data"]));
     const fit::ModelTexts texts{.formula = reference["formula"], .random = reference["random"]};
     fit::FitModelOptions options;
