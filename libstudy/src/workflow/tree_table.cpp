@@ -49,6 +49,7 @@ struct Wishes {
   Names species{};  ///< whose spelling is given
   bool leaves_out_dead = false;
   bool finds_dead = false;  ///< for the caller, who keeps their rows
+  bool dead_wood = false;   ///< a column tells what is left of trees
   RepeatedRows repeated = RepeatedRows::kAll;
   ReadingState* state = nullptr;  ///< of earlier parts of the file, if there are parts
 };
@@ -188,6 +189,13 @@ void TableReader::unify_spellings() {
   note(state_.spellings.note());
 }
 
+/// Texts of tree::MorphologyTableOptions::dead_wood.
+std::string_view remains_of(stand::TreeStatus status) {
+  if (status == stand::TreeStatus::kDead) return "snag";
+  if (status == stand::TreeStatus::kGone) return "stump";
+  return status == stand::TreeStatus::kFallen ? "log" : "living";
+}
+
 /// Excludes the trees that are dead or cut, or notes that they are used.
 void TableReader::read_status() {
   const stand::StatusCodes& codes = wishes_.options.status_codes;
@@ -196,16 +204,21 @@ void TableReader::read_status() {
   if (!state_.status) state_.status.emplace(*column, codes, reader_.header());
   stand::StatusColumn& status = *state_.status;
   const data::TextColumn values = result_.table.labels(*column);
-  std::vector<std::size_t> alive;
+  std::vector<std::size_t> kept;
   std::vector<char> is_dead(values.size(), 0);
+  data::TextColumn remains;
   for (std::size_t row = 0; row < values.size(); ++row) {
-    is_dead[row] = status.read(values[row]) == stand::TreeStatus::kAlive ? 0 : 1;
-    if (is_dead[row] == 0) alive.push_back(row);
+    const stand::TreeStatus read = status.read(values[row]);
+    is_dead[row] = read == stand::TreeStatus::kAlive ? 0 : 1;
+    const bool stays = wishes_.dead_wood && read != stand::TreeStatus::kNotInSample;
+    if (is_dead[row] == 0 || stays) kept.push_back(row);
+    remains.append(remains_of(read));
   }
   if (status.dead() + status.gone() + status.not_in_sample() == 0 && status.remarks().empty()) {
     return;
   }
   const bool includes = wishes_.options.dead == stand::DeadTrees::kInclude;
+  const bool are_drawn = wishes_.dead_wood && !includes;
   const bool are_left_out = wishes_.leaves_out_dead && !includes;
   const bool are_found = wishes_.finds_dead && !includes;
   note(fmt::format(
@@ -216,10 +229,12 @@ void TableReader::read_status() {
       are_left_out ? "which are skipped; `dead=include` uses them"
       : are_found  ? "which models do not use and whose values are not filled in; `dead=include` "
                      "treats them as living"
+      : are_drawn  ? "which are drawn as snags, stumps and logs"
                    : "which are used as living trees",
       status.remarks()));
-  if (are_left_out) result_.table = result_.table.select(alive);
-  if (are_found && alive.size() < values.size()) result_.is_dead = std::move(is_dead);
+  if (are_drawn) result_.table.set("remains", std::move(remains));
+  if (are_left_out || are_drawn) result_.table = result_.table.select(kept);
+  if (are_found && kept.size() < values.size()) result_.is_dead = std::move(is_dead);
 }
 
 /// The rule for rows of one tree (docs/inventory.md).
@@ -365,13 +380,15 @@ ReadTable read_tree_table(const data::TableSource& source,
                           const std::string& by,
                           std::map<std::string, std::string>& columns,
                           const NoteCallback& note,
-                          ReadingState* state) {
+                          ReadingState* state,
+                          bool dead_wood) {
   columns = column_map(settings.columns);
   Wishes wishes{.options = inventory_options(settings),
                 .names = {"plot", "tree", "species"},
                 .is_wanted = [](const std::string&) { return true; },
                 .unifies_spellings = true,
-                .leaves_out_dead = true,
+                .leaves_out_dead = !dead_wood,
+                .dead_wood = dead_wood,
                 .repeated = by.empty() ? RepeatedRows::kOneOfEachTree : RepeatedRows::kAll,
                 .state = state};
   std::ranges::sort(wishes.options.columns, {}, &stand::ColumnMapping::name);
