@@ -37,8 +37,13 @@ std::vector<SkeletonPoint> remaining_stem(const Morphology& morphology,
   // A saw leaves a flat face; rings closer than 2 mm to the tip are not drawn.
   constexpr double kSawn = 0.002;
   if (morphology.remains == Remains::kStump) return lower_part(stem, kStumpHeight, kSawn);
-  const bool is_whole = morphology.remains == Remains::kLog || decay_class_of(morphology) == 1;
-  if (is_whole) return {stem.begin(), stem.end()};
+  if (morphology.remains == Remains::kLog) {
+    // Bends of the crown would lift the log off the ground.
+    std::vector<SkeletonPoint> straight(stem.begin(), stem.end());
+    for (SkeletonPoint& point : straight) point.at = {0.0, 0.0, point.at.z};
+    return straight;
+  }
+  if (decay_class_of(morphology) == 1) return {stem.begin(), stem.end()};
   // Splinters as long as the stem is thick, above the section whose diameter is measured.
   const double splinters = std::min(2.0 * at_height(stem, morphology.h_m).radius_m,
                                     0.5 * (morphology.h_m - kBreastHeight));
