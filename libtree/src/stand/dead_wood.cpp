@@ -91,8 +91,12 @@ Skeleton remains_of(const Morphology& morphology, const Skeleton& skeleton) {
     const Axis& axis = skeleton.axes[i];
     if (number[axis.parent] == kNone) continue;
     const auto line = remaining_branch(axis, i, decay_class, skeleton.points_of(axis));
-    const auto is_above = [&](const SkeletonPoint& point) { return point.at.z > morphology.h_m; };
-    if (line.empty() || std::ranges::any_of(line, is_above)) continue;
+    const auto is_above = [&](const SkeletonPoint& point) {
+      return point.at.z + point.radius_m > morphology.h_m;
+    };
+    // A whole top's branches are inside the crown, whose height is the measured one.
+    const bool is_broken_off = decay_class > 1 && std::ranges::any_of(line, is_above);
+    if (line.empty() || is_broken_off) continue;
     if (decay_class < 3) {
       number[i] = left.add_axis(axis.order, number[axis.parent], line);
       continue;

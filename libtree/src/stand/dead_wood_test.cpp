@@ -64,6 +64,26 @@ TEST_CASE("a snag has the measured height and DBH in every decay class, and no f
   });
 }
 
+TEST_CASE("broken snags of any size have the measured height and DBH") {
+  Random random(61);
+  for (int i = 0; i < 200; ++i) {
+    Morphology tree = test::random_morphology(random, i);
+    tree.remains = Remains::kSnag;
+    tree.decay_class = 1 + i % 5;
+    // The last of them break just above the section of the DBH.
+    if (i > 190) tree.h_m = std::max(1.31, tree.hcb_m + 0.01);
+    INFO("tree " << i << " h " << tree.h_m << " dbh " << tree.dbh_cm);
+    tree.hc_m.reset();
+    const SceneTree snag =
+        grow_tree(tree, test::shipped_builders().fallback(BuilderKind::kSegment));
+    // Tubes of branches stay inside the crown to a millimeter (mesh_test.cpp); broken tops are
+    // those of the stem, in floats.
+    const double margin = *tree.decay_class == 1.0 ? 0.001 : 2e-6;
+    CHECK(snag.measured.h_m == Approx(tree.h_m).epsilon(1e-7).margin(margin));
+    CHECK(snag.measured.dbh_cm == Approx(tree.dbh_cm).epsilon(2e-5));
+  }
+}
+
 TEST_CASE("older snags have fewer and shorter branches and thicker tops") {
   const Builder& builder = test::shipped_builders().fallback(BuilderKind::kSegment);
   std::size_t branches = 1000000;
