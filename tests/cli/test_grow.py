@@ -533,6 +533,28 @@ class Grow(ProgramTest):
         self.assertEqual(heights[0], 18)
         self.assertAlmostEqual(heights[1], 20.6213, places=3)
 
+    def test_dead_trees_are_snags_stumps_and_logs(self):
+        self.write("in.csv", "plot,tree,x,y,dbh,h,hcb,cw,status,DECAYCD\n1,1,0,0,30,20,8,4,alive,\n1,2,5,0,28,14,6,4,dead,4\n"
+                             "1,3,9,0,40,22,9,6,felled,\n1,4,0,9,33,19,9,5,windthrown,\n1,5,9,9,22,15,7,3,dead,7\n")
+        living = self.run_json("grow", "in.csv", "--scene", "living.glb")
+        self.assertEqual([tree["tree"] for tree in living["trees"]], ["1"])
+        drawn = self.run_json("grow", "in.csv", "--scene", "all.glb", "--dead-wood", "--columns", "decay=DECAYCD")
+        self.assertEqual([tree["tree"] for tree in drawn["trees"]], ["1", "2", "3", "4"])
+        self.assertEqual([(row["tree"], row["column"]) for row in drawn["left_out"]], [("5", "DECAYCD")])
+        gltf, binary = read_glb(self.folder / "all.glb")
+        def highest(name):
+            mesh = gltf["meshes"][next(node["mesh"] for node in gltf["nodes"] if node.get("name") == name)]
+            parts = vertices_of(gltf, binary, mesh)
+            return mesh, set(parts), max(y for corners in parts.values() for _, y, _ in corners)
+        snag, parts, top = highest("1-2")
+        self.assertEqual(parts, {"stem"})
+        self.assertAlmostEqual(top, 14, delta=1e-5)
+        self.assertAlmostEqual(200 * math.sqrt(stem_area(gltf, binary, snag, 1.3) / math.pi), 28, delta=0.001)
+        self.assertAlmostEqual(highest("1-3")[2], 0.3, delta=1e-6)
+        self.assertLess(highest("1-4")[2], 1.5)
+        refused = self.run_program("grow", "in.csv", "--scene", "a.glb", "--dead-wood", "--share", status=2).stderr
+        self.assertIn("--dead-wood draws wood without crowns", refused)
+
     def test_the_ground_of_wide_scenes_stays_at_the_feet(self):
         rows = "".join(f"1,{i},{x},0,{z},10,8,2,3\n"
                        for i, (x, z) in enumerate(((0, 0), (5000, 100.13), (10000, 200.41))))

@@ -27,12 +27,14 @@ constexpr std::string_view kDeadWords =
     "stehendestotholz totholz durrstander mort morte mortsurpied muerto muerta muertoenpie "
     "seco morto morta kuollut kelo pystykuollut dod martwe 死 死亡 枯死 枯死木 枯立木 死木 立枯";
 constexpr std::string_view kGoneWords =
-    "cut cutdown felled harvested removed logged fallen down deaddown downdead lying windthrow "
-    "windthrown stump gefallt gefaellt entnommen geerntet genutzt eingeschlagen ausgeschieden "
-    "umgefallen liegend liegendtot baumstumpf stumpf stubben stock windwurf coupe coupee abattu "
-    "abattue exploite recolte chablis souche mortausol cortado cortada talado talada cosechado "
-    "caido caida tocon cortada hakattu kaadettu poistettu kaatunut maapuu kanto avverkad stubbe "
-    "采伐 砍伐 伐倒 伐倒木 间伐 倒木 枯倒木 伐桩 树桩 伐根 已采伐";
+    "cut cutdown felled harvested removed logged stump gefallt gefaellt entnommen geerntet "
+    "genutzt eingeschlagen ausgeschieden baumstumpf stumpf stubben stock coupe coupee abattu "
+    "abattue exploite recolte souche mortausol cortado cortada talado talada cosechado tocon "
+    "cortada hakattu kaadettu poistettu kanto avverkad stubbe 采伐 砍伐 伐倒 伐倒木 间伐 伐桩 树桩 "
+    "伐根 已采伐";
+constexpr std::string_view kFallenWords =
+    "fallen down deaddown downdead lying windthrow windthrown umgefallen liegend liegendtot "
+    "windwurf chablis caido caida kaatunut maapuu 倒木 枯倒木";
 constexpr std::string_view kYes = "1 true t yes y ja j oui o si kylla 是";
 constexpr std::string_view kNo = "0 false f no n nein non ei 否";
 
@@ -96,6 +98,7 @@ std::optional<TreeStatus> StatusColumn::meaning_of(std::string_view value) const
   if (has_word(kAliveWords, word)) return TreeStatus::kAlive;
   if (has_word(kDeadWords, word)) return TreeStatus::kDead;
   if (has_word(kGoneWords, word)) return TreeStatus::kGone;
+  if (has_word(kFallenWords, word)) return TreeStatus::kFallen;
   return std::nullopt;
 }
 
@@ -122,7 +125,7 @@ TreeStatus StatusColumn::read(std::string_view value) {
     return TreeStatus::kAlive;
   }
   if (*known->second == TreeStatus::kDead) ++dead_;
-  if (*known->second == TreeStatus::kGone) ++gone_;
+  if (*known->second == TreeStatus::kGone || *known->second == TreeStatus::kFallen) ++gone_;
   if (*known->second == TreeStatus::kNotInSample) ++not_in_sample_;
   return *known->second;
 }

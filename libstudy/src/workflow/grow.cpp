@@ -81,7 +81,8 @@ tree::MorphologyTableOptions morphology_options(const GrowJob& job) {
   return {.use = tree::use_from_text(job.use),
           .plots = job.plots,
           .needs_position = !job.scene.empty() || job.resolve_overlaps || job.is_by_plot,
-          .only_height = job.is_unfitted};
+          .only_height = job.is_unfitted,
+          .dead_wood = job.dead_wood};
 }
 
 /// The trees of each plot as a moment, in the order of the plots' first trees.
@@ -262,7 +263,8 @@ Growth::Trees Growth::read(const data::TableSource& rows) {
                                     job_.by,
                                     options.columns,
                                     job_.stream ? NoteCallback() : job_.callbacks.note,
-                                    job_.stream ? &state_ : nullptr);
+                                    job_.stream ? &state_ : nullptr,
+                                    job_.dead_wood);
   recognized_ = table.recognized;
   if (!job_.stream) assume_labels(table.table, options.columns);
   if (options.use == tree::Use::kObserved && !options.only_height) {

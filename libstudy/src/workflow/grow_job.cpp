@@ -70,6 +70,15 @@ void check_sharing(const GrowJob& job) {
   }
 }
 
+void check_dead_wood(const GrowJob& job) {
+  if (!job.dead_wood) return;
+  if (job.share || job.resolve_overlaps || job.animate || job.is_unfitted) {
+    throw UsageError(
+        "`dead_wood` draws wood without crowns; omit `share`, `resolve_overlaps`, `animate` and "
+        "`unfitted`");
+  }
+}
+
 void check_unfitted(const GrowJob& job) {
   if (!job.is_unfitted) return;
   const bool is_free =
@@ -159,6 +168,7 @@ GrowJob grow_job(const GrowSettings& settings,
   check_folder(job);
   check_sharing(job);
   check_unfitted(job);
+  check_dead_wood(job);
   std::sort(job.levels.begin(), job.levels.end());
   job.levels.erase(std::unique(job.levels.begin(), job.levels.end()), job.levels.end());
   job.scene_format = scene_format_of(job);

@@ -50,6 +50,7 @@ struct Wishes {
   Names species{};  ///< whose spelling is given
   bool leaves_out_dead = false;
   bool finds_dead = false;  ///< for the caller, who keeps their rows
+  bool dead_wood = false;   ///< a column tells what is left of trees
   RepeatedRows repeated = RepeatedRows::kAll;
   ReadingState* state = nullptr;  ///< of earlier parts of the file, if there are parts
 };
@@ -189,6 +190,13 @@ void TableReader::unify_spellings() {
   note(state_.spellings.note());
 }
 
+/// Texts of tree::MorphologyTableOptions::dead_wood.
+std::string_view remains_of(stand::TreeStatus status) {
+  if (status == stand::TreeStatus::kDead) return "snag";
+  if (status == stand::TreeStatus::kGone) return "stump";
+  return status == stand::TreeStatus::kFallen ? "log" : "living";
+}
+
 /// Excludes the trees that are dead or cut, or notes that they are used.
 void TableReader::read_status() {
   const stand::StatusCodes& codes = wishes_.options.status_codes;
@@ -198,16 +206,19 @@ void TableReader::read_status() {
   stand::StatusColumn& status = *state_.status;
   const data::TextColumn values = result_.table.labels(*column);
   const bool includes = wishes_.options.dead == stand::DeadTrees::kInclude;
+  const bool are_drawn = wishes_.dead_wood && !includes;
   const bool are_left_out = wishes_.leaves_out_dead && !includes;
   const bool are_found = wishes_.finds_dead && !includes;
   std::vector<std::size_t> used;
   std::vector<char> is_dead;
+  data::TextColumn remains;
   for (std::size_t row = 0; row < values.size(); ++row) {
     const stand::TreeStatus found = status.read(values[row]);
     const bool is_alive = found == stand::TreeStatus::kAlive;
     if (found == stand::TreeStatus::kNotInSample || (are_left_out && !is_alive)) continue;
     used.push_back(row);
     is_dead.push_back(is_alive ? 0 : 1);
+    remains.append(remains_of(found));
   }
   if (status.dead() + status.gone() + status.not_in_sample() == 0 && status.remarks().empty()) {
     return;
@@ -220,9 +231,11 @@ void TableReader::read_status() {
       are_left_out ? "which are skipped; `dead=include` uses them"
       : are_found  ? "which models do not use and whose values are not filled in; `dead=include` "
                      "treats them as living"
+      : are_drawn  ? "which are drawn as snags, stumps and logs"
                    : "which are used as living trees",
       status.remarks()));
   if (used.size() < values.size()) result_.table = result_.table.select(used);
+  if (are_drawn) result_.table.set("remains", std::move(remains));
   const bool has_dead = std::ranges::find(is_dead, 1) != is_dead.end();
   if (are_found && has_dead) result_.is_dead = std::move(is_dead);
 }
@@ -383,13 +396,15 @@ ReadTable read_tree_table(const data::TableSource& source,
                           const std::string& by,
                           std::map<std::string, std::string>& columns,
                           const NoteCallback& note,
-                          ReadingState* state) {
+                          ReadingState* state,
+                          bool dead_wood) {
   columns = column_map(settings.columns);
   Wishes wishes{.options = inventory_options(settings),
                 .names = {"plot", "tree", "species"},
                 .is_wanted = [](const std::string&) { return true; },
                 .unifies_spellings = true,
-                .leaves_out_dead = true,
+                .leaves_out_dead = !dead_wood,
+                .dead_wood = dead_wood,
                 .repeated = by.empty() ? RepeatedRows::kOneOfEachTree : RepeatedRows::kAll,
                 .state = state};
   std::ranges::sort(wishes.options.columns, {}, &stand::ColumnMapping::name);

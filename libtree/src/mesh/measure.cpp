@@ -98,7 +98,7 @@ class Reach {
 
 }  // namespace
 
-Measurements measure(const Mesh& mesh) {
+Measurements measure_dead_wood(const Mesh& mesh) {
   Measurements measured{.h_m = 0.0, .hcb_m = kInfinity};
   Reach reach;
   for (const MeshPart& part : mesh.parts) {
@@ -111,13 +111,21 @@ Measurements measure(const Mesh& mesh) {
       reach.add(v);
     }
   }
-  const double area = section_areas_m2(mesh, std::array{kBreastHeightInMesh}).front();
-  if (!(area > 0.0)) throw GeometryError("the mesh has no stem at 1.3 m");
-  if (measured.hcb_m == kInfinity) throw GeometryError("the mesh has no crown");
-  measured.dbh_cm = diameter_cm(area);
+  measured.hcb_m = std::min(measured.hcb_m, measured.h_m);
+  measured.dbh_cm = diameter_cm(section_areas_m2(mesh, std::array{kBreastHeightInMesh}).front());
   measured.radii = reach.radii();
   measured.vertices = mesh.vertex_count();
   measured.triangles = mesh.triangle_count();
+  return measured;
+}
+
+Measurements measure(const Mesh& mesh) {
+  const Measurements measured = measure_dead_wood(mesh);
+  if (!(measured.dbh_cm > 0.0)) throw GeometryError("the mesh has no stem at 1.3 m");
+  const auto is_crown = [](const MeshPart& part) {
+    return part.kind == PartKind::kBranches || part.kind == PartKind::kFoliage;
+  };
+  if (std::ranges::none_of(mesh.parts, is_crown)) throw GeometryError("the mesh has no crown");
   return measured;
 }
 

@@ -135,6 +135,10 @@ void validate(const Morphology& morphology) {
                               kOldest));
   }
   validate_culm(morphology.culm, check);
+  const double decay = morphology.decay_class.value_or(1.0);
+  check.require(decay >= 1.0 && decay <= 5.0 && decay == std::floor(decay),
+                "decay",
+                fmt::format("{} is not a decay class; snags have 1 to 5", decay));
 }
 
 TreeShape complete(const Morphology& morphology, double relative_hc, const std::string& source) {

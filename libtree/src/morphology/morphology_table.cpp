@@ -54,7 +54,8 @@ class Columns {
                                              "cr_s",       "cr_n",
                                              "hc",         "age",
                                              "bend_deg",   "bend_azimuth_deg",
-                                             "internodes", "branch_angle_deg"};
+                                             "internodes", "branch_angle_deg",
+                                             "decay"};
     for (const auto& [name, expression] : options.columns) {
       if (!known.contains(name)) throw UsageError("grow does not use a column " + name);
     }
@@ -124,10 +125,10 @@ class Columns {
 struct Sources {
   data::TextColumn plot;
   data::TextColumn tree;
-  std::optional<data::TextColumn> species;
+  std::optional<data::TextColumn> species, remains;
   std::optional<Numbers> x, y, z, cw, east, west, south, north, hc, age;
   std::optional<Numbers> bend, bend_azimuth, internodes, branch_angle;
-  std::optional<Numbers> dbh, hcb;
+  std::optional<Numbers> dbh, hcb, decay;
   Numbers h;
   UnreadableCells unreadable;
   SourceNames names;
@@ -145,6 +146,10 @@ Sources sources_of(const data::Table& table, const MorphologyTableOptions& optio
   from.y = options.needs_position ? columns.numbers("y") : columns.numbers_if_any("y");
   from.z = columns.numbers_if_any("z");
   if (options.only_height) return from;
+  if (options.dead_wood) {
+    from.remains = columns.labels_if_any("remains");
+    from.decay = columns.numbers_if_any("decay");
+  }
   from.dbh = columns.numbers("dbh");
   from.hcb = columns.numbers("hcb", suffix);
   if (options.use == Use::kObserved) {
@@ -167,6 +172,12 @@ Sources sources_of(const data::Table& table, const MorphologyTableOptions& optio
 std::optional<double> value_if_known(const std::optional<Numbers>& column, std::size_t row) {
   if (!column || std::isnan((*column)[row])) return std::nullopt;
   return (*column)[row];
+}
+
+Remains remains_of(std::string_view text) {
+  if (text == "snag") return Remains::kSnag;
+  if (text == "stump") return Remains::kStump;
+  return text == "log" ? Remains::kLog : Remains::kAll;
 }
 
 /// The missing label of a tree; empty: none.
@@ -192,6 +203,8 @@ Morphology morphology_of(const Sources& from, std::size_t row, bool needs_positi
                .bend_azimuth_deg = value_if_known(from.bend_azimuth, row),
                .internodes = value_if_known(from.internodes, row),
                .branch_angle_deg = value_if_known(from.branch_angle, row)};
+  if (from.remains) tree.remains = remains_of((*from.remains)[row]);
+  if (tree.remains == Remains::kSnag) tree.decay_class = value_if_known(from.decay, row);
   const auto east = value_if_known(from.east, row);
   const auto west = value_if_known(from.west, row);
   const auto south = value_if_known(from.south, row);

@@ -9,6 +9,7 @@
 
 #include "fitted/standing_skeleton.hpp"
 #include "silvafit/base/error.hpp"
+#include "stand/dead_wood.hpp"
 
 namespace silvafit::tree {
 
@@ -55,6 +56,7 @@ Grown grow_to_skeleton(const Morphology& morphology,
                        const GrowOptions& options) {
   if (options.is_unfitted) return grow_freely(morphology, builder, options);
   TreeShape shape = builder.shape_of(morphology);
+  stand_before_breaking(morphology, shape);
   Crown crown(shape, builder.preset().crown_index);
   Random random = random_of_tree(options.seed, morphology.plot, morphology.tree);
   Skeleton skeleton = builder.grow_skeleton(shape, crown, random, options.mesh);
@@ -81,6 +83,22 @@ SceneTree grow_impostor(const Morphology& morphology,
   return tree;
 }
 
+SceneTree grow_dead_wood(const Morphology& morphology,
+                         const Builder& builder,
+                         const GrowOptions& options) {
+  Grown grown = grow_to_skeleton(morphology, builder, options);
+  SceneTree tree = tree_of(morphology, builder);
+  if (morphology.remains == Remains::kSnag) tree.notes = std::move(grown.shape.notes);
+  const Skeleton remains = remains_of(morphology, grown.skeleton);
+  tree.mesh = builder.build_mesh(remains, grown.crown, grown.random, options.mesh);
+  std::erase_if(tree.mesh.parts, [](const MeshPart& part) {
+    return part.kind != PartKind::kStem && part.kind != PartKind::kBranches;
+  });
+  tree.measured = measure_dead_wood(tree.mesh);
+  if (morphology.remains == Remains::kLog) lay_down(tree.mesh, grown.random);
+  return tree;
+}
+
 std::string crossing_note(std::size_t crossing) {
   return fmt::format(
       "{} branches at measured radii cross a neighbor's stem or branch, because the stems are too "
@@ -97,7 +115,12 @@ SceneTree grow_tree(const Morphology& morphology,
   if (options.impostors != nullptr && (overlap != nullptr || options.is_unfitted)) {
     throw UsageError("impostors show whole, fitted crowns; they need trees without overlaps");
   }
+  const bool is_dead = morphology.remains != Remains::kAll;
+  if (is_dead && (overlap != nullptr || options.is_unfitted)) {
+    throw UsageError("dead wood has no crown; it needs trees without overlaps, and fitted ones");
+  }
   return named(morphology, [&] {
+    if (is_dead) return grow_dead_wood(morphology, builder, options);
     if (options.impostors != nullptr) return grow_impostor(morphology, builder, options);
     Grown grown = grow_to_skeleton(morphology, builder, options);
     SceneTree tree = tree_of(morphology, builder);

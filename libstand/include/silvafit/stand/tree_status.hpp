@@ -15,7 +15,8 @@ namespace silvafit::stand {
 enum class TreeStatus {
   kAlive,
   kDead,         ///< and standing
-  kGone,         ///< cut, fallen or a stump
+  kGone,         ///< cut, or a stump
+  kFallen,       ///< down by itself, not cut
   kNotInSample,  ///< such as FIA's STATUSCD 0: the row is no measurement
 };
 

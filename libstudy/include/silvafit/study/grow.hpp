@@ -54,6 +54,7 @@ struct GrowSettings {
   bool resolve_overlaps = false;       ///< remove and turn branches where crowns overlap
   bool share = false;                  ///< trees of similar shape share a model
   std::size_t models_per_preset = 64;  ///< with `share`
+  bool dead_wood = false;              ///< dead trees as snags, cut ones as stumps, fallen as logs
   SceneGround ground = SceneGround::kStems;
   // How files are written; tree::SceneOptions explains them.
   bool instancing = false;

@@ -31,6 +31,10 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("resolve_overlaps",
                 settings.resolve_overlaps,
                 "Remove and turn branches where the crowns of neighbors overlap"));
+  visit(Setting("dead_wood",
+                settings.dead_wood,
+                "Draw dead trees as snags (a column decay gives their class, 1 to 5), cut ones as "
+                "stumps and fallen ones as logs"));
   visit(Setting("lod",
                 settings.levels,
                 "Level of detail, 0 (finest) to 3, or 4 for pictures of crowns on crossed cards; "

@@ -88,13 +88,16 @@ struct ReadingState {
 /// \param by       the column of the times, of which each tree may have several; empty: one time
 /// \param columns  gets NAME -> COLUMN of the settings; columns in other units become expressions
 /// \param state    of the parts before; null: this is the whole table
-/// \throws as data::read_csv_table(); UsageError if two columns could be one of ours
+/// \param dead_wood  dead trees stay, and the table gets the column `remains`
+/// (morphology_table.hpp) \throws as data::read_csv_table(); UsageError if two columns could be one
+/// of ours
 ReadTable read_tree_table(const data::TableSource& source,
                           const ReadingSettings& settings,
                           const std::string& by,
                           std::map<std::string, std::string>& columns,
                           const NoteCallback& note = {},
-                          ReadingState* state = nullptr);
+                          ReadingState* state = nullptr,
+                          bool dead_wood = false);
 
 /// The requirements of models for a table.
 struct ModelColumns {

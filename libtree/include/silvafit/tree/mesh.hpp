@@ -130,6 +130,8 @@ struct Measurements {
 };
 /// \throws GeometryError if the mesh has no stem at 1.3 m or no crown
 Measurements measure(const Mesh& mesh);
+/// The same of dead wood: without a stem at 1.3 m the DBH is 0, without branches hcb is the height.
+Measurements measure_dead_wood(const Mesh& mesh);
 
 /// Diameters of the circles with the areas of the stem's sections at these heights [cm]; 0 if
 /// there is no stem.

@@ -52,6 +52,14 @@ struct Note {
   std::string text{};
 };
 
+/// What is left of a tree.
+enum class Remains {
+  kAll,    ///< it lives
+  kSnag,   ///< dead and standing: wood, by its decay class
+  kStump,  ///< it was cut
+  kLog,    ///< the stem on the ground
+};
+
 /// One tree as measured or predicted.
 ///
 /// Either the four radii or the crown width must be known; the height of the widest crown and the
@@ -69,6 +77,8 @@ struct Morphology {
   std::optional<double> cw_m{};       ///< crown width, a diameter; > 0; used if radii are unknown
   std::optional<double> age_years{};  ///< in (0, 5000]
   CulmForm culm{};
+  Remains remains = Remains::kAll;
+  std::optional<double> decay_class{};  ///< of a snag: 1, 2, 3, 4 or 5 (FIA)
 
   bool operator==(const Morphology&) const = default;
 };

@@ -33,6 +33,8 @@ struct MorphologyTableOptions {
   /// For trees that are drawn as they are: dbh, hcb, cw and everything else of the shape except h
   /// are not read.
   bool only_height = false;
+  /// Reads `remains` (snag, stump or log; other texts: a living tree) and, if present, `decay`.
+  bool dead_wood = false;
 };
 
 /// A row that cannot be used.
