@@ -272,18 +272,15 @@ void print_tables(const std::vector<fit::FittedModel>& fits) {
 
 /// Options that have no effect without another one.
 void refuse_idle_options(const CLI::App& command, const FitArguments& arguments) {
-  const auto refuse = [&](const char* option, bool has_use, const char* needed) {
-    refuse_idle(command, option, has_use, needed);
-  };
   const bool bootstraps = arguments.resampling.bootstrap.replicates > 0;
   const bool cross_validates = arguments.resampling.cross_validates;
-  refuse("--agq-points", arguments.options.method == fit::Method::kQuadrature, "--method agq");
-  refuse("--covariance", !arguments.texts.random.empty(), "--random");
-  refuse("--level", arguments.has_intervals, "--intervals");
-  refuse("--measured-trees", cross_validates, "--cross-validate");
-  refuse("--resample", bootstraps, "--bootstrap");
-  refuse("--bootstrap-level", bootstraps, "--bootstrap");
-  refuse("--group", bootstraps || cross_validates, "--bootstrap or --cross-validate");
+  const study::GivenName given = given_options(command);
+  study::refuse_idle(arguments.texts, arguments.options, given);
+  study::refuse_idle_settings(arguments.resampling.bootstrap, given);
+  refuse_idle(command, "--level", arguments.has_intervals, "--intervals");
+  refuse_idle(command, "--measured-trees", cross_validates, "--cross-validate");
+  refuse_idle(command, "--group", bootstraps || cross_validates, "--bootstrap or --cross-validate");
+  refuse_idle(command, "--share-groups", Ranks::of_process().size() > 1, "mpirun");
   const bool has_groups =
       !arguments.resampling.bootstrap.group.empty() || !arguments.texts.random.empty();
   if (cross_validates && !has_groups) {

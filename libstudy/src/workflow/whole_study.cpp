@@ -190,6 +190,7 @@ StudyRecord whole_study(const data::TableSource& inventory,
                         const Catalogue& catalogue,
                         const StudyConfiguration& settings,
                         const Callbacks& callbacks) {
+  refuse_idle(settings);
   check_period(settings);
   StudyRecord record{.version = SILVAFIT_VERSION, .settings = settings};
   record.inventory = read_inventory(inventory,

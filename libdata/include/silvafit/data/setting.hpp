@@ -37,6 +37,8 @@ struct SettingHead {
   bool is_share = false;
   double lowest = 0.0;   ///< of a number; 0: none, except that of may_be_zero
   double highest = 0.0;  ///< 0: no limit
+  /// Without this the setting has no effect, by the values of the other settings; empty: it has one.
+  std::string_view lacks{};
 };
 
 /// The type of a setting's value, without const and std::optional.
@@ -109,6 +111,11 @@ struct Setting : SettingHead {
   }
   Setting& at_most(double limit) {
     highest = limit;
+    return *this;
+  }
+  /// What gives the setting an effect: whether it is there, and its words in messages.
+  Setting& needs(bool is_there, std::string_view what) {
+    if (!is_there) lacks = what;
     return *this;
   }
   /// A number between 0 and 1, without these.
