@@ -291,12 +291,19 @@ void refuse_idle_options(const CLI::App& command, const FitArguments& arguments)
   }
 }
 
-/// Limits the number of folds to the number of groups.
-void note_fewer_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
+/// Fewer folds than asked for, and groups of measured trees only.
+void note_on_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
   const std::size_t asked = arguments.resampling.cross_validation.folds;
   for (const Resampling& one : resampling) {
     if (!one.cross_validation) continue;
     const fit::CrossValidation& result = *one.cross_validation;
+    if (result.measured > 0 && result.calibrated_count == 0) {
+      say(arguments.common,
+          fmt::format("note: no {} has more than {} trees, so that none is left to predict with "
+                      "measured ones; choose a smaller --measured-trees",
+                      result.group,
+                      result.measured));
+    }
     if (result.folds >= asked) continue;
     say(arguments.common,
         fmt::format("note: {} folds instead of {}: the column {} has {} groups",
@@ -372,7 +379,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   for (const Task& task : tasks) options.push_back(task.options);
   const std::vector<Resampling> resampling =
       resample(fits, options, table, arguments.resampling, arguments.common);
-  note_fewer_folds(resampling, arguments);
+  note_on_folds(resampling, arguments);
   write_residuals(fits, table, arguments.resampling);
   report(fits, resampling, read.recognized, arguments.common);
 }

@@ -68,8 +68,7 @@ IdleReasons idle_by_plots(const stand::SamplingDesign& design) {
     return std::isnan(plot.area_m2) && !std::isnan(plot.radius_m);
   };
   const bool has_circles = !design.circles.empty() || design.basal_area_factor > 0.0 ||
-                           (design.expansion.empty() &&
-                            std::ranges::any_of(design.plots->plots, has_radius));
+                           std::ranges::any_of(design.plots->plots, has_radius);
   IdleReasons idle;
   if (!design.plots->has_slope) {
     idle["slope_correction"] = "without a column slope in the table of `plots`";

@@ -12,11 +12,11 @@
 #include <utility>
 
 #include "silvafit/base/error.hpp"
-#include "silvafit/study/analysis_setting_list.hpp"
-#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "workflow/flow.hpp"

@@ -18,25 +18,40 @@ namespace silvafit::study {
 namespace {
 
 /// Settings that growth does not read: those of tables of one time, and of neighbors.
-constexpr auto kIdleOnGrowth = std::to_array<std::string_view>(
-    {"layers",  "quadrat",   "dominant_trees", "class_width", "thinning",           "site_index",
-     "by",      "dead",      "edge",           "buffer",      "further",            "per",
-     "alpha",   "neighbors", "dominance",      "crowding",    "competition_radius", "open_grown"});
+constexpr auto kIdleOnGrowth = std::to_array<std::string_view>({"layers",
+                                                                "quadrat",
+                                                                "dominant_trees",
+                                                                "class_width",
+                                                                "thinning",
+                                                                "site_index",
+                                                                "by",
+                                                                "dead",
+                                                                "edge",
+                                                                "buffer",
+                                                                "further",
+                                                                "per",
+                                                                "alpha",
+                                                                "neighbors",
+                                                                "dominance",
+                                                                "crowding",
+                                                                "competition_radius",
+                                                                "open_grown"});
 
 /// Settings of a design, which plots whose areas are given do not have.
 constexpr auto kOfSamples =
     std::to_array<std::string_view>({"subplots", "subplot", "slope_correction"});
+constexpr auto kDesigns = std::to_array<std::string_view>({"circles", "angle_count", "expansion"});
 
-bool has_windows(const UnitSettings& units) {
-  return !units.window.empty() || !units.circle.empty() || !units.windows.empty();
-}
-
-IdleReasons idle_in_stand(const StandOptions& options) {
+IdleReasons idle_in_stand(const StandOptions& options, bool is_growth) {
   IdleReasons idle;
-  if (!options.report.plot_area_m2 && !has_windows(options.units)) return idle;
-  for (const std::string_view key : kOfSamples) {
-    idle[key] = "beside `plot_area`, `window` or `circle`, which give the areas";
-  }
+  const UnitSettings& units = options.units;
+  const bool has_areas = options.report.plot_area_m2 || !units.window.empty() ||
+                         !units.circle.empty() || !units.windows.empty();
+  if (!has_areas) return idle;
+  constexpr const char* kBeside = "beside `plot_area`, `window` or `circle`, which give the areas";
+  for (const std::string_view key : kOfSamples) idle[key] = kBeside;
+  if (!is_growth) return idle;  // stand tables refuse both with more words
+  for (const std::string_view key : kDesigns) idle[key] = kBeside;
   return idle;
 }
 
@@ -62,11 +77,11 @@ IdleReasons idle_without_strata(const stand::StandReportOptions& options) {
 }  // namespace
 
 void refuse_idle(const StandOptions& options, const GivenName& given_name) {
-  refuse_idle(options, idle_in_stand(options), given_name);
+  refuse_idle(options, idle_in_stand(options, false), given_name);
 }
 
 void refuse_idle_on_growth(const StandOptions& options, const GivenName& given_name) {
-  IdleReasons idle = idle_in_stand(options);
+  IdleReasons idle = idle_in_stand(options, true);
   for (const std::string_view key : kIdleOnGrowth) idle[key] = "on growth";
   if (options.report.plot_area_m2) {
     for (const char* key : {"window", "circle"}) idle[key] = "beside `plot_area`";

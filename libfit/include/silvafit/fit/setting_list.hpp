@@ -22,7 +22,8 @@ void each_setting(S& settings, Visit&& visit) {
                 "Linear sub-models of parameters, written as in R: \"b ~ 1 + C\", \"b ~ "
                 "C*species\" (text columns are factors), \"b ~ I(dbh^2)\"")
             .as(SettingForm::kRepeatable, "SUBMODEL")
-            .option("parameter"));
+            .option("parameter")
+            .names_once('~'));
   visit(Setting("random",
                 settings.random,
                 "Random effects: coefficients and groups, such as \"a + b:C | plot\"; nested: \"a "

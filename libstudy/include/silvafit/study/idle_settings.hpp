@@ -10,6 +10,7 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/setting.hpp"
@@ -39,7 +40,7 @@ bool settings_differ(const T& value, const T& other) {
 }
 
 /// Refuses settings of a list that were given, or differ from their defaults, and have no effect:
-/// by Setting::needs, or for one of the reasons.
+/// by Setting::needs, or for one of the reasons. A name that is given twice would have none, too.
 /// \throws UsageError that names the first one
 template <typename Settings>
 void refuse_idle_settings(const Settings& settings,
@@ -47,10 +48,12 @@ void refuse_idle_settings(const Settings& settings,
                           const IdleReasons& reasons = {}) {
   std::map<std::string_view, std::any> defaults;
   const Settings initial{};
-  each_setting(initial, [&defaults](const auto& setting) {
-    defaults.emplace(setting.key, setting.value);
-  });
+  each_setting(initial,
+               [&defaults](const auto& setting) { defaults.emplace(setting.key, setting.value); });
   each_setting(settings, [&]<typename T>(const data::Setting<T>& setting) {
+    if constexpr (std::same_as<std::remove_const_t<T>, std::vector<std::string>>) {
+      if (setting.name_end != '\0') data::require_names_once(setting, setting.value);
+    }
     const auto reason = reasons.find(setting.key);
     if (setting.lacks.empty() && reason == reasons.end()) return;
     const auto& initial_value =

@@ -100,7 +100,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.alpha,
                 "Limit angle of W in degrees (default: 360 / (neighbors + 1)), for single species "
                 "as in 72,SM=60")
-            .type("ANGLE,SPECIES=ANGLE,..."));
+            .type("ANGLE,SPECIES=ANGLE,...")
+            .names_once('='));
   visit(Setting("dominance", settings.dominance, "Size that U and T compare: dbh, h or cw"));
   visit(Setting("crowding",
                 settings.crowding,
@@ -164,11 +165,10 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.subplot,
                 "Column with the subplot of each tree, within which neighbors are searched")
             .as(SettingForm::kText, "COLUMN"));
-  visit(
-      Setting("slope_correction",
-              settings.slope_correction,
-              "Distances of plots were measured along the slope, a column of the table of plots")
-          .needs(settings.has_plots(), "a column slope in the table of `plots`"));
+  visit(Setting("slope_correction",
+                settings.slope_correction,
+                "Distances of plots were measured along the slope, a column of the table of plots")
+            .needs(settings.has_plots(), "a column slope in the table of `plots`"));
 }
 
 template <Same<StudyOptions> S, typename Visit>
