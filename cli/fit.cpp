@@ -272,18 +272,15 @@ void print_tables(const std::vector<fit::FittedModel>& fits) {
 
 /// Options that have no effect without another one.
 void refuse_idle_options(const CLI::App& command, const FitArguments& arguments) {
-  const auto refuse = [&](const char* option, bool has_use, const char* needed) {
-    refuse_idle(command, option, has_use, needed);
-  };
   const bool bootstraps = arguments.resampling.bootstrap.replicates > 0;
   const bool cross_validates = arguments.resampling.cross_validates;
-  refuse("--agq-points", arguments.options.method == fit::Method::kQuadrature, "--method agq");
-  refuse("--covariance", !arguments.texts.random.empty(), "--random");
-  refuse("--level", arguments.has_intervals, "--intervals");
-  refuse("--measured-trees", cross_validates, "--cross-validate");
-  refuse("--resample", bootstraps, "--bootstrap");
-  refuse("--bootstrap-level", bootstraps, "--bootstrap");
-  refuse("--group", bootstraps || cross_validates, "--bootstrap or --cross-validate");
+  const study::GivenName given = given_options(command);
+  study::refuse_idle(arguments.texts, arguments.options, given);
+  study::refuse_idle_settings(arguments.resampling.bootstrap, given);
+  refuse_idle(command, "--level", arguments.has_intervals, "--intervals");
+  refuse_idle(command, "--measured-trees", cross_validates, "--cross-validate");
+  refuse_idle(command, "--group", bootstraps || cross_validates, "--bootstrap or --cross-validate");
+  refuse_idle(command, "--share-groups", Ranks::of_process().size() > 1, "mpirun");
   const bool has_groups =
       !arguments.resampling.bootstrap.group.empty() || !arguments.texts.random.empty();
   if (cross_validates && !has_groups) {
@@ -294,12 +291,19 @@ void refuse_idle_options(const CLI::App& command, const FitArguments& arguments)
   }
 }
 
-/// Limits the number of folds to the number of groups.
-void note_fewer_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
+/// Fewer folds than asked for, and groups of measured trees only.
+void note_on_folds(const std::vector<Resampling>& resampling, const FitArguments& arguments) {
   const std::size_t asked = arguments.resampling.cross_validation.folds;
   for (const Resampling& one : resampling) {
     if (!one.cross_validation) continue;
     const fit::CrossValidation& result = *one.cross_validation;
+    if (result.measured > 0 && result.calibrated_count == 0) {
+      say(arguments.common,
+          fmt::format("note: no {} has more than {} trees, so that none is left to predict with "
+                      "measured ones; choose a smaller --measured-trees",
+                      result.group,
+                      result.measured));
+    }
     if (result.folds >= asked) continue;
     say(arguments.common,
         fmt::format("note: {} folds instead of {}: the column {} has {} groups",
@@ -375,7 +379,7 @@ void run(const CLI::App& command, FitArguments arguments) {
   for (const Task& task : tasks) options.push_back(task.options);
   const std::vector<Resampling> resampling =
       resample(fits, options, table, arguments.resampling, arguments.common);
-  note_fewer_folds(resampling, arguments);
+  note_on_folds(resampling, arguments);
   write_residuals(fits, table, arguments.resampling);
   report(fits, resampling, read.recognized, arguments.common);
 }

@@ -85,7 +85,7 @@ void add_impute_command(CLI::App& program) {
   add_common_options(command, arguments->common);
   add_example(command, "silvafit impute inventory.csv --response h --by species --out filled.csv");
   command.callback([arguments, &command] {
-    refuse_idle(command, "--minimum-trees", !arguments->impute.by.empty(), "--by");
+    study::refuse_idle_settings(arguments->impute, given_options(command));
     run(*arguments);
   });
 }

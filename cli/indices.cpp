@@ -9,6 +9,7 @@
 #include "help.hpp"
 #include "output_files.hpp"
 #include "row_output.hpp"
+#include "setting_options.hpp"
 #include "shared_options.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/study/study_files.hpp"
@@ -102,8 +103,7 @@ void add_indices_command(CLI::App& program) {
   add_example(command,
               "silvafit indices examples/fir-mixed/inventory.csv --per stand --out indices.csv");
   command.callback([arguments, &command] {
-    const study::UnitSettings& units = arguments->options.units;
-    refuse_idle_unit_options(command, units, study::further_indices(units));
+    study::refuse_idle(arguments->options, given_options(command));
     run(*arguments);
   });
 }

@@ -9,8 +9,10 @@
 #include "help.hpp"
 #include "output_files.hpp"
 #include "row_output.hpp"
+#include "setting_options.hpp"
 #include "shared_options.hpp"
 #include "silvafit/base/error.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
 #include "silvafit/study/predict_table.hpp"
 #include "standard_output.hpp"
 #include "table_output.hpp"
@@ -52,7 +54,7 @@ void sort_files(PredictArguments& arguments) {
 }
 
 void run(const CLI::App& command, PredictArguments arguments) {
-  refuse_idle_prediction_options(command, arguments.settings);
+  study::refuse_idle_settings(arguments.settings, given_options(command));
   sort_files(arguments);
   refuse_same_files({{"LIBRARY.json", arguments.library}, {"NEW.csv", arguments.data}},
                     {{"--out", arguments.out}});

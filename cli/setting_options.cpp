@@ -49,7 +49,10 @@ std::map<std::string, std::string_view> parse_assignments(std::string_view text,
     if (sign == std::string_view::npos) {
       throw UsageError(fmt::format("'{}' is not {}", part, form), {.column = option});
     }
-    result[std::string(data::trimmed(part.substr(0, sign)))] = data::trimmed(part.substr(sign + 1));
+    const std::string name(data::trimmed(part.substr(0, sign)));
+    if (!result.emplace(name, data::trimmed(part.substr(sign + 1))).second) {
+      throw UsageError(fmt::format("'{}' is given twice", name), {.column = option});
+    }
     begin = end + 1;
   }
   return result;
@@ -234,6 +237,9 @@ CLI::Option* SettingOptions::add(const Setting<std::size_t>& setting) {
 CLI::Option* SettingOptions::add(const Setting<std::string>& setting) {
   CLI::Option* const option =
       command_.add_option(name_of(setting), setting.value, help_of(setting));
+  option->check([](const std::string& text) {
+    return text.empty() ? std::string("the text is empty; omit the option") : std::string();
+  });
   return setting.value.empty() ? option : option->capture_default_str();
 }
 
@@ -267,6 +273,13 @@ CLI::Option* SettingOptions::add(const Setting<std::map<std::string, fit::Bounds
 void SettingOptions::finish(CLI::Option* option, const SettingHead& setting) const {
   option->group(section_);
   if (!setting.type_name.empty()) option->type_name(std::string(setting.type_name));
+}
+
+study::GivenName given_options(const CLI::App& command) {
+  return [&command](const SettingHead& setting) {
+    const CLI::Option* const option = command.get_option_no_throw(name_of(setting));
+    return option != nullptr && option->count() > 0 ? option->get_name() : "";
+  };
 }
 
 bool is_given(const CLI::App& command, std::string_view key) {

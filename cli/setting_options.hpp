@@ -14,6 +14,7 @@
 #include "command.hpp"
 #include "silvafit/data/setting.hpp"
 #include "silvafit/fit/fitted_model.hpp"
+#include "silvafit/study/idle_settings.hpp"
 
 namespace silvafit::cli {
 
@@ -71,6 +72,9 @@ class SettingOptions {
   std::string section_;
   std::vector<std::string_view> only_;
 };
+
+/// The options of settings that a command line gives.
+study::GivenName given_options(const CLI::App& command);
 
 /// Whether an option of the command line gives a setting.
 bool is_given(const CLI::App& command, std::string_view key);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "shared_options.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "help.hpp"
@@ -61,13 +60,10 @@ void add_sampling_options(CLI::App& command,
       ->needs(file)
       ->excludes(layer)
       ->group(section);
-  command.get_option("--plots-columns")->needs(file);
-  command.get_option("--smallest-dbh")->needs(command.get_option("--angle-count"));
 }
 
 void add_equation_options(CLI::App& command, study::EquationSettings& settings) {
   each_setting(settings, SettingOptions(command, "Volume, biomass and carbon"));
-  command.get_option("--equation-file")->needs(command.get_option("--equations"));
 }
 
 void open_plots(const source::TableChoice& choice,
@@ -83,20 +79,6 @@ void add_unit_options(CLI::App& command, study::UnitSettings& settings) {
   command.get_option("--circle")->excludes(command.get_option("--window"));
 }
 
-void refuse_idle_unit_options(const CLI::App& command,
-                              const study::UnitSettings& settings,
-                              const std::vector<stand::FurtherIndex>& further) {
-  const auto is_made = [&further](stand::FurtherIndex index) {
-    return std::ranges::find(further, index) != further.end();
-  };
-  refuse_idle(
-      command, "--buffer", settings.edge == stand::EdgeCorrection::kBuffer, "--edge buffer");
-  refuse_idle(
-      command, "--competition-radius", is_made(stand::FurtherIndex::kHegyi), "--further Hegyi");
-  refuse_idle(
-      command, "--open-grown", is_made(stand::FurtherIndex::kCrownCompetition), "--further CCF");
-}
-
 void add_digits_option(CLI::App& command, int& digits) {
   constexpr int kAllDigits = 17;  // distinguish any two doubles
   command
@@ -110,20 +92,6 @@ void add_digits_option(CLI::App& command, int& digits) {
 
 void add_prediction_options(CLI::App& command, study::PredictionSettings& settings) {
   each_setting(settings, SettingOptions(command, "Predictions"));
-}
-
-void refuse_idle_prediction_options(const CLI::App& command,
-                                    const study::PredictionSettings& settings) {
-  const bool is_calibrated = settings.level == fit::Level::kCalibrated;
-  refuse_idle(command,
-              "--interval-kind",
-              settings.interval > 0.0 || settings.standard_errors,
-              "--interval or --standard-errors");
-  refuse_idle(command,
-              "--new-groups",
-              is_calibrated || settings.level == fit::Level::kConditional,
-              "--level conditional or calibrated");
-  refuse_idle(command, "--seen-groups", is_calibrated, "--level calibrated");
 }
 
 }  // namespace silvafit::cli

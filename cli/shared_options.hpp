@@ -25,10 +25,6 @@ void add_digits_option(CLI::App& command, int& digits);
 /// Adds the options of predictions.
 void add_prediction_options(CLI::App& command, study::PredictionSettings& settings);
 
-/// Refuses those options that have no effect.
-void refuse_idle_prediction_options(const CLI::App& command,
-                                    const study::PredictionSettings& settings);
-
 /// Adds the options of reading a table of trees.
 /// \param only  the keys of those that the command uses; empty: all
 void add_reading_options(CLI::App& command,
@@ -60,11 +56,5 @@ void open_plots(const source::TableChoice& choice,
 
 /// Adds the options of structural units.
 void add_unit_options(CLI::App& command, study::UnitSettings& settings);
-
-/// Refuses --buffer, --competition-radius and --open-grown if no computed index depends on them.
-/// \param further  the further indices that are computed
-void refuse_idle_unit_options(const CLI::App& command,
-                              const study::UnitSettings& settings,
-                              const std::vector<stand::FurtherIndex>& further);
 
 }  // namespace silvafit::cli

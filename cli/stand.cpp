@@ -196,8 +196,9 @@ void add_stand_command(CLI::App& program, std::string command_line) {
               "silvafit stand examples/fir-mixed/inventory.csv --per stand --window "
               "examples/fir-mixed/window.geojson");
   command.callback([arguments, &command] {
-    const study::UnitSettings& units = arguments->options.units;
-    refuse_idle_unit_options(command, units, study::further_indices(units));
+    const study::StandOptions& options = arguments->options;
+    const study::GivenName given = given_options(command);
+    arguments->growth ? refuse_idle_on_growth(options, given) : refuse_idle(options, given);
     run(*arguments);
   });
 }

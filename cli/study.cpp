@@ -258,10 +258,9 @@ void run(const CLI::App& command, StudyArguments& arguments) {
   apply_settings(command, arguments);
   arguments.settings.study.threads = arguments.common.threads;
   if (!needs_folder) return write_initial_configuration(arguments);
-  const study::UnitSettings& units = arguments.settings.units;
-  refuse_idle_unit_options(command, units, study::further_indices(arguments.settings));
+  study::refuse_idle(arguments.settings, given_options(command));
   refuse_same_files({{"INVENTORY.csv", arguments.inventory},
-                     {"--window", units.window},
+                     {"--window", arguments.settings.units.window},
                      {"--plots", arguments.settings.sampling.plots_file},
                      {"--config", arguments.configuration}},
                     files_in({"--out", arguments.out},

@@ -118,7 +118,7 @@ study::TileResult run_indices(const RunArguments& arguments,
   CLI::App command("", "indices");
   add_unit_options(command, settings);
   parse_words(command, std::move(words));
-  refuse_idle_unit_options(command, settings, study::further_indices(settings));
+  study::refuse_idle_settings(settings, given_options(command));
   return study::tile_indices(
       arguments.folder, plan, arguments.tile - 1, settings, arguments.common.threads);
 }
@@ -134,7 +134,7 @@ study::TileResult run_predict(const RunArguments& arguments,
   add_prediction_options(command, settings);
   add_digits_option(command, digits);
   parse_words(command, std::move(words));
-  refuse_idle_prediction_options(command, settings);
+  study::refuse_idle_settings(settings, given_options(command));
   const study::ModelLibrary library = study::find_library(name, data_directory() / "models");
   const study::Catalogue catalogue = study::Catalogue::load(data_directory() / "models");
   std::error_code ignored;

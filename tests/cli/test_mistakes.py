@@ -319,10 +319,97 @@ class IdleOptions(ProgramTest):
                 error = self.run_program(*command, *option, status=2).stderr
                 self.assertIn(f"{option[0]}: has no effect without {needed}", error)
         self.assertFalse((self.folder / "study").exists())
-        # A covariate is a use, and so is a line in a new file; what a file says may lie idle.
+        # A covariate is a use, and so is a line in a new file.
         self.run_program("study", "trees.csv", "--edge", "none", "--buffer", "3", "--init", "new.json")
         self.assertIn('"buffer": 3', (self.folder / "new.json").read_text(encoding="utf-8"))
-        self.run_program(*study, "--config", "study.json")
+
+    def test_what_a_study_file_says_must_have_an_effect_too(self):
+        self.write("trees.csv", stand_csv())
+        for setting, value, needed in (("buffer", '3, "edge": "none"', "--edge buffer"),
+                                       ("competition_radius", "3", "--further Hegyi"),
+                                       ("open_grown", '"dbh/10"', "--further CCF"),
+                                       ("smallest_dbh", "7", "--angle-count"),
+                                       ("plots_columns", '{"area": "x"}', "--plots"),
+                                       ("subplots", "3", "--circles"),
+                                       ("slope_correction", "true", "a column slope")):
+            with self.subTest(setting):
+                self.write("study.json", f'{{"{setting}": {value}}}')
+                error = self.run_program("study", "trees.csv", "--config", "study.json", "--out", "s", status=3).stderr
+                self.assertIn(f"study.json: {setting}: has no effect without {needed}", error)
+        # A default value changes nothing, as in the files of --init.
+        self.write("study.json", '{"edge": "none", "buffer": 5, "subplots": 1, "covariates": [], "responses": ["h"]}')
+        self.run_program("study", "trees.csv", "--config", "study.json", "--out", "s")
+
+    def test_a_column_of_a_study_that_nothing_reads_is_refused(self):
+        self.write("trees.csv", stand_csv())
+        study = ("study", "trees.csv", "--responses", "h", "--covariates", "wide", "--out", "s")
+        error = self.run_program(*study, "--columns", "wide=dbh/10,dhb=dbh", status=2).stderr
+        self.assertIn("--columns: nothing reads a column 'dhb' here; did you mean dbh?", error)
+        self.write("study.json", '{"candidates": {"h": ["h ~ 1.3 + a*wide^b"]}, "columns": {"wide": "dbh/10"}, '
+                                 '"covariates": [], "responses": ["h"]}')
+        self.run_program("study", "trees.csv", "--config", "study.json", "--out", "s")
+
+    def test_options_that_growth_does_not_read_are_refused(self):
+        self.write("trees.csv", "plot,tree,year,dbh,h\nA,1,2015,20,15\nA,1,2020,24,17\nA,2,2015,30,20\nA,2,2020,31,21\n")
+        growth = ("stand", "trees.csv", "--growth", "--plot-area", "500")
+        self.run_program(*growth)
+        for option in ("--thinning below=5", "--by species", "--class-width 4", "--layers 3", "--dominant-trees 50",
+                       "--quadrat 5", "--further all", "--edge none", "--buffer 3", "--neighbors 3", "--alpha 60",
+                       "--per stand", "--dominance h", "--crowding facing", "--dead neighbors", "--site-index x"):
+            with self.subTest(option):
+                name = option.split()[0]
+                error = self.run_program(*growth, *option.split(), status=2).stderr
+                self.assertIn(f"{name}: has no effect on growth", error)
+        for option, reason in (("--circle 0,0,5", "beside --plot-area"), ("--circles 7=4", "beside --plot-area"),
+                               ("--subplot plot", "beside --plot-area"), ("--subplots 3", "without --circles"),
+                               ("--slope-correction", "without a column slope"),
+                               ("--post-stratified", "without strata")):
+            with self.subTest(option):
+                error = self.run_program(*growth, *option.split(), status=2).stderr
+                self.assertIn(f"{option.split()[0]}: has no effect {reason}", error)
+
+    def test_settings_of_plots_need_the_columns_of_their_table(self):
+        self.write("trees.csv", stand_csv())
+        self.write("plots.csv", "plot,area\n1,400\n")
+        for command in ("stand", "indices"):
+            for option in (("--slope-correction",), ("--subplots", "4")):
+                with self.subTest((command, option)):
+                    error = self.run_program(command, "trees.csv", "--plots", "plots.csv", *option, status=2).stderr
+                    self.assertIn(f"{option[0]}: has no effect without ", error)
+                    self.assertIn("in the table of --plots", error)
+
+    def test_options_of_fits_and_roles_that_would_do_nothing_are_refused(self):
+        self.write("trees.csv", stand_csv())
+        fit = ("fit", "trees.csv", "--model", "M4")
+        mixed = (*fit, "--random", "a | plot", "--method", "laplace")
+        for command, option, needed in ((fit, "--maximum-iterations 9", "--method lb or gnls"),
+                                        (mixed, "--maximum-iterations 9", "--method lb or gnls"),
+                                        (fit, "--starts 2", "--random"), (mixed, "--share-groups", "mpirun")):
+            with self.subTest(option):
+                error = self.run_program(*command, *option.split(), status=2).stderr
+                self.assertIn(f"{option.split()[0]}: has no effect without {needed}", error)
+        self.write("fit.json", self.run_program(*fit, "--json").stdout)
+        error = self.run_program("predict", "fit.json", "trees.csv", "--role", "ols", status=2).stderr
+        self.assertIn("--role: has no effect on this library, whose models have no roles", error)
+
+    def test_a_name_that_is_given_twice_is_refused(self):
+        self.write("trees.csv", stand_csv())
+        fit = ("fit", "trees.csv", "--model", "M4")
+        for option in (("--fix", "a=25,a=26"), ("--bound", "a=20:24,a=30:40"), ("--start", "a=20,a=30"),
+                       ("--parameter", "a ~ species", "--parameter", "a ~ x")):
+            with self.subTest(option):
+                error = self.run_program(*fit, *option, status=2).stderr
+                self.assertIn(f"{option[0]}: 'a' is given twice", error)
+        error = self.run_program("indices", "trees.csv", "--alpha", "72,SM=60,SM=50", status=2).stderr
+        self.assertIn("--alpha: 'SM' is given twice", error)
+        error = self.run_program("indices", "trees.csv", "--alpha", "72,60", status=2).stderr
+        self.assertIn("--alpha: two values are for all names", error)
+
+    def test_groups_of_measured_trees_only_leave_none_to_predict(self):
+        self.write("trees.csv", stand_csv())
+        error = self.run_program("fit", "trees.csv", "--model", "M4", "--random", "a | plot", "--cross-validate", "2",
+                                 "--measured-trees", "5000").stderr
+        self.assertIn("note: no plot has more than 5000 trees", error)
         self.run_program("study", str(EXAMPLE), "--out", "fir", "--species", "SM", "--responses", "h",
                          "--covariates", "Hegyi", "--competition-radius", "5")
 

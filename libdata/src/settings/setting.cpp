@@ -5,8 +5,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "silvafit/base/error.hpp"
+#include "silvafit/data/csv.hpp"
 
 namespace silvafit::data {
 
@@ -27,6 +29,18 @@ std::string wrong_number(const SettingHead& setting, double value, bool is_whole
 
 void refuse(const SettingHead& setting, const std::string& problem) {
   throw UsageError(problem, {.column = fmt::format("`{}`", setting.key)});
+}
+
+void require_names_once(const SettingHead& setting, const std::vector<std::string>& entries) {
+  std::set<std::string> names;
+  for (const std::string& entry : entries) {
+    const std::size_t end = entry.find(setting.name_end);
+    const std::string name(trimmed(entry.substr(0, end == std::string::npos ? 0 : end)));
+    if (names.insert(name).second) continue;
+    refuse(
+        setting,
+        name.empty() ? "two values are for all names" : fmt::format("'{}' is given twice", name));
+  }
 }
 
 std::size_t choice_of(const SettingHead& setting, std::string_view word) {

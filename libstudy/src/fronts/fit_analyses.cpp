@@ -104,6 +104,7 @@ AnalysisResult result_of(FitRequest request,
                          const Catalogue* catalogue,
                          const AnalysisCallbacks& callbacks) {
   fit::FitModelOptions& options = request.options;
+  refuse_idle(request.texts, options);
   options.stop = callbacks.stop;
   if (request.is_traced) options.trace = callbacks.line;
   if (catalogue != nullptr) {

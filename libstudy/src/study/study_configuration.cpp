@@ -18,6 +18,7 @@
 #include "silvafit/fit/variance_function.hpp"
 #include "silvafit/stand/inventory.hpp"
 #include "silvafit/study/setting_list.hpp"
+#include "silvafit/study/setting_names.hpp"
 #include "study/settings_json.hpp"
 
 namespace silvafit::study {
@@ -280,7 +281,23 @@ StudyConfiguration read_study_configuration(const std::filesystem::path& path,
   if (!settings.units.circle.empty() && !settings.units.window.empty()) {
     json.at("circle").fail("give either a circle or a window");
   }
+  try {
+    refuse_idle(settings);
+  } catch (const UsageError& error) {
+    const std::string key = name_of_place(error.place().column);
+    if (json.find(key) && !(given.is_given && given.is_given(key))) {
+      json.at(key).fail(error.message());
+    }
+    throw;
+  }
   return settings;
+}
+
+void refuse_idle(const StudyConfiguration& settings, const GivenName& given_name) {
+  StudyConfiguration all = settings;
+  all.units.further.insert(
+      all.units.further.end(), settings.study.covariates.begin(), settings.study.covariates.end());
+  refuse_idle_settings(all, given_name);
 }
 
 StudyConfiguration seen_from(const std::filesystem::path& folder, StudyConfiguration settings) {

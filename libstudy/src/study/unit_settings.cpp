@@ -5,11 +5,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/data/csv.hpp"
+#include "silvafit/study/idle_settings.hpp"
+#include "silvafit/study/setting_list.hpp"
 
 namespace silvafit::study {
 namespace {
@@ -58,6 +61,24 @@ std::vector<stand::NamedWindow> given_windows(const UnitSettings& settings) {
   return {};
 }
 
+/// The settings that a table of plots must support by its columns.
+IdleReasons idle_by_plots(const stand::SamplingDesign& design) {
+  if (!design.plots) return {};
+  const auto has_radius = [](const stand::PlotRecord& plot) {
+    return std::isnan(plot.area_m2) && !std::isnan(plot.radius_m);
+  };
+  const bool has_circles = !design.circles.empty() || design.basal_area_factor > 0.0 ||
+                           std::ranges::any_of(design.plots->plots, has_radius);
+  IdleReasons idle;
+  if (!design.plots->has_slope) {
+    idle["slope_correction"] = "without a column slope in the table of `plots`";
+  }
+  if (!has_circles) {
+    idle["subplots"] = "without `circles`, `angle_count`, or radii in the table of `plots`";
+  }
+  return idle;
+}
+
 }  // namespace
 
 stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
@@ -77,12 +98,13 @@ stand::SamplingDesign sampling_design(const SamplingSettings& settings) {
     design.circles.push_back({.from_dbh_cm = number_in(part.substr(0, sign), "`circles`", kWhat),
                               .radius_m = number_in(part.substr(sign + 1), "`circles`", kWhat)});
   }
-  if (settings.plots || !settings.plots_file.empty()) {
+  if (settings.has_plots()) {
     design.plots = stand::read_plot_table(
         settings.plots ? *settings.plots : data::TableSource(settings.plots_file),
         stand::parse_column_mappings(settings.plots_columns));
   }
   stand::check_design(design);
+  refuse_idle_settings(settings, {}, idle_by_plots(design));
   return design;
 }
 

@@ -15,6 +15,8 @@
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/fit/fit_json.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/table_checks.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "workflow/flow.hpp"
@@ -244,6 +246,7 @@ ImputationSummary impute_trees(const data::TableSource& trees,
                                bool is_in_parts,
                                const ImputationSink& sink,
                                const Callbacks& callbacks) {
+  refuse_idle_settings(options);
   if (is_in_parts && options.add_residual) {
     throw UsageError(
         "cannot be used with `stream`: random numbers are drawn for all plots together",

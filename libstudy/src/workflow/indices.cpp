@@ -168,7 +168,13 @@ IndicesSummary compute_indices(const data::TableSource& inventory,
                                const IndicesOptions& options,
                                const UnitSink& sink,
                                const Callbacks& callbacks) {
+  refuse_idle(options);
   return IndicesRun(inventory, options, sink, callbacks).run();
+}
+
+void refuse_idle(const IndicesOptions& options, const GivenName& given_name) {
+  refuse_idle_settings(options.units, given_name);
+  refuse_idle_settings(options.sampling, given_name);
 }
 
 data::Table TreeIndices::table() const { return inventory_table(inventory.inventory, units); }

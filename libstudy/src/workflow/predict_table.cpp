@@ -15,6 +15,7 @@
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/base/text.hpp"
 #include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/tree_table.hpp"
 #include "study/settings_json.hpp"
@@ -254,6 +255,11 @@ PredictionSummary predict_trees(const data::TableSource& trees,
                                 bool is_in_parts,
                                 const PredictionSink& sink,
                                 const Callbacks& callbacks) {
+  IdleReasons idle;
+  const bool has_roles = std::ranges::any_of(
+      library.models, [](const LibraryModel& model) { return !model.role.empty(); });
+  if (!has_roles) idle["role"] = "on this library, whose models have no roles";
+  refuse_idle_settings(settings, {}, idle);
   PredictionRun run(library, catalogue, settings);
   PredictionSummary summary{.settings = settings};
   TableFlow flow(

@@ -12,6 +12,7 @@ namespace silvafit::study {
 GrowthSummary stand_growth(const data::TableSource& inventory,
                            const StandOptions& options,
                            const Callbacks& callbacks) {
+  refuse_idle_on_growth(options);
   const auto start = Clock::now();
   const stand::StandReportOptions report = report_options(options);
   const stand::InventoryOptions reading{.keep = columns_of(options),

@@ -4,33 +4,97 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <utility>
 
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/text.hpp"
+#include "silvafit/study/analysis_setting_list.hpp"
+#include "silvafit/study/setting_list.hpp"
+#include "silvafit/study/stand_growth.hpp"
 
 namespace silvafit::study {
 namespace {
 
-void check_stratum_areas(const stand::StandReportOptions& options) {
-  const bool has_strata =
-      !options.stratum.empty() || (options.design.plots && options.design.plots->has_stratum);
-  if (!options.stratum_areas_ha.empty() && !has_strata) {
-    throw UsageError(
-        "`stratum_areas` needs the strata: `stratum=COLUMN`, or the column stratum in "
-        "the table of `plots`",
-        {.column = "`stratum_areas`"});
+/// Settings that growth does not read: those of tables of one time, and of neighbors.
+constexpr auto kIdleOnGrowth = std::to_array<std::string_view>({"layers",
+                                                                "quadrat",
+                                                                "dominant_trees",
+                                                                "class_width",
+                                                                "thinning",
+                                                                "site_index",
+                                                                "by",
+                                                                "dead",
+                                                                "edge",
+                                                                "buffer",
+                                                                "further",
+                                                                "per",
+                                                                "alpha",
+                                                                "neighbors",
+                                                                "dominance",
+                                                                "crowding",
+                                                                "competition_radius",
+                                                                "open_grown"});
+
+/// Settings of a design, which plots whose areas are given do not have.
+constexpr auto kOfSamples =
+    std::to_array<std::string_view>({"subplots", "subplot", "slope_correction"});
+constexpr auto kDesigns = std::to_array<std::string_view>({"circles", "angle_count", "expansion"});
+
+IdleReasons idle_in_stand(const StandOptions& options, bool is_growth) {
+  IdleReasons idle;
+  const UnitSettings& units = options.units;
+  const bool has_areas = options.report.plot_area_m2 || !units.window.empty() ||
+                         !units.circle.empty() || !units.windows.empty();
+  if (!has_areas) return idle;
+  constexpr const char* kBeside = "beside `plot_area`, `window` or `circle`, which give the areas";
+  for (const std::string_view key : kOfSamples) idle[key] = kBeside;
+  if (!is_growth) return idle;  // stand tables refuse both with more words
+  for (const std::string_view key : kDesigns) idle[key] = kBeside;
+  return idle;
+}
+
+void refuse_idle(const StandOptions& options,
+                 const IdleReasons& reasons,
+                 const GivenName& given_name) {
+  refuse_idle_settings(options, given_name, reasons);
+  refuse_idle_settings(options.reading, given_name, reasons);
+  refuse_idle_settings(options.units, given_name, reasons);
+  refuse_idle_settings(options.sampling, given_name, reasons);
+  refuse_idle_settings(options.equations, given_name, reasons);
+}
+
+IdleReasons idle_without_strata(const stand::StandReportOptions& options) {
+  if (!options.stratum.empty() || (options.design.plots && options.design.plots->has_stratum)) {
+    return {};
   }
+  constexpr const char* kStrata =
+      "without strata: `stratum=COLUMN`, or the column stratum in the table of `plots`";
+  return {{"stratum_areas", kStrata}, {"post_stratified", kStrata}};
 }
 
 }  // namespace
+
+void refuse_idle(const StandOptions& options, const GivenName& given_name) {
+  refuse_idle(options, idle_in_stand(options, false), given_name);
+}
+
+void refuse_idle_on_growth(const StandOptions& options, const GivenName& given_name) {
+  IdleReasons idle = idle_in_stand(options, true);
+  for (const std::string_view key : kIdleOnGrowth) idle[key] = "on growth";
+  if (options.report.plot_area_m2) {
+    for (const char* key : {"window", "circle"}) idle[key] = "beside `plot_area`";
+  }
+  refuse_idle(options, idle, given_name);
+}
 
 stand::StandReportOptions report_options(const StandOptions& options) {
   stand::StandReportOptions report = options.report;
   report.units = unit_options(options.units, options.threads);
   report.design = sampling_design(options.sampling);
   report.trust_units = options.reading.trust_units;
-  check_stratum_areas(report);
+  refuse_idle_settings(options, {}, idle_without_strata(report));
   return report;
 }
 

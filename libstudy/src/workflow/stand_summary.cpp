@@ -141,6 +141,7 @@ StandSummary stand_summary(const data::TableSource& inventory,
                            const StandOptions& options,
                            const Callbacks& callbacks,
                            const StandUnitSink& sink) {
+  refuse_idle(options);
   const auto start = Clock::now();
   if (options.stream && (!options.thinning.empty() || !options.site_index.empty())) {
     throw UsageError("a thinning and site indices need all trees in memory; omit `stream`",

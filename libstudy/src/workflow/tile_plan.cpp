@@ -141,9 +141,14 @@ class Planner {
     if (!(settings.size_m > 0.0) || !std::isfinite(settings.size_m)) {
       throw UsageError("the size of a tile must be positive", {.column = "`size`"});
     }
-    if (!(settings.halo_m >= 0.0) || !(settings.halo_m <= 100.0 * settings.size_m)) {
-      throw UsageError("the halo must be from 0 to 100 times the size of a tile",
-                       {.column = "`halo`"});
+    // A tree is copied to (2 halo / size + 1)^2 tiles, here 441.
+    constexpr double kMostTimes = 10.0;
+    if (!(settings.halo_m >= 0.0) || !(settings.halo_m <= kMostTimes * settings.size_m)) {
+      throw UsageError(
+          fmt::format("the halo must be from 0 to {} times the size of a tile, as each "
+                      "tree is copied to all tiles whose halo it is in",
+                      kMostTimes),
+          {.column = "`halo`"});
     }
   }
 

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "report/report_json.hpp"
@@ -14,9 +16,11 @@
 #include "silvafit/base/json_values.hpp"
 #include "silvafit/stand/plots_at_times.hpp"
 #include "silvafit/stand/sampling_design.hpp"
+#include "silvafit/study/column_uses.hpp"
 #include "silvafit/study/indices.hpp"
 #include "silvafit/study/structure_columns.hpp"
 #include "silvafit/study/study_files.hpp"
+#include "silvafit/study/tree_table.hpp"
 #include "study/study_work.hpp"
 #include "workflow/report_stand.hpp"
 #include "workflow/study_decisions.hpp"
@@ -25,6 +29,17 @@ namespace silvafit::study {
 namespace {
 
 using nlohmann::ordered_json;
+
+bool is_formula(const std::string& candidate) { return candidate.find('~') != std::string::npos; }
+
+/// The formulas of the user, which may read any column.
+std::vector<std::string> own_formulas(const StudyOptions& options) {
+  std::vector<std::string> formulas;
+  for (const auto& [response, candidates] : options.candidates) {
+    std::ranges::copy_if(candidates, std::back_inserter(formulas), is_formula);
+  }
+  return formulas;
+}
 
 /// Columns of the file that a study reads besides those of an inventory: covariates, the group,
 /// those of the sampling design and of variance functions.
@@ -40,19 +55,17 @@ std::vector<std::string> other_columns(const StudyConfiguration& settings) {
   std::vector<std::string> names = options.covariates;
   const std::vector<std::string> of_variance = variance_columns(options);
   names.insert(names.end(), of_variance.begin(), of_variance.end());
-  std::erase_if(names, is_structure_name);
+  const auto mapped = column_map(settings.reading.columns);
+  std::erase_if(names, [&mapped](const std::string& name) {
+    return is_structure_name(name) && !mapped.contains(name);
+  });
   const std::vector<std::string> of_design = columns_of(settings.sampling);
   names.insert(names.end(), of_design.begin(), of_design.end());
   if (options.group != "plot") names.push_back(options.group);
+  const std::set<std::string> of_formulas =
+      column_uses({.formulas = own_formulas(options)}).as_numbers;
+  names.insert(names.end(), of_formulas.begin(), of_formulas.end());
   return names;
-}
-
-/// Whether there are formulas of the user, which may read any column; then all columns are kept.
-bool has_own_candidates(const StudyOptions& options) {
-  const auto is_own = [](const std::string& text) { return text.find('~') != std::string::npos; };
-  return std::ranges::any_of(options.candidates, [&](const auto& entry) {
-    return std::ranges::any_of(entry.second, is_own);
-  });
 }
 
 /// How plots and trees were sampled; not given without a design.
@@ -190,12 +203,14 @@ StudyRecord whole_study(const data::TableSource& inventory,
                         const Catalogue& catalogue,
                         const StudyConfiguration& settings,
                         const Callbacks& callbacks) {
+  refuse_idle(settings);
   check_period(settings);
   StudyRecord record{.version = SILVAFIT_VERSION, .settings = settings};
   record.inventory = read_inventory(inventory,
                                     settings.reading,
                                     {.keep = other_columns(settings),
-                                     .keep_all = has_own_candidates(settings.study),
+                                     .keep_all = !own_formulas(settings.study).empty(),
+                                     .refuses_unread = true,
                                      .keeps_expansion = true,
                                      .period = settings.study.period},
                                     callbacks.note);

@@ -35,8 +35,12 @@ struct SettingHead {
   std::string_view zero_word{};
   bool may_be_zero = false;
   bool is_share = false;
+  char name_end = '\0';  ///< of entries `name=value`, whose names must differ; 0: they may recur
   double lowest = 0.0;   ///< of a number; 0: none, except that of may_be_zero
   double highest = 0.0;  ///< 0: no limit
+  /// Without this the setting has no effect, by the values of the other settings; empty: it has
+  /// one.
+  std::string_view lacks{};
 };
 
 /// The type of a setting's value, without const and std::optional.
@@ -111,6 +115,16 @@ struct Setting : SettingHead {
     highest = limit;
     return *this;
   }
+  /// What gives the setting an effect: whether it is there, and its words in messages.
+  Setting& needs(bool is_there, std::string_view what) {
+    if (!is_there) lacks = what;
+    return *this;
+  }
+  /// Entries begin with names, up to this character, and each name occurs once.
+  Setting& names_once(char end) {
+    name_end = end;
+    return *this;
+  }
   /// A number between 0 and 1, without these.
   Setting& share() {
     is_share = true;
@@ -138,6 +152,9 @@ void require_number(const Setting<T>& setting) {
       wrong_number(setting, static_cast<double>(setting.value), std::integral<T>);
   if (!wrong.empty()) refuse(setting, wrong);
 }
+
+/// \throws UsageError that names the setting and the name of two entries, see names_once
+void require_names_once(const SettingHead& setting, const std::vector<std::string>& entries);
 
 /// Whether the values of a type are words.
 template <typename T>

@@ -22,7 +22,8 @@ void each_setting(S& settings, Visit&& visit) {
                 "Linear sub-models of parameters, written as in R: \"b ~ 1 + C\", \"b ~ "
                 "C*species\" (text columns are factors), \"b ~ I(dbh^2)\"")
             .as(SettingForm::kRepeatable, "SUBMODEL")
-            .option("parameter"));
+            .option("parameter")
+            .names_once('~'));
   visit(Setting("random",
                 settings.random,
                 "Random effects: coefficients and groups, such as \"a + b:C | plot\"; nested: \"a "
@@ -33,7 +34,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.covariance,
                 "Covariance matrix of the random effects: general (default), diagonal or identity, "
                 "of all groupings or of each; parentheses in `random` make blocks")
-            .type("FORM,..."));
+            .type("FORM,...")
+            .needs(!settings.random.empty(), "`random`"));
   visit(Setting("variance",
                 settings.variance,
                 "Variance function of the residuals: none (default), exponential, power or "
@@ -67,7 +69,8 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("agq_points",
                 settings.quadrature_points,
                 "Quadrature points per random effect for the method agq")
-            .at_most(100));
+            .at_most(100)
+            .needs(settings.method == Method::kQuadrature, "`method=agq`"));
   visit(Setting("reml", settings.reml, "Restricted maximum likelihood (REML), for lb and gnls"));
   visit(Setting("hold", settings.fixed, "Coefficients that are held at a value, such as c=1")
             .type("NAME=VALUE,...")
@@ -113,10 +116,12 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("resample",
                 settings.resample,
                 "Bootstrap data: parametric (simulated from the fit) or cases (groups drawn with "
-                "replacement)"));
+                "replacement)")
+            .needs(settings.replicates > 0, "`replicates`"));
   visit(Setting("level", settings.level, "Level of the bootstrap intervals")
             .share()
-            .option("bootstrap-level"));
+            .option("bootstrap-level")
+            .needs(settings.replicates > 0, "`replicates`"));
   visit(Setting("group",
                 settings.group,
                 "Column of the groups to draw or leave out (default: the groups of the random "

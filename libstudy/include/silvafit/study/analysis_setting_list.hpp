@@ -79,12 +79,14 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.files,
                 "Files of further equations (JSON, schema silvafit-tree-equations/1)")
             .as(data::SettingForm::kRepeatable, "FILE.json")
-            .option("equation-file"));
+            .option("equation-file")
+            .needs(!settings.equations.empty(), "`equations`"));
 }
 
 template <data::Same<PredictionSettings> S, typename Visit>
 void each_setting(S& settings, Visit&& visit) {
   using data::Setting;
+  const bool is_calibrated = settings.level == fit::Level::kCalibrated;
   visit(Setting("level",
                 settings.level,
                 "population: random effects 0 (b = 0); conditional: random effects of the fit; "
@@ -93,11 +95,14 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("new_groups",
                 settings.new_groups,
                 "Conditional predictions for groups that are not in the fit, and calibrated "
-                "predictions for such groups without a measured tree"));
+                "predictions for such groups without a measured tree")
+            .needs(is_calibrated || settings.level == fit::Level::kConditional,
+                   "`level=conditional` or calibrated"));
   visit(Setting("seen_groups",
                 settings.seen_groups,
                 "Calibrated predictions for groups of the fit: use the random effects of the fit "
-                "(fitted), only the trees of the file (new), or both (combined)"));
+                "(fitted), only the trees of the file (new), or both (combined)")
+            .needs(is_calibrated, "`level=calibrated`"));
   visit(
       Setting("coverage", settings.interval, "Add interval limits with this coverage, such as 0.95")
           .type("LEVEL")
@@ -106,7 +111,9 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("interval",
                 settings.interval_kind,
                 "prediction: for the value of a tree; confidence: for the mean of such trees")
-            .option("interval-kind"));
+            .option("interval-kind")
+            .needs(settings.interval > 0.0 || settings.standard_errors,
+                   "`coverage` or `standard_errors`"));
   visit(Setting("standard_errors",
                 settings.standard_errors,
                 "Add the standard error of the kind that `interval` selects"));
@@ -143,7 +150,8 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("minimum_trees",
                 settings.minimum_trees,
                 "Minimum number of measured trees for a separate model; the others share one model "
-                "for all trees"));
+                "for all trees")
+            .needs(!settings.by.empty(), "`by`"));
   visit(Setting("add_residual",
                 settings.add_residual,
                 "Add a random residual to imputed values, and random effects to plots without "

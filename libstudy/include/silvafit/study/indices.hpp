@@ -14,6 +14,7 @@
 #include "silvafit/stand/structural_units.hpp"
 #include "silvafit/stand/unit_summary.hpp"
 #include "silvafit/study/callbacks.hpp"
+#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
 namespace silvafit::study {
@@ -27,6 +28,9 @@ struct IndicesOptions {
   bool stream = false;
   unsigned threads = 0;  ///< 0: as many as there are cores
 };
+
+/// \throws UsageError that names a setting without effect
+void refuse_idle(const IndicesOptions& options, const GivenName& given_name = {});
 
 /// Results and notes on all trees together.
 struct IndicesSummary {

@@ -85,7 +85,10 @@ void each_setting(S& settings, Visit&& visit) {
                 "Edge correction: buffer (trees near the boundary are neighbors only), hanisch "
                 "(core trees are those whose neighbors are nearer than the boundary, with "
                 "weights), torus (opposite sides are joined) or none"));
-  visit(Setting("buffer", settings.buffer_m, "Width of the buffer in m").type("M").optional());
+  visit(Setting("buffer", settings.buffer_m, "Width of the buffer in m")
+            .type("M")
+            .optional()
+            .needs(settings.edge == stand::EdgeCorrection::kBuffer, "`edge=buffer`"));
   visit(Setting("further",
                 settings.further,
                 "Further indices: CO crown overlap, T size differentiation, Hegyi, BAL basal area "
@@ -97,7 +100,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.alpha,
                 "Limit angle of W in degrees (default: 360 / (neighbors + 1)), for single species "
                 "as in 72,SM=60")
-            .type("ANGLE,SPECIES=ANGLE,..."));
+            .type("ANGLE,SPECIES=ANGLE,...")
+            .names_once('='));
   visit(Setting("dominance", settings.dominance, "Size that U and T compare: dbh, h or cw"));
   visit(Setting("crowding",
                 settings.crowding,
@@ -106,11 +110,13 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.competition_radius_m,
                 "Hegyi: competitors are the trees within this radius in m (default: the neighbors)")
             .type("M")
-            .optional());
+            .optional()
+            .needs(settings.wants("Hegyi"), "`further=Hegyi`"));
   visit(Setting("open_grown",
                 settings.open_grown,
                 "CCF: crown width in m of an open-grown tree, such as \"0.9 + 0.22*dbh\"")
-            .as(SettingForm::kText, "EXPRESSION"));
+            .as(SettingForm::kText, "EXPRESSION")
+            .needs(settings.wants("CCF"), "`further=CCF`"));
 }
 
 template <Same<SamplingSettings> S, typename Visit>
@@ -125,7 +131,8 @@ void each_setting(S& settings, Visit&& visit) {
   visit(Setting("plots_columns",
                 settings.plots_columns,
                 "Names or formulas of the columns of the table of plots, such as area=SIZE*100")
-            .as(SettingForm::kMapping, "NAME=COLUMN,..."));
+            .as(SettingForm::kMapping, "NAME=COLUMN,...")
+            .needs(settings.has_plots(), "`plots`"));
   visit(Setting("circles",
                 settings.circles,
                 "Concentric circles: from which dbh in cm trees are counted up to which radius in "
@@ -140,7 +147,8 @@ void each_setting(S& settings, Visit&& visit) {
                 settings.smallest_dbh_cm,
                 "Angle counts: smallest dbh that is counted in cm (default: the smallest dbh)")
             .type("CM")
-            .optional());
+            .optional()
+            .needs(settings.angle_count > 0.0, "`angle_count`"));
   visit(Setting("expansion",
                 settings.expansion,
                 "Column with the number of trees per ha that each tree stands for")
@@ -150,15 +158,17 @@ void each_setting(S& settings, Visit&& visit) {
                 "Hectares of the expansion are those of the whole plot (plot), so that values are "
                 "divided by its share, or of the part in the population (part)")
             .one_of({"plot", "part"}));
-  visit(Setting("subplots", settings.subplots, "Number of circles of a plot, all of one kind"));
+  visit(Setting("subplots", settings.subplots, "Number of circles of a plot, all of one kind")
+            .needs(!settings.circles.empty() || settings.angle_count > 0.0 || settings.has_plots(),
+                   "`circles`, `angle_count`, or radii in the table of `plots`"));
   visit(Setting("subplot",
                 settings.subplot,
                 "Column with the subplot of each tree, within which neighbors are searched")
             .as(SettingForm::kText, "COLUMN"));
-  visit(
-      Setting("slope_correction",
-              settings.slope_correction,
-              "Distances of plots were measured along the slope, a column of the table of plots"));
+  visit(Setting("slope_correction",
+                settings.slope_correction,
+                "Distances of plots were measured along the slope, a column of the table of plots")
+            .needs(settings.has_plots(), "a column slope in the table of `plots`"));
 }
 
 template <Same<StudyOptions> S, typename Visit>

@@ -14,6 +14,9 @@
 
 namespace silvafit::study {
 
+/// \throws UsageError that names a setting without effect on growth
+void refuse_idle_on_growth(const StandOptions& options, const GivenName& given_name = {});
+
 struct GrowthSummary {
   stand::CheckedInventory inventory{};
   stand::GrowthReport report{};

@@ -16,6 +16,7 @@
 #include "silvafit/stand/thinning.hpp"
 #include "silvafit/study/callbacks.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/tree_equations.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
@@ -36,6 +37,9 @@ struct StandOptions {
   bool stream = false;
   unsigned threads = 0;  ///< 0: as many as there are cores
 };
+
+/// \throws UsageError that names a setting without effect on stand tables
+void refuse_idle(const StandOptions& options, const GivenName& given_name = {});
 
 /// The dominant height of a plot at the base age of a curve.
 struct SiteIndex {

@@ -9,6 +9,7 @@
 
 #include "silvafit/data/table.hpp"
 #include "silvafit/study/catalogue.hpp"
+#include "silvafit/study/idle_settings.hpp"
 #include "silvafit/study/study.hpp"
 #include "silvafit/study/unit_settings.hpp"
 
@@ -22,6 +23,10 @@ struct StudyConfiguration {
   UnitSettings units{};
   SamplingSettings sampling{};
 };
+
+/// A covariate counts as a further index.
+/// \throws UsageError that names a setting without effect
+void refuse_idle(const StudyConfiguration& settings, const GivenName& given_name = {});
 
 /// Settings that have priority over those of a file.
 struct GivenSettings {

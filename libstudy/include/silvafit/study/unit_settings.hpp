@@ -3,9 +3,11 @@
 // study.json, model libraries, R, Python and the program. Errors name the field in Place::column.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "silvafit/data/csv.hpp"
@@ -51,6 +53,12 @@ struct UnitSettings {
   std::vector<std::string> further{};  ///< CO, T, Hegyi, BAL, CCF, or all
   double competition_radius_m = 0.0;
   std::string open_grown{};  ///< for CCF: crown width [m], an expression of dbh
+
+  /// Whether an index is one of the further ones, by its name or by "all".
+  bool wants(std::string_view index) const {
+    return std::ranges::any_of(
+        further, [index](const std::string& name) { return name == index || name == "all"; });
+  }
 };
 
 /// Sampling of plots and trees; stand::SamplingDesign explains the values.
@@ -66,6 +74,8 @@ struct SamplingSettings {
   std::size_t subplots = 1;
   std::string subplot{};  ///< column of the inventory
   bool slope_correction = false;
+
+  bool has_plots() const { return plots || !plots_file.empty(); }
 };
 
 /// The design, with the table of plots read.
