@@ -27,9 +27,9 @@ Morphology dead_tree(Remains remains, std::optional<double> decay_class = {}) {
 
 template <typename Check>
 void with_every_builder(Check check) {
-  for (const BuilderKind kind : builder_kinds()) {
+  for (const BuilderKind kind : silvafit::all_values<BuilderKind>()) {
     for (const Builder* const builder : test::shipped_builders().of(kind)) {
-      INFO(builder_name(kind) << " " << builder->name());
+      INFO(silvafit::word_of(kind) << " " << builder->name());
       check(*builder);
     }
   }
