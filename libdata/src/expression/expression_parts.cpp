@@ -103,7 +103,9 @@ class InseparableSearch {
     for (const NodePointer& part : parts) {
       const std::size_t before = found.names.size();
       for_each_node(part, [&](const ExpressionNode& node) {
-        if (node.operation == Operation::kVariable && mentions_[node.name] == 1) {
+        // The factors of a square are one mention.
+        const bool is_single = node.operation == Operation::kVariable && mentions_[node.name] == 1;
+        if (is_single && std::ranges::count(found.names, node.name) == 0) {
           found.names.push_back(node.name);
         }
       });

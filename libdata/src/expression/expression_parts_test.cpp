@@ -58,6 +58,8 @@ TEST_CASE("names that act together only are found") {
 }
 
 TEST_CASE("names of identifiable models are not inseparable") {
+  CHECK(inseparable("A*(1 - exp(-(k*x)^2))", {"A", "k"}).empty());
+  CHECK(inseparable("A*(1 - exp(-(b*k*x)^2))", {"A", "b", "k"}) == Names{"b", "k"});
   CHECK(inseparable("1.3 + a*(1 - exp(-b*d))^c", {"a", "b", "c"}).empty());
   CHECK(inseparable("A + (R - A)*exp(-exp(l)*x)", {"A", "R", "l"}).empty());
   CHECK(inseparable("A/(1 + exp((m - x)/s))", {"A", "m", "s"}).empty());

@@ -310,3 +310,33 @@ TEST_CASE("the slope at a held value is that of the profile likelihood") {
   // Differences of log-likelihoods of 1e-13 each over 0.02, and of the second order.
   CHECK(slope == Approx(rise * sigma / std::sqrt(squares)).epsilon(1e-5));
 }
+
+TEST_CASE("an optimum at the edge of the domain is found where the slope is infinite") {
+  // The root has an infinite slope at d + c = 0. The responses at d = 0 are below the line through
+  // the others, so that c = 0 is best, where y is linear in sqrt(d): the normal equations by hand.
+  const std::vector<double> d{0, 0, 1, 1, 4, 4, 9, 9};
+  const std::vector<double> y{-1.2, -0.7, 10.3, 9.6, 20.4, 19.9, 30.2, 29.5};
+  data::Table table;
+  table.set("d", d);
+  table.set("y", y);
+  double sy = 0.0;
+  double sxy = 0.0;
+  for (std::size_t i = 0; i < d.size(); ++i) {
+    sy += y[i];
+    sxy += std::sqrt(d[i]) * y[i];
+  }
+  constexpr double kN = 8.0;
+  constexpr double kSx = 12.0;
+  constexpr double kSxx = 28.0;
+  const double slope = (kN * sxy - kSx * sy) / (kN * kSxx - kSx * kSx);
+  FitModelOptions options;
+  options.bounds = {{"c", {.low = 0.0, .high = kInfinity}}};
+  const FittedModel fit =
+      fit_model(specify_model("y ~ a + b*sqrt(d + c)", {}, table), table, options).fit;
+  INFO(fit.convergence.verdict());
+  REQUIRE(fit.convergence.converged());
+  CHECK(fit.estimate[2] == 0.0);
+  CHECK(fit.estimate[1] == Approx(slope).epsilon(1e-9));
+  CHECK(fit.estimate[0] == Approx((sy - slope * kSx) / kN).margin(1e-8));
+  CHECK_THAT(fit.convergence.verdict(), Contains("c = 0, its lower bound"));
+}

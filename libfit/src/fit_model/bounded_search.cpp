@@ -155,7 +155,31 @@ void BoundedSearch::search_between() {
       if (has_maximum_between(end, name)) halve(end, name);
     }
   }
-  ends_ = std::move(ends);
+  for (Candidate& end : ends) {
+    std::erase_if(end.rising, [&](const std::string& name) { return !rises_by_values(end, name); });
+    keep(std::move(end));
+  }
+}
+
+/// Whether fits held further inside are better than an end. A slope may be infinite, as that of a
+/// root at 0, and that of lb is of the model linear around the estimates, which moves with them.
+/// The nearest fit whose likelihood differs decides; it may be at any distance.
+bool BoundedSearch::rises_by_values(const Candidate& end, const std::string& name) const {
+  constexpr double kNearest = 1e-12;
+  constexpr double kFurther = 100.0;
+  const double at = end.held.at(name);
+  const Bounds& range = bounds_.at(name);
+  const double width = range.high - range.low;
+  const double farthest = std::isfinite(width) ? 0.1 * width : std::max(std::abs(at), 1.0);
+  const double sign = at == range.low ? 1.0 : -1.0;
+  for (double share = kNearest; share <= 1.0; share *= kFurther) {
+    const double inside = at + sign * share * farthest;
+    const Candidate next = candidate(with(end.held, name, inside), &end.result.fit);
+    if (!next.converged()) continue;
+    const double gain = next.point.value - end.point.value;
+    if (std::abs(gain) > kSameLikelihood) return gain > 0.0;
+  }
+  return true;
 }
 
 bool BoundedSearch::release(const FittedModel& from, const HeldValues& held) {

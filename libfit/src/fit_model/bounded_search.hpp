@@ -81,6 +81,7 @@ class BoundedSearch {
   bool can_be_better(double limit) const;
   void keep(Candidate candidate);
   void search_between();
+  bool rises_by_values(const Candidate& end, const std::string& name) const;
   bool release(const FittedModel& from, const HeldValues& held);
   bool has_maximum_between(const Candidate& end, const std::string& name) const;
   void halve(const Candidate& end, const std::string& name);

@@ -13,6 +13,8 @@
 
 #include "inference/information.hpp"
 #include "inference/profile_search.hpp"
+#include "least_squares/start_search.hpp"
+#include "model/held_coefficients.hpp"
 #include "silvafit/base/constants.hpp"
 #include "silvafit/base/error.hpp"
 #include "silvafit/base/parallel.hpp"
@@ -141,6 +143,34 @@ ParameterInterval least_squares_sigma(const FittedModel& fit, double freedom, do
           .upper = root(0.0, 1.0)};
 }
 
+/// By pooled least squares: random effects are deviations from its coefficients. A likelihood that
+/// belongs to the estimates, of the model linear around them or with their weights, has no other
+/// maxima.
+HeldStarts held_starts(const SurfaceSetting& setting,
+                       const data::Table& table,
+                       const NaturalParameter& parameter) {
+  const Method method = setting.fit.method;
+  const bool belongs_to_estimates = method == Method::kLindstromBates ||
+                                    method == Method::kGeneralized || setting.fit.reml ||
+                                    setting.fit.specification.correlation.has_value();
+  const bool is_alone = setting.estimate.size() < 2;
+  if (belongs_to_estimates || is_alone || parameter.kind != ParameterKind::kFixed) return {};
+  return [&setting, &table, name = parameter.name](double value) {
+    ModelSpecification pooled = setting.model.specification();
+    pooled.random.clear();
+    const std::vector<std::string> names = pooled.coefficient_names();
+    const auto place = static_cast<Index>(std::ranges::find(names, name) - names.begin());
+    const NonlinearModel held(with_constants(pooled, {{name, value}}), table);
+    std::vector<std::unique_ptr<HeldSurface>> starts;
+    for (const VectorXd& start : search_starts(held, {})) {
+      VectorXd all(start.size() + 1);
+      all << start.head(place), value, start.tail(start.size() - place);
+      starts.push_back(std::make_unique<HeldSurface>(setting.fit, table, all));
+    }
+    return starts;
+  };
+}
+
 void add_profiles(const FittedModel& fit,
                   const data::Table& table,
                   const IntervalOptions& options,
@@ -161,8 +191,12 @@ void add_profiles(const FittedModel& fit,
       return;
     }
     const auto own = make_surface(setting);
-    intervals[k] = profile_interval(
-        *own, setting.variance, parameter, start, cut_of(setting, parameter.kind, options.level));
+    intervals[k] = profile_interval(*own,
+                                    setting.variance,
+                                    parameter,
+                                    start,
+                                    cut_of(setting, parameter.kind, options.level),
+                                    held_starts(setting, table, parameter));
   });
   if (fit.reml) {
     const std::size_t before = result.parameters.size();

@@ -160,6 +160,38 @@ TEST_CASE("profile intervals of a straight line are those of Student's t") {
   }
 }
 
+TEST_CASE("profiles follow a ridge through infinity to the other side") {
+  data::Table table;
+  std::vector<double> x;
+  for (int i = 0; i < 24; ++i) x.push_back(i % 12 + 1);
+  table.set("x", x);
+  table.set("y", {2.74, 2.57, 3.4,  4.25, 4.31, 4.82, 6.19, 6.67, 7.94, 8.51, 10.52, 11.65,
+                  2.23, 3.13, 3.72, 3.66, 4.35, 5.41, 5.61, 6.85, 7.4,  9.21, 10.28, 11.66});
+  table.set("z", {3.21, 4.21, 5.85, 7.29, 7.76, 8.51, 9.97, 10.38, 11.39, 11.53, 12.91, 13.17,
+                  2.7,  4.77, 6.17, 6.7,  7.8,  9.1,  9.39, 10.56, 10.85, 12.23, 12.67, 13.18});
+  const auto interval = [&](const char* formula, std::size_t place) {
+    const FittedModel fit = fit_model(specify_model(formula, {}, table), table).fit;
+    return confidence_intervals(fit, table, {.method = IntervalMethod::kProfile}).parameters[place];
+  };
+  // R 4: uniroot() of the F statistic on the sum of squares minimized over A (linear) and the other
+  // coefficient (optimize() on a grid), in units that are finite at k = 0 and for A = infinity. Its
+  // digits end at the square root of those of the minimum, hence 1e-4 of the length.
+  const ParameterInterval rate = interval("y ~ A*exp(-b*exp(-k*x))", 2);
+  CHECK(rate.lower == Approx(-0.0271801368).margin(6e-6));
+  CHECK(rate.upper == Approx(0.0305823508).margin(6e-6));
+  const ParameterInterval scale = interval("y ~ A/(1 + exp((m - x)/s))", 2);
+  CHECK(scale.lower == Approx(5.80155722).margin(2e-5));
+  CHECK(scale.upper == Approx(7.55381986).margin(2e-5));
+  CHECK(scale.note.empty());
+  // The limit of k towards 0 is the power A*x^p, inside the interval; below 0 the powers of
+  // negative numbers have no value.
+  const ParameterInterval edge = interval("z ~ A*(1 - exp(-k*x))^p", 1);
+  CHECK(edge.lower == 0.0);
+  CHECK(edge.note == "the formula has no value beyond 0");
+  const ParameterInterval size = interval("z ~ A*(1 - exp(-k*x))^p", 0);
+  CHECK(std::isinf(size.upper));
+}
+
 TEST_CASE("with a coefficient held, the others keep their profile intervals") {
   // y - 3 = b x by hand: b = sum x (y - 3) / sum x^2, and n - 1 degrees of freedom, whichever of
   // the coefficients is the held one.

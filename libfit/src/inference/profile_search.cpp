@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "inference/profile_scale.hpp"
 #include "optimization/quasi_newton.hpp"
 #include "silvafit/base/constants.hpp"
+#include "silvafit/base/error.hpp"
 
 namespace silvafit::fit {
 namespace {
@@ -33,8 +35,9 @@ constexpr double kNoDeviance = 1e-6;
 /// A constrained maximum.
 struct ProfilePoint {
   double t = 0.0;
-  double root = 0.0;      ///< root of the deviance, on either side of the estimate
-  bool is_above = false;  ///< the likelihood is higher than at the estimate
+  double root = 0.0;               ///< root of the deviance, on either side of the estimate
+  bool is_above = false;           ///< the likelihood is higher than at the estimate
+  bool is_from_all_sides = false;  ///< found by the search that needs no start
   VectorXd free{};
   MatrixXd hessian{};  ///< from the search for it; empty at the estimate
 };
@@ -45,6 +48,7 @@ struct Limit {
   bool is_end = false;      ///< of the parameter's range
   bool is_open = false;     ///< the likelihood never decreases enough
   bool is_cut_off = false;  ///< the search met points without a constrained maximum
+  bool is_edge = false;     ///< the formula has no value beyond
 };
 
 class ProfileSearch {
@@ -52,11 +56,13 @@ class ProfileSearch {
   ProfileSearch(LikelihoodSurface& surface,
                 const VarianceModel& variance,
                 const NaturalParameter& parameter,
-                const ProfileStart& start)
+                const ProfileStart& start,
+                const HeldStarts& starts)
       : surface_(surface),
         variance_(variance),
         parameter_(parameter),
         start_(start),
+        starts_(starts),
         estimate_(parameter.value(surface.layout(), variance, surface.optimum())),
         scale_(parameter, estimate_) {
     find_slope();
@@ -75,23 +81,33 @@ class ProfileSearch {
     ProfilePoint inside{.t = scale_.to(estimate_), .free = surface_.optimum()};
     std::optional<ProfilePoint> before;
     std::optional<ProfilePoint> outside;
-    bool is_blocked = false;
+    bool is_edge = false;  // the last trials had no value
+    double last_width = kInfinity;
     double t = inside.t + sign * first_step(target);
-    constexpr int kTrials = 60;
+    constexpr int kTrials = 100;
     for (int trial = 0; trial < kTrials; ++trial) {
       const bool is_at_end = sign * (t - end) >= 0.0;
       if (is_at_end) t = end;
       if (t == inside.t) break;
-      const ProfilePoint point = constrained(t, inside, before);
-      const bool is_close =
-          std::abs(t - inside.t) <= kClose * std::max(span_, std::abs(t - origin()));
-      const bool is_usable = std::isfinite(point.root) && !point.is_above &&
-                             (is_close || is_plausible(point, inside, before));
-      if (!is_usable) {
-        if (is_close) {
-          is_blocked = true;
-          break;
+      ProfilePoint point = constrained(t, inside, before);
+      const bool is_close = std::abs(t - inside.t) <= closest(t);
+      const auto is_usable = [&] {
+        return std::isfinite(point.root) && !point.is_above &&
+               (is_close || point.is_from_all_sides || is_plausible(point, inside, before));
+      };
+      if (!is_usable() || point.root >= target * (1.0 - kRootTolerance)) {
+        is_edge = look_from_all_sides(point);
+      }
+      const bool is_lost = is_overflow(point) && point.root < target;
+      if (is_lost || !is_usable()) {
+        if ((is_lost || is_close) && passed(inside, t, sign, target)) {
+          before.reset();
+          t = beyond(inside, before, sign, target);
+          continue;
         }
+        // The likelihood does not fall to the level as far as there are numbers.
+        if (is_lost) return open(sign);
+        if (is_close) break;
         t = 0.5 * (inside.t + t);
         continue;
       }
@@ -102,26 +118,48 @@ class ProfileSearch {
       } else {
         outside = point;
       }
-      if (outside) {
-        constexpr double kNarrow = 1e-10;
-        const double width = std::abs(outside->t - inside.t);
-        if (width <= kNarrow * std::max(std::abs(outside->t), span_)) return at(outside->t);
-        t = between(inside, *outside, before, target);
-      } else {
+      if (!outside) {
         if (std::abs(inside.t - origin()) > kFarthest * span_) return open(sign);
         t = beyond(inside, before, sign, target);
+        continue;
       }
+      const double width = std::abs(outside->t - inside.t);
+      constexpr double kNarrow = 1e-10;
+      if (width <= kNarrow * std::max(std::abs(outside->t), span_)) {
+        const bool is_jump = outside->root - inside.root > kSlack;
+        if (!is_jump || !passed(inside, outside->t, sign, target)) return at(outside->t);
+        outside.reset();
+        before.reset();
+        t = beyond(inside, before, sign, target);
+        continue;
+      }
+      // A secant that does not halve the bracket in two trials is of no use, as at a jump.
+      const bool is_slow = trial % 3 == 0 && width > 0.5 * last_width;
+      if (trial % 3 == 0) last_width = width;
+      t = is_slow ? 0.5 * (inside.t + outside->t) : between(inside, *outside, before, target);
     }
     if (outside) return at(outside->t);
-    if (is_blocked) return {.is_cut_off = true};
-    return open(sign);
+    if (is_edge) return edge(inside.t, t);
+    return {.is_cut_off = true};
   }
 
  private:
+  /// A parameter to hold, and the likelihood of the others.
+  struct Held {
+    LikelihoodSurface& surface;
+    const VarianceModel& variance;
+    const NaturalParameter& parameter;
+  };
+  Held own() const { return {surface_, variance_, parameter_}; }
+
   // Steps shorter than this share of the distance or of a typical step are not tried.
   static constexpr double kClose = 1e-4;
+  // A larger difference between the roots of two points that are next to each other is a jump.
+  static constexpr double kSlack = 0.5;
   // A limit further away than this many first steps counts as none.
   static constexpr double kFarthest = 1e4;
+
+  double closest(double t) const { return kClose * std::max(span_, std::abs(t - origin())); }
 
   double origin() const { return scale_.to(estimate_); }
 
@@ -146,7 +184,6 @@ class ProfileSearch {
                     const std::optional<ProfilePoint>& before) const {
     if (point.is_above) return false;
     constexpr double kSteeper = 3.0;
-    constexpr double kSlack = 0.5;
     double slope = error_ > 0.0 ? 1.0 / error_ : 0.0;
     if (before && before->t != inside.t) {
       slope = std::max(slope, (inside.root - before->root) / std::abs(inside.t - before->t));
@@ -157,6 +194,35 @@ class ProfileSearch {
 
   static Limit open(int sign) { return {.value = sign * kInfinity, .is_open = true}; }
   Limit at(double t) const { return {.value = scale_.from(t)}; }
+
+  /// Between the last point with a value and the next one without: 0 if it is there.
+  Limit edge(double inside, double outside) const {
+    const double from = scale_.from(inside);
+    const double to = scale_.from(outside);
+    return {.value = from * to <= 0.0 ? 0.0 : from, .is_edge = true};
+  }
+
+  bool is_overflow(const ProfilePoint& point) const {
+    // Near the largest number, or its root where covariances hold squares. A maximum that is flat
+    // towards infinity ends long before.
+    const double largest = surface_.layout().terms() > 0 ? 1e150 : 1e300;
+    return surface_.layout().beta(point.free).cwiseAbs().maxCoeff() > largest;
+  }
+
+  /// Whether the likelihood is above the target again beyond a jump of the root, where the maximum
+  /// went to infinity and comes back from the other side. The inside then is there.
+  bool passed(ProfilePoint& inside, double from, int sign, double target) {
+    if (!starts_) return false;
+    for (double step = span_ / 64.0; step <= span_; step *= 2.0) {
+      ProfilePoint point{.t = from + sign * step, .root = kInfinity, .free = inside.free};
+      look_from_all_sides(point);
+      if (point.root < target && !point.is_above && !is_overflow(point)) {
+        inside = std::move(point);
+        return true;
+      }
+    }
+    return false;
+  }
 
   /// The derivatives of the parameter's search scale at the maximum, and its standard error there.
   void find_slope() {
@@ -206,34 +272,81 @@ class ProfileSearch {
                            const std::optional<ProfilePoint>& before) {
     const double value = scale_.from(t);
     const std::optional<ProfilePoint> point =
-        minimized(t, value, guess(t, inside, before), inside.hessian);
+        minimized(own(), t, value, guess(t, inside, before), hessian_at(inside, value));
     if (point && is_plausible(*point, inside, before)) return *point;
     // The start may be where the likelihood has no value, or near another maximum.
-    const std::optional<ProfilePoint> again = minimized(t, value, inside.free, inside.hessian);
+    const std::optional<ProfilePoint> again =
+        minimized(own(), t, value, inside.free, hessian_at(inside, value));
     if (again && !again->is_above && (!point || point->is_above || again->root < point->root)) {
       return *again;
     }
     return point.value_or(ProfilePoint{.t = t, .root = kInfinity, .free = inside.free});
   }
 
+  /// The lowest of the constrained minima from all starts, if it is below the point.
+  /// \return whether the formula has no value there, with any other coefficients
+  bool look_from_all_sides(ProfilePoint& point) {
+    if (!starts_) return false;
+    const double value = scale_.from(point.t);
+    std::vector<std::unique_ptr<HeldSurface>> starts;
+    try {
+      starts = starts_(value);
+    } catch (const DomainError&) {
+    }
+    bool has_value = std::isfinite(point.root);
+    for (const std::unique_ptr<HeldSurface>& start : starts) {
+      LikelihoodSurface& there = *start->surface;
+      const SurfaceSetting& setting = start->setting;
+      const std::vector<NaturalParameter> all = natural_parameters(setting, there.layout());
+      const NaturalParameter& parameter =
+          *std::ranges::find(all, parameter_.name, &NaturalParameter::name);
+      VectorXd free = there.optimum();
+      if (setting.fit.method != Method::kOrdinary) {
+        // The effects on the mean have the size of those at the estimate.
+        const Index others = free.size() - there.layout().beta_count();
+        free.tail(others) = surface_.optimum().tail(others);
+      }
+      VectorXd gradient(free.size());
+      const VectorXd held = parameter.hold(there.layout(), setting.variance, free, value);
+      if (!std::isfinite(there.value(held, &gradient))) continue;
+      has_value = true;
+      std::optional<ProfilePoint> found =
+          minimized({there, setting.variance, parameter}, point.t, value, free, {});
+      if (!found || found->root >= point.root) continue;
+      found->free = in_own_units(there.layout(), found->free);
+      found->hessian.resize(0, 0);
+      found->is_from_all_sides = true;
+      point = *std::move(found);
+    }
+    return !has_value;
+  }
+
+  /// A point of a surface in other units.
+  VectorXd in_own_units(const SurfaceLayout& layout, const VectorXd& x) const {
+    const SurfaceLayout& own = surface_.layout();
+    VectorXd result = x;
+    result.head(own.beta_count()) = own.frame().beta.partialPivLu().solve(layout.beta(x));
+    for (std::size_t term = 0; term < own.terms(); ++term) {
+      own.set_own_factor(term, layout.own_factor(x, term), result);
+    }
+    return result;
+  }
+
   /// Nothing if the search ends before a minimum: such a point would look like a steep decrease of
   /// the likelihood.
-  std::optional<ProfilePoint> minimized(double t,
-                                        double value,
-                                        const VectorXd& free,
-                                        const MatrixXd& hessian) {
-    const SurfaceLayout& layout = surface_.layout();
+  std::optional<ProfilePoint> minimized(
+      const Held& in, double t, double value, const VectorXd& free, const MatrixXd& begin) {
+    const SurfaceLayout& layout = in.surface.layout();
     const SmoothFunction objective = [&](const VectorXd& at, VectorXd* gradient) {
-      const VectorXd x = parameter_.hold(layout, variance_, at, value);
-      if (gradient == nullptr) return surface_.value(x, nullptr);
+      const VectorXd x = in.parameter.hold(layout, in.variance, at, value);
+      if (gradient == nullptr) return in.surface.value(x, nullptr);
       VectorXd whole(x.size());
-      const double result = surface_.value(x, &whole);
+      const double result = in.surface.value(x, &whole);
       if (std::isfinite(result)) {
-        *gradient = parameter_.pull_back(layout, variance_, at, value, whole);
+        *gradient = in.parameter.pull_back(layout, in.variance, at, value, whole);
       }
       return result;
     };
-    const MatrixXd begin = hessian.size() > 0 ? hessian : constrained_hessian(free, value);
     QuasiNewtonResult found =
         minimize(objective, free, begin, {.decrement = kDecrement, .maximum_steps = 60});
     // A Hessian from far away may be too wrong for updates.
@@ -254,6 +367,10 @@ class ProfileSearch {
   bool is_minimum(const QuasiNewtonResult& found) const {
     const double rounding = 1e-13 * std::max(1.0, std::abs(found.value));
     return found.decrement <= kGoodDecrement + rounding;
+  }
+
+  MatrixXd hessian_at(const ProfilePoint& point, double value) const {
+    return point.hessian.size() > 0 ? point.hessian : constrained_hessian(point.free, value);
   }
 
   /// J'HJ at the estimates' H, with J the derivative of x by the free vector.
@@ -310,6 +427,7 @@ class ProfileSearch {
   const VarianceModel& variance_;
   const NaturalParameter& parameter_;
   const ProfileStart& start_;
+  const HeldStarts& starts_;
   double estimate_;
   ProfileScale scale_;
   VectorXd slope_;
@@ -342,19 +460,33 @@ void take(const Limit& limit,
     add_note(interval.note, "the data do not exclude 0");
   } else if (limit.is_end) {
     add_note(interval.note, fmt::format("the data do not exclude {:g}", limit.value));
+  } else if (limit.is_edge) {
+    add_note(interval.note, fmt::format("the formula has no value beyond {:g}", limit.value));
   } else if (limit.is_cut_off) {
     add_note(interval.note,
              fmt::format("{} limit unknown: no constrained maximum was found there", side));
   }
 }
 
+FittedModel moved(FittedModel fit, const VectorXd& estimate) {
+  Index next = 0;
+  for (Index j = 0; j < fit.estimate.size(); ++j) {
+    if (!std::isnan(fit.covariance(j, j))) fit.estimate[j] = estimate[next++];
+  }
+  return fit;
+}
+
 }  // namespace
+
+HeldSurface::HeldSurface(const FittedModel& of, const data::Table& table, const VectorXd& estimate)
+    : fit(moved(of, estimate)), setting(fit, table), surface(make_surface(setting)) {}
 
 ParameterInterval profile_interval(LikelihoodSurface& surface,
                                    const VarianceModel& variance,
                                    const NaturalParameter& parameter,
                                    const ProfileStart& start,
-                                   const ProfileCut& cut) {
+                                   const ProfileCut& cut,
+                                   const HeldStarts& starts) {
   ParameterInterval interval{.kind = parameter.kind, .name = parameter.name};
   if (!parameter.can_be_held(variance)) {
     interval.estimate = parameter.value(surface.layout(), variance, surface.optimum());
@@ -362,7 +494,7 @@ ParameterInterval profile_interval(LikelihoodSurface& surface,
     interval.note = "correlations of this structure depend on each other; use Wald intervals";
     return interval;
   }
-  ProfileSearch search(surface, variance, parameter, start);
+  ProfileSearch search(surface, variance, parameter, start, starts);
   interval.estimate = search.estimate();
   if (std::isnan(interval.estimate)) {
     interval.lower = interval.upper = kNaN;
