@@ -59,7 +59,9 @@ std::string list_of(std::span<const std::string> names) {
 }
 
 std::string no_such_column(std::string_view name, std::span<const std::string> names) {
-  return fmt::format("unknown column '{}'; available: {}", name, list_of(names));
+  return fmt::format("unknown column '{}'; available: {}",
+                     name,
+                     names.empty() ? "none besides the standard ones" : list_of(names));
 }
 
 std::string_view TextColumn::operator[](std::size_t row) const {

@@ -366,11 +366,14 @@ std::optional<std::string> status_column(const std::vector<std::string>& header,
   if (const auto known = known_status_column(header)) return known;
   if (const auto field = usual_field(kStatus, header, file)) return header[*field];
   if (codes.empty()) return std::nullopt;
+  const char* const given = !codes.alive.empty()  ? "`alive_codes`"
+                            : !codes.dead.empty() ? "`dead_codes`"
+                                                  : "`cut_codes`";
   throw UsageError(
       fmt::format("no column of the status was found; name it with `columns=status=COLUMN`; "
                   "available: {}",
                   data::list_of(header)),
-      {.file = file, .column = "`dead_codes`"});
+      {.file = file, .column = given});
 }
 
 std::string describe_usual_columns(const std::vector<ColumnMapping>& columns,

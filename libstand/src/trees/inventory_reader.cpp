@@ -469,7 +469,8 @@ std::vector<std::string> InventoryReader::notes() const {
 
 void InventoryReader::refuse_empty(const std::string& excluded) const {
   if (row_count_ == 0) throw InputError("the file has a header but no trees", {.file = file_});
-  throw InputError("no usable row: " + excluded, {.file = file_});
+  throw InputError("no usable row: " + (excluded.empty() ? note_on_dead() : excluded),
+                   {.file = file_});
 }
 
 void InventoryReader::require_trees() const {

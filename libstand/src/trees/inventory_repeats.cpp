@@ -359,6 +359,9 @@ void InventoryReader::compare_measurements() {
     plots.append(plot_in(inventory.plot[row]));
   inventory.plot = std::move(plots);
   for (ExcludedRow& row : result_.excluded) row.plot = plot_in(row.plot);
+  // The first message has the label, too.
+  std::string& first = repeated_numbers_.first_renamed;
+  if (const std::size_t at = first.find(kSeparator); at != std::string::npos) first[at] = ' ';
 }
 
 void SharedPlotLabels::add(std::string_view plot, std::string_view stand) {

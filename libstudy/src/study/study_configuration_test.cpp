@@ -48,7 +48,7 @@ TEST_CASE("a configuration may have all keys, and comments") {
     "group": "stand", "maximum_random_effects": 2, "variance_functions": ["none", "power(dbh)"],
     "criteria": {"base": "bic", "variance": "aicc"}, "choice": "parsimonious", "equally_good": 4,
     "significance": 0.01, "compared_trees": 5000,
-    "columns": {"dbh": "DBH_cm"}, "window": "plots.geojson", "edge": "hanisch", "buffer": 3,
+    "columns": {"dbh": "DBH_cm"}, "window": "plots.geojson", "edge": "buffer", "buffer": 3,
     "per": "stand", "neighbors": 6, "period": "year",
     "plots": "plots.csv", "plots_columns": {"area": "SIZE"}, "circles": ["7=4", "30=12"],
     "subplots": 4, "subplot": "sub", "slope_correction": true})json");
@@ -70,7 +70,7 @@ TEST_CASE("a configuration may have all keys, and comments") {
   CHECK(study.compared_trees == 5000);
   CHECK(configuration.reading.columns == std::vector<std::string>{"dbh=DBH_cm"});
   CHECK_THAT(configuration.units.window, Catch::Matchers::EndsWith("/plots.geojson"));
-  CHECK(configuration.units.edge == stand::EdgeCorrection::kHanisch);
+  CHECK(configuration.units.edge == stand::EdgeCorrection::kBuffer);
   CHECK(configuration.units.buffer_m == 3.0);
   CHECK(configuration.units.per == stand::SearchScope::kStand);
   CHECK(configuration.units.neighbors == 6U);
