@@ -73,11 +73,13 @@ include_folder <- function(header) {
 }
 
 copy_headers <- function() {
-  for (header in c("nanoflann.hpp", "meshoptimizer.h", "kainjow/mustache.hpp")) copy(include_folder(header), "src/third_party", header)
+  for (header in c("nanoflann.hpp", "meshoptimizer.h", "kainjow/mustache.hpp", "unsupported/Eigen/AutoDiff")) copy(include_folder(header), "src/third_party", header)
   for (folder in c("fmt", "hwy", "nlohmann", "Eigen")) {
     first <- c(fmt = "fmt/format.h", hwy = "hwy/highway.h", nlohmann = "nlohmann/json.hpp", Eigen = "Eigen/Dense")[[folder]]
     copy_folder(file.path(include_folder(first), folder), file.path("src/third_party", folder), without = "^tests/|^contrib/(?!math)|^CMake")
   }
+  automatic <- "unsupported/Eigen/src/AutoDiff"
+  copy_folder(file.path(include_folder(automatic), automatic), file.path("src/third_party", automatic))
 }
 
 # Highway's choice of the instruction set, meshoptimizer and Ceres Solver.

@@ -359,9 +359,12 @@ void InventoryReader::compare_measurements() {
     plots.append(plot_in(inventory.plot[row]));
   inventory.plot = std::move(plots);
   for (ExcludedRow& row : result_.excluded) row.plot = plot_in(row.plot);
-  // The first message has the label, too.
+  // The first message has the label, too, in which signs that cannot be printed are escaped.
+  constexpr std::string_view kEscaped = "\\x1f";
   std::string& first = repeated_numbers_.first_renamed;
-  if (const std::size_t at = first.find(kSeparator); at != std::string::npos) first[at] = ' ';
+  if (const std::size_t at = first.find(kEscaped); at != std::string::npos) {
+    first.replace(at, kEscaped.size(), " ");
+  }
 }
 
 void SharedPlotLabels::add(std::string_view plot, std::string_view stand) {
