@@ -74,7 +74,7 @@ void add_grow_options(CLI::App& command, std::string& file, study::GrowSettings&
   command.get_option("--per")->needs(command.get_option("--out"));
   command.get_option("--models")->needs(command.get_option("--share"));
   command.get_option("--seconds")->needs(command.get_option("--animate"));
-  add_drawn_table_options(command, options.reading);
+  add_reading_options(command, options.reading);
 }
 
 }  // namespace silvafit::cli

@@ -16,19 +16,6 @@ void add_reading_options(CLI::App& command,
   each_setting(settings.rows, SettingOptions(command, kInputSection));
 }
 
-void add_drawn_table_options(CLI::App& command, study::ReadingSettings& settings) {
-  add_reading_options(command,
-                      settings,
-                      {"columns",
-                       "missing",
-                       "fill_down",
-                       "case_sensitive",
-                       "dead",
-                       "alive_codes",
-                       "dead_codes",
-                       "cut_codes"});
-}
-
 void add_inventory_options(CLI::App& command,
                            std::string& inventory,
                            study::ReadingSettings& settings,

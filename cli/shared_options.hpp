@@ -31,9 +31,6 @@ void add_reading_options(CLI::App& command,
                          study::ReadingSettings& settings,
                          std::vector<std::string_view> only = {});
 
-/// Adds those of tables of trees that are drawn, whose sizes are not compared with units.
-void add_drawn_table_options(CLI::App& command, study::ReadingSettings& settings);
-
 /// Adds INVENTORY, its layer and all options of reading.
 void add_inventory_options(CLI::App& command,
                            std::string& inventory,

@@ -129,7 +129,7 @@ void add_view_command(CLI::App& program) {
       ->group(kOutputSection);
   add_layer_options(command, arguments->table);
   each_setting(arguments->settings.view, SettingOptions(command, "Page"));
-  add_drawn_table_options(command, arguments->settings.reading);
+  add_reading_options(command, arguments->settings.reading);
   command.add_flag("--no-open", arguments->does_not_open, "Do not open the page in a browser");
   add_common_options(command, arguments->common);
   add_example(command, "silvafit view study --plot 3");

@@ -51,7 +51,7 @@ class Limits(ProgramTest):
             for value in ("1e300", "-1e300", "1e30"):
                 row = [value if other == name else old for other, old in zip(names, extreme)]
                 self.write("trees.csv", csv_of(",".join(names), [row, tree]))
-                done = self.run_program("grow", "trees.csv", "--scene", "trees.glb", *grow)
+                done = self.run_program("grow", "trees.csv", "--scene", "trees.glb", "--trust-units", *grow)
                 self.assertIn(f"trees.csv:2: {name}: ", done.stderr)
                 self.assertTrue((self.folder / "trees.glb").read_bytes() == scene)
 
