@@ -280,7 +280,6 @@ void refuse_idle_options(const CLI::App& command, const FitArguments& arguments)
   refuse_idle(command, "--level", arguments.has_intervals, "--intervals");
   refuse_idle(command, "--measured-trees", cross_validates, "--cross-validate");
   refuse_idle(command, "--group", bootstraps || cross_validates, "--bootstrap or --cross-validate");
-  refuse_idle(command, "--share-groups", Ranks::of_process().size() > 1, "mpirun");
   const bool has_groups =
       !arguments.resampling.bootstrap.group.empty() || !arguments.texts.random.empty();
   if (cross_validates && !has_groups) {

@@ -384,7 +384,7 @@ class IdleOptions(ProgramTest):
         mixed = (*fit, "--random", "a | plot", "--method", "laplace")
         for command, option, needed in ((fit, "--maximum-iterations 9", "--method lb or gnls"),
                                         (mixed, "--maximum-iterations 9", "--method lb or gnls"),
-                                        (fit, "--starts 2", "--random"), (mixed, "--share-groups", "mpirun")):
+                                        (fit, "--starts 2", "--random")):
             with self.subTest(option):
                 error = self.run_program(*command, *option.split(), status=2).stderr
                 self.assertIn(f"{option.split()[0]}: has no effect without {needed}", error)
