@@ -47,6 +47,7 @@ arguments_of_control <- function(control) {
   for (default in defaults) {
     if (setequal(names(control), names(default))) control <- control[!mapply(identical, control, default[names(control)])]
   }
+  if (isTRUE(control$sigma > 0)) stop_usage("`control`: a fixed sigma is another model, which silvafit does not fit")
   iterations <- c(control$maxIter, control$maxiter)
   trace <- control$msVerbose
   others <- setdiff(names(control), c("maxIter", "maxiter", "msVerbose", "returnObject"))

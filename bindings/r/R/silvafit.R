@@ -121,8 +121,24 @@ silvafit <- function(formula, data, parameters = NULL, random = NULL, groups = N
   object$arguments <- mget(setdiff(intersect(names(call), names(formals(silvafit))), c("data", "subset")))
   object$data <- given
   object$rows <- if (is.null(rows)) result$rows else rows[result$rows]
+  varying <- if (has_random(object)) unlist(lapply(random_terms_of(object), `[[`, "effects"))
+  said <- c(names(start), names(hold), names(lower), names(upper), sub(":.*", "", varying))
+  tell_unused_numbers(setdiff(sub(":.*", "", names(fixef(object))), said), parent.frame())
   report_convergence(object)
   object
+}
+
+# Numbers of the caller that have the name of a coefficient: nls() would take them for data.
+tell_unused_numbers <- function(names, frame) {
+  repeat {
+    for (name in names) {
+      value <- get0(name, frame, mode = "numeric", inherits = FALSE)
+      if (length(value) == 1) tell(paste0(name, " is a coefficient that was estimated; your object ", name, " (", format(value), ") is not used. Write its value, or use hold = c(", name, " = ", format(value), ")"))
+      if (length(value) == 1) names <- setdiff(names, name)
+    }
+    if (identical(frame, globalenv()) || identical(frame, emptyenv())) return(invisible())
+    frame <- parent.env(frame)
+  }
 }
 
 check_flag <- function(value, name) if (!isTRUE(value) && !isFALSE(value)) stop_usage("`", name, "` has to be TRUE or FALSE")

@@ -24,6 +24,14 @@ for (data in list(gaps, transform(gaps, Seed = factor(Seed)))) {
   expect_equal(predict(without, data)[gaps$Seed != ""], fitted(without))
 }
 
+# A number of the caller is not data, as it is to nls(), and this is said; not if its coefficient was named otherwise.
+told <- function(expression) tryCatch({ expression; "" }, silvafit_note = conditionMessage)
+breast_height <- 1.3
+with_number <- height ~ breast_height + b * age
+expect_true(grepl("your object breast_height (1.3) is not used", told(silvafit(with_number, data = trees)), fixed = TRUE))
+expect_equal(told(silvafit(with_number, data = trees, start = c(breast_height = 1, b = 1))), "")
+expect_equal(told(silvafit(with_number, data = trees, random = breast_height ~ 1 | Seed)), "")
+
 # Columns that cannot be used are named.
 lists <- trees
 lists$age <- as.list(trees$age)
@@ -35,6 +43,7 @@ wrong <- function(expression, argument) {
   expect_true(grepl(paste0("`", argument, "`"), message_of_error(expression), fixed = TRUE), info = argument)
 }
 wrong(silvafit(curve, data = trees, max_iterations = 1e10), "max_iterations")
+wrong(silvafit(curve, data = trees, random = Asym ~ 1 | Seed, control = nlme::nlmeControl(sigma = 1)), "control")
 wrong(silvafit(curve, data = trees, random = Asym ~ 1 | Seed, covariance = 1), "covariance")
 wrong(silvafit(curve, data = trees, na.action = "skip"), "na.action")
 wrong(silvafit(curve, data = trees, contrasts = "contr.sum"), "contrasts")
