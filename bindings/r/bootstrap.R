@@ -50,7 +50,8 @@ write_units <- function(library, sources) {
   alone <- vapply(file.path("src/core", sources), function(path) any(grepl("HWY_TARGET_INCLUDE", readLines(path))), NA)
   groups <- ifelse(alone, sources, dirname(sources))
   for (group in unique(groups)) {
-    condition <- c(windows = "defined(_WIN32)", posix = "!defined(_WIN32)", linux = "defined(__linux__)")[group]
+    # In libstand, windows are those of plots.
+    condition <- if (library == "base") c(windows = "defined(_WIN32)", posix = "!defined(_WIN32)", linux = "defined(__linux__)")[group] else NA
     write_unit(paste("core", library, sub("[.]cpp$", "", group), sep = "_"), file.path("core", sources[groups == group]), condition)
   }
 }
