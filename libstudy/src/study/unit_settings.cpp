@@ -64,9 +64,7 @@ std::vector<stand::NamedWindow> given_windows(const UnitSettings& settings) {
 /// The settings that a table of plots must support by its columns.
 IdleReasons idle_by_plots(const stand::SamplingDesign& design) {
   if (!design.plots) return {};
-  const auto has_radius = [](const stand::PlotRecord& plot) {
-    return !std::isnan(plot.radius_m);
-  };
+  const auto has_radius = [](const stand::PlotRecord& plot) { return !std::isnan(plot.radius_m); };
   const bool has_circles = !design.circles.empty() || design.basal_area_factor > 0.0 ||
                            std::ranges::any_of(design.plots->plots, has_radius);
   IdleReasons idle;
