@@ -81,10 +81,19 @@ stand::SamplingDesign design_of(const StudyConfiguration& settings,
   return design;
 }
 
+/// The further indices that a study computes: those of its settings, and its covariates.
+std::vector<stand::FurtherIndex> further_indices_of(const StudyConfiguration& settings) {
+  std::vector<stand::FurtherIndex> indices = further_indices(settings.units);
+  for (const std::string& name : settings.study.covariates) {
+    if (const auto index = find_word<stand::FurtherIndex>(name)) indices.push_back(*index);
+  }
+  return indices;
+}
+
 stand::StructuralUnitOptions unit_options_of(const StudyConfiguration& settings,
                                              const stand::Inventory& inventory) {
   stand::StructuralUnitOptions options = unit_options(settings.units, settings.study.threads);
-  options.further = further_indices(settings);
+  options.further = further_indices_of(settings);
   if (!settings.study.period.empty()) {
     options.windows = stand::windows_at_times(options.windows, stand::plots_at_times(inventory));
   }
@@ -190,14 +199,6 @@ ordered_json result_json(const ResponseStudy& result) {
 }
 
 }  // namespace
-
-std::vector<stand::FurtherIndex> further_indices(const StudyConfiguration& settings) {
-  std::vector<stand::FurtherIndex> indices = further_indices(settings.units);
-  for (const std::string& name : settings.study.covariates) {
-    if (const auto index = find_word<stand::FurtherIndex>(name)) indices.push_back(*index);
-  }
-  return indices;
-}
 
 StudyRecord whole_study(const data::TableSource& inventory,
                         const Catalogue& catalogue,

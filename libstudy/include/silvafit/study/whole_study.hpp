@@ -29,9 +29,6 @@ std::string study_configuration_for(const data::TableSource& inventory,
                                     const StudyConfiguration& settings,
                                     const Callbacks& callbacks = {});
 
-/// The further indices that a study computes: those of its settings, and its covariates.
-std::vector<stand::FurtherIndex> further_indices(const StudyConfiguration& settings);
-
 /// A summary of the results as JSON, schema silvafit-study/1 (docs/study.md).
 /// \param folder  of the study's files
 nlohmann::ordered_json json_of(const StudyRecord& record, const std::filesystem::path& folder);
